@@ -1,5 +1,5 @@
 #include <insonify/image/image.hpp>
-#include <insonify/tracing/pixels.hpp>
+#include <insonify/paper/pixels.hpp>
 #include <insonify/tracing/trace.hpp>
 #include "support/contest.hpp"
 #include "support/embree_pixels.hpp"

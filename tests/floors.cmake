@@ -1,7 +1,7 @@
 # Who includes whom:
 #     cmake -P tests/floors.cmake
 #
-# A folder includes itself and lower floors, never a sibling. The roots stand above all; `fwd.hpp` alone may be included
+# A folder, with those in it, includes itself and lower floors, never a sibling. The roots stand above all; `fwd.hpp` alone may be included
 # from anywhere, and includes core/config.hpp alone. Own includes stand outside of every #if but the guard, and every
 # header is included by another, up to the umbrella. Headers with code are enclosed by core/save_macros.hpp and
 # core/restore_macros.hpp.
@@ -10,15 +10,22 @@ cmake_minimum_required(VERSION 3.25)
 set(core 1)
 set(geometry 2)
 set(execution 2)
+set(tissue 3)
 set(bvh 3)
-set(acoustics 3)
 set(probe 3)
-set(scene 4)
-set(signal 4)
-set(tracing 5)
-set(image 5)
-set(io 6)
-set(roots 7)
+set(acoustics 4)
+set(scene 5)
+set(signal 5)
+set(tracing 6)
+set(image 6)
+set(doppler 7)
+set(motion 7)
+set(paper 7)
+set(io 7)
+set(roots 8)
+
+# The steps of a frame, in tracing/: each folder includes those before it, and what lies in tracing/ itself stands above them.
+set(steps plan find emit aperture read paths)
 
 # Slow to compile: in no header but those that INSONIFY_IMPLEMENTATION alone compiles. Where the standard library has no
 # lighter header with the policies' types, execution/policy.hpp falls back on <execution>.
@@ -35,7 +42,8 @@ endfunction()
 
 # A header's folder by name and by number of its floor.
 function(locate header folder floor)
-    cmake_path(GET header PARENT_PATH name)
+    string(REGEX MATCH "^[a-z]+/" name ${header})
+    string(REPLACE "/" "" name "${name}")
     if(name STREQUAL "")
         set(name roots)
     elseif(NOT DEFINED ${name})
@@ -89,6 +97,16 @@ foreach(header IN LISTS headers)
         locate(${included} included_folder included_floor)
         if(depth GREATER 1)
             fault("includes ${included} under a condition")
+        endif()
+        if(included MATCHES "^tracing/" AND header MATCHES "^tracing/([a-z]+)/")
+            list(FIND steps ${CMAKE_MATCH_1} step)
+            set(earlier -1)
+            if(included MATCHES "^tracing/([a-z]+)/")
+                list(FIND steps ${CMAKE_MATCH_1} earlier)
+            endif()
+            if(earlier EQUAL -1 OR earlier GREATER step)
+                fault("includes ${included}, which is of a later step")
+            endif()
         endif()
         if(header STREQUAL fwd.hpp AND NOT included STREQUAL core/config.hpp)
             fault("includes ${included}: it may include core/config.hpp alone")

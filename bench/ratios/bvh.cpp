@@ -3,7 +3,7 @@
 #include <insonify/bvh/bvh.hpp>
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/scene/scene.hpp>
-#include <insonify/tracing/slice_finder.hpp>
+#include <insonify/tracing/find/slice_finder.hpp>
 #include "../support/embree.hpp"
 #include "../support/meshes.hpp"
 #include "../support/rays.hpp"

@@ -2,7 +2,7 @@
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/probe/presets.hpp>
 #include <insonify/signal/pulse.hpp>
-#include <insonify/tracing/elevation.hpp>
+#include <insonify/signal/kernel/elevation.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

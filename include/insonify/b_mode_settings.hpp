@@ -9,7 +9,7 @@
 #include <insonify/signal/compound.hpp>
 #include <insonify/signal/gain.hpp>
 #include <insonify/signal/pulse.hpp>
-#include <insonify/tracing/near_field.hpp>
+#include <insonify/tracing/read/near_field.hpp>
 #include <algorithm>
 #include <array>
 #include <cstdint>

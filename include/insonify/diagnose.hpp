@@ -7,10 +7,10 @@
 #include <insonify/probe/acquisition.hpp>
 #include <insonify/probe/plausible.hpp>
 #include <insonify/scene/check_object.hpp>
-#include <insonify/scene/field_distance.hpp>
 #include <insonify/scene/layers.hpp>
+#include <insonify/scene/nearest_point.hpp>
 #include <insonify/scene/scene.hpp>
-#include <insonify/tracing/automatic_tgc.hpp>
+#include <insonify/tracing/read/automatic_tgc.hpp>
 #include <cstdio>
 #include <string>
 #include <vector>
@@ -86,6 +86,30 @@ line_survey survey(const scene_view& flat, const Probe& probe, const pose& at) {
         }
     }
     return found;
+}
+
+/// The point of the field of view, its lines down to `depth` metres, that is nearest to p; in the probe's frame.
+template <transducer Probe>
+vec3 nearest_in_field(const Probe& probe, float depth, vec3 p) {
+    const float end = static_cast<float>(probe.lines) - 0.5F;
+    const ray line = probe.beam(clamp(probe.locate({p.x, p.z}).x, -0.5F, end));
+    return line.at(clamp(dot(p - line.origin, line.direction), 0, depth));
+}
+
+/// Distance in metres between a triangle and the field of view, in the probe's frame. Never an underestimate; within one
+/// percent where the field spans less than half a circle, since both are then convex.
+template <transducer Probe>
+float distance_to_field(const Probe& probe, float depth, const triangle& face) {
+    vec3 point = (face.a + face.b + face.c) / 3.0F;
+    float nearest = FLT_MAX;
+    for (int i = 0; i < 32; ++i) { // alternating projections
+        const vec3 in_field = nearest_in_field(probe, depth, point);
+        point = nearest_on(face, in_field);
+        const float distance = length(point - in_field);
+        if (!(distance < 0.9999F * nearest)) return min(distance, nearest);
+        nearest = distance;
+    }
+    return nearest;
 }
 
 /// Distance from the field of view to the nearest surface, metres.

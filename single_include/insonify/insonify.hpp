@@ -33,12 +33,12 @@
 #define INSONIFY_ACOUSTICS_LAYER_HPP
 
 
-#ifndef INSONIFY_ACOUSTICS_DISPLACEMENT_VIEW_HPP
-#define INSONIFY_ACOUSTICS_DISPLACEMENT_VIEW_HPP
+#ifndef INSONIFY_ACOUSTICS_MEDIUM_HPP
+#define INSONIFY_ACOUSTICS_MEDIUM_HPP
 
 
-#ifndef INSONIFY_CORE_VIEW_HPP
-#define INSONIFY_CORE_VIEW_HPP
+#ifndef INSONIFY_CORE_MATH_HPP
+#define INSONIFY_CORE_MATH_HPP
 
 
 #ifndef INSONIFY_CORE_CONFIG_HPP
@@ -141,70 +141,6 @@ inline constexpr bool has_fma = false;
 
 } // namespace insonify::inline INSONIFY_ABI::detail
 #endif
-#include <concepts>
-#include <cstddef>
-#include <iterator>
-#include <type_traits>
-
-namespace insonify::inline INSONIFY_ABI {
-
-namespace detail {
-
-/// Prefetches a value into the cache. Callers must be inlined too: GCC discards calls of a function that does nothing
-/// else.
-INSONIFY_FN INSONIFY_INLINE void prefetch(const void* value) {
-#if defined(__GNUC__) && !defined(__CUDA_ARCH__)
-    __builtin_prefetch(value);
-#else
-    static_cast<void>(value);
-#endif
-}
-
-} // namespace detail
-
-/// A pointer and a count, like std::span, but trivially copyable and usable in device code. It does not own the
-/// elements.
-template <class T>
-struct view {
-    T* first = nullptr;    ///< null if empty
-    std::size_t count = 0; ///< number of elements
-
-    view() = default;
-    /// A view of `number` elements from `first_element` on.
-    INSONIFY_FN constexpr view(T* first_element, std::size_t number) : first{first_element}, count{number} {}
-
-    /// A view of a contiguous container of T; not of a temporary.
-    template <class Container>
-        requires(!std::same_as<std::remove_cv_t<Container>, view>)
-    &&requires(Container& c) {
-        { std::data(c) } -> std::convertible_to<T*>;
-        { std::size(c) } -> std::convertible_to<std::size_t>;
-    }
-    constexpr view(Container& container) : first{std::data(container)}, count{std::size(container)} {}
-
-    /// As in std::span; the index is not checked.
-    /// @{
-    INSONIFY_FN constexpr T& operator[](std::size_t index) const { return first[index]; }
-    INSONIFY_FN constexpr T* begin() const { return first; }
-    INSONIFY_FN constexpr T* end() const { return first + count; }
-    INSONIFY_FN constexpr T* data() const { return first; }
-    INSONIFY_FN constexpr std::size_t size() const { return count; }
-    INSONIFY_FN constexpr bool empty() const { return count == 0; }
-    /// @}
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#ifndef INSONIFY_EXECUTION_SIMD_HPP
-#define INSONIFY_EXECUTION_SIMD_HPP
-
-
-#ifndef INSONIFY_CORE_MATH_HPP
-#define INSONIFY_CORE_MATH_HPP
-
-
 
 #if defined(__CUDACC__)
 #include <cuda.h> // GLM checks its version
@@ -320,6 +256,414 @@ INSONIFY_FN inline float multiply_add(float a, float b, float c) {
 
 
 #endif
+#ifndef INSONIFY_CORE_UNITS_HPP
+#define INSONIFY_CORE_UNITS_HPP
+
+
+
+/// All public numbers are in SI units: metres, seconds, hertz, radians, kg/m^3, m/s, rayl (kg/(m^2 s)), dB/m. Literals
+/// convert to them: `40_mm`, `7.5_MHz`, `60_deg`, `0.54_dB_per_cm`.
+namespace insonify::inline INSONIFY_ABI::inline literals {
+
+// clang-format off
+#define INSONIFY_LITERAL(suffix, scale)                                                                                 \
+    constexpr float operator""_##suffix(long double value) { return static_cast<float>(value * (scale)); }              \
+    constexpr float operator""_##suffix(unsigned long long value) { return static_cast<float>(static_cast<long double>(value) * (scale)); }
+
+INSONIFY_LITERAL(m, 1.0L)
+INSONIFY_LITERAL(cm, 1e-2L)
+INSONIFY_LITERAL(mm, 1e-3L)
+INSONIFY_LITERAL(um, 1e-6L)
+INSONIFY_LITERAL(s, 1.0L)
+INSONIFY_LITERAL(ms, 1e-3L)
+INSONIFY_LITERAL(us, 1e-6L)
+INSONIFY_LITERAL(Hz, 1.0L)
+INSONIFY_LITERAL(kHz, 1e3L)
+INSONIFY_LITERAL(MHz, 1e6L)
+INSONIFY_LITERAL(rad, 1.0L)
+INSONIFY_LITERAL(deg, 3.14159265358979323846L / 180.0L)
+INSONIFY_LITERAL(m_per_s, 1.0L)
+INSONIFY_LITERAL(kg_per_m3, 1.0L)
+INSONIFY_LITERAL(mmHg, 133.322387415L)
+INSONIFY_LITERAL(Rayl, 1.0L)
+INSONIFY_LITERAL(MRayl, 1e6L)
+INSONIFY_LITERAL(dB_per_m, 1.0L)
+INSONIFY_LITERAL(dB_per_cm, 100.0L)
+
+#undef INSONIFY_LITERAL
+// clang-format on
+
+} // namespace insonify::inline INSONIFY_ABI::inline literals
+
+
+#endif
+#ifndef INSONIFY_TISSUE_STRUCTURE_HPP
+#define INSONIFY_TISSUE_STRUCTURE_HPP
+
+
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// What a tissue is made of above the scale of speckle: a medium's `structure`. Plain data; empty by default.
+///
+/// The structure redistributes the echo power of the medium: it multiplies the amplitude of its speckle by
+///
+///     g = mottling (grain bundles + sheets + septa) / rms
+///
+/// and leaves the mean power as it is, for a beam across the fibres. It is anchored in the material and computed from
+/// hashes, so nothing is stored.
+///
+/// Sizes are metres along three axes of the object: x along its fibres, y and z across them, z where the object is
+/// flattest. See `fibres` of `object_settings`.
+struct structure {
+    static constexpr std::uint32_t max_lattices = 6; ///< of one layer of sheets
+
+    /// Slow random variation of the level.
+    struct variation {
+        float deviation_db = 0;         ///< standard deviation of the level, dB; 0: none
+        vec3 size{8e-3F, 4e-3F, 4e-3F}; ///< distance between independent values
+
+        friend bool operator==(const variation&, const variation&) = default;
+    };
+
+    /// Thin bright sheets of finite size, such as the perimysium between the fascicles of a muscle, or the septa of fat.
+    /// There is at most one in each cell of a lattice. Further lattices have cells of 0.8 times the size, and are turned
+    /// about the fibres. The echo of a sheet depends on its angle to the beam as that of an interface does.
+    struct sheet_layer {
+        float fill = 0;                      ///< fraction of the cells that contain a sheet; 0: none
+        std::uint32_t lattices = 1;          ///< 1 to `max_lattices`
+        vec3 cell{14e-3F, 2.4e-3F, 2.4e-3F}; ///< of the first lattice; sheets are up to 0.75 as long and 0.8 as wide
+        float thickness = 0.13e-3F;          ///< standard deviation of a sheet's profile, metres
+        float level_db =
+            18; ///< amplitude in the middle of a sheet that faces the beam, relative to the speckle around it
+        float spread_db = 8;    ///< standard deviation of that level from sheet to sheet
+        float turn = pi / 2;    ///< normals are turned about the fibres by at most this, from z; radians
+        float tilt = 0.04F;     ///< lattices are tilted against the fibres by up to this, radians
+        float waviness = 0.1F;  ///< standard deviation of the angle of the sheet's facets, radians
+        float diffuse_db = -12; ///< amplitude that remains at any angle, relative to that at normal incidence
+
+        friend bool operator==(const sheet_layer&, const sheet_layer&) = default;
+    };
+
+    /// Round bundles along the fibres, such as the fascicles of a nerve in the net of its epineurium.
+    struct bundle_layer {
+        float spacing = 0;   ///< of their centres across the fibres, metres; 0: none
+        float diameter = 0;  ///< of the largest, metres, at most the spacing; the smallest have 0.6 times as much
+        float level_db = -9; ///< amplitude inside, relative to the net
+
+        friend bool operator==(const bundle_layer&, const bundle_layer&) = default;
+    };
+
+    /// The sheath of an object, such as the epimysium and the aponeuroses of a muscle: a bright layer below its surface, of two
+    /// parallel lines with a dark slit between them, uneven in thickness and brightness. It adds to the echo power. It lies
+    /// where the surface is the object's own: not around a vessel within, and only once where two objects touch.
+    struct sheath_layer {
+        float thickness = 0;    ///< mean, metres; 0: none
+        float level_db = 24;    ///< amplitude at normal incidence, relative to the speckle of the medium
+        float spread_db = 3;    ///< standard deviation of that level along the surface
+        float waviness = 0.3F;  ///< standard deviation of the angle of its facets, radians
+        float diffuse_db = -10; ///< amplitude that remains at any angle, relative to that at normal incidence
+
+        friend bool operator==(const sheath_layer&, const sheath_layer&) = default;
+    };
+
+    variation mottling{};      ///< of everything
+    variation grain{};         ///< of the speckle between the sheets
+    float wave = 0;            ///< deviation of sheets and bundles from straight, standard deviation in metres
+    float wave_length = 9e-3F; ///< of these waves along the fibres, metres
+    sheet_layer sheets{};      ///< short sheets
+    sheet_layer septa{};       ///< long ones
+    bundle_layer bundles{};    ///< along the fibres
+    sheath_layer sheath{};     ///< below the surface of the object
+
+    /// Whether there is any structure.
+    INSONIFY_FN constexpr bool empty() const {
+        return mottling.deviation_db == 0 && grain.deviation_db == 0 && sheets.fill == 0 && septa.fill == 0 &&
+               bundles.spacing == 0 && sheath.thickness == 0;
+    }
+
+    friend bool operator==(const structure&, const structure&) = default;
+};
+
+/// True if every value is finite and in range: sizes above 0, fractions from 0 to 1, deviations 0 to 40 dB.
+INSONIFY_FN inline bool is_valid(const structure& s) {
+    const auto within = [](float value, float least, float most) { return value >= least && value <= most; };
+    const auto size_fits = [&](vec3 size) {
+        return within(size.x, 1e-6F, 10) && within(size.y, 1e-6F, 10) && within(size.z, 1e-6F, 10);
+    };
+    const auto varies = [&](const structure::variation& v) {
+        return within(v.deviation_db, 0, 40) && size_fits(v.size);
+    };
+    const auto has_sheets = [&](const structure::sheet_layer& l) {
+        return within(l.fill, 0, 1) && l.lattices >= 1 && l.lattices <= structure::max_lattices && size_fits(l.cell) &&
+               within(l.thickness, 1e-6F, 1) && within(l.level_db, -100, 100) && within(l.spread_db, 0, 40) &&
+               within(l.turn, 0, pi / 2) && within(l.tilt, 0, 1) && within(l.waviness, 0, pi) &&
+               within(l.diffuse_db, -200, 0);
+    };
+    const auto& b = s.bundles;
+    return varies(s.mottling) && varies(s.grain) && within(s.wave, 0, 1) && within(s.wave_length, 1e-6F, 10) &&
+           has_sheets(s.sheets) && has_sheets(s.septa) && within(b.spacing, 0, 1) && within(b.diameter, 0, b.spacing) &&
+           within(b.level_db, -200, 100) && within(s.sheath.thickness, 0, 1) && within(s.sheath.level_db, -200, 100) &&
+           within(s.sheath.spread_db, 0, 40) && within(s.sheath.waviness, 0, pi) &&
+           within(s.sheath.diffuse_db, -200, 0);
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Sound speed that scanners assume, c0, m/s: an echo that arrives after time t is displayed at depth c0 t / 2.
+inline constexpr float display_speed = 1540;
+
+/// Standard deviation of a Gaussian pulse envelope along displayed depth, metres: 0.1874 c0 / (B f0).
+/// @param bandwidth  B, of the amplitude spectrum at -6 dB, as a fraction of the frequency
+/// @param frequency  f0, hertz
+INSONIFY_FN constexpr float axial_sigma(float bandwidth, float frequency) {
+    return 0.1874F * display_speed / (bandwidth * frequency);
+}
+
+/// Default number of samples of a line: two per standard deviation of the pulse envelope, rounded up to a multiple of
+/// 64.
+/// @param sigma  standard deviation of the pulse envelope, metres
+INSONIFY_FN inline std::uint32_t samples_for(float depth, float sigma) {
+    return 64 * static_cast<std::uint32_t>(clamp(std::ceil(2 * depth / sigma / 64), 1, 16384));
+}
+
+/// Acoustic properties of an object. By default a medium is lossless, anechoic and specular.
+struct medium {
+    float density = 998;             ///< kg/m^3; the defaults are those of water at 20 degrees Celsius
+    float sound_speed = 1482;        ///< m/s
+    float attenuation = 0;           ///< dB/m at 1 MHz, one way
+    float attenuation_power = 1;     ///< exponent b of the frequency: attenuation grows as f^b
+    float backscatter = 0;           ///< echo amplitude of its speckle relative to liver; 0: anechoic
+    float roughness = 0;             ///< rms height of its surface, metres; 0: specular
+    float scatterer_density = 0;     ///< scatterers per m^3, for `poisson_scatterers`; 0: that field's default
+    insonify::structure structure{}; ///< above the scale of speckle; none by default
+    bool flowing = false;            ///< its speckle is independent from frame to frame, as that of flowing blood
+
+    /// Characteristic acoustic impedance, rayl = kg/(m^2 s): density times sound speed.
+    INSONIFY_FN constexpr float impedance() const { return density * sound_speed; }
+
+    friend bool operator==(const medium&, const medium&) = default;
+};
+
+/// Displayed depth per metre of the medium: c0 / c, but at most 1e6.
+INSONIFY_FN inline float displayed_stretch(const medium& m) { return min(display_speed / m.sound_speed, 1e6F); }
+
+/// True if every value is finite and in range: density, sound speed and impedance between 1e-18 and 1e18, so that
+/// products and quotients of any two stay finite; the others 0 or more.
+INSONIFY_FN inline bool is_valid(const medium& m) {
+    const auto in_range = [](float value) { return 1e-18F < value && value < 1e18F; };
+    return is_finite(m.density) && is_finite(m.sound_speed) && is_finite(m.attenuation) &&
+           is_finite(m.attenuation_power) && is_finite(m.backscatter) && is_finite(m.roughness) &&
+           is_finite(m.scatterer_density) && in_range(m.density) && in_range(m.sound_speed) &&
+           in_range(m.impedance()) && m.attenuation >= 0 && m.attenuation_power >= 0 && m.backscatter >= 0 &&
+           m.roughness >= 0 && m.scatterer_density >= 0 && is_valid(m.structure);
+}
+
+namespace detail {
+
+/// Whether almost no sound passes from tissue into a medium of so small an impedance: gas, inflated lung.
+INSONIFY_FN inline bool is_gas(const medium& m) { return m.impedance() < 3e5F; }
+/// Whether almost no sound passes between tissue and this medium: gas, bone, metal.
+INSONIFY_FN inline bool blocks_sound(const medium& m) { return m.impedance() > 3e6F || is_gas(m); }
+
+} // namespace detail
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#ifndef INSONIFY_CORE_VIEW_HPP
+#define INSONIFY_CORE_VIEW_HPP
+
+
+#include <concepts>
+#include <cstddef>
+#include <iterator>
+#include <type_traits>
+
+namespace insonify::inline INSONIFY_ABI {
+
+namespace detail {
+
+/// Prefetches a value into the cache. Callers must be inlined too: GCC discards calls of a function that does nothing
+/// else.
+INSONIFY_FN INSONIFY_INLINE void prefetch(const void* value) {
+#if defined(__GNUC__) && !defined(__CUDA_ARCH__)
+    __builtin_prefetch(value);
+#else
+    static_cast<void>(value);
+#endif
+}
+
+} // namespace detail
+
+/// A pointer and a count, like std::span, but trivially copyable and usable in device code. It does not own the
+/// elements.
+template <class T>
+struct view {
+    T* first = nullptr;    ///< null if empty
+    std::size_t count = 0; ///< number of elements
+
+    view() = default;
+    /// A view of `number` elements from `first_element` on.
+    INSONIFY_FN constexpr view(T* first_element, std::size_t number) : first{first_element}, count{number} {}
+
+    /// A view of a contiguous container of T; not of a temporary.
+    template <class Container>
+        requires(!std::same_as<std::remove_cv_t<Container>, view>)
+    &&requires(Container& c) {
+        { std::data(c) } -> std::convertible_to<T*>;
+        { std::size(c) } -> std::convertible_to<std::size_t>;
+    }
+    constexpr view(Container& container) : first{std::data(container)}, count{std::size(container)} {}
+
+    /// As in std::span; the index is not checked.
+    /// @{
+    INSONIFY_FN constexpr T& operator[](std::size_t index) const { return first[index]; }
+    INSONIFY_FN constexpr T* begin() const { return first; }
+    INSONIFY_FN constexpr T* end() const { return first + count; }
+    INSONIFY_FN constexpr T* data() const { return first; }
+    INSONIFY_FN constexpr std::size_t size() const { return count; }
+    INSONIFY_FN constexpr bool empty() const { return count == 0; }
+    /// @}
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#ifndef INSONIFY_GEOMETRY_POSE_HPP
+#define INSONIFY_GEOMETRY_POSE_HPP
+
+
+#ifndef INSONIFY_CORE_ERROR_HPP
+#define INSONIFY_CORE_ERROR_HPP
+
+
+#include <stdexcept>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// A file could not be read or written, or its content is invalid. The message names the file and the line or object.
+struct io_error : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
+/// An invalid mesh, pose or primitive. `validate` reports the defects of a mesh.
+struct geometry_error : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
+/// A setting that is out of range, or a call out of order, such as tracing a scene that was not built.
+struct usage_error : std::logic_error {
+    using std::logic_error::logic_error;
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Rigid transform from local to world coordinates: the rotation, then the translation.
+struct pose {
+    mat3 rotation{1};          ///< its columns are the local x, y and z axes in the world
+    vec3 translation{0, 0, 0}; ///< local origin in the world, metres
+
+    /// From local to world coordinates.
+    /// @{
+    INSONIFY_FN vec3 point(vec3 p) const { return rotation * p + translation; }
+    INSONIFY_FN vec3 direction(vec3 v) const { return rotation * v; }
+    /// @}
+
+    /// From world to local coordinates; precise far from the origin as well.
+    INSONIFY_FN vec3 local_point(vec3 p) const { return local_direction(p - translation); }
+    /// The same for a direction: the translation is ignored.
+    INSONIFY_FN vec3 local_direction(vec3 v) const {
+        return {dot(rotation[0], v), dot(rotation[1], v), dot(rotation[2], v)};
+    }
+
+    friend bool operator==(const pose&, const pose&) = default;
+};
+
+/// The inverse transform.
+INSONIFY_FN inline pose inverse(const pose& p) { return {transpose(p.rotation), -p.local_direction(p.translation)}; }
+
+/// Composition: `inner` first, then `outer`.
+INSONIFY_FN inline pose operator*(const pose& outer, const pose& inner) {
+    return {outer.rotation * inner.rotation, outer.point(inner.translation)};
+}
+
+/// Largest coordinate of a translation or shape, metres; further out the spacing of floats exceeds the size of a probe.
+inline constexpr float max_translation = 1e6F;
+
+/// True for an orthonormal rotation (within 1e-4, without reflection) and a translation within `max_translation`.
+INSONIFY_FN inline bool is_rigid(const pose& p) {
+    const mat3& r = p.rotation;
+    const auto near_to = [](float a, float b) { return std::fabs(a - b) < 1e-4F; };
+    return is_finite(r[0]) && is_finite(r[1]) && is_finite(r[2]) && is_finite(p.translation) &&
+           abs(p.translation) == min(abs(p.translation), vec3{max_translation}) && near_to(dot(r[0], r[0]), 1) &&
+           near_to(dot(r[1], r[1]), 1) && near_to(dot(r[2], r[2]), 1) && near_to(dot(r[0], r[1]), 0) &&
+           near_to(dot(r[1], r[2]), 0) && near_to(dot(r[2], r[0]), 0) && determinant(r) > 0;
+}
+
+/// The pose with an orthonormal rotation, the nearest to one that rounding has made inexact: of a pose that is multiplied many
+/// times, such as that of a robot's arm.
+///
+///     at = orthonormalised(at * step); // each time
+///
+/// @throws geometry_error  for a rotation that is not nearly one: stretched, mirrored or not finite
+inline pose orthonormalised(const pose& p) {
+    mat3 r = p.rotation;
+    // Newton's iteration for the polar decomposition: Higham 1986, SIAM J. Sci. Stat. Comput. 7, 1160.
+    for (int i = 0; i < 4; ++i)
+        if (determinant(r) > 0.1F) r = (r + transpose(inverse(r))) * 0.5F;
+    const pose nearest{r, p.translation};
+    const mat3 change = r - p.rotation;
+    if (!is_rigid(nearest) ||
+        !(dot(change[0], change[0]) + dot(change[1], change[1]) + dot(change[2], change[2]) < 0.1F))
+        throw geometry_error{
+            "orthonormalised: the pose is not nearly a rigid transform: its axes must be of length 1 and "
+            "at right angles to within 0.1, not mirrored, its translation within 1000 km of the origin"};
+    return nearest;
+}
+
+/// Pose of a probe (or tool, or camera) at `from` that faces `towards` a point, its array along `lateral`.
+///
+/// z = towards - from, x = lateral made orthogonal to z, y = z cross x, normalized; the inverse of glm::lookAt.
+/// @throws geometry_error  where `lateral` is parallel to the line of sight, or the two points coincide
+inline pose look_at(vec3 from, vec3 towards, vec3 lateral) {
+    const vec3 sight = towards - from;
+    const float distance = length(sight);
+    const float width = length(lateral);
+    if (!is_rigid({mat3{1}, from}) || !is_finite(distance) || !is_finite(width) || !(distance > 0) || !(width > 0))
+        throw geometry_error{"look_at: `from` and `towards` must be different points within 1000 km of the origin, "
+                             "and `lateral` a direction other than zero"};
+    const vec3 z = sight / distance;
+    const vec3 across = lateral / width - dot(lateral / width, z) * z;
+    if (!(length(across) > 1e-5F))
+        throw geometry_error{"look_at: `lateral` is parallel to the line of sight; choose a direction across it"};
+    const vec3 x = normalize(across);
+    return {mat3{x, cross(z, x), z}, from};
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#ifndef INSONIFY_TISSUE_DISPLACEMENT_VIEW_HPP
+#define INSONIFY_TISSUE_DISPLACEMENT_VIEW_HPP
+
+
+#ifndef INSONIFY_EXECUTION_SIMD_HPP
+#define INSONIFY_EXECUTION_SIMD_HPP
+
+
 #ifndef INSONIFY_EXECUTION_SIMD_SCALAR_HPP
 #define INSONIFY_EXECUTION_SIMD_SCALAR_HPP
 
@@ -882,126 +1226,6 @@ INSONIFY_FN INSONIFY_INLINE Lanes difference_of_products(const Lanes& a, const L
 
 
 #endif
-#ifndef INSONIFY_GEOMETRY_POSE_HPP
-#define INSONIFY_GEOMETRY_POSE_HPP
-
-
-#ifndef INSONIFY_CORE_ERROR_HPP
-#define INSONIFY_CORE_ERROR_HPP
-
-
-#include <stdexcept>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// A file could not be read or written, or its content is invalid. The message names the file and the line or object.
-struct io_error : std::runtime_error {
-    using std::runtime_error::runtime_error;
-};
-
-/// An invalid mesh, pose or primitive. `validate` reports the defects of a mesh.
-struct geometry_error : std::runtime_error {
-    using std::runtime_error::runtime_error;
-};
-
-/// A setting that is out of range, or a call out of order, such as tracing a scene that was not built.
-struct usage_error : std::logic_error {
-    using std::logic_error::logic_error;
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Rigid transform from local to world coordinates: the rotation, then the translation.
-struct pose {
-    mat3 rotation{1};          ///< its columns are the local x, y and z axes in the world
-    vec3 translation{0, 0, 0}; ///< local origin in the world, metres
-
-    /// From local to world coordinates.
-    /// @{
-    INSONIFY_FN vec3 point(vec3 p) const { return rotation * p + translation; }
-    INSONIFY_FN vec3 direction(vec3 v) const { return rotation * v; }
-    /// @}
-
-    /// From world to local coordinates; precise far from the origin as well.
-    INSONIFY_FN vec3 local_point(vec3 p) const { return local_direction(p - translation); }
-    /// The same for a direction: the translation is ignored.
-    INSONIFY_FN vec3 local_direction(vec3 v) const {
-        return {dot(rotation[0], v), dot(rotation[1], v), dot(rotation[2], v)};
-    }
-
-    friend bool operator==(const pose&, const pose&) = default;
-};
-
-/// The inverse transform.
-INSONIFY_FN inline pose inverse(const pose& p) { return {transpose(p.rotation), -p.local_direction(p.translation)}; }
-
-/// Composition: `inner` first, then `outer`.
-INSONIFY_FN inline pose operator*(const pose& outer, const pose& inner) {
-    return {outer.rotation * inner.rotation, outer.point(inner.translation)};
-}
-
-/// Largest coordinate of a translation or shape, metres; further out the spacing of floats exceeds the size of a probe.
-inline constexpr float max_translation = 1e6F;
-
-/// True for an orthonormal rotation (within 1e-4, without reflection) and a translation within `max_translation`.
-INSONIFY_FN inline bool is_rigid(const pose& p) {
-    const mat3& r = p.rotation;
-    const auto near_to = [](float a, float b) { return std::fabs(a - b) < 1e-4F; };
-    return is_finite(r[0]) && is_finite(r[1]) && is_finite(r[2]) && is_finite(p.translation) &&
-           abs(p.translation) == min(abs(p.translation), vec3{max_translation}) && near_to(dot(r[0], r[0]), 1) &&
-           near_to(dot(r[1], r[1]), 1) && near_to(dot(r[2], r[2]), 1) && near_to(dot(r[0], r[1]), 0) &&
-           near_to(dot(r[1], r[2]), 0) && near_to(dot(r[2], r[0]), 0) && determinant(r) > 0;
-}
-
-/// The pose with an orthonormal rotation, the nearest to one that rounding has made inexact: of a pose that is multiplied many
-/// times, such as that of a robot's arm.
-///
-///     at = orthonormalised(at * step); // each time
-///
-/// @throws geometry_error  for a rotation that is not nearly one: stretched, mirrored or not finite
-inline pose orthonormalised(const pose& p) {
-    mat3 r = p.rotation;
-    // Newton's iteration for the polar decomposition: Higham 1986, SIAM J. Sci. Stat. Comput. 7, 1160.
-    for (int i = 0; i < 4; ++i)
-        if (determinant(r) > 0.1F) r = (r + transpose(inverse(r))) * 0.5F;
-    const pose nearest{r, p.translation};
-    const mat3 change = r - p.rotation;
-    if (!is_rigid(nearest) ||
-        !(dot(change[0], change[0]) + dot(change[1], change[1]) + dot(change[2], change[2]) < 0.1F))
-        throw geometry_error{
-            "orthonormalised: the pose is not nearly a rigid transform: its axes must be of length 1 and "
-            "at right angles to within 0.1, not mirrored, its translation within 1000 km of the origin"};
-    return nearest;
-}
-
-/// Pose of a probe (or tool, or camera) at `from` that faces `towards` a point, its array along `lateral`.
-///
-/// z = towards - from, x = lateral made orthogonal to z, y = z cross x, normalized; the inverse of glm::lookAt.
-/// @throws geometry_error  where `lateral` is parallel to the line of sight, or the two points coincide
-inline pose look_at(vec3 from, vec3 towards, vec3 lateral) {
-    const vec3 sight = towards - from;
-    const float distance = length(sight);
-    const float width = length(lateral);
-    if (!is_rigid({mat3{1}, from}) || !is_finite(distance) || !is_finite(width) || !(distance > 0) || !(width > 0))
-        throw geometry_error{"look_at: `from` and `towards` must be different points within 1000 km of the origin, "
-                             "and `lateral` a direction other than zero"};
-    const vec3 z = sight / distance;
-    const vec3 across = lateral / width - dot(lateral / width, z) * z;
-    if (!(length(across) > 1e-5F))
-        throw geometry_error{"look_at: `lateral` is parallel to the line of sight; choose a direction across it"};
-    const vec3 x = normalize(across);
-    return {mat3{x, cross(z, x), z}, from};
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -1087,228 +1311,60 @@ struct displacement_view {
 
 
 #endif
-#ifndef INSONIFY_ACOUSTICS_MEDIUM_HPP
-#define INSONIFY_ACOUSTICS_MEDIUM_HPP
+#ifndef INSONIFY_TISSUE_PLACED_STRUCTURE_HPP
+#define INSONIFY_TISSUE_PLACED_STRUCTURE_HPP
 
 
-#ifndef INSONIFY_ACOUSTICS_STRUCTURE_HPP
-#define INSONIFY_ACOUSTICS_STRUCTURE_HPP
+#ifndef INSONIFY_CORE_DECIBELS_HPP
+#define INSONIFY_CORE_DECIBELS_HPP
 
 
+#include <cfloat>
+#include <cmath>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// What a tissue is made of above the scale of speckle: a medium's `structure`. Plain data; empty by default.
-///
-/// The structure redistributes the echo power of the medium: it multiplies the amplitude of its speckle by
-///
-///     g = mottling (grain bundles + sheets + septa) / rms
-///
-/// and leaves the mean power as it is, for a beam across the fibres. It is anchored in the material and computed from
-/// hashes, so nothing is stored.
-///
-/// Sizes are metres along three axes of the object: x along its fibres, y and z across them, z where the object is
-/// flattest. See `fibres` of `object_settings`.
-struct structure {
-    static constexpr std::uint32_t max_lattices = 6; ///< of one layer of sheets
+/// Below every level, in decibels: as the level of noise there is none, as a threshold it rejects nothing.
+inline constexpr float no_level_db = -FLT_MAX;
 
-    /// Slow random variation of the level.
-    struct variation {
-        float deviation_db = 0;         ///< standard deviation of the level, dB; 0: none
-        vec3 size{8e-3F, 4e-3F, 4e-3F}; ///< distance between independent values
+namespace detail {
 
-        friend bool operator==(const variation&, const variation&) = default;
-    };
-
-    /// Thin bright sheets of finite size, such as the perimysium between the fascicles of a muscle, or the septa of fat.
-    /// There is at most one in each cell of a lattice. Further lattices have cells of 0.8 times the size, and are turned
-    /// about the fibres. The echo of a sheet depends on its angle to the beam as that of an interface does.
-    struct sheet_layer {
-        float fill = 0;                      ///< fraction of the cells that contain a sheet; 0: none
-        std::uint32_t lattices = 1;          ///< 1 to `max_lattices`
-        vec3 cell{14e-3F, 2.4e-3F, 2.4e-3F}; ///< of the first lattice; sheets are up to 0.75 as long and 0.8 as wide
-        float thickness = 0.13e-3F;          ///< standard deviation of a sheet's profile, metres
-        float level_db =
-            18; ///< amplitude in the middle of a sheet that faces the beam, relative to the speckle around it
-        float spread_db = 8;    ///< standard deviation of that level from sheet to sheet
-        float turn = pi / 2;    ///< normals are turned about the fibres by at most this, from z; radians
-        float tilt = 0.04F;     ///< lattices are tilted against the fibres by up to this, radians
-        float waviness = 0.1F;  ///< standard deviation of the angle of the sheet's facets, radians
-        float diffuse_db = -12; ///< amplitude that remains at any angle, relative to that at normal incidence
-
-        friend bool operator==(const sheet_layer&, const sheet_layer&) = default;
-    };
-
-    /// Round bundles along the fibres, such as the fascicles of a nerve in the net of its epineurium.
-    struct bundle_layer {
-        float spacing = 0;   ///< of their centres across the fibres, metres; 0: none
-        float diameter = 0;  ///< of the largest, metres, at most the spacing; the smallest have 0.6 times as much
-        float level_db = -9; ///< amplitude inside, relative to the net
-
-        friend bool operator==(const bundle_layer&, const bundle_layer&) = default;
-    };
-
-    /// The sheath of an object, such as the epimysium and the aponeuroses of a muscle: a bright layer below its surface, of two
-    /// parallel lines with a dark slit between them, uneven in thickness and brightness. It adds to the echo power. It lies
-    /// where the surface is the object's own: not around a vessel within, and only once where two objects touch.
-    struct sheath_layer {
-        float thickness = 0;    ///< mean, metres; 0: none
-        float level_db = 24;    ///< amplitude at normal incidence, relative to the speckle of the medium
-        float spread_db = 3;    ///< standard deviation of that level along the surface
-        float waviness = 0.3F;  ///< standard deviation of the angle of its facets, radians
-        float diffuse_db = -10; ///< amplitude that remains at any angle, relative to that at normal incidence
-
-        friend bool operator==(const sheath_layer&, const sheath_layer&) = default;
-    };
-
-    variation mottling{};      ///< of everything
-    variation grain{};         ///< of the speckle between the sheets
-    float wave = 0;            ///< deviation of sheets and bundles from straight, standard deviation in metres
-    float wave_length = 9e-3F; ///< of these waves along the fibres, metres
-    sheet_layer sheets{};      ///< short sheets
-    sheet_layer septa{};       ///< long ones
-    bundle_layer bundles{};    ///< along the fibres
-    sheath_layer sheath{};     ///< below the surface of the object
-
-    /// Whether there is any structure.
-    INSONIFY_FN constexpr bool empty() const {
-        return mottling.deviation_db == 0 && grain.deviation_db == 0 && sheets.fill == 0 && septa.fill == 0 &&
-               bundles.spacing == 0 && sheath.thickness == 0;
-    }
-
-    friend bool operator==(const structure&, const structure&) = default;
-};
-
-/// True if every value is finite and in range: sizes above 0, fractions from 0 to 1, deviations 0 to 40 dB.
-INSONIFY_FN inline bool is_valid(const structure& s) {
-    const auto within = [](float value, float least, float most) { return value >= least && value <= most; };
-    const auto size_fits = [&](vec3 size) {
-        return within(size.x, 1e-6F, 10) && within(size.y, 1e-6F, 10) && within(size.z, 1e-6F, 10);
-    };
-    const auto varies = [&](const structure::variation& v) {
-        return within(v.deviation_db, 0, 40) && size_fits(v.size);
-    };
-    const auto has_sheets = [&](const structure::sheet_layer& l) {
-        return within(l.fill, 0, 1) && l.lattices >= 1 && l.lattices <= structure::max_lattices && size_fits(l.cell) &&
-               within(l.thickness, 1e-6F, 1) && within(l.level_db, -100, 100) && within(l.spread_db, 0, 40) &&
-               within(l.turn, 0, pi / 2) && within(l.tilt, 0, 1) && within(l.waviness, 0, pi) &&
-               within(l.diffuse_db, -200, 0);
-    };
-    const auto& b = s.bundles;
-    return varies(s.mottling) && varies(s.grain) && within(s.wave, 0, 1) && within(s.wave_length, 1e-6F, 10) &&
-           has_sheets(s.sheets) && has_sheets(s.septa) && within(b.spacing, 0, 1) && within(b.diameter, 0, b.spacing) &&
-           within(b.level_db, -200, 100) && within(s.sheath.thickness, 0, 1) && within(s.sheath.level_db, -200, 100) &&
-           within(s.sheath.spread_db, 0, 40) && within(s.sheath.waviness, 0, pi) &&
-           within(s.sheath.diffuse_db, -200, 0);
+/// 2^x for constant expressions, in which std::exp2 is not allowed.
+INSONIFY_FN constexpr float constant_exp2(double x) {
+    if (!(x > -160)) return x < 0 ? 0.0F : static_cast<float>(x); // below every float; NaN
+    if (!(x < 128)) return __builtin_huge_valf();
+    const int whole = static_cast<int>(x < 0 ? x - 0.5 : x + 0.5);
+    const double rest = 0.693147180559945309417 * (x - whole); // at most ln(2) / 2
+    double term = 1, power = 1;
+    for (int n = 1; n < 16; ++n) power += term *= rest / n; // Taylor's series of e^rest
+    for (int n = 0; n < whole; ++n) power *= 2;
+    for (int n = 0; n > whole; --n) power /= 2;
+    return power > double{FLT_MAX} ? __builtin_huge_valf() : static_cast<float>(power);
 }
+
+} // namespace detail
+
+/// Amplitude ratio of a level in decibels: 10^(level / 20). Also at compile time.
+/// @{
+INSONIFY_FN constexpr float amplitude_of_decibels(float level) {
+    if (__builtin_is_constant_evaluated()) return detail::constant_exp2(0.166096404744368117394 * double{level});
+    return std::exp2(0.16609640F * level); // log2(10) / 20
+}
+constexpr float amplitude_of_decibels(int level) {
+    constexpr double step = 1.1220184543019634356; // 10^(1/20)
+    double amplitude = 1;
+    for (; level > 0; --level) amplitude *= step;
+    for (; level < 0; ++level) amplitude /= step;
+    return static_cast<float>(amplitude);
+}
+/// @}
 
 } // namespace insonify::inline INSONIFY_ABI
 
 
 #endif
-#ifndef INSONIFY_CORE_UNITS_HPP
-#define INSONIFY_CORE_UNITS_HPP
-
-
-
-/// All public numbers are in SI units: metres, seconds, hertz, radians, kg/m^3, m/s, rayl (kg/(m^2 s)), dB/m. Literals
-/// convert to them: `40_mm`, `7.5_MHz`, `60_deg`, `0.54_dB_per_cm`.
-namespace insonify::inline INSONIFY_ABI::inline literals {
-
-// clang-format off
-#define INSONIFY_LITERAL(suffix, scale)                                                                                 \
-    constexpr float operator""_##suffix(long double value) { return static_cast<float>(value * (scale)); }              \
-    constexpr float operator""_##suffix(unsigned long long value) { return static_cast<float>(static_cast<long double>(value) * (scale)); }
-
-INSONIFY_LITERAL(m, 1.0L)
-INSONIFY_LITERAL(cm, 1e-2L)
-INSONIFY_LITERAL(mm, 1e-3L)
-INSONIFY_LITERAL(um, 1e-6L)
-INSONIFY_LITERAL(s, 1.0L)
-INSONIFY_LITERAL(ms, 1e-3L)
-INSONIFY_LITERAL(us, 1e-6L)
-INSONIFY_LITERAL(Hz, 1.0L)
-INSONIFY_LITERAL(kHz, 1e3L)
-INSONIFY_LITERAL(MHz, 1e6L)
-INSONIFY_LITERAL(rad, 1.0L)
-INSONIFY_LITERAL(deg, 3.14159265358979323846L / 180.0L)
-INSONIFY_LITERAL(m_per_s, 1.0L)
-INSONIFY_LITERAL(kg_per_m3, 1.0L)
-INSONIFY_LITERAL(mmHg, 133.322387415L)
-INSONIFY_LITERAL(Rayl, 1.0L)
-INSONIFY_LITERAL(MRayl, 1e6L)
-INSONIFY_LITERAL(dB_per_m, 1.0L)
-INSONIFY_LITERAL(dB_per_cm, 100.0L)
-
-#undef INSONIFY_LITERAL
-// clang-format on
-
-} // namespace insonify::inline INSONIFY_ABI::inline literals
-
-
-#endif
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Sound speed that scanners assume, c0, m/s: an echo that arrives after time t is displayed at depth c0 t / 2.
-inline constexpr float display_speed = 1540;
-
-/// Standard deviation of a Gaussian pulse envelope along displayed depth, metres: 0.1874 c0 / (B f0).
-/// @param bandwidth  B, of the amplitude spectrum at -6 dB, as a fraction of the frequency
-/// @param frequency  f0, hertz
-INSONIFY_FN constexpr float axial_sigma(float bandwidth, float frequency) {
-    return 0.1874F * display_speed / (bandwidth * frequency);
-}
-
-/// Default number of samples of a line: two per standard deviation of the pulse envelope, rounded up to a multiple of
-/// 64.
-/// @param sigma  standard deviation of the pulse envelope, metres
-INSONIFY_FN inline std::uint32_t samples_for(float depth, float sigma) {
-    return 64 * static_cast<std::uint32_t>(clamp(std::ceil(2 * depth / sigma / 64), 1, 16384));
-}
-
-/// Acoustic properties of an object. By default a medium is lossless, anechoic and specular.
-struct medium {
-    float density = 998;             ///< kg/m^3; the defaults are those of water at 20 degrees Celsius
-    float sound_speed = 1482;        ///< m/s
-    float attenuation = 0;           ///< dB/m at 1 MHz, one way
-    float attenuation_power = 1;     ///< exponent b of the frequency: attenuation grows as f^b
-    float backscatter = 0;           ///< echo amplitude of its speckle relative to liver; 0: anechoic
-    float roughness = 0;             ///< rms height of its surface, metres; 0: specular
-    float scatterer_density = 0;     ///< scatterers per m^3, for `poisson_scatterers`; 0: that field's default
-    insonify::structure structure{}; ///< above the scale of speckle; none by default
-    bool flowing = false;            ///< its speckle is independent from frame to frame, as that of flowing blood
-
-    /// Characteristic acoustic impedance, rayl = kg/(m^2 s): density times sound speed.
-    INSONIFY_FN constexpr float impedance() const { return density * sound_speed; }
-
-    friend bool operator==(const medium&, const medium&) = default;
-};
-
-/// Displayed depth per metre of the medium: c0 / c, but at most 1e6.
-INSONIFY_FN inline float displayed_stretch(const medium& m) { return min(display_speed / m.sound_speed, 1e6F); }
-
-/// True if every value is finite and in range: density, sound speed and impedance between 1e-18 and 1e18, so that
-/// products and quotients of any two stay finite; the others 0 or more.
-INSONIFY_FN inline bool is_valid(const medium& m) {
-    const auto in_range = [](float value) { return 1e-18F < value && value < 1e18F; };
-    return is_finite(m.density) && is_finite(m.sound_speed) && is_finite(m.attenuation) &&
-           is_finite(m.attenuation_power) && is_finite(m.backscatter) && is_finite(m.roughness) &&
-           is_finite(m.scatterer_density) && in_range(m.density) && in_range(m.sound_speed) &&
-           in_range(m.impedance()) && m.attenuation >= 0 && m.attenuation_power >= 0 && m.backscatter >= 0 &&
-           m.roughness >= 0 && m.scatterer_density >= 0 && is_valid(m.structure);
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#ifndef INSONIFY_ACOUSTICS_PLACED_STRUCTURE_HPP
-#define INSONIFY_ACOUSTICS_PLACED_STRUCTURE_HPP
-
-
-#ifndef INSONIFY_ACOUSTICS_FIBRE_CHART_HPP
-#define INSONIFY_ACOUSTICS_FIBRE_CHART_HPP
+#ifndef INSONIFY_TISSUE_FIBRE_CHART_HPP
+#define INSONIFY_TISSUE_FIBRE_CHART_HPP
 
 
 #include <cstddef>
@@ -1350,12 +1406,12 @@ struct fibre_chart {
 
 
 #endif
-#ifndef INSONIFY_ACOUSTICS_STRUCTURE_RMS_HPP
-#define INSONIFY_ACOUSTICS_STRUCTURE_RMS_HPP
+#ifndef INSONIFY_TISSUE_STRUCTURE_RMS_HPP
+#define INSONIFY_TISSUE_STRUCTURE_RMS_HPP
 
 
-#ifndef INSONIFY_ACOUSTICS_SHEET_LOBE_HPP
-#define INSONIFY_ACOUSTICS_SHEET_LOBE_HPP
+#ifndef INSONIFY_TISSUE_SHEET_LOBE_HPP
+#define INSONIFY_TISSUE_SHEET_LOBE_HPP
 
 
 #include <cmath>
@@ -1456,54 +1512,6 @@ INSONIFY_FN inline float structure_rms(const structure& s, float fnumber) {
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#ifndef INSONIFY_CORE_DECIBELS_HPP
-#define INSONIFY_CORE_DECIBELS_HPP
-
-
-#include <cfloat>
-#include <cmath>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Below every level, in decibels: as the level of noise there is none, as a threshold it rejects nothing.
-inline constexpr float no_level_db = -FLT_MAX;
-
-namespace detail {
-
-/// 2^x for constant expressions, in which std::exp2 is not allowed.
-INSONIFY_FN constexpr float constant_exp2(double x) {
-    if (!(x > -160)) return x < 0 ? 0.0F : static_cast<float>(x); // below every float; NaN
-    if (!(x < 128)) return __builtin_huge_valf();
-    const int whole = static_cast<int>(x < 0 ? x - 0.5 : x + 0.5);
-    const double rest = 0.693147180559945309417 * (x - whole); // at most ln(2) / 2
-    double term = 1, power = 1;
-    for (int n = 1; n < 16; ++n) power += term *= rest / n; // Taylor's series of e^rest
-    for (int n = 0; n < whole; ++n) power *= 2;
-    for (int n = 0; n > whole; --n) power /= 2;
-    return power > double{FLT_MAX} ? __builtin_huge_valf() : static_cast<float>(power);
-}
-
-} // namespace detail
-
-/// Amplitude ratio of a level in decibels: 10^(level / 20). Also at compile time.
-/// @{
-INSONIFY_FN constexpr float amplitude_of_decibels(float level) {
-    if (__builtin_is_constant_evaluated()) return detail::constant_exp2(0.166096404744368117394 * double{level});
-    return std::exp2(0.16609640F * level); // log2(10) / 20
-}
-constexpr float amplitude_of_decibels(int level) {
-    constexpr double step = 1.1220184543019634356; // 10^(1/20)
-    double amplitude = 1;
-    for (; level > 0; --level) amplitude *= step;
-    for (; level < 0; ++level) amplitude /= step;
-    return static_cast<float>(amplitude);
-}
-/// @}
-
-} // namespace insonify::inline INSONIFY_ABI
 
 
 #endif
@@ -2215,45 +2223,12 @@ constexpr float nanoseconds_of() {
 
 
 #endif
-#ifndef INSONIFY_ACOUSTICS_LAW2011_HPP
-#define INSONIFY_ACOUSTICS_LAW2011_HPP
+#ifndef INSONIFY_ACOUSTICS_PHYSICAL_HPP
+#define INSONIFY_ACOUSTICS_PHYSICAL_HPP
 
 
-#ifndef INSONIFY_ACOUSTICS_INTERFACE_LAW_HPP
-#define INSONIFY_ACOUSTICS_INTERFACE_LAW_HPP
-
-
-#include <concepts>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// A wave incident on the interface between two media.
-struct incidence {
-    medium before{};      ///< on the side of the incident wave
-    medium after{};       ///< on the other side
-    float cosine = 1;     ///< of the angle of incidence, 0 to 1
-    float frequency = 0;  ///< hertz
-    float roughness = -1; ///< rms height of the surface, metres; below 0: the larger one of the two media
-};
-
-/// Reflection at an interface, and the factor on echoes that cross it there and back.
-struct response {
-    float reflected = 0;   ///< signed pressure amplitude of the echo, relative to the incident wave
-    float transmitted = 1; ///< fraction of an echo's amplitude that survives crossing there and back
-};
-
-/// An interface law: law(incidence) is the `response` of the interface. It is called only where the medium changes.
-template <class Law>
-concept interface_law = requires(const Law& law, const incidence& at) {
-    { law(at) } -> std::same_as<response>;
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#ifndef INSONIFY_EXECUTION_SIMD_MATH_HPP
-#define INSONIFY_EXECUTION_SIMD_MATH_HPP
+#ifndef INSONIFY_ACOUSTICS_ECHO_LINE_HPP
+#define INSONIFY_ACOUSTICS_ECHO_LINE_HPP
 
 
 #ifndef INSONIFY_EXECUTION_SIMD_BITS_HPP
@@ -2355,260 +2330,424 @@ INSONIFY_FN INSONIFY_INLINE bit_lanes<N> floor_bits(const lanes<N>& x) {
 
 
 #endif
-#include <cfloat>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// A polynomial by Horner's rule. @param lower  the remaining coefficients, highest power first
-template <int N, class... Lower>
-INSONIFY_FN INSONIFY_INLINE lanes<N> polynomial(const lanes<N>& x, float highest, Lower... lower) {
-    lanes<N> sum(highest);
-    ((sum = multiply_add(sum, x, lanes<N>(lower))), ...);
-    return sum;
+/// Echoes of scatterers at equal steps of displayed depth. The level changes exponentially along the run, but grows by 24 dB at
+/// most from one scatterer to the next.
+struct scatterer_echoes {
+    float depth = 0;                  ///< of the first echo, metres
+    float step = 0;                   ///< metres, 0 or more
+    std::uint32_t count = 0;          ///< number of scatterers
+    const float* real = nullptr;      ///< real parts of the amplitudes
+    const float* imaginary = nullptr; ///< imaginary parts
+    float first_level = 0;            ///< factor on the amplitudes at the first scatterer ...
+    float last_level = 0;             ///< ... and one step after its last scatterer
+    vec2 slope{0, 0}; ///< change of displayed depth per metre across the line: in the slice plane, out of it
+};
+
+/// The specular echo of a plane or curved surface, with its repetitions where sound goes to and fro in a thin layer above it.
+struct curved_echo {
+    float depth = 0;     ///< displayed, metres
+    float amplitude = 0; ///< of the whole echo, before the aperture has its part
+    vec2 collected{
+        1, 1}; ///< fraction that the aperture collects of a plane of this slope, in the slice plane and out of it
+    vec2 slope{0, 0};        ///< change of displayed depth per metre across the line, in the slice plane and out of it
+    vec3 curvature{0, 0, 0}; ///< second derivatives of displayed depth, 1/m, as in `layer`
+    float repeat_ratio = 0;  ///< of the amplitudes of each repetition and the echo before it; 0: not repeated
+    float repeat_step = 0;   ///< from one to the next, metres of displayed depth
+
+    /// Calls visit(deeper, factor) for the echo itself and for each repetition until they have fallen by 60 dB.
+    /// @param range  metres of displayed depth after which they end
+    template <class Visit>
+    INSONIFY_FN void for_each_repetition(float range, const Visit& visit) const {
+        constexpr std::uint32_t most = 256;
+        float factor = 1;
+        for (std::uint32_t i = 0; i < most && std::fabs(factor) > 1e-3F; ++i) {
+            const float deeper = static_cast<float>(i) * repeat_step;
+            if (i > 0 && !(deeper < range)) return;
+            visit(deeper, factor);
+            factor *= repeat_ratio;
+        }
+    }
+};
+
+/// Writes echoes into one line of complex samples at baseband.
+///
+///     s += a exp(-j 4 pi f0 z / c0)
+///
+/// for an echo of amplitude a at displayed depth z, in metres, f0 in hertz and c0 = `display_speed` in m/s; it is
+/// divided linearly between the two neighbouring samples. Sample k lies at depth (k + 1/2) * spacing. The phase is
+/// reduced in cycles, in double precision, so it is accurate at any depth.
+///
+/// Models call `surface`, `rough_surface` and `scatterers`, and receive any type with these three and `depth`; those with
+/// `curved_surface` receive specular echoes there instead, unless all incidence is normal. The tracer substitutes one that
+/// compensates for the kernels of later stages.
+/// Source: demodulation to baseband of an echo with delay 2 z / c0.
+class echo_line {
+  public:
+    /// @param samples    to which echoes are added
+    /// @param spacing    metres of displayed depth from sample to sample
+    /// @param frequency  of the carrier, hertz
+    INSONIFY_FN echo_line(view<vec2> samples, float spacing, float frequency)
+        : samples_{samples}, per_spacing_{1 / spacing}, spacing_{spacing}, cycles_{2.0 *
+                                                                                   static_cast<double>(frequency) /
+                                                                                   static_cast<double>(display_speed)} {
+    }
+
+    /// Metres to the end of the last sample.
+    INSONIFY_FN float depth() const { return spacing_ * static_cast<float>(samples_.size()); }
+
+    /// Adds one echo at a displayed depth, metres. Echoes beyond the ends of the line are dropped.
+    INSONIFY_FN void add(float depth, vec2 amplitude) const { write(depth, product(amplitude, phase(depth))); }
+
+    /// Adds the specular echo of a surface. The third argument is the change of its displayed depth per metre across the
+    /// line, in the slice plane and out of it.
+    INSONIFY_FN void surface(float depth, float amplitude, vec2 /* slope */) const { add(depth, {amplitude, 0}); }
+
+    /// Adds the specular echo of a curved surface, as if it were plane, with its repetitions.
+    INSONIFY_FN void curved_surface(const curved_echo& one) const {
+        const float amplitude = one.amplitude * one.collected.x * one.collected.y;
+        one.for_each_repetition(depth() - one.depth, [&](float deeper, float factor) {
+            surface(one.depth + deeper, factor * amplitude, one.slope);
+        });
+    }
+
+    /// Adds the diffuse echo of a rough surface: the same one, whatever its slope and its curvature (see `layer`).
+    /// @param amplitude  rms
+    /// @param value      vec2(float offset): the surface's random field, of power 1, `offset` metres deeper
+    template <class Value>
+    INSONIFY_FN void rough_surface(float depth, float amplitude, vec2 /* slope */, vec3 /* curvature */,
+                                   const Value& value) const {
+        add(depth, value(0.0F) * amplitude);
+    }
+
+    /// Adds the echoes of scatterers.
+    INSONIFY_FN void scatterers(const scatterer_echoes& run) const {
+        constexpr float min_level = 1e-15F, // -300 dB
+            max_log_ratio = 4;              // 24 dB from one to the next: higher powers could overflow
+        const float ratio =
+            run.first_level > min_level && run.last_level > 0
+                ? std::exp2(
+                      min(std::log2(run.last_level / run.first_level) / static_cast<float>(run.count), max_log_ratio))
+                : 1.0F;
+        add(run.depth, run.step, run.count, run.real, run.imaginary, run.first_level, ratio);
+    }
+
+  private:
+    // Echo i lies at depth + i * step, with its amplitude times scale * ratio^i.
+    INSONIFY_FN void add(float depth, float step, std::uint32_t count, const float* real, const float* imaginary,
+                         float scale, float ratio) const {
+        constexpr int width = max_simd_width;
+        using floats = lanes<width>;
+        // Of the first register, and the factor from each register to the next.
+        float carrier[2][width];
+        const vec2 first_carrier = scale * phase(depth);
+        carrier[0][0] = first_carrier.x;
+        carrier[1][0] = first_carrier.y;
+        vec2 factor = ratio * phase(step);
+        for (int known = 1; known < width; known *= 2) {
+            for (int i = 0; i < known; ++i) {
+                const vec2 next = product({carrier[0][i], carrier[1][i]}, factor);
+                carrier[0][known + i] = next.x;
+                carrier[1][known + i] = next.y;
+            }
+            factor = product(factor, factor);
+        }
+        floats carrier_x = load<width>(carrier[0]), carrier_y = load<width>(carrier[1]);
+        const auto last = static_cast<std::uint32_t>(samples_.size()) - 1;
+        const floats factor_x(factor.x), factor_y(factor.y), one(1.0F);
+        for (std::uint32_t first = 0; first < count; first += width) {
+            const floats x = load_some(real + first, count - first), y = load_some(imaginary + first, count - first);
+            const floats value_x = x * carrier_x - y * carrier_y, value_y = x * carrier_y + y * carrier_x;
+            const floats index = floats_of<width>(steps_of_bits<width>(first, 1));
+            const floats position = (floats(depth) + index * floats(step)) * floats(per_spacing_) - floats(0.5F);
+            const bit_lanes<width> below = floor_bits<width>(
+                min(max(position, floats(-2.0F)), floats(static_cast<float>(samples_.size()) + 1.0F)));
+            const floats weight = position - floats_of<width>(below);
+            vec2 here[width], next[width];
+            store_pairs((one - weight) * value_x, (one - weight) * value_y, here);
+            store_pairs(weight * value_x, weight * value_y, next);
+            std::uint32_t sample[width];
+            store_bits<width>(below, sample);
+            if (count - first >= width && sample[0] < last && sample[width - 1] < last)
+                for (int i = 0; i < width; ++i) {
+                    samples_[sample[i]] += here[i];
+                    samples_[sample[i] + 1] += next[i];
+                }
+            else
+                for (std::uint32_t i = 0; i < width && i < count - first; ++i) add_pair(sample[i], here[i], next[i]);
+            if (count - first <= width) return;
+            const floats next_x = carrier_x * factor_x - carrier_y * factor_y;
+            carrier_y = carrier_x * factor_y + carrier_y * factor_x;
+            carrier_x = next_x;
+        }
+    }
+
+    INSONIFY_FN static vec2 product(vec2 a, vec2 b) { return {a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x}; }
+
+    INSONIFY_FN vec2 phase(float depth) const {
+        const double cycles = cycles_ * static_cast<double>(depth);
+        const auto fraction = static_cast<float>(cycles - std::floor(cycles));
+        return {std::cos(2 * pi * fraction), -std::sin(2 * pi * fraction)};
+    }
+
+    INSONIFY_FN void write(float depth, vec2 value) const {
+        const float position = clamp(depth * per_spacing_ - 0.5F, -2.0F, static_cast<float>(samples_.size()) + 1.0F);
+        const float below = std::floor(position);
+        const float weight = position - below;
+        add_pair(static_cast<std::uint32_t>(static_cast<std::int32_t>(below)), (1 - weight) * value, weight * value);
+    }
+
+    // Loads `count` floats, at most a register; the other lanes are 0.
+    INSONIFY_FN INSONIFY_INLINE static lanes<max_simd_width> load_some(const float* from, std::uint32_t count) {
+        if (count >= max_simd_width) return load<max_simd_width>(from);
+        float some[max_simd_width] = {};
+        for (std::uint32_t i = 0; i < count; ++i) some[i] = from[i];
+        return load<max_simd_width>(some);
+    }
+
+    template <class Lanes>
+    INSONIFY_FN INSONIFY_INLINE static void store_pairs(const Lanes& x, const Lanes& y, vec2* to) {
+        float apart[2][max_simd_width];
+        store(x, apart[0]);
+        store(y, apart[1]);
+        for (int i = 0; i < max_simd_width; ++i) to[i] = {apart[0][i], apart[1][i]};
+    }
+
+    // Adds to a sample and the next one; an index below 0 wraps around.
+    INSONIFY_FN void add_pair(std::uint32_t sample, vec2 here, vec2 next) const {
+        const auto end = static_cast<std::uint32_t>(samples_.size());
+        if (sample < end) samples_[sample] += here;
+        if (sample + 1 < end) samples_[sample + 1] += next;
+    }
+
+    view<vec2> samples_;
+    float per_spacing_;
+    float spacing_;
+    double cycles_;
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#ifndef INSONIFY_ACOUSTICS_ECHO_PATH_HPP
+#define INSONIFY_ACOUSTICS_ECHO_PATH_HPP
+
+
+#ifndef INSONIFY_ACOUSTICS_ATTENUATION_HPP
+#define INSONIFY_ACOUSTICS_ATTENUATION_HPP
+
+
+#include <concepts>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Attenuation of an echo per metre of depth, there and back, in dB/m at a frequency in hertz.
+///
+///     loss = 2 alpha0 f^b
+///
+/// alpha0 = `attenuation` in dB/m at 1 MHz, f in MHz, b = `attenuation_power`. Valid for a single frequency. The result
+/// is finite for every valid medium: it is at most FLT_MAX.
+/// Source: the power law of attenuation in tissue, Szabo, Diagnostic Ultrasound Imaging: Inside Out, 2004, chapter 4.
+INSONIFY_FN inline float echo_loss(const medium& m, float frequency) {
+    const float megahertz = frequency * 1e-6F;
+    const float growth = m.attenuation_power == 1 ? megahertz : std::pow(megahertz, m.attenuation_power);
+    return min(m.attenuation * min(2 * growth, FLT_MAX), FLT_MAX);
 }
 
-/// 2^x, with a relative error below 2e-7 for x in [-126, 126]; x is clamped to that range.
-///
-/// Splits x into an integer, which becomes the exponent field, and a remainder r in [-1/2, 1/2], for which the Taylor
-/// polynomial of exp(r ln 2) of degree 7 has an error below 1e-8.
-template <int N>
-INSONIFY_FN INSONIFY_INLINE lanes<N> power_of_two(const lanes<N>& x) {
-    using floats = lanes<N>;
-    const floats clamped = min(max(x, floats(-126.0F)), floats(126.0F));
-    const bit_lanes<N> whole = floor_bits<N>(clamped + floats(0.5F));
-    const floats remainder = clamped - floats_of<N>(whole);
-    const floats power = polynomial<N>(remainder, 1.5252734e-5F, 1.5403530e-4F, 1.3333558e-3F, 9.6181291e-3F,
-                                       5.5504109e-2F, 2.4022651e-1F, 6.9314718e-1F, 1.0F);
-    return power * raw_floats<N>((whole + 127U) << 23);
-}
+/// An attenuation law: law(medium, frequency) is the attenuation of an echo in dB per metre, there and back; the
+/// frequency is in hertz.
+template <class Law>
+concept attenuation_law = requires(const Law& law, const medium& m, float frequency) {
+    { law(m, frequency) } -> std::convertible_to<float>;
+};
 
-/// log2(x), with an error below 3e-7, absolute or relative, whichever is larger; x is clamped to FLT_MIN from below,
-/// and infinity gives 128.
+/// The default attenuation law: `echo_loss`.
+struct power_law {
+    /// dB/m, there and back; the frequency in hertz.
+    INSONIFY_FN float operator()(const medium& m, float frequency) const { return echo_loss(m, frequency); }
+
+    friend bool operator==(const power_law&, const power_law&) = default;
+};
+
+/// The echo of a pulse of finite bandwidth. Attenuation grows with frequency, so the centre of the spectrum shifts down
+/// and the peak loses less than a single frequency would.
+struct broadband_echo {
+    float loss_db = 0;   ///< of the peak, dB
+    float frequency = 0; ///< of the centre of the spectrum, hertz
+};
+
+/// A Gaussian pulse after a path, there and back, on which a single frequency would lose `narrowband_db`.
 ///
-/// Splits x into a power of two and a mantissa m in [sqrt(1/2), sqrt(2)], for which
-/// ln m = 2 artanh(s) = 2 (s + s^3/3 + s^5/5 + ...) with s = (m - 1) / (m + 1); the terms after s^9 are below 2e-9.
-template <int N>
-INSONIFY_FN INSONIFY_INLINE lanes<N> logarithm_of_two(const lanes<N>& x) {
-    using floats = lanes<N>;
-    constexpr std::uint32_t root_half = 0x3F3504F3U, one = 0x3F800000U;
-    const bit_lanes<N> moved = raw_bits<N>(max(x, floats(FLT_MIN))) + (one - root_half);
-    const floats exponent = floats_of<N>(moved >> 23) - floats(127.0F);
-    const floats m = raw_floats<N>((moved & 0x7FFFFFU) + root_half);
-    const floats s = (m - floats(1.0F)) / (m + floats(1.0F));
-    constexpr float two = 2.8853901F; // 2 / ln 2
-    const floats sum = polynomial<N>(s * s, two / 9, two / 7, two / 5, two / 3, two);
-    return multiply_add(s, sum, exponent);
+///     beta = narrowband_db ln(10) / (20 f0)                       Np/Hz
+///     sigma = B f0 / 2.3548                                       Hz, of the amplitude spectrum
+///     loss = beta f0 - beta^2 sigma^2 / 2                         Np, of the peak
+///     centre = f0 - beta sigma^2                                  Hz
+///
+/// Valid for attenuation linear in f, as long as the centre is well above 0. beta is limited to the value at which the
+/// centre is f0 / 2.
+/// @param frequency  f0, of the carrier, hertz
+/// @param bandwidth  B, fractional, at -6 dB
+/// Source: product of the Gaussian spectrum and exp(-beta f), by completing the square; see also Szabo,
+/// Diagnostic Ultrasound Imaging: Inside Out, 2004, chapter 4.
+INSONIFY_FN inline broadband_echo attenuated(float narrowband_db, float frequency, float bandwidth) {
+    constexpr float neper_per_db = 0.115129255F; // ln(10) / 20
+    const float sigma = bandwidth * frequency / 2.3548F;
+    const float max_beta = 0.5F * frequency / (sigma * sigma);
+    const float beta = min(neper_per_db * narrowband_db / frequency, max_beta);
+    return {.loss_db = narrowband_db - 0.5F * beta * beta * sigma * sigma / neper_per_db,
+            .frequency = frequency - beta * sigma * sigma};
 }
 
 } // namespace insonify::inline INSONIFY_ABI
 
 
 #endif
+#ifndef INSONIFY_ACOUSTICS_LINE_REFRACTION_HPP
+#define INSONIFY_ACOUSTICS_LINE_REFRACTION_HPP
+
+
+#ifndef INSONIFY_ACOUSTICS_FRESNEL_HPP
+#define INSONIFY_ACOUSTICS_FRESNEL_HPP
+
+
+#ifndef INSONIFY_ACOUSTICS_INTERFACE_LAW_HPP
+#define INSONIFY_ACOUSTICS_INTERFACE_LAW_HPP
+
+
 #include <concepts>
-#include <cstddef>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// The acoustic model of Law et al. 2011: intensities along a beam, eqs. 1 to 6.
-///
-///     I(z)   = I_a I_t + I_r                                                                          (1)
-///     R      = ((Z2 - Z1) / (Z2 + Z1))^2,   I_r = R I_t  within `reflection_length` of an interface      (2)
-///     I_t    = product of 4 Z1 Z2 / (Z1 + Z2)^2 over the interfaces above z                           (3)
-///     I_a    = 10^(-sum of alpha d f / 20) over the media above z                                     (6)
-///
-/// z and d are depth and path length in a medium, in m; Z is impedance in rayl, alpha attenuation in dB/m at 1 MHz, f
-/// frequency in MHz. I is relative to the emitted intensity.
-///
-/// Eq. 3 is corrected: as printed, (4 Z1 Z2 / (Z1 + Z2))^2, it depends on the unit of impedance. Everything else
-/// follows the paper by default; each departure is an option. Incidence is assumed normal, and a bright band ends at
-/// the next interface.
-/// Source: Law et al., "Ultrasound image simulation with GPU-based ray tracing", 2011.
-struct law2011 {
-    using sample_type = float;                     ///< relative intensity
-    static constexpr bool normal_incidence = true; ///< angles are not computed
-    static constexpr float nanoseconds = 0.5F;     ///< per sample
+/// A wave incident on the interface between two media.
+struct incidence {
+    medium before{};      ///< on the side of the incident wave
+    medium after{};       ///< on the other side
+    float cosine = 1;     ///< of the angle of incidence, 0 to 1
+    float frequency = 0;  ///< hertz
+    float roughness = -1; ///< rms height of the surface, metres; below 0: the larger one of the two media
+};
 
-    /// Path of attenuation. With the paper's 20 log10, `two_way` is the loss of an echo's amplitude.
-    enum class travel { one_way, two_way };
-    /// Whether I_r of eq. 1 is attenuated on the path to the interface. As printed, it is not.
-    enum class reflection { bare, attenuated };
-    /// Side of an interface on which its bright band lies: towards the probe, as in the paper, or beyond, as an echo
-    /// does.
-    enum class band { before, after };
-    /// Growth of attenuation with frequency: as f, as in eq. 4, or as f^attenuation_power of each medium.
-    enum class spectrum { linear, power_law };
-    /// Meaning of I_a I_t in eq. 1: the incident field, as printed, or its backscatter by the medium.
-    enum class incident { field, backscattered };
+/// Reflection at an interface, and the factor on echoes that cross it there and back.
+struct response {
+    float reflected = 0;   ///< signed pressure amplitude of the echo, relative to the incident wave
+    float transmitted = 1; ///< fraction of an echo's amplitude that survives crossing there and back
+};
 
-    float reflection_length = 1e-3F;               ///< metres
-    enum travel travel = travel::one_way;          ///< of attenuation
-    enum reflection reflection = reflection::bare; ///< attenuation of I_r
-    enum band band = band::before;                 ///< side of the bright band
-    enum spectrum spectrum = spectrum::linear;     ///< of attenuation
-    enum incident incident = incident::field;      ///< meaning of I_a I_t
-    float texture = 1.78e-3F; ///< with `backscattered`: level of the speckle of liver; 1.78e-3 is -55 dB
+/// An interface law: law(incidence) is the `response` of the interface. It is called only where the medium changes.
+template <class Law>
+concept interface_law = requires(const Law& law, const incidence& at) {
+    { law(at) } -> std::same_as<response>;
+};
 
-    /// R: fraction of the intensity that an interface reflects, eq. 2.
-    INSONIFY_FN static float reflected(const medium& before, const medium& after) {
-        const float z1 = before.impedance(), z2 = after.impedance();
-        const float r = (z2 - z1) * (1 / (z1 + z2));
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Cosine of the angle of refraction t; 0 at and beyond the critical angle.
+///
+///     sin t = (c2 / c1) sin i
+///     cos^2 t = ((c1 - c2)(c1 + c2) + c2^2 cos^2 i) / c1^2
+///
+/// The second form equals 1 - sin^2 t but does not cancel at grazing incidence between nearly equal speeds.
+/// Source: Snell's law; c1 and c2 are the sound speeds of the two media, m/s.
+/// @param cosine  of the angle of incidence i, 0 to 1
+INSONIFY_FN inline float refracted_cosine(const medium& before, const medium& after, float cosine) {
+    const float c1 = before.sound_speed, c2 = after.sound_speed;
+    if (c1 == c2) return cosine;
+    const float eta = c2 / c1;
+    const float squared = (c1 - c2) / c1 * (1 + eta) + eta * eta * cosine * cosine;
+    return squared > 0 ? std::sqrt(squared) : 0.0F;
+}
+
+/// Propagation direction behind an interface; {0, 0, 0} for total reflection.
+///
+///     d_t = eta d + (eta cos i - cos t) n,   eta = c2 / c1,   cos i = -n.d
+///
+/// @param direction  d, of the incident wave, length 1; returned unchanged if the two speeds are equal
+/// @param normal     n, of the surface, length 1, on either side
+/// Source: Snell's law in vector form.
+INSONIFY_FN inline vec3 refracted(vec3 direction, vec3 normal, const medium& before, const medium& after) {
+    if (before.sound_speed == after.sound_speed) return direction;
+    const float along = dot(normal, direction);
+    const float cosine_in = std::fabs(along);
+    const float cosine_out = refracted_cosine(before, after, cosine_in);
+    if (cosine_out == 0) return {0, 0, 0};
+    const float eta = after.sound_speed / before.sound_speed;
+    const float turn = along < 0 ? eta * cosine_in - cosine_out : cosine_out - eta * cosine_in;
+    return eta * direction + turn * normal;
+}
+
+/// Reflection and transmission at the plane interface between two fluids, at any angle of incidence. Roughness and
+/// shear waves are neglected.
+///
+///     r = (Z2 cos i - Z1 cos t) / (Z2 cos i + Z1 cos t)              reflected pressure
+///     p = 2 Z2 cos i / (Z2 cos i + Z1 cos t) = 1 + r                 transmitted pressure
+///     R = r^2,  T = 4 Z1 Z2 cos i cos t / (Z2 cos i + Z1 cos t)^2    energy; R + T = 1
+///
+/// Z = density times sound speed in rayl; i and t are the angles of incidence and of refraction. At and beyond the
+/// critical angle r = 1 and T = 0; the phase of the echo and the evanescent wave are neglected. T is also the product
+/// of p there and back: the fraction of an echo's amplitude that survives both crossings. For media of equal sound
+/// speed r = (density2 - density1) / (density2 + density1) at every angle, exactly 0 for equal media.
+///
+/// r and T are quotients of the same two terms, so R + T = 1 within a few roundings. The rounding error of these terms
+/// is equivalent to that of the angle; it is noticeable only near the critical angle, where the slope of r is infinite.
+/// Source: Kinsler et al., Fundamentals of Acoustics, 4th edition, chapter 6.
+struct fresnel {
+    /// r: signed pressure of the echo relative to the incident pressure, -1 to 1.
+    /// @param cosine  of the angle of incidence, 0 to 1; also below
+    INSONIFY_FN float pressure_reflection(const medium& before, const medium& after, float cosine) const {
+        const terms at = terms_of(before, after, cosine);
+        return at.transmitted == 0 ? 1.0F : (at.incident - at.transmitted) / (at.incident + at.transmitted);
+    }
+
+    /// p: pressure behind the interface relative to the incident pressure, 0 to 2; 0 for total reflection.
+    INSONIFY_FN float pressure_transmission(const medium& before, const medium& after, float cosine) const {
+        const terms at = terms_of(before, after, cosine);
+        return at.transmitted == 0 ? 0.0F : 2 * (at.incident / (at.incident + at.transmitted));
+    }
+
+    /// R: fraction of the energy that is reflected, 0 to 1.
+    INSONIFY_FN float energy_reflection(const medium& before, const medium& after, float cosine) const {
+        const float r = pressure_reflection(before, after, cosine);
         return r * r;
     }
 
-    /// Fraction of the intensity that an interface transmits, 1 - R: eq. 3, corrected.
-    INSONIFY_FN static float transmitted(const medium& before, const medium& after) {
-        const float z1 = before.impedance(), z2 = after.impedance();
-        const float inverse_sum = 1 / (z1 + z2);
-        return 4 * (z1 * inverse_sum) * (z2 * inverse_sum);
+    /// T: fraction of the energy that is transmitted, 0 to 1; the same for the reversed ray.
+    INSONIFY_FN float energy_transmission(const medium& before, const medium& after, float cosine) const {
+        const terms at = terms_of(before, after, cosine);
+        const float sum = at.incident + at.transmitted;
+        return at.transmitted == 0 ? 0.0F : 4 * (at.incident / sum) * (at.transmitted / sum);
     }
 
-    /// Attenuation per metre of depth, dB/m, at a frequency in hertz; one way or two, depending on `travel`.
-    INSONIFY_FN float loss(const medium& m, float frequency) const {
-        const float megahertz = frequency * 1e-6F;
-        const float growth = spectrum == spectrum::linear ? megahertz : std::pow(megahertz, m.attenuation_power);
-        const float ways = travel == travel::two_way ? 2.0F : 1.0F;
-        constexpr float max_loss = 1e30F; // keeps sums finite
-        return min(m.attenuation * min(ways * growth, max_loss), max_loss);
+    /// Critical angle of total reflection, radians: asin(c1 / c2); pi / 2 if there is none.
+    INSONIFY_FN float critical_angle(const medium& before, const medium& after) const {
+        return before.sound_speed < after.sound_speed ? std::asin(before.sound_speed / after.sound_speed) : pi / 2;
     }
 
-    /// Default number of samples of a line: four per wavelength at 1540 m/s, rounded up to a multiple of 64.
-    INSONIFY_FN std::uint32_t samples(float depth, float frequency) const {
-        const float blocks = std::ceil(4 * depth * frequency / 1540 / 64);
-        return 64 * static_cast<std::uint32_t>(clamp(blocks, 1, 1024));
+    /// The interface law: r and T.
+    INSONIFY_FN response operator()(const incidence& at) const {
+        return {.reflected = pressure_reflection(at.before, at.after, at.cosine),
+                .transmitted = energy_transmission(at.before, at.after, at.cosine)};
     }
 
-    /// The bright band of an interface below the last sample may extend up to it.
-    INSONIFY_FN float max_depth(float depth, view<const medium>) const { return depth + reflection_length; }
-
-    /// Reflected and transmitted fractions of the intensity, for `ground_truth`.
-    INSONIFY_FN response at_interface(const incidence& at) const {
-        return {.reflected = reflected(at.before, at.after), .transmitted = transmitted(at.before, at.after)};
-    }
-
-    /// The intensity at one depth of a line, metres: eq. 1.
-    INSONIFY_FN float at(const traced_line& line, float depth) const {
-        float total_loss = 0; // dB
-        float transmitted_here = 1;
-        interface_echo above{};
-        for (std::size_t i = 0;;) {
-            const std::size_t next = i + same_medium(line, i);
-            const medium& m = line.media[line.layers[i].medium];
-            const float begin = line.layers[i].begin, end = line.layers[next - 1].end;
-            const interface_echo below = next_interface(line, next, transmitted_here);
-            if (depth < end || next == line.layers.size()) {
-                total_loss += loss(m, line.frequency) * (depth - begin);
-                const float remaining = decay(total_loss);
-                const interface_echo& echo = band == band::before ? below : above;
-                const bool bright = std::fabs(echo.depth - depth) <= reflection_length;
-                const float echo_decay = reflection == reflection::attenuated ? remaining : 1.0F;
-                return remaining * transmitted_here * strength(m) + (bright ? echo.intensity * echo_decay : 0.0F);
-            }
-            total_loss += loss(m, line.frequency) * (end - begin);
-            transmitted_here *= transmitted(m, line.media[line.layers[next].medium]);
-            above = below;
-            i = next;
-        }
-    }
-
-    /// Writes the intensity at each sample of a line; sample k lies at depth (k + 1/2) * spacing metres.
-    /// @tparam Policy  unsequenced policies use SIMD along the line; results agree within rounding
-    template <class Policy>
-    INSONIFY_FN void operator()(const Policy&, const traced_line& line, float spacing, view<float> out) const {
-        float loss_above = 0;       // of the layers above, dB
-        float transmitted_here = 1; // I_t
-        interface_echo above{};
-        const auto count = static_cast<float>(out.size());
-        const auto samples_before = [&](float depth) { return clamp(std::ceil(depth / spacing - 0.5F), 0, count); };
-        float next_sample = 0;
-        for (std::size_t i = 0, next = 0; i < line.layers.size(); i = next) {
-            next = i + same_medium(line, i);
-            const medium& m = line.media[line.layers[i].medium];
-            const float begin = line.layers[i].begin, end = line.layers[next - 1].end;
-            const float slope = loss(m, line.frequency);
-            const interface_echo below = next_interface(line, next, transmitted_here);
-            const decay_segment field{.first = bits_per_db * (loss_above - slope * begin),
-                                      .step = bits_per_db * slope * spacing,
-                                      .strength = transmitted_here * strength(m)};
-            const float last_sample = max(next_sample, samples_before(end));
-            if (band == band::before) {
-                const float bright = clamp(samples_before(below.depth - reflection_length), next_sample, last_sample);
-                fill<Policy>(out, next_sample, bright, field, 0);
-                fill<Policy>(out, bright, last_sample, field, below.intensity);
-            } else {
-                const float bright = clamp(samples_before(above.depth + reflection_length), next_sample, last_sample);
-                fill<Policy>(out, next_sample, bright, field, above.intensity);
-                fill<Policy>(out, bright, last_sample, field, 0);
-            }
-            next_sample = last_sample;
-            if (next == line.layers.size()) break;
-            loss_above += slope * (end - begin);
-            transmitted_here *= transmitted(m, line.media[line.layers[next].medium]);
-            above = below;
-        }
-    }
+    friend bool operator==(const fresnel&, const fresnel&) = default;
 
   private:
-    struct interface_echo {
-        float depth = -FLT_MAX;
-        float intensity = 0; // R I_t
+    // Z2 cos i and Z1 cos t, up to a factor that cancels; the second is 0 for total reflection.
+    struct terms {
+        float incident = 0;
+        float transmitted = 0;
     };
 
-    // I_a I_t in one layer: strength * 2^(first + step (k + 1/2)) at sample k.
-    struct decay_segment {
-        float first = 0, step = 0;
-        float strength = 1;
-    };
-
-    static constexpr float bits_per_db = -0.166096404744F; // 10^(-x/20) = 2^(-x log2(10)/20)
-    INSONIFY_FN static float decay(float decibels) { return std::exp2(bits_per_db * decibels); }
-
-    // Number of consecutive layers with the medium of the first: there is no interface between them.
-    INSONIFY_FN static std::size_t same_medium(const traced_line& line, std::size_t first) {
-        std::size_t next = first + 1;
-        while (next < line.layers.size() && line.layers[next].medium == line.layers[first].medium) ++next;
-        return next - first;
-    }
-
-    // The echo of the interface at the beginning of layer `after`; none at the end of the line.
-    INSONIFY_FN static interface_echo next_interface(const traced_line& line, std::size_t after, float intensity) {
-        if (after == line.layers.size()) return {FLT_MAX, 0};
-        const medium &above = line.media[line.layers[after - 1].medium], &below = line.media[line.layers[after].medium];
-        return {line.layers[after].begin, intensity * reflected(above, below)};
-    }
-
-    INSONIFY_FN float strength(const medium& m) const {
-        return incident == incident::backscattered ? texture * m.backscatter : 1.0F;
-    }
-
-    // Fills the samples from `begin` to before `end`, both whole numbers.
-    template <class Policy>
-    INSONIFY_FN void fill(view<float> out, float begin, float end, const decay_segment& field, float echo) const {
-        if (begin >= end) return;
-        const float attenuated = reflection == reflection::attenuated ? echo : 0.0F;
-        const float bare = echo - attenuated, scale = field.strength + attenuated;
-        auto next = static_cast<std::size_t>(begin);
-        const auto last = static_cast<std::size_t>(end);
-#if !defined(INSONIFY_NO_SIMD)
-        if constexpr (exec::is_unsequenced_v<Policy>) {
-            constexpr int width = simd_width;
-            using floats = lanes<width>;
-            const floats ratio(last - next > width ? std::exp2(field.step * width) : 0.0F);
-            floats position =
-                each_lane<width>([](int lane) { return static_cast<float>(lane) + 0.5F; }) + floats(begin);
-            // May overrun the end of the segment, where the next one writes. Powers are computed for every fourth
-            // vector; the ratio between consecutive vectors is constant.
-            while (next < last && next + width <= out.size()) {
-                floats decayed = power_of_two<width>(position * floats(field.step) + floats(field.first));
-                for (int i = 0; i < 4 && next < last && next + width <= out.size(); ++i, next += width) {
-                    store(multiply_add(floats(scale), decayed, floats(bare)), out.data() + next);
-                    decayed = decayed * ratio;
-                }
-                position = position + floats(4 * width);
-            }
-        }
-#endif
-        for (; next < last; ++next)
-            out[next] = scale * std::exp2((static_cast<float>(next) + 0.5F) * field.step + field.first) + bare;
+    INSONIFY_FN static terms terms_of(const medium& before, const medium& after, float cosine) {
+        if (before.sound_speed == after.sound_speed) return {after.density, before.density};
+        return {after.impedance() * cosine, before.impedance() * refracted_cosine(before, after, cosine)};
     }
 };
 
@@ -2616,20 +2755,214 @@ struct law2011 {
 
 
 #endif
-#ifndef INSONIFY_ACOUSTICS_PHYSICAL_HPP
-#define INSONIFY_ACOUSTICS_PHYSICAL_HPP
+
+/// Refraction along a straight line. The line itself stays straight, but the refracted ray is followed beside it: angles of
+/// incidence and attenuation are those of the ray, exactly for plane surfaces. Depths are those of the straight line: behind
+/// 10 mm of fat at 40 degrees they are 0.03 mm too large.
+///
+/// Where the ray returns to the sound speed that it had before a layer, it also returns to its direction there, as behind a
+/// parallel layer. Behind a layer that is not parallel, such as a rib, other rays reach the line.
+namespace insonify::inline INSONIFY_ABI {
+
+/// How refraction changes a layer of a straight line.
+struct refracted_layer {
+    float cosine = 1;         ///< of the angle of incidence at its beginning
+    float length_factor = 1;  ///< length of the ray over that of the line
+    float enters_at = 0;      ///< where the ray enters it: metres of the ray from its beginning; below 0: before
+    std::uint32_t before = 0; ///< medium of the layer before
+
+    /// Length of the ray within the layer, down to a point of the line `along` metres below its beginning: 0 until the ray
+    /// enters. Above its beginning (`along` < 0) it is extrapolated.
+    INSONIFY_FN float length(float along) const {
+        const float whole = length_factor * along;
+        return max(whole - enters_at, min(whole, 0));
+    }
+};
+
+namespace detail {
+
+/// The propagation direction behind an interface: by the law's own `refracted(direction, normal, before, after)` where it
+/// has one, else by Snell's; {0, 0, 0} where it is totally reflected.
+template <class Law>
+INSONIFY_FN vec3 refracted_by(const Law& law, vec3 direction, vec3 normal, const medium& before, const medium& after) {
+    if constexpr (requires { law.refracted(direction, normal, before, after); })
+        return law.refracted(direction, normal, before, after);
+    else
+        return refracted(direction, normal, before, after);
+}
+
+/// Follows refraction from layer to layer of a line. Nothing is refracted where the model has no `refracted`.
+template <class Model>
+class line_refraction {
+  public:
+    INSONIFY_FN line_refraction(const Model& model, const traced_line& line) : model_{model}, line_{line} {}
+
+    /// The next layer; called once for each, from the face on.
+    INSONIFY_FN refracted_layer next() {
+        const std::size_t i = next_++;
+        const layer& here = line_.layers[i];
+        refracted_layer found{.cosine = here.cosine, .before = line_.layers[i == 0 ? 0 : i - 1].medium};
+        if constexpr (requires(const medium& m) { model_.refracted(vec3{}, vec3{}, m, m); }) {
+            if (found.before != here.medium) cross(i, found);
+            if (straight() && ahead_ == vec3{0, 0, 0}) return found;
+            // Line and ray end on the plane of the surface that ends the layer; the last layer has none.
+            const bool last = i + 1 == line_.layers.size();
+            const vec3 end = last ? vec3{0, 0, 1} : normal_of(i + 1);
+            const float towards = max(dot(end, direction_), 1e-3F), length = here.end - here.begin;
+            found.length_factor = clamp(end.z / towards, 0.25F, 4);
+            // Where ray and line end on a surface that the ray grazes, it is not plane as far as they are apart.
+            const float bound = min(3 * std::sqrt(dot(ahead_, ahead_)), max_entry);
+            found.enters_at = clamp(dot(end, ahead_) / towards, -bound, bound);
+            ahead_ = ahead_ + found.length(length) * direction_ - vec3{0, 0, length};
+        }
+        return found;
+    }
+
+  private:
+    static constexpr float max_entry = 0.02F; // metres: surfaces are not plane as far as that
+
+    INSONIFY_FN bool straight() const { return direction_.x == 0 && direction_.y == 0; }
+
+    // The ray crosses the surface at the beginning of a layer.
+    INSONIFY_FN void cross(std::size_t i, refracted_layer& found) {
+        const medium &before = line_.media[found.before], &after = line_.media[line_.layers[i].medium];
+        const vec3 normal = normal_of(i), arriving = direction_;
+        if (!straight()) found.cosine = min(std::fabs(dot(normal, arriving)), 1);
+        const vec3 bent = model_.refracted(arriving, normal, before, after);
+        if (after.sound_speed == former_speed_)
+            direction_ = former_direction_;
+        else if (bent != vec3{0, 0, 0} && is_finite(bent)) // else it is totally reflected
+            direction_ = bent;
+        former_speed_ = before.sound_speed;
+        former_direction_ = arriving;
+    }
+
+    // Normal of the surface at the beginning of layer i, kept because the layer above and this one both use it. x: across the
+    // line in the slice plane, y: out of it, z: along the line.
+    INSONIFY_FN vec3 normal_of(std::size_t i) {
+        if (i != normal_is_of_) {
+            const vec2 slope = line_.layers[i].slope;
+            normal_ = vec3{slope.x, slope.y, 1} / std::sqrt(dot(slope, slope) + 1);
+            normal_is_of_ = i;
+        }
+        return normal_;
+    }
+
+    const Model& model_;
+    const traced_line& line_;
+    std::size_t next_ = 0;
+    std::size_t normal_is_of_ = 0; // no surface begins the first layer
+    vec3 normal_{0, 0, 1};
+    vec3 direction_{0, 0, 1};        // of the ray, in the axes of `normal_of`
+    vec3 ahead_{0, 0, 0};            // from the line to the ray, where both cross a surface
+    float former_speed_ = -1;        // in the medium before the last surface
+    vec3 former_direction_{0, 0, 1}; // of the ray there
+};
+
+} // namespace detail
+} // namespace insonify::inline INSONIFY_ABI
 
 
-#ifndef INSONIFY_ACOUSTICS_CELL_FIELD_HPP
-#define INSONIFY_ACOUSTICS_CELL_FIELD_HPP
+#endif
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Depth at which an echo is displayed: by its travel time through the media, or as if all had `display_speed`.
+enum class timing { sound_speed, uniform };
+
+/// Angle of incidence on surfaces: the actual one, or normal incidence throughout.
+enum class angle { oblique, normal };
+
+/// Bandwidth of the pulse under attenuation: a single frequency, as of a long burst, or the spectrum of the pulse, which loses
+/// less (`attenuated`). The downshift of its centre is neglected.
+enum class pulse_bandwidth { narrow, broad };
+
+/// State of the wave at a point of its path.
+struct echo_path {
+    float shown = 0;              ///< displayed depth, metres
+    float lost_db = 0;            ///< attenuation so far, there and back, dB
+    float passed = 1;             ///< factor on amplitude of the interfaces so far, there and back
+    refracted_layer refraction{}; ///< of the present layer
+    layer_gains gains{};          ///< of the present layer
+
+    /// Attenuation there and back, down to a point of the line, dB.
+    /// @param along      metres below the beginning of the present layer
+    /// @param per_metre  attenuation of its medium, there and back, dB/m
+    INSONIFY_FN float lost_at(float along, float per_metre) const {
+        return lost_db + per_metre * refraction.length(along);
+    }
+};
+
+namespace detail {
+
+/// Displayed depth per metre of a medium.
+INSONIFY_FN inline float displayed_stretch(timing how, const medium& m) {
+    return how == timing::sound_speed ? insonify::displayed_stretch(m) : 1.0F;
+}
+
+/// Standard deviation of the envelope of a pulse of 2.5 cycles, whose fractional bandwidth is 1.61 / 2.5; metres of displayed
+/// depth.
+INSONIFY_FN inline float nominal_sigma(float frequency) { return axial_sigma(0.644F, frequency); }
+
+/// The same of the pulse of a line.
+INSONIFY_FN inline float sigma_of(const traced_line& line) {
+    return line.pulse_sigma > 0 ? line.pulse_sigma : nominal_sigma(line.frequency);
+}
+
+/// The loss at the peak of the pulse, dB; that of the carrier for a line that states neither bandwidth nor pulse.
+/// @param lost_db  that of the carrier
+INSONIFY_FN inline float peak_loss(pulse_bandwidth bandwidth, const traced_line& line, float lost_db) {
+    if (bandwidth == pulse_bandwidth::narrow || !(max(line.bandwidth, line.pulse_sigma) > 0)) return lost_db;
+    const float fractional =
+        line.bandwidth > 0 ? line.bandwidth : axial_sigma(line.pulse_sigma, line.frequency); // its own inverse
+    return attenuated(lost_db, line.frequency, fractional).loss_db;
+}
+
+} // namespace detail
+} // namespace insonify::inline INSONIFY_ABI
 
 
-#ifndef INSONIFY_ACOUSTICS_REST_CURVE_HPP
-#define INSONIFY_ACOUSTICS_REST_CURVE_HPP
+#endif
+#ifndef INSONIFY_ACOUSTICS_EMIT_SPECKLE_HPP
+#define INSONIFY_ACOUSTICS_EMIT_SPECKLE_HPP
 
 
-#ifndef INSONIFY_ACOUSTICS_SCATTERING_HPP
-#define INSONIFY_ACOUSTICS_SCATTERING_HPP
+#ifndef INSONIFY_ACOUSTICS_PROPAGATION_HPP
+#define INSONIFY_ACOUSTICS_PROPAGATION_HPP
+
+
+
+/// How the state of the wave changes within the layers of a line, by a model's `timing` and `attenuation`.
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// The loss at the peak of the pulse of a line by a model, dB; that of the carrier for models that state no other.
+/// @param lost_db  that of the carrier
+template <class Model>
+INSONIFY_FN float pulse_loss(const Model& model, const traced_line& line, float lost_db) {
+    if constexpr (requires { model.pulse_loss(line, lost_db); })
+        return model.pulse_loss(line, lost_db);
+    else
+        return lost_db;
+}
+
+/// Sound passes through a layer to its end.
+template <class Model>
+INSONIFY_FN void pass(const Model& model, const traced_line& line, const layer& here, echo_path& path) {
+    const medium& m = line.media[here.medium];
+    path.shown += (here.end - here.begin) * displayed_stretch(model.timing, m);
+    path.lost_db = path.lost_at(here.end - here.begin, model.attenuation(m, line.frequency));
+}
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+
+#endif
+#ifndef INSONIFY_ACOUSTICS_SCATTERERS_STRAIGHTENED_HPP
+#define INSONIFY_ACOUSTICS_SCATTERERS_STRAIGHTENED_HPP
+
+
+#ifndef INSONIFY_ACOUSTICS_SCATTERERS_SCATTERING_HPP
+#define INSONIFY_ACOUSTICS_SCATTERERS_SCATTERING_HPP
 
 
 #include <concepts>
@@ -2732,6 +3065,401 @@ struct no_scatterers {
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
+/// Calls `field.scatter`; where fibres are curved, in coordinates in which they are straight, piece by piece.
+template <class Field, class Emit>
+INSONIFY_FN void scatter_along_fibres(const Field& field, const material_line& line, float begin, float end,
+                                      float spacing, const Emit& emit) {
+    if (line.structure == nullptr || line.structure->chart.empty()) {
+        field.scatter(line, begin, end, spacing, emit);
+        return;
+    }
+    const auto straight = [&](vec3 point) {
+        return line.structure->chart(line.displacement == nullptr ? point : line.displacement->rest(point));
+    };
+    constexpr float piece = 2e-3F;
+    for (float from = begin; from < end;) {
+        const float to = from + 1.5F * piece < end ? from + piece : end;
+        const vec3 first = straight(line.at(from)), middle = line.at(0.5F * (from + to));
+        const auto turned = [&](vec3 direction) { // and stretched
+            constexpr float step = 0.5e-3F;
+            return (straight(middle + step * direction) - straight(middle - step * direction)) * (0.5F / step);
+        };
+        material_line own = line;
+        own.displacement = nullptr;
+        own.along = (straight(line.at(to)) - first) * (1 / (to - from));
+        own.origin = first - from * own.along;
+        own.elevation = normalize(turned(line.elevation));
+        if (line.steering != vec3{0, 0, 0}) own.steering = turned(line.steering);
+        if (own.along != vec3{0, 0, 0}) field.scatter(own, from, to, spacing, emit);
+        from = to;
+    }
+}
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+
+#endif
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Emits the speckle of one layer, as `physical` documents it.
+/// @param path  at the beginning of the layer
+template <class Model, class Echoes>
+INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const layer& here, const echo_path& path,
+                              const Echoes& echoes) {
+    const medium& m = line.media[here.medium];
+    const float begin = path.shown + path.gains.least_deeper();
+    if (!(m.backscatter > 0) || begin >= echoes.depth()) return;
+    const float displayed = displayed_stretch(model.timing, m);
+    const float attenuation = model.attenuation(m, line.frequency); // dB/m
+    const float sigma = sigma_of(line);
+    float slot = scatterer_spacing(sigma / displayed); // shorter in slow media
+    if (m.flowing) slot = min(slot, scatterer_spacing_in_flow(line.frequency));
+    // The pulse sums the power of the slots that it covers: sqrt(pi) sigma over the displayed length of a slot.
+    const float pulse_gain = std::sqrt(std::sqrt(pi) * sigma / (slot * displayed));
+    float level = m.backscatter * amplitude_of_decibels(model.texture_db) / pulse_gain;
+    const float background_loss = model.attenuation(line.media[0], line.frequency);
+    // Amplitude there and back at displayed depth `shown`, no less than the floor.
+    const auto arriving = [&](float lost_db, float shown, float gain) {
+        const float direct =
+            line.gains.amplitude(path.passed * amplitude_of_decibels(-pulse_loss(model, line, lost_db)), gain);
+        if (model.shadow_floor_db == -FLT_MAX) return direct;
+        return max(direct, amplitude_of_decibels(model.shadow_floor_db - shown * background_loss));
+    };
+    const pose place = line.places.empty() ? pose{} : line.places[here.place];
+    const float end = min(here.end, here.begin + (echoes.depth() - begin) / displayed + slot);
+    material_line within = in_object(line.frame, place, here.object, m.scatterer_density);
+    within.height = line.aperture.height;
+    within.plane = line.plane;
+    within.aperture = &line.aperture;
+    within.displayed = {path.shown - here.begin * displayed, displayed};
+    within.tilt = line.frame.tilt;
+    within.surfaces = {here.begin, here.end};
+    within.flowing = m.flowing;
+    within.frame_number = m.flowing ? line.frame_number : 0;
+    within.displacement = line.displacement(here.place);
+    within.steering = place.local_direction(line.frame.steering);
+    if (!m.structure.empty() && here.place < line.structures.size() && line.structures[here.place].of == m.structure) {
+        within.fnumber = line.aperture.fnumber(path.shown + 0.5F * (here.end - here.begin) * displayed);
+        within.structure = &line.structures[here.place];
+        within.own_surfaces = here.own_surfaces;
+        level /= within.structure->rms(within.fnumber);
+    }
+    scatter_along_fibres(model.scattering, within, here.begin, end, slot, [&](const scatterer_run& run) {
+        const auto length = static_cast<float>(run.count) * run.step;
+        const aperture_gain first = path.gains.at(run.first), last = path.gains.at(run.first + length);
+        const auto shown_at = [&](float distance, const aperture_gain& gain) {
+            return path.shown + (distance - here.begin) * displayed + gain.deeper;
+        };
+        const auto level_at = [&](float distance, const aperture_gain& gain) {
+            const float arrived =
+                arriving(path.lost_at(distance - here.begin, attenuation), shown_at(distance, gain), gain.speckle);
+            return min(level * arrived, 1e20F); // keeps sums finite
+        };
+        const float longer = (last.deeper - first.deeper) / static_cast<float>(run.count > 0 ? run.count : 1);
+        echoes.scatterers({.depth = shown_at(run.first, first),
+                           .step = max(run.step * displayed + longer, 0),
+                           .count = run.count,
+                           .real = run.real,
+                           .imaginary = run.imaginary,
+                           .first_level = level_at(run.first, first),
+                           .last_level = level_at(run.first + length, last),
+                           .slope = run.slope * displayed});
+    });
+}
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+
+#endif
+#ifndef INSONIFY_ACOUSTICS_FOLLOW_SOUND_HPP
+#define INSONIFY_ACOUSTICS_FOLLOW_SOUND_HPP
+
+
+#ifndef INSONIFY_ACOUSTICS_NARROW_OBSTACLE_HPP
+#define INSONIFY_ACOUSTICS_NARROW_OBSTACLE_HPP
+
+
+#include <cmath>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// The fraction of the power of a strip of the beam that passes beside a layer which is narrow out of the slice plane, such as
+/// a needle, a wire or a small ball; 0 where it is wide, as bone and plates are.
+///
+/// The layer's section out of the slice plane is the ellipse that has, at the line, its thickness T and the first and second
+/// derivatives T' and T'' of that by the height y, which follow from slope and curvature of the two surfaces. T(y)^2 is then a
+/// polynomial of degree two, and its zeros are the sides of the section:
+///
+///     y = T (T' +- sqrt(-T T'')) / -(T'^2 + T T'')
+///
+/// Of a strip with the power exp(-y^2 / s^2), what lies outside them passes. Facets do not curve: an obstacle whose normals are
+/// not smooth lets nothing pass.
+/// @param obstacle  a layer between two surfaces that are the object's own
+/// @param behind    the next one
+/// @param strip     s, metres
+INSONIFY_FN inline float power_beside(const layer& obstacle, const layer& behind, float strip) {
+    const float thickness = obstacle.end - obstacle.begin;
+    const float first = obstacle.slope.y - behind.slope.y; // a slope is the negative derivative of the depth
+    const float bend = thickness * (obstacle.curvature.y - behind.curvature.y), open = bend - first * first;
+    if (!(strip > 0) || !(open > 0)) return 0;
+    const float root = std::sqrt(bend), per_strip = thickness / (open * strip);
+    return 0.5F * (std::erfc((root + first) * per_strip) + std::erfc((root - first) * per_strip));
+}
+
+/// Adds the sound that passes beside a narrow obstacle in the strip of the beam that the line stands for to what passes through
+/// it: by power, and at the mean time. What lets half of the amplitude through is no obstacle.
+/// @param above  in front of the obstacle
+/// @param below  behind it
+/// @return       whether any was added
+template <class Model>
+INSONIFY_FN bool add_sound_beside(const Model& model, const traced_line& line, const layer& obstacle,
+                                  const layer& behind, const echo_path& above, echo_path& below) {
+    if (!(obstacle.own_surfaces.x > 0) || !(obstacle.own_surfaces.y > 0) || above.passed == 0) return false;
+    layer tissue = obstacle; // beside it
+    tissue.medium = behind.medium;
+    echo_path around = above; // straight on
+    around.refraction.enters_at = 0;
+    pass(model, line, tissue, around);
+    const float through = below.passed / above.passed *
+                          amplitude_of_decibels(min(
+                              pulse_loss(model, line, around.lost_db) - pulse_loss(model, line, below.lost_db), 300));
+    if (!(through < 0.5F)) return false;
+    const float beside = power_beside(obstacle, behind, line.aperture.strip(0.5F * (above.shown + around.shown)));
+    if (beside == 0) return false;
+    const float power = (1 - beside) * through * through + beside;
+    below.shown += beside / power * (around.shown - below.shown);
+    below.lost_db = around.lost_db;
+    below.refraction.enters_at = 0; // what passes beside it arrives straight
+    below.passed = above.passed * std::sqrt(power);
+    return true;
+}
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+
+#endif
+#include <cstddef>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Follows sound along a line from layer to layer: for the echoes that a model emits, and for what arrives at each depth.
+/// @param at_surface  at_surface(i, here, path): the transmission into layer i, there and back; called where it is of another
+///                    medium than the layer above, at whose end `path` lies
+/// @param in_layer    in_layer(i, here, path): called at the beginning of each layer; false ends the walk
+template <class Model, class AtSurface, class InLayer>
+INSONIFY_FN void follow_sound(const Model& model, const traced_line& line, const AtSurface& at_surface,
+                              const InLayer& in_layer) {
+    echo_path path{}, above{}; // at the end of the layer before, and of the one before that
+    line_refraction<Model> refraction{model, line};
+    for (std::size_t i = 0; i < line.layers.size(); ++i) {
+        layer here = line.layers[i];
+        echo_path entered = path;
+        entered.refraction = refraction.next();
+        entered.gains = path.gains.next(line.gains, here, line.media[here.medium]);
+        if (here.medium != entered.refraction.before) {
+            here.cosine = entered.refraction.cosine;
+            entered.passed *= at_surface(i, here, path);
+            if (add_sound_beside(model, line, line.layers[i - 1], here, above, entered) &&
+                entered.gains.at_steps.empty())
+                entered.gains.before = {}; // the gains within an obstacle do not hold for what passes beside it
+        }
+        above = path;
+        path = entered;
+        if (!in_layer(i, here, path)) return;
+        pass(model, line, here, path);
+    }
+}
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+
+#endif
+#ifndef INSONIFY_ACOUSTICS_RINGING_HPP
+#define INSONIFY_ACOUSTICS_RINGING_HPP
+
+
+
+/// Sound goes to and fro in a thin hard layer, such as a needle, and each time part of it leaves towards the probe: the echo of
+/// the layer's far surface repeats at its thickness, a ladder of lines that grow fainter. Straight lines get it from here;
+/// `paths` follows the sound itself. Layers more than 20 degrees from across the line do not ring.
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// The surface at which the present layer began.
+struct layer_entry {
+    float reflected = 0;             ///< there, from outside; 0: the probe's face
+    float shown = 0;                 ///< displayed depth, metres
+    float lost_db = 0;               ///< attenuation up to there, there and back, of the peak of the pulse, dB
+    const layer* present = nullptr;  ///< which begins there
+    const medium* outside = nullptr; ///< before it
+};
+
+/// Where the far surface of a layer is nearest to the probe, metres across the line; at most half of the thickness away.
+INSONIFY_FN inline vec2 nearest_of(vec2 slope, vec2 curvature, float thickness) {
+    const auto along = [&](float s, float bend) {
+        return bend == 0 ? 0.0F : clamp(s / bend, -0.5F * thickness, 0.5F * thickness);
+    };
+    return {along(slope.x, curvature.x), along(slope.y, curvature.y)};
+}
+
+/// Makes an echo repeat that comes from the far surface of a layer.
+///
+///     ratio = r' r 10^(-loss / 20),   r' = -r of the near surface from outside
+///
+/// for each time that sound goes to and fro. Where the surfaces are not parallel, each reflection turns it further: the ratio
+/// takes the fraction of the first repetition that the aperture collects. The echo of a curved surface comes from where that is
+/// nearest to the probe, so slopes, angles and thickness are those of that place: a needle rings alike in all planes that cut it.
+/// @param far        the layer that begins at the far surface
+/// @param inside     medium of the layer
+/// @param behind     medium below it
+/// @param stretch    displayed depth per metre inside
+/// @param shown      displayed depth of the far surface, metres
+/// @param lost_db    attenuation down to it, there and back, of the peak of the pulse, dB
+/// @param reflected  r of the far surface
+/// @param least      no layer rings whose ratio is smaller than this
+/// @param collects   collects(slope): fractions that the aperture collects of a surface of this slope, as in `curved_echo`
+/// @param reflects   reflects(before, after, cosine): r of an interface
+template <class Collects, class Reflects>
+INSONIFY_FN void add_repetitions(curved_echo& one, const layer_entry& near, const layer& far, const medium& inside,
+                                 const medium& behind, float stretch, float shown, float lost_db, float reflected,
+                                 float least, const Collects& collects, const Reflects& reflects) {
+    constexpr float thickest = 2e-3F; // displayed: beyond, the beam has widened
+    float step = shown - near.shown;
+    if (near.reflected == 0 || !(step > 0) || step > thickest) return;
+    vec2 near_slope = near.present->slope, far_slope = far.slope, whole = one.collected;
+    float near_reflected = near.reflected;
+    const float speeds = inside.sound_speed / near.outside->sound_speed;
+    const vec2 near_bend{near.present->curvature.x, near.present->curvature.y}, bend{far.curvature.x, far.curvature.y},
+        nearest = nearest_of(far_slope, bend, step / stretch);
+    if (nearest != vec2{0, 0}) {
+        step += stretch * dot(near_slope - far_slope + 0.5F * (bend - near_bend) * nearest, nearest);
+        near_slope -= near_bend * nearest;
+        far_slope -= bend * nearest;
+        const float sine = std::sqrt(dot(near_slope, near_slope) / (1 + dot(near_slope, near_slope))),
+                    sine_inside = speeds * sine;
+        if (sine_inside >= 1) return;
+        near_reflected = reflects(*near.outside, inside, std::sqrt(1 - sine * sine));
+        reflected = reflects(inside, behind, std::sqrt(1 - sine_inside * sine_inside));
+        whole = collects(far_slope);
+    }
+    // Beyond 20 degrees, or where a surface reflects totally, repetitions leave beside the line.
+    constexpr float steepest = 0.36F, total = 0.9999F;
+    if (dot(near_slope, near_slope) > steepest * steepest || dot(far_slope, far_slope) > steepest * steepest) return;
+    if (std::fabs(near_reflected) > total || std::fabs(reflected) > total) return;
+    const float ratio = -near_reflected * reflected * amplitude_of_decibels(min(near.lost_db - lost_db, 0));
+    if (!(std::fabs(ratio) >= least)) return;
+    // A wedge turns sound in the layer by twice its angle, and refraction changes that outside.
+    const vec2 by = (far_slope - near_slope) / speeds;
+    const vec2 collected = dot(by, by) < 1e-8F ? whole : collects(far_slope + by);
+    const float first = whole.x * whole.y;
+    one.repeat_ratio = ratio * (first > 0 ? min(collected.x * collected.y / first, 1) : 0);
+    one.repeat_step = step;
+}
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+
+#endif
+#ifndef INSONIFY_ACOUSTICS_ROUGHNESS_HPP
+#define INSONIFY_ACOUSTICS_ROUGHNESS_HPP
+
+
+#include <cfloat>
+#include <concepts>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Rms height of a surface of which only the two media are known, metres: the larger `roughness` of the two.
+INSONIFY_FN inline float rms_height(const medium& before, const medium& after) {
+    return max(before.roughness, after.roughness);
+}
+/// Rms height of the surface that a wave meets, metres: its own where it is known. Tracers give the roughness of the object
+/// whose surface it is, of higher priority than what it lies in: polished steel in rough muscle stays a mirror.
+INSONIFY_FN inline float rms_height(const incidence& at) {
+    return at.roughness < 0 ? rms_height(at.before, at.after) : at.roughness;
+}
+
+/// Distance at which the diffuse echoes of a rough surface are independent, metres along the line: an eighth of the wavelength
+/// c0 / f0. Convention.
+INSONIFY_FN constexpr float surface_grain(float frequency) { return display_speed / (8 * frequency); }
+
+/// A roughness law: law.coherent(incidence) is the factor on the amplitude of the specular echo, and
+/// law.diffuse(incidence) the fraction of the reflected energy that is scattered diffusely; both 0 to 1.
+template <class Law>
+concept roughness_law = requires(const Law& law, const incidence& at) {
+    { law.coherent(at) } -> std::convertible_to<float>;
+    { law.diffuse(at) } -> std::convertible_to<float>;
+};
+
+/// Kirchhoff's approximation for a surface with normally distributed heights.
+///
+///     phi = 2 k h cos i                  rms phase of the echo, radians
+///     coherent = exp(-phi^2 / 2)         amplitude of the specular echo
+///     diffuse = 1 - exp(-phi^2)          energy, relative to the reflected energy; coherent^2 + diffuse = 1
+///
+/// h is the rms height in metres, k = 2 pi f / c the wave number in the medium before the interface in 1/m, and i the
+/// angle of incidence.
+/// Source: Beckmann & Spizzichino, The Scattering of Electromagnetic Waves from Rough Surfaces, 1963.
+struct kirchhoff {
+    /// Factor on the amplitude of the specular echo, 0 to 1; exactly 1 between smooth media.
+    INSONIFY_FN float coherent(const incidence& at) const {
+        const float phase = rms_phase(at);
+        return std::exp(-phase * phase / 2);
+    }
+    /// Fraction of the reflected energy that is scattered diffusely, 0 to 1.
+    INSONIFY_FN float diffuse(const incidence& at) const {
+        const float phase = rms_phase(at);
+        return -std::expm1(-phase * phase);
+    }
+    /// Rms phase of the echo over the rough surface, radians.
+    INSONIFY_FN float rms_phase(const incidence& at) const {
+        const float wave_number = 2 * pi * at.frequency / at.before.sound_speed;
+        return 2 * wave_number * rms_height(at) * at.cosine;
+    }
+
+    friend bool operator==(const kirchhoff&, const kirchhoff&) = default;
+};
+
+/// Power that a diffuse surface scatters per steradian, over incident intensity times area: cos i cos s / pi.
+///
+/// @param cosine_in   of the angle of incidence i, 0 to 1
+/// @param cosine_out  of the angle s between the scattered wave and the normal, 0 to 1
+/// Source: Lambert's law; the integral over the half space is the incident power, cos i.
+INSONIFY_FN constexpr float lambert_lobe(float cosine_in, float cosine_out) { return cosine_in * cosine_out / pi; }
+
+/// Samples the normal of a microfacet of a rough surface, at an angle a from the surface normal: cos a = u^(1 / (s +
+/// 1)).
+///
+/// @param normal    of the surface, length 1
+/// @param exponent  s: the density of directions is proportional to cos^s a; 0: uniform in the half space
+/// @param uniform   two independent random numbers in [0, 1): u, and the azimuth in turns
+/// @return          length 1, in the half space of `normal`
+/// Source: Mattausch & Goksel, Monte-Carlo ray tracing for ultrasound, 2016.
+INSONIFY_FN inline vec3 perturbed_normal(vec3 normal, float exponent, vec2 uniform) {
+    // By logarithms: 1 - u^(2 / (s + 1)) = sin^2 a would cancel for a nearly smooth surface.
+    const float logarithm = std::log(max(uniform.x, FLT_MIN)) / (exponent + 1);
+    const float cosine = std::exp(logarithm);
+    const float sine = std::sqrt(-std::expm1(2 * logarithm));
+    const float azimuth = 2 * pi * uniform.y;
+    const detail::orthonormal_basis axes{normal};
+    return cosine * normal + sine * (std::cos(azimuth) * axes.first + std::sin(azimuth) * axes.second);
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#ifndef INSONIFY_ACOUSTICS_SCATTERERS_CELL_FIELD_HPP
+#define INSONIFY_ACOUSTICS_SCATTERERS_CELL_FIELD_HPP
+
+
+#ifndef INSONIFY_ACOUSTICS_SCATTERERS_REST_CURVE_HPP
+#define INSONIFY_ACOUSTICS_SCATTERERS_REST_CURVE_HPP
+
+
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
 /// Part of a line as it was at rest, which is curved where tissue is deformed: points at equal steps, of which the last may be up
 /// to half a step shorter or longer.
 class rest_curve {
@@ -2788,16 +3516,16 @@ class rest_curve {
 
 
 #endif
-#ifndef INSONIFY_ACOUSTICS_STRUCTURED_LINE_HPP
-#define INSONIFY_ACOUSTICS_STRUCTURED_LINE_HPP
+#ifndef INSONIFY_ACOUSTICS_SCATTERERS_STRUCTURED_LINE_HPP
+#define INSONIFY_ACOUSTICS_SCATTERERS_STRUCTURED_LINE_HPP
 
 
-#ifndef INSONIFY_ACOUSTICS_CELL_LAYOUT_HPP
-#define INSONIFY_ACOUSTICS_CELL_LAYOUT_HPP
+#ifndef INSONIFY_ACOUSTICS_SCATTERERS_CELL_LAYOUT_HPP
+#define INSONIFY_ACOUSTICS_SCATTERERS_CELL_LAYOUT_HPP
 
 
-#ifndef INSONIFY_ACOUSTICS_SCATTER_NUMBERS_HPP
-#define INSONIFY_ACOUSTICS_SCATTER_NUMBERS_HPP
+#ifndef INSONIFY_ACOUSTICS_SCATTERERS_SCATTER_NUMBERS_HPP
+#define INSONIFY_ACOUSTICS_SCATTERERS_SCATTER_NUMBERS_HPP
 
 
 #ifndef INSONIFY_CORE_RANDOM_HPP
@@ -2938,8 +3666,8 @@ struct poisson_numbers {
 
 
 #endif
-#ifndef INSONIFY_ACOUSTICS_VIEW_DIRECTION_HPP
-#define INSONIFY_ACOUSTICS_VIEW_DIRECTION_HPP
+#ifndef INSONIFY_ACOUSTICS_SCATTERERS_VIEW_DIRECTION_HPP
+#define INSONIFY_ACOUSTICS_SCATTERERS_VIEW_DIRECTION_HPP
 
 
 
@@ -2987,6 +3715,59 @@ struct view_slabs {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
+
+
+#endif
+#ifndef INSONIFY_EXECUTION_SIMD_MATH_HPP
+#define INSONIFY_EXECUTION_SIMD_MATH_HPP
+
+
+#include <cfloat>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// A polynomial by Horner's rule. @param lower  the remaining coefficients, highest power first
+template <int N, class... Lower>
+INSONIFY_FN INSONIFY_INLINE lanes<N> polynomial(const lanes<N>& x, float highest, Lower... lower) {
+    lanes<N> sum(highest);
+    ((sum = multiply_add(sum, x, lanes<N>(lower))), ...);
+    return sum;
+}
+
+/// 2^x, with a relative error below 2e-7 for x in [-126, 126]; x is clamped to that range.
+///
+/// Splits x into an integer, which becomes the exponent field, and a remainder r in [-1/2, 1/2], for which the Taylor
+/// polynomial of exp(r ln 2) of degree 7 has an error below 1e-8.
+template <int N>
+INSONIFY_FN INSONIFY_INLINE lanes<N> power_of_two(const lanes<N>& x) {
+    using floats = lanes<N>;
+    const floats clamped = min(max(x, floats(-126.0F)), floats(126.0F));
+    const bit_lanes<N> whole = floor_bits<N>(clamped + floats(0.5F));
+    const floats remainder = clamped - floats_of<N>(whole);
+    const floats power = polynomial<N>(remainder, 1.5252734e-5F, 1.5403530e-4F, 1.3333558e-3F, 9.6181291e-3F,
+                                       5.5504109e-2F, 2.4022651e-1F, 6.9314718e-1F, 1.0F);
+    return power * raw_floats<N>((whole + 127U) << 23);
+}
+
+/// log2(x), with an error below 3e-7, absolute or relative, whichever is larger; x is clamped to FLT_MIN from below,
+/// and infinity gives 128.
+///
+/// Splits x into a power of two and a mantissa m in [sqrt(1/2), sqrt(2)], for which
+/// ln m = 2 artanh(s) = 2 (s + s^3/3 + s^5/5 + ...) with s = (m - 1) / (m + 1); the terms after s^9 are below 2e-9.
+template <int N>
+INSONIFY_FN INSONIFY_INLINE lanes<N> logarithm_of_two(const lanes<N>& x) {
+    using floats = lanes<N>;
+    constexpr std::uint32_t root_half = 0x3F3504F3U, one = 0x3F800000U;
+    const bit_lanes<N> moved = raw_bits<N>(max(x, floats(FLT_MIN))) + (one - root_half);
+    const floats exponent = floats_of<N>(moved >> 23) - floats(127.0F);
+    const floats m = raw_floats<N>((moved & 0x7FFFFFU) + root_half);
+    const floats s = (m - floats(1.0F)) / (m + floats(1.0F));
+    constexpr float two = 2.8853901F; // 2 / ln 2
+    const floats sum = polynomial<N>(s * s, two / 9, two / 7, two / 5, two / 3, two);
+    return multiply_add(s, sum, exponent);
+}
+
+} // namespace insonify::inline INSONIFY_ABI
 
 
 #endif
@@ -3162,20 +3943,20 @@ INSONIFY_FN inline vec3 resolvable(vec3 point, float cell, float spacing) {
 
 
 #endif
-#ifndef INSONIFY_ACOUSTICS_SHEATH_GAINS_HPP
-#define INSONIFY_ACOUSTICS_SHEATH_GAINS_HPP
+#ifndef INSONIFY_TISSUE_SHEATH_GAINS_HPP
+#define INSONIFY_TISSUE_SHEATH_GAINS_HPP
 
 
-#ifndef INSONIFY_ACOUSTICS_STRUCTURE_GAINS_HPP
-#define INSONIFY_ACOUSTICS_STRUCTURE_GAINS_HPP
+#ifndef INSONIFY_TISSUE_STRUCTURE_GAINS_HPP
+#define INSONIFY_TISSUE_STRUCTURE_GAINS_HPP
 
 
-#ifndef INSONIFY_ACOUSTICS_SHEET_CROSSINGS_HPP
-#define INSONIFY_ACOUSTICS_SHEET_CROSSINGS_HPP
+#ifndef INSONIFY_TISSUE_SHEET_CROSSINGS_HPP
+#define INSONIFY_TISSUE_SHEET_CROSSINGS_HPP
 
 
-#ifndef INSONIFY_ACOUSTICS_LINE_NODES_HPP
-#define INSONIFY_ACOUSTICS_LINE_NODES_HPP
+#ifndef INSONIFY_TISSUE_LINE_NODES_HPP
+#define INSONIFY_TISSUE_LINE_NODES_HPP
 
 
 
@@ -3253,8 +4034,8 @@ class line_nodes {
 
 
 #endif
-#ifndef INSONIFY_ACOUSTICS_LINE_PARTS_HPP
-#define INSONIFY_ACOUSTICS_LINE_PARTS_HPP
+#ifndef INSONIFY_TISSUE_LINE_PARTS_HPP
+#define INSONIFY_TISSUE_LINE_PARTS_HPP
 
 
 #include <cstdint>
@@ -3566,8 +4347,8 @@ class sheet_crossings {
 
 
 #endif
-#ifndef INSONIFY_ACOUSTICS_STRUCTURE_NOISE_HPP
-#define INSONIFY_ACOUSTICS_STRUCTURE_NOISE_HPP
+#ifndef INSONIFY_TISSUE_STRUCTURE_NOISE_HPP
+#define INSONIFY_TISSUE_STRUCTURE_NOISE_HPP
 
 
 
@@ -4235,995 +5016,6 @@ using poisson_scatterers = cell_field<poisson_numbers>;
 
 
 #endif
-#ifndef INSONIFY_ACOUSTICS_ECHO_LINE_HPP
-#define INSONIFY_ACOUSTICS_ECHO_LINE_HPP
-
-
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Echoes of scatterers at equal steps of displayed depth. The level changes exponentially along the run, but grows by 24 dB at
-/// most from one scatterer to the next.
-struct scatterer_echoes {
-    float depth = 0;                  ///< of the first echo, metres
-    float step = 0;                   ///< metres, 0 or more
-    std::uint32_t count = 0;          ///< number of scatterers
-    const float* real = nullptr;      ///< real parts of the amplitudes
-    const float* imaginary = nullptr; ///< imaginary parts
-    float first_level = 0;            ///< factor on the amplitudes at the first scatterer ...
-    float last_level = 0;             ///< ... and one step after its last scatterer
-    vec2 slope{0, 0}; ///< change of displayed depth per metre across the line: in the slice plane, out of it
-};
-
-/// The specular echo of a plane or curved surface, with its repetitions where sound goes to and fro in a thin layer above it.
-struct curved_echo {
-    float depth = 0;     ///< displayed, metres
-    float amplitude = 0; ///< of the whole echo, before the aperture has its part
-    vec2 collected{
-        1, 1}; ///< fraction that the aperture collects of a plane of this slope, in the slice plane and out of it
-    vec2 slope{0, 0};        ///< change of displayed depth per metre across the line, in the slice plane and out of it
-    vec3 curvature{0, 0, 0}; ///< second derivatives of displayed depth, 1/m, as in `layer`
-    float repeat_ratio = 0;  ///< of the amplitudes of each repetition and the echo before it; 0: not repeated
-    float repeat_step = 0;   ///< from one to the next, metres of displayed depth
-
-    /// Calls visit(deeper, factor) for the echo itself and for each repetition until they have fallen by 60 dB.
-    /// @param range  metres of displayed depth after which they end
-    template <class Visit>
-    INSONIFY_FN void for_each_repetition(float range, const Visit& visit) const {
-        constexpr std::uint32_t most = 256;
-        float factor = 1;
-        for (std::uint32_t i = 0; i < most && std::fabs(factor) > 1e-3F; ++i) {
-            const float deeper = static_cast<float>(i) * repeat_step;
-            if (i > 0 && !(deeper < range)) return;
-            visit(deeper, factor);
-            factor *= repeat_ratio;
-        }
-    }
-};
-
-/// Writes echoes into one line of complex samples at baseband.
-///
-///     s += a exp(-j 4 pi f0 z / c0)
-///
-/// for an echo of amplitude a at displayed depth z, in metres, f0 in hertz and c0 = `display_speed` in m/s; it is
-/// divided linearly between the two neighbouring samples. Sample k lies at depth (k + 1/2) * spacing. The phase is
-/// reduced in cycles, in double precision, so it is accurate at any depth.
-///
-/// Models call `surface`, `rough_surface` and `scatterers`, and receive any type with these three and `depth`; those with
-/// `curved_surface` receive specular echoes there instead, unless all incidence is normal. The tracer substitutes one that
-/// compensates for the kernels of later stages.
-/// Source: demodulation to baseband of an echo with delay 2 z / c0.
-class echo_line {
-  public:
-    /// @param samples    to which echoes are added
-    /// @param spacing    metres of displayed depth from sample to sample
-    /// @param frequency  of the carrier, hertz
-    INSONIFY_FN echo_line(view<vec2> samples, float spacing, float frequency)
-        : samples_{samples}, per_spacing_{1 / spacing}, spacing_{spacing}, cycles_{2.0 *
-                                                                                   static_cast<double>(frequency) /
-                                                                                   static_cast<double>(display_speed)} {
-    }
-
-    /// Metres to the end of the last sample.
-    INSONIFY_FN float depth() const { return spacing_ * static_cast<float>(samples_.size()); }
-
-    /// Adds one echo at a displayed depth, metres. Echoes beyond the ends of the line are dropped.
-    INSONIFY_FN void add(float depth, vec2 amplitude) const { write(depth, product(amplitude, phase(depth))); }
-
-    /// Adds the specular echo of a surface. The third argument is the change of its displayed depth per metre across the
-    /// line, in the slice plane and out of it.
-    INSONIFY_FN void surface(float depth, float amplitude, vec2 /* slope */) const { add(depth, {amplitude, 0}); }
-
-    /// Adds the specular echo of a curved surface, as if it were plane, with its repetitions.
-    INSONIFY_FN void curved_surface(const curved_echo& one) const {
-        const float amplitude = one.amplitude * one.collected.x * one.collected.y;
-        one.for_each_repetition(depth() - one.depth, [&](float deeper, float factor) {
-            surface(one.depth + deeper, factor * amplitude, one.slope);
-        });
-    }
-
-    /// Adds the diffuse echo of a rough surface: the same one, whatever its slope and its curvature (see `layer`).
-    /// @param amplitude  rms
-    /// @param value      vec2(float offset): the surface's random field, of power 1, `offset` metres deeper
-    template <class Value>
-    INSONIFY_FN void rough_surface(float depth, float amplitude, vec2 /* slope */, vec3 /* curvature */,
-                                   const Value& value) const {
-        add(depth, value(0.0F) * amplitude);
-    }
-
-    /// Adds the echoes of scatterers.
-    INSONIFY_FN void scatterers(const scatterer_echoes& run) const {
-        constexpr float min_level = 1e-15F, // -300 dB
-            max_log_ratio = 4;              // 24 dB from one to the next: higher powers could overflow
-        const float ratio =
-            run.first_level > min_level && run.last_level > 0
-                ? std::exp2(
-                      min(std::log2(run.last_level / run.first_level) / static_cast<float>(run.count), max_log_ratio))
-                : 1.0F;
-        add(run.depth, run.step, run.count, run.real, run.imaginary, run.first_level, ratio);
-    }
-
-  private:
-    // Echo i lies at depth + i * step, with its amplitude times scale * ratio^i.
-    INSONIFY_FN void add(float depth, float step, std::uint32_t count, const float* real, const float* imaginary,
-                         float scale, float ratio) const {
-        constexpr int width = max_simd_width;
-        using floats = lanes<width>;
-        // Of the first register, and the factor from each register to the next.
-        float carrier[2][width];
-        const vec2 first_carrier = scale * phase(depth);
-        carrier[0][0] = first_carrier.x;
-        carrier[1][0] = first_carrier.y;
-        vec2 factor = ratio * phase(step);
-        for (int known = 1; known < width; known *= 2) {
-            for (int i = 0; i < known; ++i) {
-                const vec2 next = product({carrier[0][i], carrier[1][i]}, factor);
-                carrier[0][known + i] = next.x;
-                carrier[1][known + i] = next.y;
-            }
-            factor = product(factor, factor);
-        }
-        floats carrier_x = load<width>(carrier[0]), carrier_y = load<width>(carrier[1]);
-        const auto last = static_cast<std::uint32_t>(samples_.size()) - 1;
-        const floats factor_x(factor.x), factor_y(factor.y), one(1.0F);
-        for (std::uint32_t first = 0; first < count; first += width) {
-            const floats x = load_some(real + first, count - first), y = load_some(imaginary + first, count - first);
-            const floats value_x = x * carrier_x - y * carrier_y, value_y = x * carrier_y + y * carrier_x;
-            const floats index = floats_of<width>(steps_of_bits<width>(first, 1));
-            const floats position = (floats(depth) + index * floats(step)) * floats(per_spacing_) - floats(0.5F);
-            const bit_lanes<width> below = floor_bits<width>(
-                min(max(position, floats(-2.0F)), floats(static_cast<float>(samples_.size()) + 1.0F)));
-            const floats weight = position - floats_of<width>(below);
-            vec2 here[width], next[width];
-            store_pairs((one - weight) * value_x, (one - weight) * value_y, here);
-            store_pairs(weight * value_x, weight * value_y, next);
-            std::uint32_t sample[width];
-            store_bits<width>(below, sample);
-            if (count - first >= width && sample[0] < last && sample[width - 1] < last)
-                for (int i = 0; i < width; ++i) {
-                    samples_[sample[i]] += here[i];
-                    samples_[sample[i] + 1] += next[i];
-                }
-            else
-                for (std::uint32_t i = 0; i < width && i < count - first; ++i) add_pair(sample[i], here[i], next[i]);
-            if (count - first <= width) return;
-            const floats next_x = carrier_x * factor_x - carrier_y * factor_y;
-            carrier_y = carrier_x * factor_y + carrier_y * factor_x;
-            carrier_x = next_x;
-        }
-    }
-
-    INSONIFY_FN static vec2 product(vec2 a, vec2 b) { return {a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x}; }
-
-    INSONIFY_FN vec2 phase(float depth) const {
-        const double cycles = cycles_ * static_cast<double>(depth);
-        const auto fraction = static_cast<float>(cycles - std::floor(cycles));
-        return {std::cos(2 * pi * fraction), -std::sin(2 * pi * fraction)};
-    }
-
-    INSONIFY_FN void write(float depth, vec2 value) const {
-        const float position = clamp(depth * per_spacing_ - 0.5F, -2.0F, static_cast<float>(samples_.size()) + 1.0F);
-        const float below = std::floor(position);
-        const float weight = position - below;
-        add_pair(static_cast<std::uint32_t>(static_cast<std::int32_t>(below)), (1 - weight) * value, weight * value);
-    }
-
-    // Loads `count` floats, at most a register; the other lanes are 0.
-    INSONIFY_FN INSONIFY_INLINE static lanes<max_simd_width> load_some(const float* from, std::uint32_t count) {
-        if (count >= max_simd_width) return load<max_simd_width>(from);
-        float some[max_simd_width] = {};
-        for (std::uint32_t i = 0; i < count; ++i) some[i] = from[i];
-        return load<max_simd_width>(some);
-    }
-
-    template <class Lanes>
-    INSONIFY_FN INSONIFY_INLINE static void store_pairs(const Lanes& x, const Lanes& y, vec2* to) {
-        float apart[2][max_simd_width];
-        store(x, apart[0]);
-        store(y, apart[1]);
-        for (int i = 0; i < max_simd_width; ++i) to[i] = {apart[0][i], apart[1][i]};
-    }
-
-    // Adds to a sample and the next one; an index below 0 wraps around.
-    INSONIFY_FN void add_pair(std::uint32_t sample, vec2 here, vec2 next) const {
-        const auto end = static_cast<std::uint32_t>(samples_.size());
-        if (sample < end) samples_[sample] += here;
-        if (sample + 1 < end) samples_[sample + 1] += next;
-    }
-
-    view<vec2> samples_;
-    float per_spacing_;
-    float spacing_;
-    double cycles_;
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#ifndef INSONIFY_ACOUSTICS_ECHO_PATH_HPP
-#define INSONIFY_ACOUSTICS_ECHO_PATH_HPP
-
-
-#ifndef INSONIFY_ACOUSTICS_ATTENUATION_HPP
-#define INSONIFY_ACOUSTICS_ATTENUATION_HPP
-
-
-#include <concepts>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Attenuation of an echo per metre of depth, there and back, in dB/m at a frequency in hertz.
-///
-///     loss = 2 alpha0 f^b
-///
-/// alpha0 = `attenuation` in dB/m at 1 MHz, f in MHz, b = `attenuation_power`. Valid for a single frequency. The result
-/// is finite for every valid medium: it is at most FLT_MAX.
-/// Source: the power law of attenuation in tissue, Szabo, Diagnostic Ultrasound Imaging: Inside Out, 2004, chapter 4.
-INSONIFY_FN inline float echo_loss(const medium& m, float frequency) {
-    const float megahertz = frequency * 1e-6F;
-    const float growth = m.attenuation_power == 1 ? megahertz : std::pow(megahertz, m.attenuation_power);
-    return min(m.attenuation * min(2 * growth, FLT_MAX), FLT_MAX);
-}
-
-/// An attenuation law: law(medium, frequency) is the attenuation of an echo in dB per metre, there and back; the
-/// frequency is in hertz.
-template <class Law>
-concept attenuation_law = requires(const Law& law, const medium& m, float frequency) {
-    { law(m, frequency) } -> std::convertible_to<float>;
-};
-
-/// The default attenuation law: `echo_loss`.
-struct power_law {
-    /// dB/m, there and back; the frequency in hertz.
-    INSONIFY_FN float operator()(const medium& m, float frequency) const { return echo_loss(m, frequency); }
-
-    friend bool operator==(const power_law&, const power_law&) = default;
-};
-
-/// The echo of a pulse of finite bandwidth. Attenuation grows with frequency, so the centre of the spectrum shifts down
-/// and the peak loses less than a single frequency would.
-struct broadband_echo {
-    float loss_db = 0;   ///< of the peak, dB
-    float frequency = 0; ///< of the centre of the spectrum, hertz
-};
-
-/// A Gaussian pulse after a path, there and back, on which a single frequency would lose `narrowband_db`.
-///
-///     beta = narrowband_db ln(10) / (20 f0)                       Np/Hz
-///     sigma = B f0 / 2.3548                                       Hz, of the amplitude spectrum
-///     loss = beta f0 - beta^2 sigma^2 / 2                         Np, of the peak
-///     centre = f0 - beta sigma^2                                  Hz
-///
-/// Valid for attenuation linear in f, as long as the centre is well above 0. beta is limited to the value at which the
-/// centre is f0 / 2.
-/// @param frequency  f0, of the carrier, hertz
-/// @param bandwidth  B, fractional, at -6 dB
-/// Source: product of the Gaussian spectrum and exp(-beta f), by completing the square; see also Szabo,
-/// Diagnostic Ultrasound Imaging: Inside Out, 2004, chapter 4.
-INSONIFY_FN inline broadband_echo attenuated(float narrowband_db, float frequency, float bandwidth) {
-    constexpr float neper_per_db = 0.115129255F; // ln(10) / 20
-    const float sigma = bandwidth * frequency / 2.3548F;
-    const float max_beta = 0.5F * frequency / (sigma * sigma);
-    const float beta = min(neper_per_db * narrowband_db / frequency, max_beta);
-    return {.loss_db = narrowband_db - 0.5F * beta * beta * sigma * sigma / neper_per_db,
-            .frequency = frequency - beta * sigma * sigma};
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#ifndef INSONIFY_ACOUSTICS_LINE_REFRACTION_HPP
-#define INSONIFY_ACOUSTICS_LINE_REFRACTION_HPP
-
-
-#ifndef INSONIFY_ACOUSTICS_FRESNEL_HPP
-#define INSONIFY_ACOUSTICS_FRESNEL_HPP
-
-
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Cosine of the angle of refraction t; 0 at and beyond the critical angle.
-///
-///     sin t = (c2 / c1) sin i
-///     cos^2 t = ((c1 - c2)(c1 + c2) + c2^2 cos^2 i) / c1^2
-///
-/// The second form equals 1 - sin^2 t but does not cancel at grazing incidence between nearly equal speeds.
-/// Source: Snell's law; c1 and c2 are the sound speeds of the two media, m/s.
-/// @param cosine  of the angle of incidence i, 0 to 1
-INSONIFY_FN inline float refracted_cosine(const medium& before, const medium& after, float cosine) {
-    const float c1 = before.sound_speed, c2 = after.sound_speed;
-    if (c1 == c2) return cosine;
-    const float eta = c2 / c1;
-    const float squared = (c1 - c2) / c1 * (1 + eta) + eta * eta * cosine * cosine;
-    return squared > 0 ? std::sqrt(squared) : 0.0F;
-}
-
-/// Propagation direction behind an interface; {0, 0, 0} for total reflection.
-///
-///     d_t = eta d + (eta cos i - cos t) n,   eta = c2 / c1,   cos i = -n.d
-///
-/// @param direction  d, of the incident wave, length 1; returned unchanged if the two speeds are equal
-/// @param normal     n, of the surface, length 1, on either side
-/// Source: Snell's law in vector form.
-INSONIFY_FN inline vec3 refracted(vec3 direction, vec3 normal, const medium& before, const medium& after) {
-    if (before.sound_speed == after.sound_speed) return direction;
-    const float along = dot(normal, direction);
-    const float cosine_in = std::fabs(along);
-    const float cosine_out = refracted_cosine(before, after, cosine_in);
-    if (cosine_out == 0) return {0, 0, 0};
-    const float eta = after.sound_speed / before.sound_speed;
-    const float turn = along < 0 ? eta * cosine_in - cosine_out : cosine_out - eta * cosine_in;
-    return eta * direction + turn * normal;
-}
-
-/// Reflection and transmission at the plane interface between two fluids, at any angle of incidence. Roughness and
-/// shear waves are neglected.
-///
-///     r = (Z2 cos i - Z1 cos t) / (Z2 cos i + Z1 cos t)              reflected pressure
-///     p = 2 Z2 cos i / (Z2 cos i + Z1 cos t) = 1 + r                 transmitted pressure
-///     R = r^2,  T = 4 Z1 Z2 cos i cos t / (Z2 cos i + Z1 cos t)^2    energy; R + T = 1
-///
-/// Z = density times sound speed in rayl; i and t are the angles of incidence and of refraction. At and beyond the
-/// critical angle r = 1 and T = 0; the phase of the echo and the evanescent wave are neglected. T is also the product
-/// of p there and back: the fraction of an echo's amplitude that survives both crossings. For media of equal sound
-/// speed r = (density2 - density1) / (density2 + density1) at every angle, exactly 0 for equal media.
-///
-/// r and T are quotients of the same two terms, so R + T = 1 within a few roundings. The rounding error of these terms
-/// is equivalent to that of the angle; it is noticeable only near the critical angle, where the slope of r is infinite.
-/// Source: Kinsler et al., Fundamentals of Acoustics, 4th edition, chapter 6.
-struct fresnel {
-    /// r: signed pressure of the echo relative to the incident pressure, -1 to 1.
-    /// @param cosine  of the angle of incidence, 0 to 1; also below
-    INSONIFY_FN float pressure_reflection(const medium& before, const medium& after, float cosine) const {
-        const terms at = terms_of(before, after, cosine);
-        return at.transmitted == 0 ? 1.0F : (at.incident - at.transmitted) / (at.incident + at.transmitted);
-    }
-
-    /// p: pressure behind the interface relative to the incident pressure, 0 to 2; 0 for total reflection.
-    INSONIFY_FN float pressure_transmission(const medium& before, const medium& after, float cosine) const {
-        const terms at = terms_of(before, after, cosine);
-        return at.transmitted == 0 ? 0.0F : 2 * (at.incident / (at.incident + at.transmitted));
-    }
-
-    /// R: fraction of the energy that is reflected, 0 to 1.
-    INSONIFY_FN float energy_reflection(const medium& before, const medium& after, float cosine) const {
-        const float r = pressure_reflection(before, after, cosine);
-        return r * r;
-    }
-
-    /// T: fraction of the energy that is transmitted, 0 to 1; the same for the reversed ray.
-    INSONIFY_FN float energy_transmission(const medium& before, const medium& after, float cosine) const {
-        const terms at = terms_of(before, after, cosine);
-        const float sum = at.incident + at.transmitted;
-        return at.transmitted == 0 ? 0.0F : 4 * (at.incident / sum) * (at.transmitted / sum);
-    }
-
-    /// Critical angle of total reflection, radians: asin(c1 / c2); pi / 2 if there is none.
-    INSONIFY_FN float critical_angle(const medium& before, const medium& after) const {
-        return before.sound_speed < after.sound_speed ? std::asin(before.sound_speed / after.sound_speed) : pi / 2;
-    }
-
-    /// The interface law: r and T.
-    INSONIFY_FN response operator()(const incidence& at) const {
-        return {.reflected = pressure_reflection(at.before, at.after, at.cosine),
-                .transmitted = energy_transmission(at.before, at.after, at.cosine)};
-    }
-
-    friend bool operator==(const fresnel&, const fresnel&) = default;
-
-  private:
-    // Z2 cos i and Z1 cos t, up to a factor that cancels; the second is 0 for total reflection.
-    struct terms {
-        float incident = 0;
-        float transmitted = 0;
-    };
-
-    INSONIFY_FN static terms terms_of(const medium& before, const medium& after, float cosine) {
-        if (before.sound_speed == after.sound_speed) return {after.density, before.density};
-        return {after.impedance() * cosine, before.impedance() * refracted_cosine(before, after, cosine)};
-    }
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-
-/// Refraction along a straight line. The line itself stays straight, but the refracted ray is followed beside it: angles of
-/// incidence and attenuation are those of the ray, exactly for plane surfaces. Depths are those of the straight line: behind
-/// 10 mm of fat at 40 degrees they are 0.03 mm too large.
-///
-/// Where the ray returns to the sound speed that it had before a layer, it also returns to its direction there, as behind a
-/// parallel layer. Behind a layer that is not parallel, such as a rib, other rays reach the line.
-namespace insonify::inline INSONIFY_ABI {
-
-/// How refraction changes a layer of a straight line.
-struct refracted_layer {
-    float cosine = 1;         ///< of the angle of incidence at its beginning
-    float length_factor = 1;  ///< length of the ray over that of the line
-    float enters_at = 0;      ///< where the ray enters it: metres of the ray from its beginning; below 0: before
-    std::uint32_t before = 0; ///< medium of the layer before
-
-    /// Length of the ray within the layer, down to a point of the line `along` metres below its beginning: 0 until the ray
-    /// enters. Above its beginning (`along` < 0) it is extrapolated.
-    INSONIFY_FN float length(float along) const {
-        const float whole = length_factor * along;
-        return max(whole - enters_at, min(whole, 0));
-    }
-};
-
-namespace detail {
-
-/// The propagation direction behind an interface: by the law's own `refracted(direction, normal, before, after)` where it
-/// has one, else by Snell's; {0, 0, 0} where it is totally reflected.
-template <class Law>
-INSONIFY_FN vec3 refracted_by(const Law& law, vec3 direction, vec3 normal, const medium& before, const medium& after) {
-    if constexpr (requires { law.refracted(direction, normal, before, after); })
-        return law.refracted(direction, normal, before, after);
-    else
-        return refracted(direction, normal, before, after);
-}
-
-/// Follows refraction from layer to layer of a line. Nothing is refracted where the model has no `refracted`.
-template <class Model>
-class line_refraction {
-  public:
-    INSONIFY_FN line_refraction(const Model& model, const traced_line& line) : model_{model}, line_{line} {}
-
-    /// The next layer; called once for each, from the face on.
-    INSONIFY_FN refracted_layer next() {
-        const std::size_t i = next_++;
-        const layer& here = line_.layers[i];
-        refracted_layer found{.cosine = here.cosine, .before = line_.layers[i == 0 ? 0 : i - 1].medium};
-        if constexpr (requires(const medium& m) { model_.refracted(vec3{}, vec3{}, m, m); }) {
-            if (found.before != here.medium) cross(i, found);
-            if (straight() && ahead_ == vec3{0, 0, 0}) return found;
-            // Line and ray end on the plane of the surface that ends the layer; the last layer has none.
-            const bool last = i + 1 == line_.layers.size();
-            const vec3 end = last ? vec3{0, 0, 1} : normal_of(i + 1);
-            const float towards = max(dot(end, direction_), 1e-3F), length = here.end - here.begin;
-            found.length_factor = clamp(end.z / towards, 0.25F, 4);
-            // Where ray and line end on a surface that the ray grazes, it is not plane as far as they are apart.
-            const float bound = min(3 * std::sqrt(dot(ahead_, ahead_)), max_entry);
-            found.enters_at = clamp(dot(end, ahead_) / towards, -bound, bound);
-            ahead_ = ahead_ + found.length(length) * direction_ - vec3{0, 0, length};
-        }
-        return found;
-    }
-
-  private:
-    static constexpr float max_entry = 0.02F; // metres: surfaces are not plane as far as that
-
-    INSONIFY_FN bool straight() const { return direction_.x == 0 && direction_.y == 0; }
-
-    // The ray crosses the surface at the beginning of a layer.
-    INSONIFY_FN void cross(std::size_t i, refracted_layer& found) {
-        const medium &before = line_.media[found.before], &after = line_.media[line_.layers[i].medium];
-        const vec3 normal = normal_of(i), arriving = direction_;
-        if (!straight()) found.cosine = min(std::fabs(dot(normal, arriving)), 1);
-        const vec3 bent = model_.refracted(arriving, normal, before, after);
-        if (after.sound_speed == former_speed_)
-            direction_ = former_direction_;
-        else if (bent != vec3{0, 0, 0} && is_finite(bent)) // else it is totally reflected
-            direction_ = bent;
-        former_speed_ = before.sound_speed;
-        former_direction_ = arriving;
-    }
-
-    // Normal of the surface at the beginning of layer i, kept because the layer above and this one both use it. x: across the
-    // line in the slice plane, y: out of it, z: along the line.
-    INSONIFY_FN vec3 normal_of(std::size_t i) {
-        if (i != normal_is_of_) {
-            const vec2 slope = line_.layers[i].slope;
-            normal_ = vec3{slope.x, slope.y, 1} / std::sqrt(dot(slope, slope) + 1);
-            normal_is_of_ = i;
-        }
-        return normal_;
-    }
-
-    const Model& model_;
-    const traced_line& line_;
-    std::size_t next_ = 0;
-    std::size_t normal_is_of_ = 0; // no surface begins the first layer
-    vec3 normal_{0, 0, 1};
-    vec3 direction_{0, 0, 1};        // of the ray, in the axes of `normal_of`
-    vec3 ahead_{0, 0, 0};            // from the line to the ray, where both cross a surface
-    float former_speed_ = -1;        // in the medium before the last surface
-    vec3 former_direction_{0, 0, 1}; // of the ray there
-};
-
-} // namespace detail
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Depth at which an echo is displayed: by its travel time through the media, or as if all had `display_speed`.
-enum class timing { sound_speed, uniform };
-
-/// Angle of incidence on surfaces: the actual one, or normal incidence throughout.
-enum class angle { oblique, normal };
-
-/// Bandwidth of the pulse under attenuation: a single frequency, as of a long burst, or the spectrum of the pulse, which loses
-/// less (`attenuated`). The downshift of its centre is neglected.
-enum class pulse_bandwidth { narrow, broad };
-
-/// State of the wave at a point of its path.
-struct echo_path {
-    float shown = 0;              ///< displayed depth, metres
-    float lost_db = 0;            ///< attenuation so far, there and back, dB
-    float passed = 1;             ///< factor on amplitude of the interfaces so far, there and back
-    refracted_layer refraction{}; ///< of the present layer
-    layer_gains gains{};          ///< of the present layer
-
-    /// Attenuation there and back, down to a point of the line, dB.
-    /// @param along      metres below the beginning of the present layer
-    /// @param per_metre  attenuation of its medium, there and back, dB/m
-    INSONIFY_FN float lost_at(float along, float per_metre) const {
-        return lost_db + per_metre * refraction.length(along);
-    }
-};
-
-namespace detail {
-
-/// Displayed depth per metre of a medium.
-INSONIFY_FN inline float displayed_stretch(timing how, const medium& m) {
-    return how == timing::sound_speed ? insonify::displayed_stretch(m) : 1.0F;
-}
-
-/// Standard deviation of the envelope of a pulse of 2.5 cycles, whose fractional bandwidth is 1.61 / 2.5; metres of displayed
-/// depth.
-INSONIFY_FN inline float nominal_sigma(float frequency) { return axial_sigma(0.644F, frequency); }
-
-/// The same of the pulse of a line.
-INSONIFY_FN inline float sigma_of(const traced_line& line) {
-    return line.pulse_sigma > 0 ? line.pulse_sigma : nominal_sigma(line.frequency);
-}
-
-/// The loss at the peak of the pulse, dB; that of the carrier for a line that states neither bandwidth nor pulse.
-/// @param lost_db  that of the carrier
-INSONIFY_FN inline float peak_loss(pulse_bandwidth bandwidth, const traced_line& line, float lost_db) {
-    if (bandwidth == pulse_bandwidth::narrow || !(max(line.bandwidth, line.pulse_sigma) > 0)) return lost_db;
-    const float fractional =
-        line.bandwidth > 0 ? line.bandwidth : axial_sigma(line.pulse_sigma, line.frequency); // its own inverse
-    return attenuated(lost_db, line.frequency, fractional).loss_db;
-}
-
-} // namespace detail
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#ifndef INSONIFY_ACOUSTICS_EMIT_SPECKLE_HPP
-#define INSONIFY_ACOUSTICS_EMIT_SPECKLE_HPP
-
-
-#ifndef INSONIFY_ACOUSTICS_PROPAGATION_HPP
-#define INSONIFY_ACOUSTICS_PROPAGATION_HPP
-
-
-
-/// How the state of the wave changes within the layers of a line, by a model's `timing` and `attenuation`.
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// The loss at the peak of the pulse of a line by a model, dB; that of the carrier for models that state no other.
-/// @param lost_db  that of the carrier
-template <class Model>
-INSONIFY_FN float pulse_loss(const Model& model, const traced_line& line, float lost_db) {
-    if constexpr (requires { model.pulse_loss(line, lost_db); })
-        return model.pulse_loss(line, lost_db);
-    else
-        return lost_db;
-}
-
-/// Sound passes through a layer to its end.
-template <class Model>
-INSONIFY_FN void pass(const Model& model, const traced_line& line, const layer& here, echo_path& path) {
-    const medium& m = line.media[here.medium];
-    path.shown += (here.end - here.begin) * displayed_stretch(model.timing, m);
-    path.lost_db = path.lost_at(here.end - here.begin, model.attenuation(m, line.frequency));
-}
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#ifndef INSONIFY_ACOUSTICS_STRAIGHTENED_HPP
-#define INSONIFY_ACOUSTICS_STRAIGHTENED_HPP
-
-
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Calls `field.scatter`; where fibres are curved, in coordinates in which they are straight, piece by piece.
-template <class Field, class Emit>
-INSONIFY_FN void scatter_along_fibres(const Field& field, const material_line& line, float begin, float end,
-                                      float spacing, const Emit& emit) {
-    if (line.structure == nullptr || line.structure->chart.empty()) {
-        field.scatter(line, begin, end, spacing, emit);
-        return;
-    }
-    const auto straight = [&](vec3 point) {
-        return line.structure->chart(line.displacement == nullptr ? point : line.displacement->rest(point));
-    };
-    constexpr float piece = 2e-3F;
-    for (float from = begin; from < end;) {
-        const float to = from + 1.5F * piece < end ? from + piece : end;
-        const vec3 first = straight(line.at(from)), middle = line.at(0.5F * (from + to));
-        const auto turned = [&](vec3 direction) { // and stretched
-            constexpr float step = 0.5e-3F;
-            return (straight(middle + step * direction) - straight(middle - step * direction)) * (0.5F / step);
-        };
-        material_line own = line;
-        own.displacement = nullptr;
-        own.along = (straight(line.at(to)) - first) * (1 / (to - from));
-        own.origin = first - from * own.along;
-        own.elevation = normalize(turned(line.elevation));
-        if (line.steering != vec3{0, 0, 0}) own.steering = turned(line.steering);
-        if (own.along != vec3{0, 0, 0}) field.scatter(own, from, to, spacing, emit);
-        from = to;
-    }
-}
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Emits the speckle of one layer, as `physical` documents it.
-/// @param path  at the beginning of the layer
-template <class Model, class Echoes>
-INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const layer& here, const echo_path& path,
-                              const Echoes& echoes) {
-    const medium& m = line.media[here.medium];
-    const float begin = path.shown + path.gains.least_deeper();
-    if (!(m.backscatter > 0) || begin >= echoes.depth()) return;
-    const float displayed = displayed_stretch(model.timing, m);
-    const float attenuation = model.attenuation(m, line.frequency); // dB/m
-    const float sigma = sigma_of(line);
-    float slot = scatterer_spacing(sigma / displayed); // shorter in slow media
-    if (m.flowing) slot = min(slot, scatterer_spacing_in_flow(line.frequency));
-    // The pulse sums the power of the slots that it covers: sqrt(pi) sigma over the displayed length of a slot.
-    const float pulse_gain = std::sqrt(std::sqrt(pi) * sigma / (slot * displayed));
-    float level = m.backscatter * amplitude_of_decibels(model.texture_db) / pulse_gain;
-    const float background_loss = model.attenuation(line.media[0], line.frequency);
-    // Amplitude there and back at displayed depth `shown`, no less than the floor.
-    const auto arriving = [&](float lost_db, float shown, float gain) {
-        const float direct =
-            line.gains.amplitude(path.passed * amplitude_of_decibels(-pulse_loss(model, line, lost_db)), gain);
-        if (model.shadow_floor_db == -FLT_MAX) return direct;
-        return max(direct, amplitude_of_decibels(model.shadow_floor_db - shown * background_loss));
-    };
-    const pose place = line.places.empty() ? pose{} : line.places[here.place];
-    const float end = min(here.end, here.begin + (echoes.depth() - begin) / displayed + slot);
-    material_line within = in_object(line.frame, place, here.object, m.scatterer_density);
-    within.height = line.aperture.height;
-    within.plane = line.plane;
-    within.aperture = &line.aperture;
-    within.displayed = {path.shown - here.begin * displayed, displayed};
-    within.tilt = line.frame.tilt;
-    within.surfaces = {here.begin, here.end};
-    within.flowing = m.flowing;
-    within.frame_number = m.flowing ? line.frame_number : 0;
-    within.displacement = line.displacement(here.place);
-    within.steering = place.local_direction(line.frame.steering);
-    if (!m.structure.empty() && here.place < line.structures.size() && line.structures[here.place].of == m.structure) {
-        within.fnumber = line.aperture.fnumber(path.shown + 0.5F * (here.end - here.begin) * displayed);
-        within.structure = &line.structures[here.place];
-        within.own_surfaces = here.own_surfaces;
-        level /= within.structure->rms(within.fnumber);
-    }
-    scatter_along_fibres(model.scattering, within, here.begin, end, slot, [&](const scatterer_run& run) {
-        const auto length = static_cast<float>(run.count) * run.step;
-        const aperture_gain first = path.gains.at(run.first), last = path.gains.at(run.first + length);
-        const auto shown_at = [&](float distance, const aperture_gain& gain) {
-            return path.shown + (distance - here.begin) * displayed + gain.deeper;
-        };
-        const auto level_at = [&](float distance, const aperture_gain& gain) {
-            const float arrived =
-                arriving(path.lost_at(distance - here.begin, attenuation), shown_at(distance, gain), gain.speckle);
-            return min(level * arrived, 1e20F); // keeps sums finite
-        };
-        const float longer = (last.deeper - first.deeper) / static_cast<float>(run.count > 0 ? run.count : 1);
-        echoes.scatterers({.depth = shown_at(run.first, first),
-                           .step = max(run.step * displayed + longer, 0),
-                           .count = run.count,
-                           .real = run.real,
-                           .imaginary = run.imaginary,
-                           .first_level = level_at(run.first, first),
-                           .last_level = level_at(run.first + length, last),
-                           .slope = run.slope * displayed});
-    });
-}
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#ifndef INSONIFY_ACOUSTICS_FOLLOW_SOUND_HPP
-#define INSONIFY_ACOUSTICS_FOLLOW_SOUND_HPP
-
-
-#ifndef INSONIFY_ACOUSTICS_NARROW_OBSTACLE_HPP
-#define INSONIFY_ACOUSTICS_NARROW_OBSTACLE_HPP
-
-
-#include <cmath>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// The fraction of the power of a strip of the beam that passes beside a layer which is narrow out of the slice plane, such as
-/// a needle, a wire or a small ball; 0 where it is wide, as bone and plates are.
-///
-/// The layer's section out of the slice plane is the ellipse that has, at the line, its thickness T and the first and second
-/// derivatives T' and T'' of that by the height y, which follow from slope and curvature of the two surfaces. T(y)^2 is then a
-/// polynomial of degree two, and its zeros are the sides of the section:
-///
-///     y = T (T' +- sqrt(-T T'')) / -(T'^2 + T T'')
-///
-/// Of a strip with the power exp(-y^2 / s^2), what lies outside them passes. Facets do not curve: an obstacle whose normals are
-/// not smooth lets nothing pass.
-/// @param obstacle  a layer between two surfaces that are the object's own
-/// @param behind    the next one
-/// @param strip     s, metres
-INSONIFY_FN inline float power_beside(const layer& obstacle, const layer& behind, float strip) {
-    const float thickness = obstacle.end - obstacle.begin;
-    const float first = obstacle.slope.y - behind.slope.y; // a slope is the negative derivative of the depth
-    const float bend = thickness * (obstacle.curvature.y - behind.curvature.y), open = bend - first * first;
-    if (!(strip > 0) || !(open > 0)) return 0;
-    const float root = std::sqrt(bend), per_strip = thickness / (open * strip);
-    return 0.5F * (std::erfc((root + first) * per_strip) + std::erfc((root - first) * per_strip));
-}
-
-/// Adds the sound that passes beside a narrow obstacle in the strip of the beam that the line stands for to what passes through
-/// it: by power, and at the mean time. What lets half of the amplitude through is no obstacle.
-/// @param above  in front of the obstacle
-/// @param below  behind it
-/// @return       whether any was added
-template <class Model>
-INSONIFY_FN bool add_sound_beside(const Model& model, const traced_line& line, const layer& obstacle,
-                                  const layer& behind, const echo_path& above, echo_path& below) {
-    if (!(obstacle.own_surfaces.x > 0) || !(obstacle.own_surfaces.y > 0) || above.passed == 0) return false;
-    layer tissue = obstacle; // beside it
-    tissue.medium = behind.medium;
-    echo_path around = above; // straight on
-    around.refraction.enters_at = 0;
-    pass(model, line, tissue, around);
-    const float through = below.passed / above.passed *
-                          amplitude_of_decibels(min(
-                              pulse_loss(model, line, around.lost_db) - pulse_loss(model, line, below.lost_db), 300));
-    if (!(through < 0.5F)) return false;
-    const float beside = power_beside(obstacle, behind, line.aperture.strip(0.5F * (above.shown + around.shown)));
-    if (beside == 0) return false;
-    const float power = (1 - beside) * through * through + beside;
-    below.shown += beside / power * (around.shown - below.shown);
-    below.lost_db = around.lost_db;
-    below.refraction.enters_at = 0; // what passes beside it arrives straight
-    below.passed = above.passed * std::sqrt(power);
-    return true;
-}
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#include <cstddef>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Follows sound along a line from layer to layer: for the echoes that a model emits, and for what arrives at each depth.
-/// @param at_surface  at_surface(i, here, path): the transmission into layer i, there and back; called where it is of another
-///                    medium than the layer above, at whose end `path` lies
-/// @param in_layer    in_layer(i, here, path): called at the beginning of each layer; false ends the walk
-template <class Model, class AtSurface, class InLayer>
-INSONIFY_FN void follow_sound(const Model& model, const traced_line& line, const AtSurface& at_surface,
-                              const InLayer& in_layer) {
-    echo_path path{}, above{}; // at the end of the layer before, and of the one before that
-    line_refraction<Model> refraction{model, line};
-    for (std::size_t i = 0; i < line.layers.size(); ++i) {
-        layer here = line.layers[i];
-        echo_path entered = path;
-        entered.refraction = refraction.next();
-        entered.gains = path.gains.next(line.gains, here, line.media[here.medium]);
-        if (here.medium != entered.refraction.before) {
-            here.cosine = entered.refraction.cosine;
-            entered.passed *= at_surface(i, here, path);
-            if (add_sound_beside(model, line, line.layers[i - 1], here, above, entered) &&
-                entered.gains.at_steps.empty())
-                entered.gains.before = {}; // the gains within an obstacle do not hold for what passes beside it
-        }
-        above = path;
-        path = entered;
-        if (!in_layer(i, here, path)) return;
-        pass(model, line, here, path);
-    }
-}
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#ifndef INSONIFY_ACOUSTICS_RINGING_HPP
-#define INSONIFY_ACOUSTICS_RINGING_HPP
-
-
-
-/// Sound goes to and fro in a thin hard layer, such as a needle, and each time part of it leaves towards the probe: the echo of
-/// the layer's far surface repeats at its thickness, a ladder of lines that grow fainter. Straight lines get it from here;
-/// `paths` follows the sound itself. Layers more than 20 degrees from across the line do not ring.
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// The surface at which the present layer began.
-struct layer_entry {
-    float reflected = 0;             ///< there, from outside; 0: the probe's face
-    float shown = 0;                 ///< displayed depth, metres
-    float lost_db = 0;               ///< attenuation up to there, there and back, of the peak of the pulse, dB
-    const layer* present = nullptr;  ///< which begins there
-    const medium* outside = nullptr; ///< before it
-};
-
-/// Where the far surface of a layer is nearest to the probe, metres across the line; at most half of the thickness away.
-INSONIFY_FN inline vec2 nearest_of(vec2 slope, vec2 curvature, float thickness) {
-    const auto along = [&](float s, float bend) {
-        return bend == 0 ? 0.0F : clamp(s / bend, -0.5F * thickness, 0.5F * thickness);
-    };
-    return {along(slope.x, curvature.x), along(slope.y, curvature.y)};
-}
-
-/// Makes an echo repeat that comes from the far surface of a layer.
-///
-///     ratio = r' r 10^(-loss / 20),   r' = -r of the near surface from outside
-///
-/// for each time that sound goes to and fro. Where the surfaces are not parallel, each reflection turns it further: the ratio
-/// takes the fraction of the first repetition that the aperture collects. The echo of a curved surface comes from where that is
-/// nearest to the probe, so slopes, angles and thickness are those of that place: a needle rings alike in all planes that cut it.
-/// @param far        the layer that begins at the far surface
-/// @param inside     medium of the layer
-/// @param behind     medium below it
-/// @param stretch    displayed depth per metre inside
-/// @param shown      displayed depth of the far surface, metres
-/// @param lost_db    attenuation down to it, there and back, of the peak of the pulse, dB
-/// @param reflected  r of the far surface
-/// @param least      no layer rings whose ratio is smaller than this
-/// @param collects   collects(slope): fractions that the aperture collects of a surface of this slope, as in `curved_echo`
-/// @param reflects   reflects(before, after, cosine): r of an interface
-template <class Collects, class Reflects>
-INSONIFY_FN void add_repetitions(curved_echo& one, const layer_entry& near, const layer& far, const medium& inside,
-                                 const medium& behind, float stretch, float shown, float lost_db, float reflected,
-                                 float least, const Collects& collects, const Reflects& reflects) {
-    constexpr float thickest = 2e-3F; // displayed: beyond, the beam has widened
-    float step = shown - near.shown;
-    if (near.reflected == 0 || !(step > 0) || step > thickest) return;
-    vec2 near_slope = near.present->slope, far_slope = far.slope, whole = one.collected;
-    float near_reflected = near.reflected;
-    const float speeds = inside.sound_speed / near.outside->sound_speed;
-    const vec2 near_bend{near.present->curvature.x, near.present->curvature.y}, bend{far.curvature.x, far.curvature.y},
-        nearest = nearest_of(far_slope, bend, step / stretch);
-    if (nearest != vec2{0, 0}) {
-        step += stretch * dot(near_slope - far_slope + 0.5F * (bend - near_bend) * nearest, nearest);
-        near_slope -= near_bend * nearest;
-        far_slope -= bend * nearest;
-        const float sine = std::sqrt(dot(near_slope, near_slope) / (1 + dot(near_slope, near_slope))),
-                    sine_inside = speeds * sine;
-        if (sine_inside >= 1) return;
-        near_reflected = reflects(*near.outside, inside, std::sqrt(1 - sine * sine));
-        reflected = reflects(inside, behind, std::sqrt(1 - sine_inside * sine_inside));
-        whole = collects(far_slope);
-    }
-    // Beyond 20 degrees, or where a surface reflects totally, repetitions leave beside the line.
-    constexpr float steepest = 0.36F, total = 0.9999F;
-    if (dot(near_slope, near_slope) > steepest * steepest || dot(far_slope, far_slope) > steepest * steepest) return;
-    if (std::fabs(near_reflected) > total || std::fabs(reflected) > total) return;
-    const float ratio = -near_reflected * reflected * amplitude_of_decibels(min(near.lost_db - lost_db, 0));
-    if (!(std::fabs(ratio) >= least)) return;
-    // A wedge turns sound in the layer by twice its angle, and refraction changes that outside.
-    const vec2 by = (far_slope - near_slope) / speeds;
-    const vec2 collected = dot(by, by) < 1e-8F ? whole : collects(far_slope + by);
-    const float first = whole.x * whole.y;
-    one.repeat_ratio = ratio * (first > 0 ? min(collected.x * collected.y / first, 1) : 0);
-    one.repeat_step = step;
-}
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#ifndef INSONIFY_ACOUSTICS_ROUGHNESS_HPP
-#define INSONIFY_ACOUSTICS_ROUGHNESS_HPP
-
-
-#include <cfloat>
-#include <concepts>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Rms height of a surface of which only the two media are known, metres: the larger `roughness` of the two.
-INSONIFY_FN inline float rms_height(const medium& before, const medium& after) {
-    return max(before.roughness, after.roughness);
-}
-/// Rms height of the surface that a wave meets, metres: its own where it is known. Tracers give the roughness of the object
-/// whose surface it is, of higher priority than what it lies in: polished steel in rough muscle stays a mirror.
-INSONIFY_FN inline float rms_height(const incidence& at) {
-    return at.roughness < 0 ? rms_height(at.before, at.after) : at.roughness;
-}
-
-/// Distance at which the diffuse echoes of a rough surface are independent, metres along the line: an eighth of the wavelength
-/// c0 / f0. Convention.
-INSONIFY_FN constexpr float surface_grain(float frequency) { return display_speed / (8 * frequency); }
-
-/// A roughness law: law.coherent(incidence) is the factor on the amplitude of the specular echo, and
-/// law.diffuse(incidence) the fraction of the reflected energy that is scattered diffusely; both 0 to 1.
-template <class Law>
-concept roughness_law = requires(const Law& law, const incidence& at) {
-    { law.coherent(at) } -> std::convertible_to<float>;
-    { law.diffuse(at) } -> std::convertible_to<float>;
-};
-
-/// Kirchhoff's approximation for a surface with normally distributed heights.
-///
-///     phi = 2 k h cos i                  rms phase of the echo, radians
-///     coherent = exp(-phi^2 / 2)         amplitude of the specular echo
-///     diffuse = 1 - exp(-phi^2)          energy, relative to the reflected energy; coherent^2 + diffuse = 1
-///
-/// h is the rms height in metres, k = 2 pi f / c the wave number in the medium before the interface in 1/m, and i the
-/// angle of incidence.
-/// Source: Beckmann & Spizzichino, The Scattering of Electromagnetic Waves from Rough Surfaces, 1963.
-struct kirchhoff {
-    /// Factor on the amplitude of the specular echo, 0 to 1; exactly 1 between smooth media.
-    INSONIFY_FN float coherent(const incidence& at) const {
-        const float phase = rms_phase(at);
-        return std::exp(-phase * phase / 2);
-    }
-    /// Fraction of the reflected energy that is scattered diffusely, 0 to 1.
-    INSONIFY_FN float diffuse(const incidence& at) const {
-        const float phase = rms_phase(at);
-        return -std::expm1(-phase * phase);
-    }
-    /// Rms phase of the echo over the rough surface, radians.
-    INSONIFY_FN float rms_phase(const incidence& at) const {
-        const float wave_number = 2 * pi * at.frequency / at.before.sound_speed;
-        return 2 * wave_number * rms_height(at) * at.cosine;
-    }
-
-    friend bool operator==(const kirchhoff&, const kirchhoff&) = default;
-};
-
-/// Power that a diffuse surface scatters per steradian, over incident intensity times area: cos i cos s / pi.
-///
-/// @param cosine_in   of the angle of incidence i, 0 to 1
-/// @param cosine_out  of the angle s between the scattered wave and the normal, 0 to 1
-/// Source: Lambert's law; the integral over the half space is the incident power, cos i.
-INSONIFY_FN constexpr float lambert_lobe(float cosine_in, float cosine_out) { return cosine_in * cosine_out / pi; }
-
-/// Samples the normal of a microfacet of a rough surface, at an angle a from the surface normal: cos a = u^(1 / (s +
-/// 1)).
-///
-/// @param normal    of the surface, length 1
-/// @param exponent  s: the density of directions is proportional to cos^s a; 0: uniform in the half space
-/// @param uniform   two independent random numbers in [0, 1): u, and the azimuth in turns
-/// @return          length 1, in the half space of `normal`
-/// Source: Mattausch & Goksel, Monte-Carlo ray tracing for ultrasound, 2016.
-INSONIFY_FN inline vec3 perturbed_normal(vec3 normal, float exponent, vec2 uniform) {
-    // By logarithms: 1 - u^(2 / (s + 1)) = sin^2 a would cancel for a nearly smooth surface.
-    const float logarithm = std::log(max(uniform.x, FLT_MIN)) / (exponent + 1);
-    const float cosine = std::exp(logarithm);
-    const float sine = std::sqrt(-std::expm1(2 * logarithm));
-    const float azimuth = 2 * pi * uniform.y;
-    const detail::orthonormal_basis axes{normal};
-    return cosine * normal + sine * (std::cos(azimuth) * axes.first + std::sin(azimuth) * axes.second);
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
 #ifndef INSONIFY_ACOUSTICS_SPECULAR_HPP
 #define INSONIFY_ACOUSTICS_SPECULAR_HPP
 
@@ -5634,8 +5426,8 @@ struct physical {
 #define INSONIFY_ACOUSTICS_TISSUE_HPP
 
 
-#ifndef INSONIFY_ACOUSTICS_TISSUE_STRUCTURE_HPP
-#define INSONIFY_ACOUSTICS_TISSUE_STRUCTURE_HPP
+#ifndef INSONIFY_TISSUE_TISSUE_STRUCTURE_HPP
+#define INSONIFY_TISSUE_TISSUE_STRUCTURE_HPP
 
 
 
@@ -7119,8 +6911,8 @@ scan_lines regain(const Policy& policy, scan_lines lines, float frequency, const
 #define INSONIFY_SIGNAL_PULSE_HPP
 
 
-#ifndef INSONIFY_SIGNAL_TAPS_HPP
-#define INSONIFY_SIGNAL_TAPS_HPP
+#ifndef INSONIFY_SIGNAL_KERNEL_TAPS_HPP
+#define INSONIFY_SIGNAL_KERNEL_TAPS_HPP
 
 
 #include <cstddef>
@@ -7262,12 +7054,65 @@ INSONIFY_FN constexpr pulse nominal_pulse(const Probe& probe) {
 
 
 #endif
-#ifndef INSONIFY_TRACING_NEAR_FIELD_HPP
-#define INSONIFY_TRACING_NEAR_FIELD_HPP
+#ifndef INSONIFY_TRACING_READ_NEAR_FIELD_HPP
+#define INSONIFY_TRACING_READ_NEAR_FIELD_HPP
 
 
-#ifndef INSONIFY_SCENE_PATH_ATTENUATION_HPP
-#define INSONIFY_SCENE_PATH_ATTENUATION_HPP
+#ifndef INSONIFY_TRACING_FIND_FIND_LAYERS_HPP
+#define INSONIFY_TRACING_FIND_FIND_LAYERS_HPP
+
+
+#ifndef INSONIFY_EXECUTION_ANY_POLICY_HPP
+#define INSONIFY_EXECUTION_ANY_POLICY_HPP
+
+
+#include <cstddef>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Type-erased reference to a policy. Code written for it is compiled once for all policies that agree on SIMD, so
+/// their results are bit-equal; separate instantiations may differ, since a compiler contracts a * b + c differently
+/// from one to the next.
+/// @tparam Unsequenced  whether the policy permits SIMD
+template <bool Unsequenced>
+class any_policy {
+  public:
+    /// Refers to the policy, which must outlive this object.
+    template <exec::policy Policy>
+    explicit any_policy(const Policy& policy) : policy_{&policy}, run_{&run<Policy>} {}
+
+    /// Forwards to the policy.
+    template <class Body>
+    friend void for_each_index(const any_policy& policy, std::size_t count, const Body& body) {
+        policy.run_(policy.policy_, count, &body,
+                    [](const void* called, std::size_t i) { (*static_cast<const Body*>(called))(i); });
+    }
+
+  private:
+    using call = void (*)(const void* body, std::size_t index);
+
+    template <class Policy>
+    static void run(const void* policy, std::size_t count, const void* body, call one) {
+        for_each_index(*static_cast<const Policy*>(policy), count, [body, one](std::size_t i) { one(body, i); });
+    }
+
+    const void* policy_;
+    void (*run_)(const void* policy, std::size_t count, const void* body, call one);
+};
+template <class Policy>
+any_policy(const Policy&) -> any_policy<exec::is_unsequenced_v<Policy>>;
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+namespace insonify::inline INSONIFY_ABI {
+template <>
+inline constexpr bool exec::is_unsequenced_v<detail::any_policy<true>> = true;
+}
+
+
+#endif
+#ifndef INSONIFY_TRACING_FIND_LAYER_FINDER_HPP
+#define INSONIFY_TRACING_FIND_LAYER_FINDER_HPP
 
 
 #ifndef INSONIFY_SCENE_LAYERS_HPP
@@ -9462,30 +9307,37 @@ struct line_crossings {
 
 namespace detail {
 
-/// Adds every crossing of a line with one object, from its origin to `depth` metres, in any order.
+/// Collects the crossings of one line, in any order, wherever they come from.
 ///
 /// An object contains the origin if the half line crosses its surface an odd number of times. The same crossings decide
 /// both, so that the two never contradict each other, even where the probe touches a surface.
-INSONIFY_FN inline void add_crossings(const object_view& one, std::uint32_t rank, const ray& line, float depth,
-                                      line_crossings& found) {
-    const bool contains_origin = one.box.contains(line.origin);
-    ray local = one.local(line);
-    local.max_distance = contains_origin ? FLT_MAX : depth;
-    one.tree.for_each_hit(local, [&](const hit& at) {
-        if (contains_origin) found.inside.toggle(rank);
-        if (at.distance <= depth) found.add({at.distance, rank, at.primitive});
-    });
-}
+struct crossing_collector {
+    const scene_view& scene;
+    ray line{};      ///< in the world
+    float depth = 0; ///< where it ends, metres
+    line_crossings& found;
 
-/// Adds every crossing of a line with the objects that are not skipped, from its origin to `depth` metres, in any order.
-/// @param skipped  of each object, by rank; empty: none is
-INSONIFY_FN inline void add_crossings(const scene_view& scene, const ray& line, float depth,
-                                      view<const std::uint8_t> skipped, line_crossings& found) {
-    scene.boxes.for_each_hit({line.origin, line.direction, 0, depth}, [&](const hit& at) {
-        const std::uint32_t rank = at.primitive;
-        if (skipped.empty() || skipped[rank] == 0) add_crossings(scene.objects[rank], rank, line, depth, found);
-    });
-}
+    INSONIFY_FN bool may_begin_in(std::uint32_t rank) const { return scene.objects[rank].box.contains(line.origin); }
+    /// Adds a crossing at any distance in front of the origin. All of an object that the line may begin in are to be added.
+    INSONIFY_FN void add(const crossing& one) const {
+        if (may_begin_in(one.rank)) found.inside.toggle(one.rank);
+        if (one.distance <= depth) found.add(one);
+    }
+    /// Adds those with the objects that are not skipped, by rays through their trees.
+    /// @param skipped  of each object, by rank; empty: none is
+    /// @param visit    visit(crossing), `add` or what calls it
+    template <class Visit>
+    INSONIFY_FN void trace(view<const std::uint8_t> skipped, const Visit& visit) const {
+        scene.boxes.for_each_hit({line.origin, line.direction, 0, line.max_distance}, [&](const hit& box) {
+            const std::uint32_t rank = box.primitive;
+            if (!skipped.empty() && skipped[rank] != 0) return;
+            const object_view& one = scene.objects[rank];
+            ray local = one.local(line);
+            if (may_begin_in(rank)) local.max_distance = FLT_MAX;
+            one.tree.for_each_hit(local, [&](const hit& at) { visit({at.distance, rank, at.primitive}); });
+        });
+    }
+};
 
 } // namespace detail
 
@@ -9494,7 +9346,8 @@ INSONIFY_FN inline void add_crossings(const scene_view& scene, const ray& line, 
 /// @return false where they do not fit into `found`
 INSONIFY_FN inline bool find_crossings(const scene_view& scene, const ray& line, float depth, line_crossings& found) {
     found.clear();
-    detail::add_crossings(scene, line, depth, {}, found);
+    const detail::crossing_collector collector{scene, {line.origin, line.direction, 0, depth}, depth, found};
+    collector.trace({}, [&](const crossing& one) { collector.add(one); });
     found.sort();
     return found.complete();
 }
@@ -9720,55 +9573,6 @@ INSONIFY_FN view<const layer> stack_layers(const scene_view& scene, const Line& 
 #define INSONIFY_SCENE_SCENE_HPP
 
 
-#ifndef INSONIFY_EXECUTION_ANY_POLICY_HPP
-#define INSONIFY_EXECUTION_ANY_POLICY_HPP
-
-
-#include <cstddef>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Type-erased reference to a policy. Code written for it is compiled once for all policies that agree on SIMD, so
-/// their results are bit-equal; separate instantiations may differ, since a compiler contracts a * b + c differently
-/// from one to the next.
-/// @tparam Unsequenced  whether the policy permits SIMD
-template <bool Unsequenced>
-class any_policy {
-  public:
-    /// Refers to the policy, which must outlive this object.
-    template <exec::policy Policy>
-    explicit any_policy(const Policy& policy) : policy_{&policy}, run_{&run<Policy>} {}
-
-    /// Forwards to the policy.
-    template <class Body>
-    friend void for_each_index(const any_policy& policy, std::size_t count, const Body& body) {
-        policy.run_(policy.policy_, count, &body,
-                    [](const void* called, std::size_t i) { (*static_cast<const Body*>(called))(i); });
-    }
-
-  private:
-    using call = void (*)(const void* body, std::size_t index);
-
-    template <class Policy>
-    static void run(const void* policy, std::size_t count, const void* body, call one) {
-        for_each_index(*static_cast<const Policy*>(policy), count, [body, one](std::size_t i) { one(body, i); });
-    }
-
-    const void* policy_;
-    void (*run_)(const void* policy, std::size_t count, const void* body, call one);
-};
-template <class Policy>
-any_policy(const Policy&) -> any_policy<exec::is_unsequenced_v<Policy>>;
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-namespace insonify::inline INSONIFY_ABI {
-template <>
-inline constexpr bool exec::is_unsequenced_v<detail::any_policy<true>> = true;
-}
-
-
-#endif
 #ifndef INSONIFY_SCENE_CHECK_OBJECT_HPP
 #define INSONIFY_SCENE_CHECK_OBJECT_HPP
 
@@ -9777,8 +9581,8 @@ inline constexpr bool exec::is_unsequenced_v<detail::any_policy<true>> = true;
 #define INSONIFY_SCENE_OBJECT_HPP
 
 
-#ifndef INSONIFY_SCENE_FIBRE_DIRECTIONS_HPP
-#define INSONIFY_SCENE_FIBRE_DIRECTIONS_HPP
+#ifndef INSONIFY_TISSUE_FIBRE_DIRECTIONS_HPP
+#define INSONIFY_TISSUE_FIBRE_DIRECTIONS_HPP
 
 
 #include <concepts>
@@ -12095,264 +11899,6 @@ bvh(const Policy&, const Container&)
 
 
 #endif
-#ifndef INSONIFY_SCENE_FIBRE_GRID_HPP
-#define INSONIFY_SCENE_FIBRE_GRID_HPP
-
-
-#ifndef INSONIFY_SCENE_STRUCTURE_AXES_HPP
-#define INSONIFY_SCENE_STRUCTURE_AXES_HPP
-
-
-#include <cmath>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// A symmetric matrix.
-struct symmetric3 {
-    double at[3][3] = {};
-
-    void add(double weight, const dvec3& a, const dvec3& b) {
-        for (int i = 0; i < 3; ++i)
-            for (int j = 0; j < 3; ++j) at[i][j] += weight * a[i] * b[j];
-    }
-};
-
-/// Eigenvectors as columns, by descending eigenvalue.
-/// Source: the cyclic Jacobi method; Golub & Van Loan, Matrix Computations, section 8.5.
-inline mat3 principal_axes(symmetric3 m) {
-    double v[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-    for (int sweep = 0; sweep < 12; ++sweep)
-        for (int p = 0; p < 2; ++p)
-            for (int q = p + 1; q < 3; ++q) {
-                if (m.at[p][q] == 0) continue;
-                const double angle = (m.at[q][q] - m.at[p][p]) / (2 * m.at[p][q]);
-                const double t = (angle < 0 ? -1 : 1) / (std::fabs(angle) + std::sqrt(angle * angle + 1));
-                const double c = 1 / std::sqrt(t * t + 1), s = t * c;
-                for (int k = 0; k < 3; ++k) {
-                    const double a = m.at[k][p], b = m.at[k][q];
-                    m.at[k][p] = c * a - s * b;
-                    m.at[k][q] = s * a + c * b;
-                }
-                for (int k = 0; k < 3; ++k) {
-                    const double a = m.at[p][k], b = m.at[q][k];
-                    m.at[p][k] = c * a - s * b;
-                    m.at[q][k] = s * a + c * b;
-                    const double d = v[k][p], e = v[k][q];
-                    v[k][p] = c * d - s * e;
-                    v[k][q] = s * d + c * e;
-                }
-            }
-    int order[3] = {0, 1, 2};
-    const auto in_order = [&](int i, int j) {
-        if (m.at[order[i]][order[i]] < m.at[order[j]][order[j]]) {
-            const int first = order[i];
-            order[i] = order[j];
-            order[j] = first;
-        }
-    };
-    in_order(0, 1);
-    in_order(1, 2);
-    in_order(0, 1);
-    mat3 axes{1};
-    for (int i = 0; i < 3; ++i)
-        axes[i] = vec3{static_cast<float>(v[0][order[i]]), static_cast<float>(v[1][order[i]]),
-                       static_cast<float>(v[2][order[i]])};
-    return axes;
-}
-
-/// Covariance of the volume that a closed surface encloses, times that volume. Each face adds its tetrahedron with the
-/// middle of the box; outside the surface these cancel.
-inline symmetric3 volume_covariance(const mesh_view& surface, const aabb& box) {
-    symmetric3 second;
-    dvec3 first{0, 0, 0};
-    double volume = 0;
-    const dvec3 middle{box.centre()};
-    for (std::size_t i = 0; i < surface.size(); ++i) {
-        const triangle face = surface[i];
-        const dvec3 a = dvec3{face.a} - middle, b = dvec3{face.b} - middle, c = dvec3{face.c} - middle, sum = a + b + c;
-        const double own = dot(a, cross(b, c)) / 6;
-        for (const dvec3& corner : {a, b, c, sum}) second.add(own / 20, corner, corner);
-        first += 0.25 * own * sum;
-        volume += own;
-    }
-    if (volume != 0) second.add(-1 / volume, first, first);
-    if (volume < 0)
-        for (auto& row : second.at)
-            for (double& value : row) value = -value;
-    return second;
-}
-
-/// Axes from the longest to the shortest side of a box.
-inline mat3 axes_of(const aabb& box) {
-    symmetric3 sides;
-    for (int i = 0; i < 3; ++i) sides.at[i][i] = box.empty() ? -i : static_cast<double>(box.size()[i]);
-    return principal_axes(sides);
-}
-
-/// The axes with the first one along `fibres`, if that is not 0, and the last one as it was, as far as possible.
-inline mat3 aligned(const mat3& axes, vec3 fibres) {
-    if (fibres == vec3{0, 0, 0}) return axes;
-    const vec3 along = normalize(fibres);
-    const vec3 flat = axes[2] - dot(axes[2], along) * along, other = axes[1] - dot(axes[1], along) * along;
-    const vec3 upright = normalize(dot(flat, flat) > 0.1F ? flat : other);
-    return mat3{along, cross(upright, along), upright};
-}
-
-/// The axes of an object: of its moments of inertia, the least along the fibres, unless these are given.
-inline mat3 structure_axes(const mesh_view& surface, const aabb& box, vec3 fibres) {
-    const symmetric3 moments = volume_covariance(surface, box);
-    const double trace = moments.at[0][0] + moments.at[1][1] + moments.at[2][2];
-    return aligned(trace > 0 && trace < 1e30 ? principal_axes(moments) : axes_of(box), fibres);
-}
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#include <cmath>
-#include <cstddef>
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Coordinates in which the fibres of an object are straight.
-///
-/// Each coordinate c is the least-squares solution of grad c = t and, with a greater weight, of f . grad c = f . t in all cells
-/// of a grid: f is the direction of the fibres, t for x is f, for z the flattest axis made orthogonal to f, for y orthogonal to
-/// both. So sheets contain the fibres, as far as such sheets exist, and distances are kept as far as possible.
-/// Source: conjugate gradients for least squares; Bjorck, Numerical Methods for Least Squares Problems, section 7.4.
-class fibre_grid {
-  public:
-    fibre_grid() = default; ///< of straight fibres
-
-    /// @param box   of the object
-    /// @param axes  of the object: the last one where it is flattest
-    fibre_grid(const fibre_directions& fibres, const aabb& box, const mat3& axes) {
-        if (!fibres.varies() || box.empty()) return;
-        const vec3 size = max(box.size(), vec3{1e-4F});
-        spacing_ = std::fmax(std::cbrt(size.x * size.y * size.z / max_cells), 0.5e-3F);
-        for (int i = 0; i < 3; ++i) count_[i] = static_cast<std::uint32_t>(std::ceil(size[i] / spacing_)) + 2;
-        origin_ = box.centre() - 0.5F * spacing_ * vec3{count_ - 1U};
-        std::vector<mat3> targets(cells());
-        for (std::size_t cell = 0; cell < targets.size(); ++cell) {
-            const vec3 centre = node_position(first_node(cell)) + vec3{0.5F * spacing_};
-            const vec3 along = fibres(max(box.lower, min(centre, box.upper)));
-            if (!is_finite(along) || !(length(along) > 0))
-                throw geometry_error{
-                    "scene: `fibres` of an object is a function that returns 0 or a direction that is not finite; "
-                    "it must return a direction in the whole box around the object"};
-            targets[cell] = aligned(axes, along);
-        }
-        nodes_.resize(std::size_t{count_.x} * count_.y * count_.z);
-        for (int coordinate = 0; coordinate < 3; ++coordinate) solve(targets, coordinate);
-    }
-
-    /// As a view.
-    fibre_chart view_of() const { return {nodes_, count_, origin_, spacing_}; }
-
-  private:
-    static constexpr float max_cells = 8000, weight = 100; // of the equation along the fibres
-    static constexpr float damping = 0.1F;                 // of twists, which the equations do not determine
-
-    std::size_t cells() const { return std::size_t{count_.x - 1} * (count_.y - 1) * (count_.z - 1); }
-    std::size_t first_node(std::size_t cell) const {
-        const std::size_t x = cell % (count_.x - 1), rest = cell / (count_.x - 1);
-        return x + count_.x * (rest % (count_.y - 1) + count_.y * (rest / (count_.y - 1)));
-    }
-    vec3 node_position(std::size_t node) const {
-        const std::size_t rest = node / count_.x;
-        return origin_ + spacing_ * vec3{static_cast<float>(node % count_.x), static_cast<float>(rest % count_.y),
-                                         static_cast<float>(rest / count_.y)};
-    }
-    /// The gradient at the middle of a cell, and what a field has besides that vanishes there: its twists, along two axes at a time
-    /// and along all three.
-    struct slope {
-        vec3 gradient{0, 0, 0}, twist{0, 0, 0};
-        float all = 0;
-    };
-    /// Calls of(node, slope of a field that is 1 at this node alone) for the corners of a cell.
-    template <class Of>
-    void for_corners(std::size_t cell, Of&& of) const {
-        const std::size_t first = first_node(cell);
-        const float each = 0.25F / spacing_;
-        for (std::uint32_t corner = 0; corner < 8; ++corner) {
-            const std::uint32_t i = corner & 1U, j = corner >> 1 & 1U, k = corner >> 2;
-            const float x = i > 0 ? 1.0F : -1.0F, y = j > 0 ? 1.0F : -1.0F, z = k > 0 ? 1.0F : -1.0F;
-            of(first + i + count_.x * (j + std::size_t{count_.y} * k),
-               slope{each * vec3{x, y, z}, each * vec3{y * z, z * x, x * y}, each * x * y * z});
-        }
-    }
-    static float product(const slope& a, const slope& b) {
-        return dot(a.gradient, b.gradient) + dot(a.twist, b.twist) + a.all * b.all;
-    }
-
-    // Conjugate gradients on the normal equations, from the coordinates of the middle cell on.
-    void solve(const std::vector<mat3>& targets, int coordinate) {
-        const auto weighted = [&](std::size_t cell, slope of) { // the matrix of the equations, times its transpose
-            const vec3 f = targets[cell][0];
-            return slope{of.gradient + weight * dot(f, of.gradient) * f, damping * of.twist, damping * of.all};
-        };
-        const auto slope_of = [&](const std::vector<double>& field, std::size_t cell) {
-            slope sum;
-            for_corners(cell, [&](std::size_t node, const slope& of) {
-                const auto value = static_cast<float>(field[node]);
-                sum.gradient += value * of.gradient;
-                sum.twist += value * of.twist;
-                sum.all += value * of.all;
-            });
-            return sum;
-        };
-        const std::size_t size = nodes_.size();
-        std::vector<double> solution(size, 0.0), residual(size, 0.0), direction, image(size);
-        const vec3 start = targets[targets.size() / 2][coordinate];
-        for (std::size_t cell = 0; cell < targets.size(); ++cell) {
-            const slope wanted = weighted(cell, {.gradient = targets[cell][coordinate] - start});
-            for_corners(cell, [&](std::size_t node, const slope& of) {
-                residual[node] += static_cast<double>(product(of, wanted));
-            });
-        }
-        const auto power = [](const std::vector<double>& a) {
-            double sum = 0;
-            for (const double value : a) sum += value * value;
-            return sum;
-        };
-        direction = residual;
-        double left = power(residual);
-        const double enough = 1e-8 * left;
-        for (int iteration = 0; iteration < 1000 && left > enough; ++iteration) {
-            image.assign(size, 0.0);
-            double along = 0;
-            for (std::size_t cell = 0; cell < targets.size(); ++cell) {
-                const slope own = slope_of(direction, cell), flow = weighted(cell, own);
-                along += static_cast<double>(product(own, flow));
-                for_corners(cell, [&](std::size_t node, const slope& of) {
-                    image[node] += static_cast<double>(product(of, flow));
-                });
-            }
-            if (!(along > 0)) break;
-            const double step = left / along;
-            for (std::size_t i = 0; i < size; ++i) {
-                solution[i] += step * direction[i];
-                residual[i] -= step * image[i];
-            }
-            const double now = power(residual), turn = now / left;
-            left = now;
-            for (std::size_t i = 0; i < size; ++i) direction[i] = residual[i] + turn * direction[i];
-        }
-        for (std::size_t node = 0; node < size; ++node)
-            nodes_[node][coordinate] = static_cast<float>(solution[node]) + dot(start, node_position(node));
-    }
-
-    std::vector<vec3> nodes_{};
-    uvec3 count_{0, 0, 0};
-    vec3 origin_{0, 0, 0};
-    float spacing_ = 1;
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
 #ifndef INSONIFY_SCENE_POINT_BOUNDS_HPP
 #define INSONIFY_SCENE_POINT_BOUNDS_HPP
 
@@ -12606,6 +12152,264 @@ class smooth_surface {
   private:
     vertex_groups groups_{};
     std::vector<vec3> normals_{};
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+
+#endif
+#ifndef INSONIFY_TISSUE_FIBRE_GRID_HPP
+#define INSONIFY_TISSUE_FIBRE_GRID_HPP
+
+
+#ifndef INSONIFY_TISSUE_STRUCTURE_AXES_HPP
+#define INSONIFY_TISSUE_STRUCTURE_AXES_HPP
+
+
+#include <cmath>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// A symmetric matrix.
+struct symmetric3 {
+    double at[3][3] = {};
+
+    void add(double weight, const dvec3& a, const dvec3& b) {
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j) at[i][j] += weight * a[i] * b[j];
+    }
+};
+
+/// Eigenvectors as columns, by descending eigenvalue.
+/// Source: the cyclic Jacobi method; Golub & Van Loan, Matrix Computations, section 8.5.
+inline mat3 principal_axes(symmetric3 m) {
+    double v[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    for (int sweep = 0; sweep < 12; ++sweep)
+        for (int p = 0; p < 2; ++p)
+            for (int q = p + 1; q < 3; ++q) {
+                if (m.at[p][q] == 0) continue;
+                const double angle = (m.at[q][q] - m.at[p][p]) / (2 * m.at[p][q]);
+                const double t = (angle < 0 ? -1 : 1) / (std::fabs(angle) + std::sqrt(angle * angle + 1));
+                const double c = 1 / std::sqrt(t * t + 1), s = t * c;
+                for (int k = 0; k < 3; ++k) {
+                    const double a = m.at[k][p], b = m.at[k][q];
+                    m.at[k][p] = c * a - s * b;
+                    m.at[k][q] = s * a + c * b;
+                }
+                for (int k = 0; k < 3; ++k) {
+                    const double a = m.at[p][k], b = m.at[q][k];
+                    m.at[p][k] = c * a - s * b;
+                    m.at[q][k] = s * a + c * b;
+                    const double d = v[k][p], e = v[k][q];
+                    v[k][p] = c * d - s * e;
+                    v[k][q] = s * d + c * e;
+                }
+            }
+    int order[3] = {0, 1, 2};
+    const auto in_order = [&](int i, int j) {
+        if (m.at[order[i]][order[i]] < m.at[order[j]][order[j]]) {
+            const int first = order[i];
+            order[i] = order[j];
+            order[j] = first;
+        }
+    };
+    in_order(0, 1);
+    in_order(1, 2);
+    in_order(0, 1);
+    mat3 axes{1};
+    for (int i = 0; i < 3; ++i)
+        axes[i] = vec3{static_cast<float>(v[0][order[i]]), static_cast<float>(v[1][order[i]]),
+                       static_cast<float>(v[2][order[i]])};
+    return axes;
+}
+
+/// Covariance of the volume that a closed surface encloses, times that volume. Each face adds its tetrahedron with the
+/// middle of the box; outside the surface these cancel.
+inline symmetric3 volume_covariance(const mesh_view& surface, const aabb& box) {
+    symmetric3 second;
+    dvec3 first{0, 0, 0};
+    double volume = 0;
+    const dvec3 middle{box.centre()};
+    for (std::size_t i = 0; i < surface.size(); ++i) {
+        const triangle face = surface[i];
+        const dvec3 a = dvec3{face.a} - middle, b = dvec3{face.b} - middle, c = dvec3{face.c} - middle, sum = a + b + c;
+        const double own = dot(a, cross(b, c)) / 6;
+        for (const dvec3& corner : {a, b, c, sum}) second.add(own / 20, corner, corner);
+        first += 0.25 * own * sum;
+        volume += own;
+    }
+    if (volume != 0) second.add(-1 / volume, first, first);
+    if (volume < 0)
+        for (auto& row : second.at)
+            for (double& value : row) value = -value;
+    return second;
+}
+
+/// Axes from the longest to the shortest side of a box.
+inline mat3 axes_of(const aabb& box) {
+    symmetric3 sides;
+    for (int i = 0; i < 3; ++i) sides.at[i][i] = box.empty() ? -i : static_cast<double>(box.size()[i]);
+    return principal_axes(sides);
+}
+
+/// The axes with the first one along `fibres`, if that is not 0, and the last one as it was, as far as possible.
+inline mat3 aligned(const mat3& axes, vec3 fibres) {
+    if (fibres == vec3{0, 0, 0}) return axes;
+    const vec3 along = normalize(fibres);
+    const vec3 flat = axes[2] - dot(axes[2], along) * along, other = axes[1] - dot(axes[1], along) * along;
+    const vec3 upright = normalize(dot(flat, flat) > 0.1F ? flat : other);
+    return mat3{along, cross(upright, along), upright};
+}
+
+/// The axes of an object: of its moments of inertia, the least along the fibres, unless these are given.
+inline mat3 structure_axes(const mesh_view& surface, const aabb& box, vec3 fibres) {
+    const symmetric3 moments = volume_covariance(surface, box);
+    const double trace = moments.at[0][0] + moments.at[1][1] + moments.at[2][2];
+    return aligned(trace > 0 && trace < 1e30 ? principal_axes(moments) : axes_of(box), fibres);
+}
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+
+#endif
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Coordinates in which the fibres of an object are straight.
+///
+/// Each coordinate c is the least-squares solution of grad c = t and, with a greater weight, of f . grad c = f . t in all cells
+/// of a grid: f is the direction of the fibres, t for x is f, for z the flattest axis made orthogonal to f, for y orthogonal to
+/// both. So sheets contain the fibres, as far as such sheets exist, and distances are kept as far as possible.
+/// Source: conjugate gradients for least squares; Bjorck, Numerical Methods for Least Squares Problems, section 7.4.
+class fibre_grid {
+  public:
+    fibre_grid() = default; ///< of straight fibres
+
+    /// @param box   of the object
+    /// @param axes  of the object: the last one where it is flattest
+    fibre_grid(const fibre_directions& fibres, const aabb& box, const mat3& axes) {
+        if (!fibres.varies() || box.empty()) return;
+        const vec3 size = max(box.size(), vec3{1e-4F});
+        spacing_ = std::fmax(std::cbrt(size.x * size.y * size.z / max_cells), 0.5e-3F);
+        for (int i = 0; i < 3; ++i) count_[i] = static_cast<std::uint32_t>(std::ceil(size[i] / spacing_)) + 2;
+        origin_ = box.centre() - 0.5F * spacing_ * vec3{count_ - 1U};
+        std::vector<mat3> targets(cells());
+        for (std::size_t cell = 0; cell < targets.size(); ++cell) {
+            const vec3 centre = node_position(first_node(cell)) + vec3{0.5F * spacing_};
+            const vec3 along = fibres(max(box.lower, min(centre, box.upper)));
+            if (!is_finite(along) || !(length(along) > 0))
+                throw geometry_error{
+                    "scene: `fibres` of an object is a function that returns 0 or a direction that is not finite; "
+                    "it must return a direction in the whole box around the object"};
+            targets[cell] = aligned(axes, along);
+        }
+        nodes_.resize(std::size_t{count_.x} * count_.y * count_.z);
+        for (int coordinate = 0; coordinate < 3; ++coordinate) solve(targets, coordinate);
+    }
+
+    /// As a view.
+    fibre_chart view_of() const { return {nodes_, count_, origin_, spacing_}; }
+
+  private:
+    static constexpr float max_cells = 8000, weight = 100; // of the equation along the fibres
+    static constexpr float damping = 0.1F;                 // of twists, which the equations do not determine
+
+    std::size_t cells() const { return std::size_t{count_.x - 1} * (count_.y - 1) * (count_.z - 1); }
+    std::size_t first_node(std::size_t cell) const {
+        const std::size_t x = cell % (count_.x - 1), rest = cell / (count_.x - 1);
+        return x + count_.x * (rest % (count_.y - 1) + count_.y * (rest / (count_.y - 1)));
+    }
+    vec3 node_position(std::size_t node) const {
+        const std::size_t rest = node / count_.x;
+        return origin_ + spacing_ * vec3{static_cast<float>(node % count_.x), static_cast<float>(rest % count_.y),
+                                         static_cast<float>(rest / count_.y)};
+    }
+    /// The gradient at the middle of a cell, and what a field has besides that vanishes there: its twists, along two axes at a time
+    /// and along all three.
+    struct slope {
+        vec3 gradient{0, 0, 0}, twist{0, 0, 0};
+        float all = 0;
+    };
+    /// Calls of(node, slope of a field that is 1 at this node alone) for the corners of a cell.
+    template <class Of>
+    void for_corners(std::size_t cell, Of&& of) const {
+        const std::size_t first = first_node(cell);
+        const float each = 0.25F / spacing_;
+        for (std::uint32_t corner = 0; corner < 8; ++corner) {
+            const std::uint32_t i = corner & 1U, j = corner >> 1 & 1U, k = corner >> 2;
+            const float x = i > 0 ? 1.0F : -1.0F, y = j > 0 ? 1.0F : -1.0F, z = k > 0 ? 1.0F : -1.0F;
+            of(first + i + count_.x * (j + std::size_t{count_.y} * k),
+               slope{each * vec3{x, y, z}, each * vec3{y * z, z * x, x * y}, each * x * y * z});
+        }
+    }
+    static float product(const slope& a, const slope& b) {
+        return dot(a.gradient, b.gradient) + dot(a.twist, b.twist) + a.all * b.all;
+    }
+
+    // Conjugate gradients on the normal equations, from the coordinates of the middle cell on.
+    void solve(const std::vector<mat3>& targets, int coordinate) {
+        const auto weighted = [&](std::size_t cell, slope of) { // the matrix of the equations, times its transpose
+            const vec3 f = targets[cell][0];
+            return slope{of.gradient + weight * dot(f, of.gradient) * f, damping * of.twist, damping * of.all};
+        };
+        const auto slope_of = [&](const std::vector<double>& field, std::size_t cell) {
+            slope sum;
+            for_corners(cell, [&](std::size_t node, const slope& of) {
+                const auto value = static_cast<float>(field[node]);
+                sum.gradient += value * of.gradient;
+                sum.twist += value * of.twist;
+                sum.all += value * of.all;
+            });
+            return sum;
+        };
+        const std::size_t size = nodes_.size();
+        std::vector<double> solution(size, 0.0), residual(size, 0.0), direction, image(size);
+        const vec3 start = targets[targets.size() / 2][coordinate];
+        for (std::size_t cell = 0; cell < targets.size(); ++cell) {
+            const slope wanted = weighted(cell, {.gradient = targets[cell][coordinate] - start});
+            for_corners(cell, [&](std::size_t node, const slope& of) {
+                residual[node] += static_cast<double>(product(of, wanted));
+            });
+        }
+        const auto power = [](const std::vector<double>& a) {
+            double sum = 0;
+            for (const double value : a) sum += value * value;
+            return sum;
+        };
+        direction = residual;
+        double left = power(residual);
+        const double enough = 1e-8 * left;
+        for (int iteration = 0; iteration < 1000 && left > enough; ++iteration) {
+            image.assign(size, 0.0);
+            double along = 0;
+            for (std::size_t cell = 0; cell < targets.size(); ++cell) {
+                const slope own = slope_of(direction, cell), flow = weighted(cell, own);
+                along += static_cast<double>(product(own, flow));
+                for_corners(cell, [&](std::size_t node, const slope& of) {
+                    image[node] += static_cast<double>(product(of, flow));
+                });
+            }
+            if (!(along > 0)) break;
+            const double step = left / along;
+            for (std::size_t i = 0; i < size; ++i) {
+                solution[i] += step * direction[i];
+                residual[i] -= step * image[i];
+            }
+            const double now = power(residual), turn = now / left;
+            left = now;
+            for (std::size_t i = 0; i < size; ++i) direction[i] = residual[i] + turn * direction[i];
+        }
+        for (std::size_t node = 0; node < size; ++node)
+            nodes_[node][coordinate] = static_cast<float>(solution[node]) + dot(start, node_position(node));
+    }
+
+    std::vector<vec3> nodes_{};
+    uvec3 count_{0, 0, 0};
+    vec3 origin_{0, 0, 0};
+    float spacing_ = 1;
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
@@ -13570,740 +13374,24 @@ void scene::deform_those(const threads& policy, const Map& map, const Follows& f
 
 
 #endif
-#include <algorithm>
+#ifndef INSONIFY_TRACING_FIND_CUT_NORMALS_HPP
+#define INSONIFY_TRACING_FIND_CUT_NORMALS_HPP
 
-namespace insonify::inline INSONIFY_ABI {
 
-namespace detail {
+#ifndef INSONIFY_TRACING_FIND_SLICE_CUT_HPP
+#define INSONIFY_TRACING_FIND_SLICE_CUT_HPP
 
-/// Whether almost no sound passes from tissue into a medium of so small an impedance: gas, inflated lung.
-INSONIFY_FN inline bool is_gas(const medium& m) { return m.impedance() < 3e5F; }
-/// Whether almost no sound passes between tissue and this medium: gas, bone, metal.
-INSONIFY_FN inline bool blocks_sound(const medium& m) { return m.impedance() > 3e6F || is_gas(m); }
 
-/// What the middle lines of a probe pass, down to the first medium that blocks sound. Medians over the lines.
-struct path_survey {
-    static constexpr int lines = 15; ///< evenly over the middle half of the field of view
-    float attenuation = 0;           ///< mean along the path, dB/m at 1 MHz, one way
-    float loss_db = 0;               ///< of an echo from the end of the path, there and back
-    float length = 0;                ///< of the path, metres
-};
+#ifndef INSONIFY_TRACING_FIND_CUT_FACES_HPP
+#define INSONIFY_TRACING_FIND_CUT_FACES_HPP
 
-template <transducer Probe>
-path_survey survey_paths(const scene_view& flat, const Probe& probe, const pose& at, float depth) {
-    crossing crossings[256];
-    std::uint32_t inside[64];
-    layer layers[256];
-    float attenuation[path_survey::lines], loss[path_survey::lines], length[path_survey::lines];
-    int count = 0;
-    for (int i = 0; i < path_survey::lines; ++i) {
-        const float fraction = (static_cast<float>(i) + 0.5F) / (2 * path_survey::lines) - 0.25F;
-        const ray beam = probe.beam(line_at_fraction(fraction, probe.lines));
-        const line_frame line{.origin = at.point(beam.origin), .along = at.direction(beam.direction)};
-        line_crossings found{.room = {crossings, 256}, .inside = {.ranks = {inside, 64}}};
-        if (!find_crossings(flat, {line.origin, line.along}, depth, found)) continue;
-        float path = 0, mean = 0, decibels = 0;
-        for (const layer& here : stack_layers(flat, line, depth, found, {layers, 256}, false)) {
-            const medium& m = flat.media[here.medium];
-            if (blocks_sound(m)) break;
-            const float part = here.end - here.begin;
-            if (!(part > 0)) continue;
-            path += part;
-            mean += (m.attenuation - mean) * (part / path); // exact in a single medium
-            decibels += part * echo_loss(m, probe.frequency);
-        }
-        if (!(path > 0)) continue;
-        attenuation[count] = mean;
-        loss[count] = decibels;
-        length[count++] = path;
-    }
-    if (count == 0) return {};
-    const auto median = [count](float* values) {
-        std::nth_element(values, values + count / 2, values + count);
-        return values[count / 2];
-    };
-    return {.attenuation = median(attenuation), .loss_db = median(loss), .length = median(length)};
-}
 
-} // namespace detail
+#ifndef INSONIFY_TRACING_FIND_SLICE_FRAME_HPP
+#define INSONIFY_TRACING_FIND_SLICE_FRAME_HPP
 
-/// Attenuation that time-gain compensation (TGC) has to make up for, dB/m at 1 MHz, one way: `b_mode` uses it where its
-/// `tgc` is 0.
-///
-/// Each of 15 lines in the middle half of the field of view has a mean attenuation, down to the first medium that blocks
-/// sound, such as bone or air. The result is the median of the 15, within 50 to 100, as scanners assume (0.5 to 1
-/// dB/(cm MHz)). Lines with more than 256 surfaces do not count.
-/// @param depth  of the picture, metres
-/// @throws usage_error  for a scene that is not built, or a setting out of range
-/// @throws geometry_error  for a pose that is not rigid
-template <exec::policy Policy, transducer Probe>
-float automatic_tgc(const Policy& policy, const scene& body, const Probe& probe, const pose& at, float depth) {
-    probe.check();
-    check_depth(depth, "automatic_tgc");
-    if (!is_rigid(at))
-        throw geometry_error{"automatic_tgc: the pose of the probe is not a rigid transform; make it with look_at, or "
-                             "mend it with orthonormalised"};
-    const detail::path_survey passed = detail::survey_paths(body.view_for_rays(policy), probe, at, depth);
-    return clamp(passed.length > 0 ? passed.attenuation : body.background().attenuation, 50, 100);
-}
 
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#ifndef INSONIFY_TRACING_LABEL_HPP
-#define INSONIFY_TRACING_LABEL_HPP
-
-
-#ifndef INSONIFY_TRACING_TRACE_HPP
-#define INSONIFY_TRACING_TRACE_HPP
-
-
-#ifndef INSONIFY_TRACING_STRAIGHT_LINES_HPP
-#define INSONIFY_TRACING_STRAIGHT_LINES_HPP
-
-
-#ifndef INSONIFY_TRACING_APERTURE_SHADING_HPP
-#define INSONIFY_TRACING_APERTURE_SHADING_HPP
-
-
-#ifndef INSONIFY_TRACING_APERTURE_MEAN_HPP
-#define INSONIFY_TRACING_APERTURE_MEAN_HPP
-
-
-#ifndef INSONIFY_TRACING_TURNED_LINES_HPP
-#define INSONIFY_TRACING_TURNED_LINES_HPP
-
-
-#ifndef INSONIFY_TRACING_SCRATCH_MEMORY_HPP
-#define INSONIFY_TRACING_SCRATCH_MEMORY_HPP
-
-
-#ifndef INSONIFY_TRACING_TRACER_HPP
-#define INSONIFY_TRACING_TRACER_HPP
-
-
-#ifndef INSONIFY_TRACING_KERNEL_COMPENSATION_HPP
-#define INSONIFY_TRACING_KERNEL_COMPENSATION_HPP
-
-
-#ifndef INSONIFY_TRACING_CURVED_KERNEL_HPP
-#define INSONIFY_TRACING_CURVED_KERNEL_HPP
-
-
-#include <cmath>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// The specular echo of a curved surface through a Gaussian kernel, in one direction across the line:
-///
-///     V = integral of G(x; sigma) exp(-i K (x - x0)^2 / (2 a)) dx = (1 + i q)^(-1/2) exp(-(x0 / sigma)^2 i q / (1 + i q) / 2)
-///     q = K sigma^2 / a
-///
-/// relative to a plane, where G has the integral 1, K is the phase per metre of displayed depth, a the radius of the surface in
-/// metres, and x0 where the surface is nearest to the probe. At its middle |V| = (1 + (2 k sigma^2 / a)^2)^(-1/4).
-/// Source: Kirchhoff's approximation; the Gaussian integral, with the parabola in place of the circle.
-class curved_kernel {
-  public:
-    /// @param phase_per_metre  K
-    /// @param slope            tangent of the angle of the surface's normal to the line
-    /// @param curvature        second derivative of the surface's depth, 1/m
-    /// @param sigma            standard deviation of the kernel, metres
-    INSONIFY_FN curved_kernel(float phase_per_metre, float slope, float curvature, float sigma)
-        : phase_per_metre_{phase_per_metre}, cosine_{1 / std::sqrt(1 + slope * slope)}, sine_{slope * cosine_},
-          bend_{curvature * cosine_ * cosine_ * cosine_}, sigma_{sigma} {}
-
-    /// How much the surface counts as curved, 0 to 1. One that turns little within the kernel is a plane of its own slope on
-    /// every line: then the law of plane surfaces is more accurate. So it is where the nearest place is far away, beyond what
-    /// slope and curvature at this place can tell.
-    INSONIFY_FN float strength() const {
-        const float q = phase(), curved = q * q / (q * q + 0.4F * 0.4F);
-        if (!(curved > 0.01F)) return 0;
-        return curved * clamp(3.5F - std::fabs(sine_ / (bend_ * sigma_)), 0, 1);
-    }
-
-    /// What a line emits, at the depth of the nearest place, so that the sum over lines under the kernel is V, wherever that
-    /// place lies between them.
-    ///
-    /// The surface is averaged under a Gaussian of half the line spacing about the line, without which the sum has aliases. It
-    /// widens the kernel; the ratio of V under both makes up for that.
-    INSONIFY_FN vec2 of_line(float spacing) const {
-        const float width = 0.55F * spacing, a = phase_per_metre_ * bend_ * width * width;
-        const float turns = phase_per_metre_ * sine_ * width, b = turns * turns / (1 + a * a);
-        const float q = phase(), wider = q + a;
-        const float ratio = std::sqrt(std::sqrt((1 + wider * wider) / ((1 + q * q) * (1 + a * a))));
-        const float deeper = 0.5F * sine_ * sine_ / bend_; // than the nearest place, metres
-        return polar(ratio * std::exp(-0.5F * b), 0.5F * (a * b - std::atan(a)) - phase_per_metre_ * deeper);
-    }
-
-    /// |V| at its middle.
-    INSONIFY_FN float at_middle() const {
-        const float q = phase();
-        return 1 / std::sqrt(std::sqrt(1 + q * q));
-    }
-    /// V. @param offset  x0, metres
-    INSONIFY_FN vec2 whole(float offset) const {
-        const float q = phase(), x = offset / sigma_;
-        const float size = std::exp(-0.5F * x * x * q * q / (1 + q * q)) / std::sqrt(std::sqrt(1 + q * q));
-        return polar(size, -0.5F * std::atan(q));
-    }
-
-    /// From this place to where the surface is nearest to the probe: metres across the line, and deeper.
-    INSONIFY_FN vec2 to_nearest() const { return {sine_ / bend_, (cosine_ - 1) / bend_}; }
-    /// a, metres.
-    INSONIFY_FN float radius() const { return 1 / std::fabs(bend_); }
-
-  private:
-    INSONIFY_FN float phase() const { return phase_per_metre_ * bend_ * sigma_ * sigma_; } // q
-    INSONIFY_FN static vec2 polar(float size, float phase) { return {size * std::cos(phase), size * std::sin(phase)}; }
-
-    float phase_per_metre_, cosine_, sine_;
-    float bend_; // one over the radius, positive where the surface recedes to both sides, 1/m
-    float sigma_;
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#ifndef INSONIFY_TRACING_SURFACE_STRIP_HPP
-#define INSONIFY_TRACING_SURFACE_STRIP_HPP
-
-
-#include <cmath>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// The part of a surface that a line stands for, out of the slice: an arc of a circle, or a straight piece.
-class surface_strip {
-  public:
-    /// @param slope      tangent of the angle of the surface's normal to the line, out of the slice
-    /// @param curvature  second derivative of the surface's depth out of the slice, 1/m
-    /// @param strip      lower and upper end, metres out of the slice from the line
-    INSONIFY_FN surface_strip(float slope, float curvature, vec2 strip) : slope_{slope}, strip_{strip} {
-        const float cosine = 1 / std::sqrt(1 + slope * slope);
-        bend_ = curvature * cosine * cosine * cosine;
-        nearest_ = 0.5F * (strip.x + strip.y);
-        const float turned = std::fabs(bend_) * max(strip.y - strip.x, 1e-6F);
-        if (turned > 1e-3F && is_finite(turned)) {
-            constexpr float met = 0.95F; // of the radius; a surface is too steep beyond
-            const float radius = 1 / std::fabs(bend_);
-            nearest_ = slope * cosine / bend_;
-            strip_ = {max(strip.x, min(nearest_ - met * radius, 0)), min(strip.y, max(nearest_ + met * radius, 0))};
-            nearest_ = clamp(nearest_, strip_.x, strip_.y);
-        } else {
-            bend_ = 0;
-        }
-    }
-
-    /// How much deeper than on the line, metres, at a part of the strip, 0 to 1.
-    INSONIFY_FN float deeper(float part) const { return deeper_at(strip_.x + part * (strip_.y - strip_.x)); }
-    /// How far it is from the least depth to that of either end, metres.
-    INSONIFY_FN float range() const {
-        const float middle = deeper_at(nearest_);
-        return std::fabs(deeper_at(strip_.x) - middle) + std::fabs(deeper_at(strip_.y) - middle);
-    }
-
-  private:
-    INSONIFY_FN float deeper_at(float height) const {
-        if (bend_ == 0) return -slope_ * height;
-        const float cosine = 1 / std::sqrt(1 + slope_ * slope_), sine = bend_ * height - slope_ * cosine;
-        return (cosine - std::sqrt(max(1 - sine * sine, 0))) / bend_;
-    }
-
-    float slope_;
-    vec2 strip_;
-    float bend_ = 0;    // one over the radius, 1/m
-    float nearest_ = 0; // where the surface is nearest to the probe, or the middle
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#include <cstddef>
-
-/// The acoustic model computes physics only: it emits the echo that the probe receives. `convolve` then averages
-/// neighbouring lines, and elevation planes are averaged too, which weakens echoes that differ from line to line. Here
-/// echoes are raised beforehand by the same amount, so that their levels are those of the model. Planes are averaged with the
-/// weights of coherent echoes; independent ones, which add by power, have weights of their own, and are multiplied by the
-/// ratio.
-namespace insonify::inline INSONIFY_ABI {
-
-/// What the lateral kernel and the elevation planes do to echoes at one depth of a line.
-struct kernel_sample {
-    float lateral_sigma = 0;   ///< of the Gaussian that `convolve` applies across the lines, metres; 0: none
-    float elevation_sigma = 0; ///< of the beam out of the slice plane, metres; 0: unknown
-    float line_spacing = 0;    ///< metres to the next line
-    float divergence = 0;      ///< of neighbouring lines: angle over distance, 1/m
-    float speckle_gain = 1;    ///< keeps the rms of speckle
-    vec2 speckle_spread{0, 0}; ///< m^2: mean square distance between correlated speckle, across lines and planes
-    float speckle_loss =
-        0; ///< m^4: the next term of the loss on a slope, across lines; see `compensated_echoes::scatterers`
-    float surface_gain = 1;      ///< keeps the rms of the diffuse echoes of surfaces
-    vec2 surface_spread{0, 0};   ///< m^2: the same for these
-    float uncorrelated_gain = 1; ///< keeps the rms of echoes that are independent from line to line
-};
-
-/// The kernels along one line, by displayed depth.
-struct line_kernels {
-    view<const kernel_sample> samples{}; ///< for equal parts of the displayed depth, from the face on
-    float spacing = 1;                   ///< metres of displayed depth to each part
-    std::uint32_t planes = 1;            ///< elevation planes
-    std::uint32_t plane = 0;             ///< of the line
-    view<const float> plane_heights{};   ///< for each part those of all planes, metres out of the slice plane
-    view<const float> plane_weights{};   ///< for each part those of all planes; their sum is 1
-    view<const float> random_weights{};  ///< of this plane for each part: for independent echoes, over its plane weight
-    view<const vec2> plane_strips{};     ///< of this plane for each part: see `elevation_planes::weights::strip`
-
-    /// The part that a displayed depth lies in, metres.
-    INSONIFY_FN std::size_t index(float depth) const {
-        return static_cast<std::size_t>(clamp(depth / spacing, 0, static_cast<float>(samples.size() - 1)));
-    }
-    /// Of independent echoes, at a displayed depth, metres: linear between the parts, as `elevation_planes::at`.
-    INSONIFY_FN float random_weight(float depth) const {
-        if (random_weights.empty()) return 1;
-        const float place = clamp(depth / spacing - 0.5F, 0, static_cast<float>(random_weights.size() - 1));
-        const auto above = static_cast<std::size_t>(place);
-        const float a = random_weights[above],
-                    b = random_weights[above + 1 < random_weights.size() ? above + 1 : above];
-        return a + (place - static_cast<float>(above)) * (b - a);
-    }
-    /// The kernels at a displayed depth, metres; without effect where there are none.
-    INSONIFY_FN kernel_sample at(float depth) const {
-        return samples.empty() ? kernel_sample{} : samples[index(depth)];
-    }
-};
-
-/// An `echo_line` that compensates for the kernels before it writes.
-class compensated_echoes {
-  public:
-    /// @param pulse_sigma  standard deviation of the pulse envelope, metres of displayed depth
-    INSONIFY_FN compensated_echoes(const echo_line& echoes, const line_kernels& kernels, float frequency,
-                                   float pulse_sigma)
-        : echoes_{echoes}, kernels_{kernels}, frequency_{frequency}, sigma_{pulse_sigma},
-          phase_per_metre_{4 * pi * frequency / display_speed} {}
-
-    /// As `echo_line::depth`.
-    INSONIFY_FN float depth() const { return echoes_.depth(); }
-    /// As `echo_line::add`: an echo without compensation.
-    INSONIFY_FN void add(float depth, vec2 amplitude) const { echoes_.add(depth, amplitude); }
-
-    /// The specular law already contains the loss of a tilted surface, so the part that the kernels would take again is
-    /// divided out.
-    INSONIFY_FN void surface(float depth, float amplitude, vec2 slope) const {
-        echoes_.surface(depth, amplitude / (lateral_transfer(depth, slope.x) * elevation_transfer(depth, slope.y)),
-                        slope);
-    }
-
-    /// The echo of a surface that turns from line to line, or from plane to plane, with its repetitions. Every plane that
-    /// meets it emits the echo of the whole, where the surface is nearest to the probe.
-    INSONIFY_FN void curved_surface(const curved_echo& one) const {
-        const kernel_sample here = kernels_.at(one.depth);
-        // Depth is measured along the lines: their divergence adds to the curvature that is seen from line to line, but does
-        // not weaken the echo.
-        const detail::curved_kernel own{phase_per_metre_, one.slope.x, one.curvature.x, here.lateral_sigma},
-            across{phase_per_metre_, one.slope.x, one.curvature.x + here.divergence, here.lateral_sigma},
-            out_of_slice{phase_per_metre_, one.slope.y, one.curvature.y, here.elevation_sigma};
-        const float in_lines = across.strength(), in_planes = out_of_slice.strength();
-        const auto repeat = [&](float first, vec2 amplitude) {
-            one.for_each_repetition(
-                depth() - first, [&](float deeper, float factor) { echoes_.add(first + deeper, factor * amplitude); });
-        };
-        const auto add = [&](float first, vec2 of_line) {
-            if (in_planes < 1)
-                repeat(first, ((1 - in_planes) * raised(one.collected.y, elevation_transfer(one.depth, one.slope.y))) *
-                                  of_line);
-            if (in_planes > 0) {
-                const vec2 nearest = out_of_slice.to_nearest();
-                repeat(first + nearest.y, in_planes * product(of_line, of_planes(one.depth, out_of_slice, nearest.x)));
-            }
-        };
-        if (in_lines < 1)
-            add(one.depth,
-                {one.amplitude * (1 - in_lines) * raised(one.collected.x, lateral_transfer(one.depth, one.slope.x)),
-                 0});
-        if (in_lines > 0)
-            add(one.depth + across.to_nearest().y,
-                (one.amplitude * in_lines * own.at_middle() / across.at_middle()) * across.of_line(here.line_spacing));
-    }
-
-    /// The rms of speckle is kept. On a slope s the echoes of neighbouring lines differ in phase, q a metre: two lines d
-    /// apart by q d; what they have in common counts by the cosine. So the power is
-    ///
-    ///     exp(-(spread q^2 / 2 + loss q^4)),   q = 4 pi f0 s / c0
-    INSONIFY_FN void scatterers(scatterer_echoes run) const {
-        const auto gain = [&](float depth) {
-            const kernel_sample here = kernels_.at(depth);
-            const vec2 q_squared = square(phase_per_metre_) * run.slope * run.slope,
-                       lost = 0.5F * q_squared * here.speckle_spread;
-            return here.speckle_gain * kernels_.random_weight(depth) *
-                   std::exp(0.5F * min(lost.x + lost.y + here.speckle_loss * q_squared.x * q_squared.x, 2));
-        };
-        constexpr float max_level = 1e20F; // keeps sums finite
-        run.first_level = min(run.first_level * gain(run.depth), max_level);
-        run.last_level = min(run.last_level * gain(run.depth + run.step * static_cast<float>(run.count)), max_level);
-        echoes_.scatterers(run);
-    }
-
-    /// A sloping rough surface covers a range of depths within the width of the line and the strip of its plane: it is
-    /// divided into independent parts over that range, of the same total power. A steep surface would else look like stairs.
-    ///
-    /// On neighbouring lines the surface is s d deeper, with other values of its field. Their correlation falls by
-    /// exp(-(s d)^2 (1 / l^2 + k^2) / 2), where l = 0.632 grains is the correlation length of the field and k
-    /// the phase a metre; far apart they are independent.
-    template <class Value>
-    INSONIFY_FN void rough_surface(float depth, float amplitude, vec2 slope, vec3 curvature, const Value& value) const {
-        const kernel_sample here = kernels_.at(depth);
-        const float per_metre = 1 / square(0.632F * surface_grain(frequency_)) + square(phase_per_metre_);
-        const vec2 decorrelation = vec2{1, 1} + slope * slope * here.surface_spread * per_metre;
-        const detail::surface_strip strip{slope.y, curvature.y,
-                                          kernels_.plane_strips.empty() ? vec2{0, 0}
-                                                                        : kernels_.plane_strips[kernels_.index(depth)]};
-        const float range = min(here.line_spacing * std::fabs(slope.x) + strip.range(), 3e-3F);
-        const float part = max(0.5F * sigma_, 1e-6F), steps = std::ceil(range / part);
-        const float gain =
-            min(here.surface_gain * std::sqrt(std::sqrt(decorrelation.x * decorrelation.y)), here.uncorrelated_gain);
-        const float level = amplitude * gain / std::sqrt(steps + 1);
-        const float along_strip = strip.deeper(1) > strip.deeper(0) ? 1.0F : -1.0F,
-                    across = along_strip * max(steps * part - strip.range(), 0);
-        for (int i = 0; i <= static_cast<int>(steps); ++i) {
-            const float place = steps > 0 ? static_cast<float>(i) / steps : 0.5F;
-            const float deeper = strip.deeper(place) + (place - 0.5F) * across;
-            echoes_.add(depth + deeper, value(deeper) * (level * kernels_.random_weight(depth + deeper)));
-        }
-    }
-
-  private:
-    // Limits the gain: the echo of a small or curved surface is weakened less than that of a plane.
-    static constexpr float min_transfer = 0.15F;
-
-    // The part of an echo that the aperture collects, over what the kernels keep of it. Limited to twice the echo itself, because
-    // the lines and planes that meet the edge of a steep surface are too few to weaken it.
-    INSONIFY_FN static float raised(float collected, float transfer) { return min(collected / transfer, 2); }
-
-    // Fraction of a sloping surface's echo that `convolve` keeps. The Gaussian across the lines, narrowed to where the
-    // pulse still overlaps, 1 / sigma'^2 = 1 / sigma_x^2 + s^2 / sigma_z^2, and its spectrum at the phase gradient
-    // 4 pi f0 s / c0 and at the nearest aliases of the line spacing.
-    INSONIFY_FN float lateral_transfer(float depth, float slope) const {
-        const kernel_sample here = kernels_.at(depth);
-        if (!(here.lateral_sigma > 0) || !(here.line_spacing > 0)) return 1;
-        const float narrowed = 1 / std::sqrt(1 + square(here.lateral_sigma * slope / sigma_));
-        const float phase = phase_per_metre_ * slope, alias = 2 * pi / here.line_spacing;
-        const float nearest = phase - alias * std::floor(phase / alias + 0.5F);
-        float kept = 0, all = 0;
-        for (int i = -1; i <= 1; ++i) {
-            const float shift = static_cast<float>(i) * alias;
-            kept += std::exp(-0.5F * square(narrowed * here.lateral_sigma * (nearest + shift)));
-            all += std::exp(-0.5F * square(here.lateral_sigma * shift));
-        }
-        return max(narrowed * kept / all, min_transfer);
-    }
-
-    // The same for the planes of the slice: the sum of their weights, each as high on the pulse and turned by as much
-    // phase as the surface is deeper there.
-    INSONIFY_FN float elevation_transfer(float depth, float slope) const {
-        if (kernels_.plane_heights.empty() || slope == 0) return 1;
-        const std::size_t first = kernels_.index(depth) * kernels_.planes;
-        float sum = 0;
-        for (std::size_t i = first; i < first + kernels_.planes; ++i) {
-            const float deeper = slope * kernels_.plane_heights[i], sigmas = deeper / sigma_;
-            sum += kernels_.plane_weights[i] * std::exp(-0.5F * sigmas * sigmas) * std::cos(phase_per_metre_ * deeper);
-        }
-        return max(std::fabs(sum), min_transfer);
-    }
-
-    // What a plane that meets a curved surface emits: the whole, over the weight of all planes that do. Those that meet it
-    // obliquely, where its radius is uncertain, are used where there are no others.
-    INSONIFY_FN vec2 of_planes(float depth, const detail::curved_kernel& surface, float to_nearest) const {
-        if (kernels_.plane_heights.empty()) return surface.whole(to_nearest);
-        const std::size_t first = kernels_.index(depth) * kernels_.planes;
-        const float* const height = kernels_.plane_heights.data() + first;
-        const float middle = height[kernels_.plane] + to_nearest, radius = surface.radius();
-        constexpr float oblique = 0.85F;
-        const bool is_oblique = std::fabs(to_nearest) > oblique * radius;
-        float well = 0, obliquely = 0; // met
-        for (std::uint32_t i = 0; i < kernels_.planes; ++i) {
-            const float apart = std::fabs(height[i] - middle), weight = kernels_.plane_weights[first + i];
-            if (i == kernels_.plane ? !is_oblique : apart <= oblique * radius)
-                well += weight;
-            else if (i == kernels_.plane || apart < radius)
-                obliquely += weight;
-        }
-        if (is_oblique && well > 0) return {0, 0};
-        return surface.whole(middle) / max(is_oblique ? obliquely : well, 1e-3F);
-    }
-
-    INSONIFY_FN static float square(float x) { return x * x; }
-    INSONIFY_FN static vec2 product(vec2 a, vec2 b) { return {a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x}; }
-
-    echo_line echoes_;
-    line_kernels kernels_;
-    float frequency_;
-    float sigma_;
-    float phase_per_metre_;
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#ifndef INSONIFY_TRACING_RAY_TUBE_HPP
-#define INSONIFY_TRACING_RAY_TUBE_HPP
-
-
-#include <cmath>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// The curvature of the wave front that a path follows. Waves leave the probe plane; curved mirrors spread or focus them:
-///
-///     a(s) = 1 / sqrt(|det(I + s K)|)    amplitude after s metres
-///
-/// with the curvature K in 1/m, a symmetric tensor in the world whose null direction is the path's. Source: conservation of
-/// energy in a tube of rays, as in geometrical acoustics.
-class ray_tube {
-  public:
-    /// Whether the wave front is plane.
-    INSONIFY_FN bool plane() const { return bend_ == mat3{0}; }
-
-    /// a(s). Near a focus it is bounded: there the beam has its diffraction-limited width.
-    INSONIFY_FN float amplitude(float metres) const {
-        constexpr float least = 0.25F; // of the determinant: at most 6 dB
-        return 1 / std::sqrt(max(std::fabs(determinant(mat3{1} + metres * bend_)), least));
-    }
-
-    /// The tube after s metres: K (I + s K)^-1.
-    INSONIFY_FN ray_tube after(float metres) const {
-        const mat3 grown = mat3{1} + metres * bend_;
-        const float size = determinant(grown);
-        ray_tube next;
-        if (std::fabs(size) < 1e-3F) return next; // at a focus
-        const mat3 inverse = mat3{cross(grown[1], grown[2]), cross(grown[2], grown[0]), cross(grown[0], grown[1])};
-        next.bend_ = (1 / size) * (bend_ * transpose(inverse));
-        return next;
-    }
-
-    /// The tube that a mirror makes of this one:
-    ///
-    ///     K' = M K M + 2 cos^2 i sum_jk H_jk t_j t_k^T,   M = I - 2 n n^T,   t_j = e_j - n (e_j . d') / (n . d')
-    ///
-    /// H are the second derivatives of the mirror's depth along the incident direction d, over the axes e_j across it; d' is the
-    /// reflected direction, n the normal, i the angle of incidence. Source: equal phase of both waves on the mirror, to second
-    /// order.
-    /// @param curvature  H: along both axes, and mixed, 1/m
-    INSONIFY_FN ray_tube mirrored(vec3 normal, vec3 reflected, vec3 across, vec3 elevation, vec3 curvature) const {
-        const float towards = dot(normal, reflected);
-        ray_tube next;
-        if (std::fabs(towards) < 0.05F) return next;
-        const mat3 mirror = mat3{1} - 2.0F * product(normal, normal);
-        const vec3 x = across - (dot(across, reflected) / towards) * normal,
-                   y = elevation - (dot(elevation, reflected) / towards) * normal;
-        next.bend_ = mirror * bend_ * mirror +
-                     (2 * towards * towards) * (curvature.x * product(x, x) + curvature.y * product(y, y) +
-                                                curvature.z * (product(x, y) + product(y, x)));
-        return next;
-    }
-
-  private:
-    INSONIFY_FN static mat3 product(vec3 a, vec3 b) { return {b.x * a, b.y * a, b.z * a}; } // a b^T
-
-    mat3 bend_{0}; // K
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#include <concepts>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// A path that has not been followed yet: see `paths`.
-struct path_branch {
-    line_frame frame{};      ///< where its next piece begins, and along what
-    echo_path path{};        ///< the state of the sound there
-    detail::ray_tube tube{}; ///< curvature of the wave front there
-    float own_surface =
-        0; ///< cosine of incidence on the surface it leaves, if that is the present object's own; else 0
-    std::uint32_t bounces = 0; ///< reflections so far
-    std::uint32_t inside = 0;  ///< how many objects contain it: the last ones of `line_scratch::branch_objects`
-    bool inverted = false;     ///< an odd number of the reflections turned the sign of the pressure
-};
-
-/// A path that arrived at a surface. Sound that arrives along one such path may return along another: see `paths`.
-struct path_arrival {
-    line_frame frame{};        ///< of the path's last piece
-    vec3 point{0, 0, 0};       ///< where it ended
-    vec3 normal{0, 0, 0};      ///< of the surface
-    echo_path path{};          ///< the state of the sound there
-    layer above{};             ///< before the surface
-    layer below{};             ///< behind it
-    std::uint32_t bounces = 0; ///< reflections so far
-    bool inverted = false;     ///< an odd number of the reflections turned the sign of the pressure
-    bool at_face = false;      ///< the surface is the face of the probe
-};
-
-/// Memory of fixed capacity in which one line is traced. If it is too small, the tracer returns false, and the line is
-/// traced again with more.
-struct line_scratch {
-    line_crossings found{};               ///< crossings and containing objects of the line
-    view<layer> layers{};                 ///< room for its layers
-    view<path_branch> branches{};         ///< room for paths that are yet to be followed
-    view<std::uint32_t> branch_objects{}; ///< room for the ranks of the objects that contain them, branch after branch
-    view<path_arrival> arrivals{};        ///< room for where paths met surfaces
-};
-
-/// One line of one elevation plane: what a tracer is given.
-struct line_task {
-    scene_view scene{};       ///< all objects
-    traced_line line{};       ///< as the model will see it, without layers yet
-    std::uint32_t number = 0; ///< of the line
-    std::uint32_t plane = 0;  ///< of the slice's planes, the middle one first
-    std::uint32_t planes = 1; ///< that there are
-    float max_depth = 0;      ///< how far the line is to be followed, metres
-    float spacing = 0;        ///< metres from sample to sample
-    line_kernels kernels{};   ///< of the stages that follow
-
-    /// The line as a ray in the world; distances along it are those along the line, even if its plane is tilted.
-    INSONIFY_FN ray beam() const { return {.origin = line.frame.origin, .direction = line.frame.path()}; }
-
-    /// Writes emitted echoes, compensated so that later stages do not change their levels.
-    INSONIFY_FN compensated_echoes echoes(view<vec2> out) const {
-        return {echo_line{out, spacing, line.frequency}, kernels, line.frequency, line.pulse_sigma};
-    }
-
-    /// Lets the model write the samples of this line, once its layers are known.
-    template <class Policy, acoustic_model Model>
-    INSONIFY_FN void apply(const Policy& policy, const Model& model, view<const layer> layers,
-                           view<typename Model::sample_type> out) const {
-        traced_line traced = line;
-        traced.layers = layers;
-        if constexpr (requires { model.emit(traced, echoes(out)); })
-            model.emit(traced, echoes(out));
-        else
-            model(policy, traced, spacing, out);
-    }
-};
-
-/// How sound travels: `straight_lines` (the default), `paths`, or one of your own. A tracer turns one line into samples:
-///
-///     template <class Policy, acoustic_model Model>
-///     INSONIFY_FN bool operator()(const Policy& policy, const line_task& task, const Model& model, line_scratch& scratch,
-///                                 view<typename Model::sample_type> out) const;
-///
-/// It adds to samples that start at 0 and returns false where the scratch is too small, and only then. One that finds layers
-/// passes them to `task.apply`; one that needs no mesh may compute them from its own data. It must not throw. It is called
-/// from many threads at once, and on a device where it is marked INSONIFY_FN.
-template <class Tracer, class Model = physical<>>
-concept tracer = acoustic_model<Model> && requires(const Tracer& trace_one, const line_task& task, const Model& model,
-                                                   line_scratch& scratch, view<typename Model::sample_type> out) {
-    { trace_one(exec::seq, task, model, scratch, out) } -> std::same_as<bool>;
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// The scratch of one thread on the host: doubles until the line fits.
-class scratch_memory {
-  public:
-    line_scratch scratch() {
-        return {.found = {.room = crossings_, .inside = {.ranks = inside_}},
-                .layers = layers_,
-                .branches = branches_,
-                .branch_objects = branch_objects_,
-                .arrivals = arrivals_};
-    }
-    void grow() {
-        crossings_.resize(2 * crossings_.size());
-        inside_.resize(2 * inside_.size());
-        layers_.resize(2 * layers_.size());
-        branches_.resize(2 * branches_.size());
-        branch_objects_.resize(2 * branch_objects_.size());
-        arrivals_.resize(2 * arrivals_.size());
-    }
-
-    /// Calls attempt(scratch), in larger and larger memory, until it returns true.
-    template <class Attempt>
-    void fit(const Attempt& attempt) {
-        for (line_scratch room = scratch(); !attempt(room); room = scratch()) grow();
-    }
-
-  private:
-    std::vector<crossing> crossings_ = std::vector<crossing>(128);
-    std::vector<std::uint32_t> inside_ = std::vector<std::uint32_t>(16);
-    std::vector<layer> layers_ = std::vector<layer>(64);
-    std::vector<path_branch> branches_ = std::vector<path_branch>(32);
-    std::vector<std::uint32_t> branch_objects_ = std::vector<std::uint32_t>(128);
-    std::vector<path_arrival> arrivals_ = std::vector<path_arrival>(128);
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#ifndef INSONIFY_TRACING_SLICE_FINDER_HPP
-#define INSONIFY_TRACING_SLICE_FINDER_HPP
-
-
-#ifndef INSONIFY_TRACING_FRAME_PLAN_HPP
-#define INSONIFY_TRACING_FRAME_PLAN_HPP
-
-
-#ifndef INSONIFY_TRACING_CHECK_HPP
-#define INSONIFY_TRACING_CHECK_HPP
-
-
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Upper bound of the samples of a frame.
-inline constexpr std::uint64_t max_samples = std::uint64_t{1} << 28U;
-
-/// Upper bound of the length of a line in wavelengths: the number of scatterers grows with it, whatever the samples.
-inline constexpr float max_wavelengths = 1 << 24;
-
-/// Checks the arguments of a tracer.
-/// @return the number of samples along each line
-/// @throws usage_error     for a scene that was not built, or settings out of range
-/// @throws geometry_error  for a pose that is not rigid
-template <transducer Probe, class Model>
-std::uint32_t check_acquisition(const scene& body, const Probe& probe, const pose& at, const Model& model,
-                                const acquisition& settings) {
-    body.require_built();
-    probe.check();
-    if constexpr (requires { model.check(); }) model.check();
-    if (!is_rigid(at))
-        throw geometry_error{"trace: the pose of the probe is not a rigid transform; make it with look_at, or mend it "
-                             "with orthonormalised"};
-    check_depth(settings.depth, "trace");
-    if (settings.depth * probe.frequency > max_wavelengths * display_speed)
-        throw usage_error{
-            joined({"trace: a depth of ", number_text(settings.depth), " m at ", number_text(probe.frequency),
-                    " Hz is more than 2^24 wavelengths; lower the depth or the frequency"})};
-    const std::uint32_t samples =
-        settings.samples != 0 ? settings.samples : model.samples(settings.depth, probe.frequency);
-    if (std::uint64_t{samples} * probe.lines > max_samples)
-        throw usage_error{joined({"trace: ", std::to_string(probe.lines), " lines of ", std::to_string(samples),
-                                  " samples are more than 2^28; ask for fewer"})};
-    return samples;
-}
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#ifndef INSONIFY_TRACING_ELEVATION_HPP
-#define INSONIFY_TRACING_ELEVATION_HPP
-
-
-#ifndef INSONIFY_TRACING_ELEVATION_PLANE_HPP
-#define INSONIFY_TRACING_ELEVATION_PLANE_HPP
+#ifndef INSONIFY_SIGNAL_KERNEL_ELEVATION_PLANE_HPP
+#define INSONIFY_SIGNAL_KERNEL_ELEVATION_PLANE_HPP
 
 
 
@@ -14323,897 +13411,6 @@ struct elevation_plane {
 
 
 #endif
-#include <cmath>
-#include <string>
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Maximum number of elevation planes of a frame.
-inline constexpr std::uint32_t max_elevation_planes = 7;
-
-namespace detail {
-
-/// Whether the planes of a probe can follow its beam with the depth z: all lines within 60 degrees of z.
-template <transducer Probe>
-bool lines_follow_depth(const Probe& probe) {
-    for (std::uint32_t i = 0; i < probe.lines; ++i)
-        if (!(probe.beam(static_cast<float>(i)).direction.z > 0.5F)) return false;
-    return true;
-}
-
-/// The heights of a pair of planes: see `elevation_planes`.
-struct elevation_pair {
-    float delta = 0;
-    float psi = 0; ///< radians
-};
-
-/// The pairs of 3, 5 or 7 planes; none for another count.
-inline view<const elevation_pair> elevation_pairs(std::uint32_t count) {
-    static constexpr elevation_pair pairs[][3] = {{{0.92F, 109_deg}},
-                                                  {{1.104F, 115.4_deg}, {1.625F, 28.7_deg}},
-                                                  {{0.93F, 182.5_deg}, {2.562F, 181.4_deg}, {1.361F, 96.8_deg}}};
-    if (count < 3 || count > max_elevation_planes) return {};
-    return {pairs[count / 2 - 1], count / 2};
-}
-
-/// Planes that sample the thickness of the slice: the slice plane, and pairs to both sides of it that follow the beam.
-///
-/// The variance of the beam is sigma_f^2 + g(z)^2, of diffraction and of the aperture's shadow g (see `beam_model`). A pair
-/// lies at the heights
-///
-///     y = +- delta (sigma_f cos psi + g(z) sin psi)
-///
-/// which are linear in z: both are planes. With psi near 0 they sample the diffraction and hardly tilt; near 90 degrees they
-/// follow the shadow and cross at the focus. Depth is measured along z: where lines diverge, along the middle one. On
-/// a line at an angle t to z the heights change cos t times as fast with the depth along the line, which no plane that serves all
-/// lines can avoid; the weights are those of the heights that the planes have there: see `along`.
-/// Source: numerical searches by random steps for a small error in the echoes of half spaces that begin at any height, for
-/// linear, convex and phased arrays. The pairs of 5 and 7 planes are a choice among what was found, such that an anechoic sphere
-/// of 3 mm at the elevation focus fills as in the beam within 2 dB, the rms height is the beam's within a tenth, and half
-/// spaces, steep rough surfaces and the lines of sectors stay within the limits of `tests/tracing/elevation*.cpp`; the last change, by
-/// less than a degree, was made by hand. No program returns these numbers: `bench/studies/elevation_planes.cpp` prints their errors
-/// beside the smallest that it finds, without conditions and with those on the sphere and the rms height.
-class elevation_planes {
-  public:
-    /// @param count  1, 3, 5 or 7: the middle one, and pairs
-    /// @param depth  of the image, metres
-    /// @param tilted  whether planes follow the beam; else they are parallel, at the heights of half the depth
-    /// @throws usage_error  for another count
-    elevation_planes(const beam_model& beam, std::uint32_t count, float depth, bool tilted)
-        : elevation_planes{beam, count, elevation_pairs(count), depth, tilted} {}
-
-    /// The same with other pairs, (count - 1) / 2 of them.
-    elevation_planes(const beam_model& beam, std::uint32_t count, view<const elevation_pair> pairs, float depth,
-                     bool tilted)
-        : beam_{beam}, count_{count}, spacing_{depth / depths} {
-        if (count % 2 == 0 || count > max_elevation_planes)
-            throw usage_error{"trace: `planes` is " + std::to_string(count) +
-                              "; it must be 1, 3, 5 or 7: the slice plane, and pairs to both sides of it"};
-        for (std::uint32_t i = 1; i < count; ++i) {
-            const elevation_pair& own = pairs[(i - 1) / 2];
-            const float side = i % 2 == 0 ? own.delta : -own.delta;
-            const float at_focus = side * std::cos(own.psi) * beam.elevation_diffraction();
-            const auto height = [&](float z) { return at_focus + side * std::sin(own.psi) * beam.elevation_shadow(z); };
-            planes_[i] = tilted ? elevation_plane{height(0), (height(depth) - height(0)) / depth}
-                                : elevation_plane{height(0.5F * depth), 0};
-        }
-        make_table();
-    }
-
-    /// The same planes by the depth along a line, with the weights that belong to their heights there.
-    /// @param begin   z of its origin, metres
-    /// @param cosine  of its angle to z
-    elevation_planes along(float begin, float cosine) const {
-        elevation_planes line = *this;
-        for (elevation_plane& one : line.planes_) one = {one.height(begin), one.slope * cosine};
-        line.make_table();
-        return line;
-    }
-
-    std::uint32_t count() const { return count_; }
-    /// The slice plane, then pairs.
-    const elevation_plane& operator[](std::size_t plane) const { return planes_[plane]; }
-
-    /// Height of the cells of the scatterer field out of the slice, metres: half the aperture's for a single plane. For several
-    /// planes 0.7 of it, with a correlation length as that of the beam twice as deep as its focus; nearer to the focus,
-    /// `phase_spread` shortens it. It is the same at all depths, so that speckle stays the same as tissue moves in depth.
-    float scatterer_height() const { return (count_ > 1 ? 0.7F : 0.5F) * beam_.elevation_height; }
-
-    /// How fast the phases of the scatterers of one place come apart as the probe moves out of the slice: rms, rad/m.
-    ///
-    /// The echoes of a Gaussian beam of standard deviation sigma have the correlation
-    ///
-    ///     rho(d) = integral of w(y) w(y + d) dy / integral of w(y)^2 dy = exp(-d^2 / (4 sigma^2)),   w = exp(-y^2 / (2 sigma^2))
-    ///
-    /// after a shift by d. Cells of height H, linear from one to the next, have exp(-2.5 d^2 / (2 H^2)); phases of rms s a metre
-    /// have exp(-s^2 d^2 / 2). The product is rho where s^2 = 1 / (2 sigma^2) - 2.5 / H^2. A single plane has its cells alone.
-    float phase_spread(float depth) const {
-        if (count_ == 1) return 0;
-        const float sigma = beam_.elevation_sigma(depth), height = scatterer_height();
-        return std::sqrt(max(0.5F / (sigma * sigma) - 2.5F / (height * height), 0));
-    }
-
-    /// Half height s of the strip of the beam that each plane stands for at a depth, metres: its power exp(-y^2 / s^2) and the
-    /// distances between the planes together have the variance of the beam's.
-    float strip(float depth) const {
-        const float sigma = beam_.elevation_sigma(depth);
-        const weights parts = at(depth);
-        float apart = 0;
-        for (std::uint32_t i = 0; i < count_; ++i) {
-            const float height = parts.random[i] * planes_[i].height(depth);
-            apart += height * height;
-        }
-        return std::sqrt(max(sigma * sigma - 2 * apart, 0));
-    }
-
-    /// The fraction of an echo that each plane adds at one depth.
-    struct weights {
-        float coherent[max_elevation_planes] = {}; ///< echoes of surfaces add by amplitude; the sum is 1
-        float random[max_elevation_planes] = {};   ///< independent echoes add by power; the sum of squares is 1
-        /// The strip of tissue that each plane represents: its lower and upper end, metres from the height of the plane, with
-        /// the mean and variance of the beam power that the plane represents. That of a single plane is empty.
-        vec2 strip[max_elevation_planes] = {};
-    };
-
-    /// At a depth in metres: linear between the depths of a table.
-    weights at(float depth) const {
-        const float place = clamp(depth / spacing_ - 0.5F, 0, static_cast<float>(depths - 1));
-        const auto above = static_cast<std::uint32_t>(place);
-        const weights &a = table_[above], &b = table_[above + 1 < depths ? above + 1 : above];
-        const float part = place - static_cast<float>(above);
-        weights found;
-        for (std::uint32_t i = 0; i < count_; ++i) {
-            found.coherent[i] = a.coherent[i] + part * (b.coherent[i] - a.coherent[i]);
-            found.random[i] = a.random[i] + part * (b.random[i] - a.random[i]);
-            found.strip[i] = a.strip[i] + part * (b.strip[i] - a.strip[i]);
-        }
-        return found;
-    }
-
-    /// Appends the coherent weights of every sample of a line: plane after plane, each with `samples` weights.
-    void weights_of_samples(std::uint32_t samples, float spacing, std::vector<float>& all) const {
-        const std::size_t begin = all.size();
-        all.resize(begin + std::size_t{count_} * samples);
-        for (std::uint32_t k = 0; k < samples; ++k) {
-            const weights here = at((static_cast<float>(k) + 0.5F) * spacing);
-            for (std::uint32_t i = 0; i < count_; ++i) all[begin + std::size_t{i} * samples + k] = here.coherent[i];
-        }
-    }
-
-  private:
-    static constexpr std::uint32_t depths = 128; // parts of the depth of the image
-
-    void make_table() {
-        for (std::uint32_t k = 0; k < depths; ++k) table_[k] = integrate((static_cast<float>(k) + 0.5F) * spacing_);
-    }
-
-    // Each plane represents the strip of the beam that is nearest to it: by the integral of the two-way amplitude
-    // exp(-y^2 / 2 sigma^2) over it for coherent echoes, of its square for the power of independent ones. Borders between
-    // strips are soft, by about a quarter of sigma where planes are close: those that cross share a strip, so that weights
-    // are continuous.
-    weights integrate(float depth) const {
-        constexpr float step = 0.25F, softness = 0.25F; // standard deviations
-        constexpr int steps = 16;
-        const float sigma = beam_.elevation_sigma(depth);
-        float height[max_elevation_planes];
-        for (std::uint32_t i = 0; i < count_; ++i) height[i] = planes_[i].height(depth) / sigma;
-        weights found;
-        float coherent = 0, power = 0;
-        vec2 moment[max_elevation_planes] = {}; // first and second, of the power
-        for (int k = 0; k < steps; ++k) {       // below the slice is the mirror image
-            const float y = (static_cast<float>(k) + 0.5F) * step;
-            float share[max_elevation_planes], nearest = FLT_MAX, shares = 0;
-            for (std::uint32_t i = 0; i < count_; ++i) {
-                share[i] = (y - height[i]) * (y - height[i]);
-                nearest = min(nearest, share[i]);
-            }
-            for (std::uint32_t i = 0; i < count_; ++i)
-                shares += share[i] = std::exp((nearest - share[i]) / (2 * softness * softness));
-            const float amplitude = std::exp(-0.5F * y * y);
-            for (std::uint32_t i = 0; i < count_; ++i) {
-                found.coherent[i] += amplitude * share[i] / shares;
-                const float part = amplitude * amplitude * share[i] / shares;
-                found.random[i] += part;
-                moment[i] += part * vec2{y, y * y};
-            }
-            coherent += amplitude;
-            power += amplitude * amplitude;
-        }
-        for (std::uint32_t i = 0; i < count_; i += i == 0 ? 1 : 2) {
-            for (float* const each : {found.coherent, found.random})
-                if (i > 0) each[i] = each[i + 1] = 0.5F * (each[i] + each[i + 1]);
-            if (i == 0) moment[0].x = 0;
-            if (i > 0) moment[i] = 0.5F * vec2{moment[i].x - moment[i + 1].x, moment[i].y + moment[i + 1].y};
-            if (i > 0) moment[i + 1] = {-moment[i].x, moment[i].y};
-        }
-        limit_variance(found.coherent, height, 1);
-        limit_variance(found.random, height, 0.5F);
-        for (std::uint32_t i = 0; i < count_; ++i) {
-            const vec2 mean = moment[i] / max(found.random[i], 1e-12F);
-            const float half = count_ == 1 ? 0 : std::sqrt(3 * max(mean.y - mean.x * mean.x, 0));
-            found.strip[i] = sigma * (vec2{mean.x - half, mean.x + half} - height[i]);
-            found.coherent[i] /= coherent;
-            found.random[i] = std::sqrt(found.random[i] / power);
-        }
-        return found;
-    }
-
-    // Where the planes spread further than the beam, those far out lose weight to those near the middle, as by a narrower Gaussian:
-    // each times exp(-g h^2), with the least g >= 0 by Newton's method. The sum of the weights stays.
-    // @param height, variance  in standard deviations of the beam
-    void limit_variance(float (&weight)[max_elevation_planes], const float (&height)[max_elevation_planes],
-                        float variance) const {
-        float narrower = 0;
-        for (int round = 0; round < 6; ++round) {
-            float all = 0, kept = 0, second = 0, fourth = 0;
-            for (std::uint32_t i = 0; i < count_; ++i) {
-                const float squared = height[i] * height[i], part = weight[i] * std::exp(-narrower * squared);
-                all += weight[i];
-                kept += part;
-                second += part * squared;
-                fourth += part * squared * squared;
-            }
-            second /= kept;
-            const float steepness = fourth / kept - second * second;
-            const bool last = round == 5 || !(second > 1.0001F * variance) || !(steepness > 0);
-            if (last)
-                for (std::uint32_t i = 0; i < count_; ++i)
-                    weight[i] *= std::exp(-narrower * height[i] * height[i]) * all / kept;
-            if (last) return;
-            narrower += (second - variance) / steepness;
-        }
-    }
-
-    beam_model beam_;
-    std::uint32_t count_;
-    float spacing_;
-    elevation_plane planes_[max_elevation_planes] = {};
-    weights table_[depths] = {};
-};
-
-/// The elevation planes along each line of a probe. Lines at nearly the same angle share them. Keeps its memory.
-class planes_of_lines {
-  public:
-    planes_of_lines() = default;
-    template <class Policy, transducer Probe>
-    planes_of_lines(const Policy& policy, const Probe& probe, const elevation_planes& planes) {
-        assign(policy, probe, planes);
-    }
-
-    template <class Policy, transducer Probe>
-    void assign(const Policy& policy, const Probe& probe, const elevation_planes& planes) {
-        set_of_line_.assign(probe.lines, 0);
-        angles_.clear();
-        lines_.clear();
-        const bool tilted = lines_follow_depth(probe) && planes.count() > 1;
-        for (std::uint32_t i = 0; i < probe.lines; ++i) {
-            const ray line = probe.beam(static_cast<float>(i));
-            const int angle = tilted ? static_cast<int>(std::lround(200 * (1 - line.direction.z))) : 0;
-            std::size_t set = 0;
-            while (set < angles_.size() && angles_[set] != angle) ++set;
-            set_of_line_[i] = static_cast<std::uint32_t>(set);
-            if (set < angles_.size()) continue;
-            angles_.push_back(angle);
-            lines_.push_back({line.origin.z, line.direction.z});
-        }
-        sets_.assign(angles_.size(), planes);
-        if (tilted)
-            for_each_index(policy, sets_.size(),
-                           [&](std::size_t set) { sets_[set] = planes.along(lines_[set].x, lines_[set].y); });
-    }
-
-    const std::vector<std::uint32_t>& set_of_line() const { return set_of_line_; }
-    std::size_t sets() const { return sets_.size(); }
-    const elevation_planes& operator[](std::size_t set) const { return sets_[set]; }
-
-  private:
-    std::vector<std::uint32_t> set_of_line_{};
-    std::vector<elevation_planes> sets_{};
-    std::vector<int> angles_{}; // of the sets
-    std::vector<vec2> lines_{}; // of the sets: z of the origin and of the direction
-};
-
-} // namespace detail
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#ifndef INSONIFY_TRACING_KERNEL_TABLE_HPP
-#define INSONIFY_TRACING_KERNEL_TABLE_HPP
-
-
-#ifndef INSONIFY_SIGNAL_LATERAL_KERNEL_HPP
-#define INSONIFY_SIGNAL_LATERAL_KERNEL_HPP
-
-
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <utility>
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Lateral weights at one depth; normalized over the lines that exist.
-struct lateral_weights {
-    view<const float> half{}; ///< by distance in lines, 0 to `half_width`; both sides sum to 1
-    std::uint32_t lines = 1;  ///< number of lines of the probe
-    bool full_circle = false; ///< the last line is next to the first
-    float spacing = 0;        ///< distance between lines at this depth, metres
-
-    INSONIFY_FN int half_width() const { return static_cast<int>(half.size()) - 1; }
-
-    /// Offsets of the first and the last neighbour that exist.
-    INSONIFY_FN int first(std::uint32_t line) const {
-        const int before = static_cast<int>(line);
-        return full_circle || before > half_width() ? -half_width() : -before;
-    }
-    INSONIFY_FN int last(std::uint32_t line) const {
-        const int after = static_cast<int>(lines - 1 - line);
-        return full_circle || after > half_width() ? half_width() : after;
-    }
-
-    /// Sum of the weights over the lines that exist, by which they are divided: 1 except near the ends.
-    INSONIFY_FN float existing(std::uint32_t line) const {
-        const int begin = first(line), end = last(line);
-        if (begin == -half_width() && end == half_width()) return 1;
-        float sum = 0;
-        for (int offset = begin; offset <= end; ++offset) sum += weight(offset);
-        return sum;
-    }
-
-    /// Power of incoherent echoes on a line after weighting: sum_jk w_j g_j w_k g_k C(x_j - x_k).
-    /// @tparam Width       floats in a SIMD register
-    /// @param covariance   C(lag) of the echoes on two lines, the lag in lines; 1 at lag 0, and 0 from some lag on
-    /// @param gain         g(line), amplitude of the echoes of a line before weighting
-    /// @param amplitudes   scratch memory
-    template <int Width, class Covariance, class Gain>
-    float power(std::uint32_t line, const Covariance& covariance, const Gain& gain,
-                std::vector<float>& amplitudes) const {
-        const int begin = first(line), end = last(line), here = static_cast<int>(line), count = static_cast<int>(lines);
-        amplitudes.resize(static_cast<std::size_t>(end - begin) + 1);
-        float* to = amplitudes.data();
-        for (int offset = begin; offset <= end; ++offset) {
-            int neighbour = here + offset;
-            if (full_circle) neighbour = (neighbour + count) % count;
-            *to++ = weight(offset) * gain(static_cast<std::uint32_t>(neighbour));
-        }
-        const auto neighbours = static_cast<std::ptrdiff_t>(amplitudes.size());
-        const float* const a = amplitudes.data();
-        float sum = 0;
-        for (std::ptrdiff_t lag = 0; lag < neighbours; ++lag) {
-            const float correlated = covariance(static_cast<int>(lag));
-            if (lag > 0 && !(std::fabs(correlated) > 0)) break;
-            const float* const b = a + lag;
-            const std::ptrdiff_t products = neighbours - lag, whole = products - products % Width;
-            lanes<Width> in_lanes(0.0F);
-            for (std::ptrdiff_t i = 0; i < whole; i += Width)
-                in_lanes = multiply_add(load<Width>(a + i), load<Width>(b + i), in_lanes);
-            float parts[Width], of_lag = 0;
-            store(in_lanes, parts);
-            for (const float part : parts) of_lag += part;
-            for (std::ptrdiff_t i = whole; i < products; ++i) of_lag += a[i] * b[i];
-            sum += (lag == 0 ? 1 : 2) * correlated * of_lag;
-        }
-        const float all = existing(line);
-        return sum / (all * all);
-    }
-
-  private:
-    INSONIFY_FN float weight(int offset) const { return half[static_cast<std::size_t>(offset < 0 ? -offset : offset)]; }
-};
-
-/// Lateral weights of `convolve` at every depth. Made by `make_lateral_kernel`.
-///
-/// Computed at the centre of every depth step and interpolated linearly, since steps would add noise.
-struct lateral_kernel {
-    static constexpr std::uint32_t depth_step = 4; ///< samples
-
-    /// Range of the weights of a depth step in `weights`.
-    struct entry {
-        std::size_t begin = 0;
-        std::size_t count = 0;
-        float spacing = 0; ///< distance between lines, metres
-    };
-    std::uint32_t lines = 1;
-    bool full_circle = false;   ///< the last line is next to the first
-    double cycles_per_line = 0; ///< `line_advance` of the probe, cycles of the carrier of an echo
-    std::vector<entry> entries;
-    std::vector<float> weights;
-    std::vector<std::ptrdiff_t> less; ///< by distance in lines: samples by which a wave front is less deep there
-
-    /// Weights at the centre of the depth step that contains a sample.
-    lateral_weights at(std::uint32_t sample) const { return of(entries[sample / depth_step]); }
-
-    /// Weights at a sample: (1 - fraction) of the weights `above` plus `fraction` of those `below`.
-    struct blend {
-        view<const float> above{};
-        view<const float> below{};
-        float fraction = 0;
-    };
-    blend blend_at(std::uint32_t sample) const {
-        const auto last = static_cast<float>(entries.size() - 1);
-        const float place = clamp((static_cast<float>(sample) + 0.5F) / depth_step - 0.5F, 0, last);
-        const auto first = static_cast<std::size_t>(place);
-        const entry &above = entries[first], &below = entries[first + (place < last ? 1 : 0)];
-        return {.above = {weights.data() + above.begin, above.count},
-                .below = {weights.data() + below.begin, below.count},
-                .fraction = place - static_cast<float>(first)};
-    }
-
-    /// The largest of all depths, in lines.
-    std::size_t half_width() const {
-        std::size_t longest = 1;
-        for (const entry& e : entries) longest = std::max(longest, e.count);
-        return longest - 1;
-    }
-
-    bool steered() const { return cycles_per_line != 0; }
-    /// Phase of an echo on a line relative to that on line 0, at the same wave front.
-    vec2 phase(std::ptrdiff_t line) const {
-        const double cycles = cycles_per_line * static_cast<double>(line);
-        const auto angle = 2 * pi * static_cast<float>(cycles - std::floor(cycles));
-        return {std::cos(angle), std::sin(angle)};
-    }
-
-  private:
-    lateral_weights of(const entry& e) const {
-        return {.half = {weights.data() + e.begin, e.count},
-                .lines = lines,
-                .full_circle = full_circle,
-                .spacing = e.spacing};
-    }
-};
-
-/// @param scan      depth and samples of the lines; `samples` must not be 0
-/// @param recycled  a kernel whose memory is reused
-/// @throws usage_error  for a setting of the probe or acquisition out of range
-template <transducer Probe>
-lateral_kernel make_lateral_kernel(const Probe& probe, const acquisition& scan, lateral_kernel recycled = {}) {
-    const beam_model beam = beam_of(probe, scan.depth);
-    if (scan.samples == 0) throw usage_error{"make_lateral_kernel: `samples` is 0; it must be that of the lines"};
-    constexpr std::uint32_t step = lateral_kernel::depth_step;
-    lateral_kernel kernel = std::move(recycled);
-    kernel.lines = probe.lines;
-    kernel.full_circle = is_full_circle(probe);
-    const float advance = line_advance(probe);
-    kernel.cycles_per_line = 2.0 * static_cast<double>(probe.frequency) * static_cast<double>(advance / display_speed);
-    auto& entries = kernel.entries;
-    auto& weights = kernel.weights;
-    entries.clear();
-    weights.clear();
-    const std::uint32_t last = kernel.full_circle ? (probe.lines - 1) / 2 : probe.lines - 1;
-    for (std::uint32_t sample = 0; sample < scan.samples; sample += step) {
-        const float depth = (static_cast<float>(sample) + 0.5F * step) * scan.depth / static_cast<float>(scan.samples);
-        const float sigma = beam.lateral_sigma(depth), lobe = beam.side_lobe_width(depth);
-        const float spacing = line_spacing(probe, depth);
-        const float max_sigmas =
-            max(kernel_sigmas, beam.side_lobes > 0 ? beam_model::side_lobe_extent * lobe / sigma : 0);
-        const std::size_t begin = weights.size();
-        double sum = 0;
-        for (std::uint32_t offset = 0; offset <= last; ++offset) {
-            const float apart = static_cast<float>(offset) * spacing, sigmas = apart / sigma;
-            if (sigmas > max_sigmas) break;
-            weights.push_back(std::exp(-0.5F * sigmas * sigmas) + beam.side_lobe(apart / lobe));
-            sum += (offset == 0 ? 1 : 2) * static_cast<double>(weights.back());
-        }
-        const std::size_t end = weights.size();
-        for (std::size_t i = begin; i < end; ++i)
-            weights[i] = static_cast<float>(static_cast<double>(weights[i]) / sum);
-        entries.push_back({.begin = begin, .count = end - begin, .spacing = spacing});
-    }
-    const float samples_per_line = advance * static_cast<float>(scan.samples) / scan.depth;
-    kernel.less.resize(kernel.half_width() + 1);
-    for (std::size_t i = 0; i < kernel.less.size(); ++i)
-        kernel.less[i] = static_cast<std::ptrdiff_t>(std::lround(samples_per_line * static_cast<float>(i)));
-    return kernel;
-}
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#include <algorithm>
-#include <utility>
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// `kernel_table` in flat arrays. Trivially copyable.
-struct kernel_table_view {
-    static constexpr std::uint32_t depths = 128; ///< parts of the displayed depth
-
-    view<const kernel_sample>
-        samples{}; ///< by distance of the line from the border, then by depth; empty: no compensation
-    view<const std::uint32_t> sets{};   ///< of each line, the number of its set of planes
-    view<const float> plane_heights{};  ///< for each set and part those of all planes: see `line_kernels`
-    view<const float> plane_weights{};  ///< for each set and part those of all planes
-    view<const float> random_weights{}; ///< of each set and plane those of all parts
-    view<const vec2> plane_strips{};    ///< of each set and plane those of all parts
-    std::uint32_t planes = 1;           ///< elevation planes
-    std::uint32_t lines = 0;            ///< of the probe
-    std::uint32_t border = 0;           ///< lines further than this from the border share a table
-    float spacing = 1;                  ///< metres to each part
-
-    /// The kernels along one line of one plane.
-    INSONIFY_FN line_kernels of_line(std::uint32_t line, std::uint32_t plane) const {
-        if (samples.empty()) return {};
-        const std::uint32_t other_end = lines - 1 - line, nearer = line < other_end ? line : other_end;
-        const std::uint32_t row = nearer < border ? nearer : border;
-        const std::size_t of_set = std::size_t{planes} * depths, set = sets[line] * of_set,
-                          of_plane = set + std::size_t{plane} * depths;
-        return {.samples = {samples.data() + std::size_t{row} * depths, depths},
-                .spacing = spacing,
-                .planes = planes,
-                .plane = plane,
-                .plane_heights = {plane_heights.data() + set, of_set},
-                .plane_weights = {plane_weights.data() + set, of_set},
-                .random_weights = {random_weights.data() + of_plane, depths},
-                .plane_strips = {plane_strips.data() + of_plane, depths}};
-    }
-};
-
-namespace detail {
-
-/// The kernels of `convolve` and of the planes, for every line of a probe, with the gains that keep the levels.
-///
-/// Averaging lowers the rms of random echoes, by an amount that depends on the lines and planes. The gain g compensates
-/// for it: sum over j, k of w_j g_j w_k g_k C(x_j - x_k) = 1 on every line, with the weights w of the kernels and the
-/// planes, and the covariance C of the echoes. Lines near the border have fewer neighbours, hence tables of their own.
-class kernel_table {
-  public:
-    /// Without compensation.
-    void clear() { samples_.resize(0); }
-
-    /// Computes the table in the same memory.
-    /// @param of_lines          the gains are those of the planes along the middle line
-    /// @param speckle, surface  covariance(metres apart in the slice plane and out of it, radians turned, height of the
-    ///                          scatterers) of speckle, and of the echoes of rough surfaces
-    template <class Policy, transducer Probe, class Speckle, class Surface>
-    void compute(const Policy& policy, const Probe& probe, float depth, const planes_of_lines& of_lines,
-                 const Speckle& speckle, const Surface& surface) {
-        planes_ = of_lines[0].count();
-        lines_ = probe.lines;
-        spacing_ = depth / depths;
-        sets_ = of_lines.set_of_line();
-        const elevation_planes& planes = of_lines[sets_[probe.lines / 2]];
-        const beam_model beam = beam_of(probe, depth);
-        // One step of the kernel for each of the depths.
-        kernel_ = make_lateral_kernel(probe, {.depth = depth, .samples = depths * lateral_kernel::depth_step},
-                                      std::move(kernel_));
-        border_ =
-            kernel_.full_circle ? 0 : std::min(static_cast<std::uint32_t>(kernel_.half_width()), (probe.lines - 1) / 2);
-        samples_.resize(std::size_t{border_ + 1} * depths);
-        for (std::vector<float>* const each : {&plane_heights_, &plane_weights_, &random_weights_})
-            each->resize(of_lines.sets() * depths * planes_);
-        plane_strips_.resize(plane_heights_.size());
-        work_.resize(depths);
-        constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
-        const float turned = probe.lines < 2 ? 0.0F : angle_between(probe.beam(0).direction, probe.beam(1).direction);
-        for_each_index(policy, depths, [&](std::size_t k) {
-            const float z = (static_cast<float>(k) + 0.5F) * spacing_;
-            const elevation_planes::weights weights = planes.at(z);
-            for (std::size_t set = 0; set < of_lines.sets(); ++set) {
-                const elevation_planes::weights here = of_lines[set].at(z);
-                const std::size_t first = set * depths * planes_;
-                for (std::uint32_t i = 0; i < planes_; ++i) {
-                    plane_heights_[first + k * planes_ + i] = of_lines[set][i].height(z);
-                    plane_weights_[first + k * planes_ + i] = here.coherent[i];
-                    plane_strips_[first + std::size_t{i} * depths + k] = here.strip[i];
-                    random_weights_[first + std::size_t{i} * depths + k] =
-                        min(here.random[i] / max(here.coherent[i], 1e-12F), max_random_weight);
-                }
-            }
-            const lateral_weights across = kernel_.at(static_cast<std::uint32_t>(k) * lateral_kernel::depth_step);
-            scratch& work = work_[k];
-            const auto levels_with = [&](levels& found, const auto& covariance) {
-                const correlations correlated{across, turned, planes, z, covariance, work.of_lines};
-                find_levels<width>(across, weights.random, correlated,
-                                   max_slope * 4 * pi * probe.frequency / display_speed, work, found);
-            };
-            levels &of_speckle = work.speckle, &of_surface = work.surface, &uncorrelated = work.uncorrelated;
-            levels_with(of_speckle, speckle);
-            levels_with(of_surface, surface);
-            levels_with(uncorrelated, [](vec2, float) { return 0.0F; });
-            for (std::uint32_t line = 0; line <= border_; ++line)
-                samples_[std::size_t{line} * depths + k] = {
-                    .lateral_sigma = probe.lines > 1 ? beam.lateral_sigma(z) : 0.0F,
-                    .elevation_sigma = beam.elevation_sigma(z),
-                    .line_spacing = across.spacing,
-                    .divergence = across.spacing > 0 ? turned / across.spacing : 0.0F,
-                    .speckle_gain = of_speckle.gain[line],
-                    .speckle_spread = of_speckle.spread[line],
-                    .speckle_loss = of_speckle.loss[line],
-                    .surface_gain = of_surface.gain[line],
-                    .surface_spread = of_surface.spread[line],
-                    .uncorrelated_gain = uncorrelated.gain[line]};
-        });
-    }
-
-    kernel_table_view view_of() const {
-        return {.samples = {samples_.data(), samples_.size()},
-                .sets = sets_,
-                .plane_heights = plane_heights_,
-                .plane_weights = plane_weights_,
-                .random_weights = random_weights_,
-                .plane_strips = plane_strips_,
-                .planes = planes_,
-                .lines = lines_,
-                .border = border_,
-                .spacing = spacing_};
-    }
-
-  private:
-    static constexpr std::uint32_t depths = kernel_table_view::depths;
-    static constexpr float max_slope = 0.25F; // to which the loss of speckle on a slope is fitted: 14 degrees
-
-    // By distance from the border.
-    struct levels {
-        std::vector<float> gain;
-        std::vector<vec2> spread;
-        std::vector<float> loss;
-    };
-
-    // Memory for one depth.
-    struct scratch {
-        std::vector<float> of_lines, level, amplitudes;
-        levels speckle, surface, uncorrelated;
-    };
-
-    // The covariance of the echoes of two planes, and of two lines, at one depth.
-    struct correlations {
-        std::uint32_t planes;
-        float of_planes[max_elevation_planes][max_elevation_planes] = {};
-        float apart[max_elevation_planes][max_elevation_planes] = {}; // metres from plane to plane
-        std::vector<float>& of_lines;                                 // by distance in lines
-
-        template <class Covariance>
-        correlations(const lateral_weights& across, float turned, const elevation_planes& all, float depth,
-                     const Covariance& covariance, std::vector<float>& memory)
-            : planes{all.count()}, of_lines{memory} {
-            of_lines.assign(2 * across.half.size() - 1, 1.0F);
-            for (std::uint32_t i = 0; i < planes; ++i)
-                for (std::uint32_t j = 0; j < planes; ++j) {
-                    apart[i][j] = all[i].height(depth) - all[j].height(depth);
-                    of_planes[i][j] =
-                        i == j ? 1.0F
-                               : covariance(vec2{0, std::fabs(apart[i][j])}, std::fabs(all[i].slope - all[j].slope));
-                }
-            for (std::size_t lag = 1; lag < of_lines.size(); ++lag) {
-                const auto lines = static_cast<float>(lag);
-                of_lines[lag] = covariance(vec2{lines * across.spacing, 0}, lines * turned);
-            }
-        }
-    };
-
-    // @param steepest  phase per metre across the lines, at which the loss is exact
-    template <int Width>
-    void find_levels(const lateral_weights& across, const float (&weight)[max_elevation_planes],
-                     const correlations& correlated, float steepest, scratch& work, levels& found) const {
-        float power = 0, distance_squared = 0;
-        for (std::uint32_t i = 0; i < correlated.planes; ++i)
-            for (std::uint32_t j = 0; j < correlated.planes; ++j) {
-                const float apart = correlated.apart[i][j];
-                const float common = weight[i] * weight[j] * correlated.of_planes[i][j];
-                power += common;
-                distance_squared += common * apart * apart;
-            }
-        const auto between_lines = [&](int lag) { return correlated.of_lines[static_cast<std::size_t>(lag)]; };
-        const auto lag_squared = [&](int lag) {
-            const float apart = static_cast<float>(lag) * across.spacing;
-            return between_lines(lag) * apart * apart;
-        };
-        const auto to_border = [&](std::uint32_t line) { return std::min({line, lines_ - 1 - line, border_}); };
-        const auto on_slope = [&](int lag) {
-            return between_lines(lag) * std::cos(steepest * static_cast<float>(lag) * across.spacing);
-        };
-        found.gain.assign(border_ + 1, 1.0F);
-        found.spread.resize(border_ + 1);
-        found.loss.resize(border_ + 1);
-        work.level.resize(border_ + 1);
-        const auto gain_of = [&](std::uint32_t line) { return found.gain[to_border(line)]; };
-        const auto power_with = [&](std::uint32_t line, const auto& covariance) {
-            return power * across.power<Width>(line, covariance, gain_of, work.amplitudes);
-        };
-        for (int round = 0; round < 5; ++round) { // a line's level depends on its neighbours' gains: a fixed point
-            for (std::uint32_t line = 0; line <= border_; ++line) work.level[line] = power_with(line, between_lines);
-            for (std::uint32_t line = 0; line <= border_; ++line) found.gain[line] /= std::sqrt(work.level[line]);
-        }
-        for (std::uint32_t line = 0; line <= border_; ++line) {
-            found.spread[line] = {power_with(line, lag_squared), distance_squared / power};
-            const float squared = steepest * steepest, lost = -std::log(max(power_with(line, on_slope), 0.1F));
-            found.loss[line] = (lost - 0.5F * squared * found.spread[line].x) / (squared * squared);
-        }
-    }
-
-    static float angle_between(vec3 a, vec3 b) { return 2 * std::asin(min(0.5F * length(a - b), 1)); }
-
-    // Limits the gain of planes with less than a thousandth of the coherent weight: a scatterer that is displayed at a depth
-    // where the weight is larger would be too bright.
-    static constexpr float max_random_weight = 30;
-
-    std::uint32_t planes_ = 1;
-    std::uint32_t lines_ = 0;
-    std::uint32_t border_ = 0;
-    float spacing_ = 1;
-    large_array<kernel_sample> samples_;
-    std::vector<std::uint32_t> sets_;
-    std::vector<float> plane_heights_, plane_weights_, random_weights_;
-    std::vector<vec2> plane_strips_;
-    lateral_kernel kernel_;
-    std::vector<scratch> work_; // for each depth
-};
-
-/// Computes the table for a model that states the covariance of its speckle; no compensation for others.
-template <class Policy, transducer Probe, class Model>
-void compute_kernel_table(const Policy& policy, const Probe& probe, float depth, const planes_of_lines& planes,
-                          const Model& model, kernel_table& table) {
-    if constexpr (requires { model.covariance(depth, depth); })
-        table.compute(
-            policy, probe, depth, planes,
-            [&](vec2 apart, float turned) {
-                if constexpr (requires { Model::independent_planes; })
-                    if (Model::independent_planes && apart.y != 0) return 0.0F;
-                return model.covariance(apart.x + apart.y, turned);
-            },
-            [&](vec2 apart, float turned) {
-                if constexpr (requires { model.surface_covariance(apart.x, turned); })
-                    return model.surface_covariance(apart.x + apart.y, turned);
-                else
-                    return model.covariance(apart.x + apart.y, turned);
-            });
-    else
-        table.clear();
-}
-
-} // namespace detail
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// What the function of one line reads of a frame: probe, pose, sampling, planes and kernels. Trivially copyable where the
-/// probe is.
-template <transducer Probe>
-struct frame_view {
-    Probe probe{};             ///< that sends and receives
-    pose at{};                 ///< probe to world
-    float depth = 0;           ///< of the last sample's end, metres
-    float spacing = 0;         ///< metres from sample to sample
-    float max_depth = 0;       ///< how far lines are followed, metres
-    float pulse_sigma = 0;     ///< standard deviation of the pulse envelope, metres of displayed depth
-    float bandwidth = 0;       ///< see `traced_line`
-    std::uint32_t samples = 0; ///< along each line
-    std::uint32_t planes = 1;  ///< that represent the thickness of the slice
-    elevation_plane plane[max_elevation_planes] = {}; ///< the slice plane, then pairs to both sides of it
-    view<const std::uint32_t> plane_sets{};           ///< of each line, the number of its set of plane weights
-    view<const float> plane_weights{};                ///< for each set, plane after plane, one weight for each sample
-    line_aperture aperture{};                         ///< that receives
-    kernel_table_view kernels{};                      ///< of the stages that follow
-    std::uint32_t frame_number = 0;                   ///< speckle of flowing media depends on it
-
-    /// A line of the probe in one of the planes, in the world: displaced in elevation alone, so the distance along it stays the
-    /// displayed one.
-    INSONIFY_FN line_frame line(std::uint32_t number, std::uint32_t of_plane) const {
-        const ray beam = probe.beam(static_cast<float>(number));
-        const vec3 elevation = at.direction({0, 1, 0});
-        line_frame line{at.point(beam.origin) + plane[of_plane].height(beam.origin.z) * elevation,
-                        at.direction(beam.direction), elevation, plane[of_plane].slope * beam.direction.z};
-        if constexpr (requires { probe.scatterer_axis(0.0F); })
-            line.steering = at.direction(beam.direction - probe.scatterer_axis(static_cast<float>(number)));
-        return line;
-    }
-    /// The weights of the samples of a line in one of the planes; where there are several.
-    INSONIFY_FN const float* weights(std::uint32_t number, std::uint32_t of_plane) const {
-        return plane_weights.data() + (std::size_t{plane_sets[number]} * planes + of_plane) * samples;
-    }
-    /// The tilt of a line of any direction in the world that runs in one of the planes: see `line_frame`.
-    INSONIFY_FN float tilt(vec3 direction, std::uint32_t of_plane) const {
-        return plane[of_plane].slope * dot(direction, at.direction({0, 0, 1}));
-    }
-};
-
-namespace detail {
-
-/// Number of lines in a block of work.
-inline constexpr int lines_per_block = 8;
-
-/// All that follows from probe, acquisition and model alone: kept between frames, recomputed where one of them changes.
-template <transducer Probe, acoustic_model Model>
-class frame_plan {
-  public:
-    /// @param samples  along each line, chosen
-    /// @throws usage_error  for a number of planes other than 1, 3, 5 or 7
-    template <class Policy>
-    frame_view<Probe> view_of(const Policy& policy, const Probe& probe, const pose& at, const Model& model,
-                              const acquisition& scan, std::uint32_t samples, view<const medium> media) {
-        const tables& made =
-            tables_([&](tables& t) { t.compute(policy, probe, scan.depth, samples, scan.planes, model); }, probe,
-                    scan.depth, samples, scan.planes, model);
-        frame_view<Probe> frame{.probe = probe,
-                                .at = at,
-                                .depth = scan.depth,
-                                .spacing = scan.depth / static_cast<float>(samples),
-                                .max_depth = max_depth_of(model, scan.depth, media),
-                                .pulse_sigma = nominal_pulse(probe).sigma_z(probe.frequency),
-                                .bandwidth = fractional_bandwidth(probe),
-                                .samples = samples,
-                                .planes = scan.planes,
-                                .plane_sets = made.plane_sets,
-                                .plane_weights = made.plane_weights,
-                                .aperture = made.aperture_view(),
-                                .kernels = made.kernels.view_of(),
-                                .frame_number = scan.frame};
-        for (std::uint32_t i = 0; i < frame.planes; ++i) frame.plane[i] = made.plane[i];
-        return frame;
-    }
-
-  private:
-    struct tables {
-        std::vector<elevation_plane> plane{};
-        std::vector<std::uint32_t> plane_sets{};
-        std::vector<float> plane_weights{}, fnumbers{}, strips{}, phase_spreads{};
-        float fnumber_spacing = 1, elevation_fnumber = 4, height = 0;
-        planes_of_lines of_lines{};
-        kernel_table kernels{};
-
-        template <class Policy>
-        void compute(const Policy& policy, const Probe& probe, float depth, std::uint32_t samples, std::uint32_t count,
-                     const Model& model) {
-            const beam_model beam = beam_of(probe, depth);
-            const elevation_planes planes{beam, count, depth, lines_follow_depth(probe)};
-            plane.clear();
-            for (std::uint32_t i = 0; i < count; ++i) plane.push_back(planes[i]);
-            of_lines.assign(policy, probe, planes);
-            plane_sets = of_lines.set_of_line();
-            plane_weights.clear();
-            for (std::size_t set = 0; count > 1 && set < of_lines.sets(); ++set)
-                of_lines[set].weights_of_samples(samples, depth / static_cast<float>(samples), plane_weights);
-            compute_kernel_table(policy, probe, depth, of_lines, model, kernels);
-            constexpr std::uint32_t parts = kernel_table_view::depths;
-            fnumber_spacing = depth / parts;
-            fnumbers.clear();
-            strips.clear();
-            phase_spreads.clear();
-            for (std::uint32_t k = 0; k < parts; ++k) {
-                const float z = (static_cast<float>(k) + 0.5F) * fnumber_spacing;
-                fnumbers.push_back(beam.fnumber(z));
-                strips.push_back(planes.strip(z));
-                phase_spreads.push_back(planes.phase_spread(z));
-            }
-            elevation_fnumber = beam.elevation_fnumber();
-            height = planes.scatterer_height();
-        }
-        line_aperture aperture_view() const {
-            return {fnumbers, fnumber_spacing, elevation_fnumber, height, strips, phase_spreads};
-        }
-    };
-
-    memo<tables, Probe, float, std::uint32_t, std::uint32_t, Model> tables_{};
-};
-
-} // namespace detail
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#ifndef INSONIFY_TRACING_SLICE_CUT_HPP
-#define INSONIFY_TRACING_SLICE_CUT_HPP
-
-
-#ifndef INSONIFY_TRACING_CUT_FACES_HPP
-#define INSONIFY_TRACING_CUT_FACES_HPP
-
-
-#ifndef INSONIFY_TRACING_SLICE_FRAME_HPP
-#define INSONIFY_TRACING_SLICE_FRAME_HPP
-
-
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
@@ -15365,12 +13562,12 @@ INSONIFY_INLINE void cut_faces(const slice_frame& frame, const leaf<Range, Width
 
 
 #endif
-#ifndef INSONIFY_TRACING_MIXED_FACES_HPP
-#define INSONIFY_TRACING_MIXED_FACES_HPP
+#ifndef INSONIFY_TRACING_FIND_MIXED_FACES_HPP
+#define INSONIFY_TRACING_FIND_MIXED_FACES_HPP
 
 
-#ifndef INSONIFY_TRACING_SLICE_REGION_HPP
-#define INSONIFY_TRACING_SLICE_REGION_HPP
+#ifndef INSONIFY_TRACING_FIND_SLICE_REGION_HPP
+#define INSONIFY_TRACING_FIND_SLICE_REGION_HPP
 
 
 #ifndef INSONIFY_PROBE_LINE_FAN_HPP
@@ -16053,6 +14250,208 @@ class slice_cut {
 
 #endif
 #include <algorithm>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Normals at the corners of the faces that slices cut, of surfaces whose vertices have moved. Many lines meet each of these
+/// faces, and none meets the others. Keeps its memory from frame to frame.
+class cut_normals {
+  public:
+    /// Computes them and makes the scene refer to them.
+    template <exec::policy Policy>
+    void compute(const Policy& policy, scene_view& scene, const slice_cut& cut) {
+        if (std::none_of(scene.objects.begin(), scene.objects.end(), lacks_normals)) return;
+        ++frame_;
+        wanted_.clear();
+        objects_.assign(scene.objects.begin(), scene.objects.end());
+        if (surfaces_.size() < objects_.size()) surfaces_.resize(objects_.size());
+        for (std::size_t i = 0; i < objects_.size(); ++i) {
+            if (!lacks_normals(objects_[i])) continue;
+            surface& own = surfaces_[i];
+            own.normals.resize(objects_[i].normals.ends.size());
+            own.wanted_in.resize(own.normals.size());
+            objects_[i].normals.normals = own.normals;
+        }
+        cut.for_each_segment([&](const cut_segment& segment) {
+            const object_view& one = scene.objects[segment.object];
+            if (segment.again || !lacks_normals(one)) return;
+            const uvec3 numbers = one.normals.corners[segment.primitive];
+            for (const std::uint32_t number : {numbers.x, numbers.y, numbers.z}) {
+                std::uint32_t& wanted_in = surfaces_[segment.object].wanted_in[number];
+                if (wanted_in != frame_) wanted_.push_back({segment.object, number});
+                wanted_in = frame_;
+            }
+        });
+        exec::for_each_block(policy, wanted_.size(), 256, 150, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+                const auto [object, number] = wanted_[i];
+                surfaces_[object].normals[number] =
+                    scene.objects[object].normals.computed(scene.objects[object].surface, number);
+            }
+        });
+        scene.objects = objects_;
+    }
+
+  private:
+    struct surface {
+        std::vector<vec3> normals;            // those of this frame are valid
+        std::vector<std::uint32_t> wanted_in; // the last frame in which each was
+    };
+    struct wanted {
+        std::uint32_t object = 0, number = 0;
+    };
+
+    static bool lacks_normals(const object_view& one) {
+        return one.normals.normals.empty() && !one.normals.corners.empty();
+    }
+
+    std::uint32_t frame_ = 0;
+    std::vector<object_view> objects_{};
+    std::vector<surface> surfaces_{}; // of each object
+    std::vector<wanted> wanted_{};
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+
+#endif
+#ifndef INSONIFY_TRACING_FIND_LINE_LAYERS_HPP
+#define INSONIFY_TRACING_FIND_LINE_LAYERS_HPP
+
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+namespace detail {
+
+/// Number of lines in a block of work.
+inline constexpr std::uint32_t lines_per_block = 8;
+
+constexpr std::size_t blocks_of(std::uint32_t lines) { return (lines + lines_per_block - 1) / lines_per_block; }
+
+/// The layers of a block of lines, by line and plane. Keeps its memory.
+class layer_block {
+  public:
+    void clear() {
+        layers_.clear();
+        ends_.clear();
+        objects_.clear();
+        object_ends_.clear();
+        frames_.clear();
+    }
+    /// Adds the next line.
+    void add(const line_frame& frame, view<const layer> layers, view<const std::uint32_t> objects) {
+        layers_.insert(layers_.end(), layers.begin(), layers.end());
+        ends_.push_back(static_cast<std::uint32_t>(layers_.size()));
+        objects_.insert(objects_.end(), objects.begin(), objects.end());
+        object_ends_.push_back(static_cast<std::uint32_t>(objects_.size()));
+        frames_.push_back(frame);
+    }
+
+    view<const layer> layers(std::size_t number) const { return part(layers_, ends_, number); }
+    view<const std::uint32_t> objects(std::size_t number) const { return part(objects_, object_ends_, number); }
+    const line_frame& frame(std::size_t number) const { return frames_[number]; }
+
+  private:
+    template <class T>
+    static view<const T> part(const std::vector<T>& all, const std::vector<std::uint32_t>& ends, std::size_t number) {
+        const std::uint32_t begin = number == 0 ? 0 : ends[number - 1];
+        return {all.data() + begin, ends[number] - begin};
+    }
+
+    std::vector<layer> layers_{};
+    std::vector<std::uint32_t> ends_{};        // of each line, in `layers_`
+    std::vector<std::uint32_t> objects_{};     // ranks
+    std::vector<std::uint32_t> object_ends_{}; // of each line, in `objects_`
+    std::vector<line_frame> frames_{};
+};
+
+} // namespace detail
+
+/// What lies along every line of every elevation plane, as `find_layers` found it. A value: the scene may change afterwards.
+///
+///     const line_layers found = find_layers(exec::par_unseq, body, probe, at, {.depth = 40_mm, .planes = 5});
+///     float in_bone = 0; // metres, on line 32 of the slice plane
+///     for (const layer& one : found(32))
+///         if (one.object == static_cast<label_id>(bone)) in_bone += one.end - one.begin;
+class line_layers {
+  public:
+    std::uint32_t lines = 0;     ///< of the probe
+    std::uint32_t planes = 0;    ///< elevation planes: the slice plane, then pairs to both sides of it
+    std::vector<medium> media{}; ///< of the scene, the background first: what `layer::medium` is an index of
+
+    /// From the probe face on, without gaps: each layer begins where the one before ends.
+    view<const layer> operator()(std::uint32_t line, std::uint32_t plane = 0) const {
+        return block_of(line).layers(number_in_block(line, plane));
+    }
+    /// Where a line runs, in the world: `frame(line).at(one.begin)` is the point at which a layer begins.
+    const line_frame& frame(std::uint32_t line, std::uint32_t plane = 0) const {
+        return block_of(line).frame(number_in_block(line, plane));
+    }
+
+    /// Ranks of the objects that contain the origin of a line, just behind the face; ascending.
+    view<const std::uint32_t> objects_behind_face(std::uint32_t line, std::uint32_t plane) const {
+        return block_of(line).objects(number_in_block(line, plane));
+    }
+
+    /// Forgets all lines, and keeps their memory: those of each block are then to be added, for each line those of all planes.
+    void begin(std::uint32_t new_lines, std::uint32_t new_planes, view<const medium> of_scene) {
+        lines = new_lines;
+        planes = new_planes;
+        media.assign(of_scene.begin(), of_scene.end());
+        if (blocks_.size() < detail::blocks_of(lines)) blocks_.resize(detail::blocks_of(lines));
+    }
+    detail::layer_block& block_at(std::size_t line) { return blocks_[line / detail::lines_per_block]; }
+
+  private:
+    const detail::layer_block& block_of(std::uint32_t line) const { return blocks_[line / detail::lines_per_block]; }
+    std::size_t number_in_block(std::uint32_t line, std::uint32_t plane) const {
+        return std::size_t{line % detail::lines_per_block} * planes + plane;
+    }
+
+    std::vector<detail::layer_block> blocks_{};
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#ifndef INSONIFY_TRACING_FIND_LINE_MEMORY_HPP
+#define INSONIFY_TRACING_FIND_LINE_MEMORY_HPP
+
+
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Memory in which the layers of one line are found: grows until they fit.
+struct line_memory {
+    std::vector<crossing> crossings = std::vector<crossing>(64);
+    std::vector<std::uint32_t> inside = std::vector<std::uint32_t>(16);
+    std::vector<layer> layers = std::vector<layer>(32);
+
+    /// Room for the crossings, without any.
+    line_crossings found() { return {.room = crossings, .inside = {.ranks = inside}}; }
+    void grow() {
+        crossings.resize(2 * crossings.size());
+        inside.resize(2 * inside.size());
+        layers.resize(2 * layers.size());
+    }
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+
+#endif
+#ifndef INSONIFY_TRACING_FIND_SLICE_FINDER_HPP
+#define INSONIFY_TRACING_FIND_SLICE_FINDER_HPP
+
+
+#include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
@@ -16060,7 +14459,7 @@ namespace insonify::inline INSONIFY_ABI::detail {
 /// the segments over the lines. Keeps its memory from frame to frame.
 class slice_finder {
   public:
-    static constexpr int block = lines_per_block;
+    static constexpr int block = static_cast<int>(lines_per_block);
     static_assert(block % simd_width == 0);
 
     /// The crossings of the lines of one block, by slice and line, nearly sorted.
@@ -16242,1686 +14641,566 @@ class slice_finder {
 
 
 #endif
-#ifndef INSONIFY_TRACING_SLICE_SEGMENTS_HPP
-#define INSONIFY_TRACING_SLICE_SEGMENTS_HPP
+#ifndef INSONIFY_TRACING_PLAN_FRAME_LINES_HPP
+#define INSONIFY_TRACING_PLAN_FRAME_LINES_HPP
 
 
-#ifndef INSONIFY_TRACING_TURNED_FAN_HPP
-#define INSONIFY_TRACING_TURNED_FAN_HPP
+#ifndef INSONIFY_SIGNAL_KERNEL_ELEVATION_HPP
+#define INSONIFY_SIGNAL_KERNEL_ELEVATION_HPP
 
 
-#include <algorithm>
 #include <cmath>
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Where the lines of a fan begin and how they diverge, where neighbours are equally far apart.
-struct face_shape {
-    enum class form {
-        plane,  ///< parallel lines from a plane face, at right angles to it or steered
-        circle, ///< lines that leave a circle around the apex along its radii
-        point,  ///< lines that leave one point, steered by a plane face along the probe's x
-    };
-    enum form form = form::plane;
-    float radius = 0;  ///< of the circle, metres; else 0
-    float incline = 0; ///< of the face under parallel lines: change of y per x, 0 unless they are steered
-    float spacing = 0; ///< from line to line: metres, or radians around the apex
-    vec2 across{1, 0}; ///< along the plane face, in the coordinates of the fan
-    std::uint32_t lines = 0;
-    bool full_circle = false; ///< the last line is next to the first
-
-    /// @return whether the lines are of this kind
-    bool assign(const line_fan& fan, bool circle) {
-        lines = fan.size();
-        full_circle = circle;
-        if (lines < 2) return false;
-        const auto place = [&](std::uint32_t i) {
-            return fan.parallel() ? fan[i].origin.x : std::atan2(fan[i].along.x, fan[i].along.y);
-        };
-        const std::uint32_t middle = (lines - 1) / 2;
-        spacing =
-            circle ? 2 * pi / static_cast<float>(lines) : (place(lines - 1) - place(0)) / static_cast<float>(lines - 1);
-        radius = fan.parallel() ? 0.0F : length(fan[middle].origin);
-        form = fan.parallel() ? form::plane : radius > 1e-4F ? form::circle : form::point;
-        const pose upright = fan.upright();
-        across = {upright.rotation[0].x, upright.rotation[2].x};
-        if (!(spacing > 0) || (form == form::point && (circle || !fan.is_wedge()))) return false;
-        const vec2 face_line = fan[lines - 1].origin - fan[0].origin;
-        incline = fan.parallel() ? face_line.y / face_line.x : 0.0F;
-        for (std::uint32_t i = 0; i < lines; ++i) {
-            const vec2 along_face = fan[i].origin - fan[middle].origin;
-            const float face = fan.parallel() ? along_face.y - incline * along_face.x : length(fan[i].origin) - radius;
-            const float expected = place(middle) + (static_cast<float>(i) - static_cast<float>(middle)) * spacing;
-            if (std::fabs(face) > 1e-6F || std::fabs(place(i) - expected) > 0.05F * spacing) return false;
-        }
-        if (form == form::point) radius = 0;
-        return true;
-    }
-};
-
-/// How a line reaches the points of other lines through the aperture. On a plane or round face it is turned about its origin in the
-/// slice plane, to the right. A line from the point of a phased array is shifted along the face instead. Such a line is measured by
-/// the depth that it reaches: that of the line of the probe which ends in the same point.
-struct line_turn {
-    float sine = 0; ///< of the angle by which it is turned; of a shifted line, of its angle with the normal of the face
-    float cosine = 1;
-    float radius = 0;  ///< see `face_shape`
-    float incline = 0; ///< see `face_shape`
-    float shift = 0;   ///< metres along the face
-    bool is_shift = false;
-
-    /// Metres along a line to a depth.
-    INSONIFY_FN float length_to(float depth) const {
-        if (is_shift) {
-            const float end = max(depth, distance(near_face()));
-            const float length = std::sqrt(max(end * end - shift * shift * cosine * cosine, 0)) - shift * sine;
-            return depth < end ? near_face() * depth / end : length;
-        }
-        if (radius == 0) return depth / depth_per_metre();
-        const float end = radius + depth;
-        return std::sqrt(end * end - radius * radius * sine * sine) - radius * cosine;
-    }
-    /// Depth at metres along a line.
-    INSONIFY_FN float depth_at(float length) const {
-        if (is_shift) return length < near_face() ? distance(near_face()) * length / near_face() : distance(length);
-        if (radius == 0) return length * depth_per_metre();
-        return std::sqrt(radius * radius + length * (2 * radius * cosine + length)) - radius;
-    }
-    /// How far from the straight line through its point at this depth a line begins, metres along the face.
-    INSONIFY_FN float place_on_face(float depth) const {
-        if (is_shift) return shift;
-        return radius == 0 ? depth * sine / depth_per_metre() : radius * around(radius + depth).x;
-    }
-    /// Depth that a turned line from a plane face gains per metre, above 0.
-    INSONIFY_FN float depth_per_metre() const { return cosine - incline * sine; }
-    /// Sine and cosine of the angle around the apex from the origin of a turned line to its point at this distance from the
-    /// apex: the angle by which it was turned less asin(radius sine / distance).
-    INSONIFY_FN vec2 around(float distance) const {
-        const float a = clamp(radius * sine / max(distance, 1e-9F), -1, 1), b = std::sqrt(1 - a * a);
-        return {sine * b - cosine * a, cosine * b + sine * a};
-    }
-
-  private:
-    // Near the face a shifted line may approach the apex; there its depth grows evenly from 0. At F-numbers from 1.25 on, the
-    // points that it reaches lie further away.
-    INSONIFY_FN float near_face() const { return 1.5F * std::fabs(shift); }
-    // Of a point of a shifted line from the apex.
-    INSONIFY_FN float distance(float length) const {
-        return std::sqrt(max(shift * shift + length * (2 * shift * sine + length), 0));
-    }
-};
-
-/// A turned line in the world.
-struct turned_line {
-    line_frame straight{}; ///< the line before
-    line_turn turn{};
-    float tilt = 0; ///< see `line_frame`
-
-    INSONIFY_FN vec3 origin() const {
-        return straight.origin + turn.shift * (turn.cosine * right() + turn.sine * straight.along);
-    }
-    INSONIFY_FN vec3 direction() const {
-        return turn.is_shift ? straight.along : turn.cosine * straight.along + turn.sine * right();
-    }
-    /// The line itself.
-    INSONIFY_FN line_frame frame() const { return {origin(), direction(), straight.elevation, tilt}; }
-    /// Direction of the straight line through the point at this depth.
-    INSONIFY_FN vec3 straight_at(float depth) const {
-        if (turn.radius == 0 && !turn.is_shift) return straight.along;
-        const vec3 before = turn.is_shift ? origin() - straight.origin : turn.radius * straight.along;
-        const vec3 from_apex = before + turn.length_to(depth) * direction();
-        return from_apex / max(length(from_apex), 1e-12F);
-    }
-
-  private:
-    INSONIFY_FN vec3 right() const { return cross(straight.elevation, straight.along); }
-};
-
-/// A turned line meets surfaces as the straight line through the same point does; steep ones, which that line would hardly
-/// meet, at its own angle.
-INSONIFY_FN inline surface_incidence incidence_at(const turned_line& line, float depth, const object_view& one,
-                                                  std::uint32_t face) {
-    const line_frame turned = line.frame();
-    const float length = line.turn.length_to(depth);
-    const surface_incidence met = incidence_on(
-        one, face, {line.straight.origin, line.straight_at(depth), line.straight.elevation}, turned.at(length));
-    return met.cosine > steep_cosine ? met : incidence_at(turned, length, one, face);
-}
-
-/// Points in the coordinates of a fan, one in each lane.
-struct point_lanes {
-    using floats = lanes<simd_width>;
-    floats x, y;
-};
-
-/// The lines of a fan, all turned or shifted alike.
-class turned_fan {
-  public:
-    void assign(const line_fan& fan, const face_shape& shape, const line_turn& turn) {
-        shape_ = shape;
-        turn_ = turn;
-        const std::uint32_t padded = fan.size() + simd_width;
-        for (std::vector<float>& each : lines_) each.resize(padded);
-        for (std::uint32_t i = 0; i < padded; ++i) {
-            const line_fan::line& straight = fan[std::min(i, fan.size() - 1)];
-            const vec2 along = straight.along;
-            const line_fan::line turned = turn.is_shift
-                                              ? line_fan::line{straight.origin + turn.shift * shape.across, along}
-                                              : line_fan::line{straight.origin,
-                                                               {along.x * turn.cosine + along.y * turn.sine,
-                                                                along.y * turn.cosine - along.x * turn.sine}};
-            lines_[0][i] = turned.origin.x, lines_[1][i] = turned.origin.y;
-            lines_[2][i] = turned.along.x, lines_[3][i] = turned.along.y;
-        }
-    }
-
-    /// Of one of the lines.
-    line_turn turn(std::uint32_t line) const {
-        line_turn own = turn_;
-        if (!own.is_shift) return own;
-        const vec2 along{lines_[2][line], lines_[3][line]};
-        own.sine = dot(shape_.across, along);
-        own.cosine = shape_.across.x * along.y - shape_.across.y * along.x;
-        return own;
-    }
-    /// The lines from `first` on; the last line fills the lanes beyond it.
-    line_fan::neighbours<simd_width> from(std::uint32_t first) const {
-        const auto at = [&](int k) { return load<simd_width>(lines_[k].data() + first); };
-        return {at(0), at(1), at(2), at(3)};
-    }
-
-    /// Moves points across the lines so that the turned line through each becomes the straight one: what a turned line
-    /// crosses is what the straight one crosses after points were moved.
-    INSONIFY_INLINE point_lanes straightened(const point_lanes& p) const {
-        using floats = point_lanes::floats;
-        if (turn_.is_shift) {
-            const vec2 shift = turn_.shift * shape_.across;
-            return {p.x - floats(shift.x), p.y - floats(shift.y)};
-        }
-        const floats sine(turn_.sine), cosine(turn_.cosine);
-        if (shape_.radius == 0) {
-            const floats depth = p.y - floats(turn_.incline) * p.x;
-            return {p.x - depth * (sine / floats(turn_.depth_per_metre())), p.y};
-        }
-        // By the angle of `line_turn::around`.
-        const floats one(1.0F), distance = sqrt(p.x * p.x + p.y * p.y);
-        const floats a = max(min(floats(turn_.radius * turn_.sine) / max(distance, floats(1e-9F)), one), -one),
-                     b = sqrt(one - a * a);
-        const floats by_x = sine * b - cosine * a, by_y = cosine * b + sine * a;
-        return {p.x * by_y - p.y * by_x, p.x * by_x + p.y * by_y};
-    }
-    vec2 straightened(vec2 p) const {
-        const point_lanes moved = straightened(point_lanes{point_lanes::floats(p.x), point_lanes::floats(p.y)});
-        float x[simd_width], y[simd_width];
-        store(moved.x, x);
-        store(moved.y, y);
-        return {x[0], y[0]};
-    }
-
-    /// Calls visit(from, to) for the parts of a segment that `straightened` keeps in order: those outside the circle around the
-    /// apex that the turned lines, prolonged backwards, touch. They run outside it; inside, a segment would pass the apex on
-    /// the other side.
-    template <class Visit>
-    void for_each_outer_part(vec2 from, vec2 to, const Visit& visit) const {
-        const float radius = shape_.radius * std::fabs(turn_.sine);
-        const vec2 along = to - from;
-        const float a = dot(along, along), b = dot(from, along), c = dot(from, from) - radius * radius;
-        const float root = b * b - a * c;
-        if (radius == 0 || !(root > 0)) return visit(from, to);
-        const float half = std::sqrt(root), enters = (-b - half) / a, leaves = (-b + half) / a;
-        if (enters >= 1 || leaves <= 0) return visit(from, to);
-        if (enters > 0) visit(from, from + enters * along);
-        if (leaves < 1) visit(from + leaves * along, to);
-    }
-
-    /// Bit i: whether `for_each_outer_part` may divide segment i.
-    INSONIFY_INLINE std::uint32_t divided(const point_lanes& from, const point_lanes& to) const {
-        using floats = point_lanes::floats;
-        const float radius = shape_.radius * std::fabs(turn_.sine);
-        if (radius == 0) return 0;
-        const floats x = to.x - from.x, y = to.y - from.y, a = x * x + y * y, b = from.x * x + from.y * y,
-                     c = from.x * from.x + from.y * from.y - floats(radius * radius);
-        return bits_of(floats(0.0F) <= b * b - a * c);
-    }
-
-    /// How many straight lines the turned line that ends in one of them has crossed on its way to a depth.
-    float lines_crossed(float depth, std::uint32_t line) const {
-        if (turn_.is_shift) {
-            const line_turn end = turn(line);
-            return std::atan2(end.shift * end.cosine, depth - end.shift * end.sine) / shape_.spacing;
-        }
-        if (shape_.radius == 0) return turn_.place_on_face(depth) / shape_.spacing;
-        const vec2 by = turn_.around(shape_.radius + depth);
-        return std::atan2(by.x, by.y) / shape_.spacing;
-    }
-
-  private:
-    face_shape shape_{};
-    line_turn turn_{};
-    std::vector<float> lines_[4] = {}; // x, y of origins; x, y of directions; the last line is repeated at the end
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#include <algorithm>
-#include <cstddef>
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// The segments of one slice by the sum of the depths of their ends, which lie in flat arrays so that a register takes several.
-/// Keeps its memory from frame to frame.
-class slice_segments {
-  public:
-    static constexpr int width = simd_width;
-
-    void clear() { order_.clear(); }
-    void add(const cut_segment& one) { order_.push_back({one.from.y + one.to.y, &one}); }
-    /// Sorts the segments, after the last was added.
-    void sort() {
-        std::sort(order_.begin(), order_.end(), [](const deep& a, const deep& b) { return a.depth < b.depth; });
-        const std::size_t padded = (order_.size() + width - 1) / width * width;
-        for (std::vector<float>& ends : ends_) ends.assign(padded, 0);
-        for (std::size_t i = 0; i < order_.size(); ++i) {
-            const cut_segment& one = *order_[i].segment;
-            ends_[0][i] = one.from.x, ends_[1][i] = one.from.y, ends_[2][i] = one.to.x, ends_[3][i] = one.to.y;
-        }
-    }
-
-    std::size_t size() const { return order_.size(); }
-    const cut_segment& operator[](std::size_t i) const { return *order_[i].segment; }
-
-    /// The ends of `width` segments from the i-th on; behind the last, 0.
-    point_lanes from(std::size_t i) const { return {load<width>(&ends_[0][i]), load<width>(&ends_[1][i])}; }
-    point_lanes to(std::size_t i) const { return {load<width>(&ends_[2][i]), load<width>(&ends_[3][i])}; }
-
-  private:
-    struct deep {
-        float depth = 0;
-        const cut_segment* segment = nullptr;
-    };
-    std::vector<deep> order_{};
-    std::vector<float> ends_[4] = {};
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#ifndef INSONIFY_TRACING_SOUND_PROFILE_HPP
-#define INSONIFY_TRACING_SOUND_PROFILE_HPP
-
-
-#include <array>
-#include <cmath>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// A model from which `aperture_gains` can be computed: see `physical::arrivals`.
-template <class Model>
-concept states_arrivals = requires(const Model& model, const traced_line& line, view<vec2> out) {
-    model.arrivals(line, 1.0F, out);
-};
-
-/// What arrives at one depth of a line.
-struct sound_at_depth {
-    float amplitude = 0;     ///< one way
-    float shown = 0;         ///< displayed depth, metres
-    std::uint32_t place = 0; ///< what the depth lies in: see `layer::place`
-};
-
-/// What arrives along a line, at equal steps of depth: element k at (k + 1) * spacing.
-struct sound_profile {
-    static constexpr std::uint32_t steps = 64;
-
-    std::array<sound_at_depth, steps> at{};
-
-    /// @param line     as the probe sends it, or turned about its origin
-    /// @param room     with the crossings of the line
-    /// @param spacing  of the steps, metres
-    /// @return         the layers, a part of `room`; none where it is too small
-    template <class Line, class Model>
-    view<const layer> find(const line_task& task, const Line& line, const Model& model, line_scratch& room,
-                           float spacing) {
-        traced_line traced = task.line;
-        traced.layers =
-            stack_layers(task.scene, line, task.max_depth, room.found, room.layers, !takes_normal_incidence<Model>());
-        if (traced.layers.empty()) return {};
-        vec2 both_ways[steps];
-        model.arrivals(traced, spacing, view<vec2>{both_ways, steps});
-        std::size_t i = 0;
-        for (std::uint32_t k = 0; k < steps; ++k) {
-            // A step on a surface lies behind it, as in `physical::arrivals`.
-            while (i + 1 < traced.layers.size() && traced.layers[i].end <= static_cast<float>(k + 1) * spacing) ++i;
-            at[k] = {std::sqrt(max(both_ways[k].x, aperture_gains::least)), both_ways[k].y, traced.layers[i].place};
-        }
-        return traced.layers;
-    }
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#ifndef INSONIFY_TRACING_TRACE_LINE_HPP
-#define INSONIFY_TRACING_TRACE_LINE_HPP
-
-
-#include <concepts>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Whether samples can be weighted and added.
-template <class Sample>
-inline constexpr bool is_average_v = std::same_as<Sample, float> || std::same_as<Sample, vec2>;
-
-/// The task of a tracer: one line of one plane.
-template <transducer Probe>
-INSONIFY_FN line_task task_of(const frame_view<Probe>& frame, const scene_view& scene, std::uint32_t number,
-                              std::uint32_t plane) {
-    return {.scene = scene,
-            .line = {.media = scene.media,
-                     .frequency = frame.probe.frequency,
-                     .places = scene.places,
-                     .structures = scene.structures,
-                     .frame = frame.line(number, plane),
-                     .aperture = frame.aperture,
-                     .plane = plane,
-                     .pulse_sigma = frame.pulse_sigma,
-                     .bandwidth = frame.bandwidth,
-                     .frame_number = frame.frame_number,
-                     .displacements = scene.displacements},
-            .number = number,
-            .plane = plane,
-            .planes = frame.planes,
-            .max_depth = frame.max_depth,
-            .spacing = frame.spacing,
-            .kernels = frame.kernels.of_line(number, plane)};
-}
-
-/// Adds samples, each times a weight of its own: component by component, so that compilers vectorize it.
-template <class Sample>
-INSONIFY_FN void add_weighted(view<Sample> samples, const float* weights, view<Sample> sums) {
-    constexpr std::size_t parts = sizeof(Sample) / sizeof(float);
-    const auto* const from = reinterpret_cast<const float*>(samples.data());
-    auto* const to = reinterpret_cast<float*>(sums.data());
-    const std::size_t count = sums.size();
-    for (std::size_t k = 0; k < count; ++k)
-        for (std::size_t i = 0; i < parts; ++i) to[k * parts + i] += weights[k] * from[k * parts + i];
-}
-
-/// All the work of one line, from crossings to samples: every plane is traced, weighted and added.
-///
-/// @param plane_samples  room for the samples of one plane where there are several
-/// @param out            the samples of the line; whatever they held is overwritten
-/// @return               false where the scratch is too small; the samples are then undefined
-template <class Policy, transducer Probe, class Tracer, acoustic_model Model>
-INSONIFY_FN bool trace_line(const Policy& policy, const frame_view<Probe>& frame, const scene_view& scene,
-                            const Tracer& tracer, const Model& model, std::uint32_t number, line_scratch& scratch,
-                            view<typename Model::sample_type> plane_samples, view<typename Model::sample_type> out) {
-    using sample_type = typename Model::sample_type;
-    for (sample_type& sample : out) sample = sample_type{};
-    for (std::uint32_t plane = 0; plane < frame.planes; ++plane) {
-        const line_task task = task_of(frame, scene, number, plane);
-        if (frame.planes == 1) return tracer(policy, task, model, scratch, out);
-        if constexpr (is_average_v<sample_type>) {
-            for (sample_type& sample : plane_samples) sample = sample_type{};
-            if (!tracer(policy, task, model, scratch, plane_samples)) return false;
-            const float* weight = frame.weights(number, plane);
-            add_weighted(plane_samples, weight, out);
-        }
-    }
-    return true;
-}
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#include <algorithm>
-#include <cmath>
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// The points of an aperture shading: lines of the probe, equally far apart, in each plane of the frame. They are reached by the
-/// lines of a fan, turned or shifted: those of the points, and of a phased array, whose aperture is as wide at the edges of its
-/// sector, also some beyond.
-struct shading_points {
-    line_fan fan{};
-    face_shape shape{};
-    std::uint32_t beyond = 0; ///< lines of the fan on either side of those of the points
-    std::uint32_t first = 0;  ///< line of the probe
-    std::uint32_t stride = 1;
-    std::uint32_t planes = 1;
-    std::vector<std::vector<std::uint32_t>> objects{}; ///< that contain the origins behind the face, by plane and point
-
-    std::uint32_t size() const { return fan.size() - 2 * beyond; }
-    std::uint32_t line_of(std::uint32_t point) const { return first + point * stride; }
-};
-
-/// The lines of all points turned or shifted alike, in each plane by an amount of its own, and what arrives along them. Keeps
-/// its memory from frame to frame.
-class turned_lines {
-  public:
-    static constexpr std::uint32_t steps = sound_profile::steps;
-
-    /// @param turn     of the lines in each plane
-    /// @param spacing  from step to step, metres
-    void assign(const shading_points& points, const line_turn (&turn)[max_elevation_planes], float spacing) {
-        lines_ = points.fan.size();
-        spacing_ = spacing;
-        sound_.resize(std::size_t{points.planes} * steps * lines_);
-        share_.resize(std::size_t{points.planes} * steps);
-        for (std::uint32_t plane = 0; plane < points.planes; ++plane)
-            fans_[plane].assign(points.fan, points.shape, turn[plane]);
-    }
-
-    /// Share of the aperture that the lines stand for, at one step of one plane.
-    float& share(std::size_t row) { return share_[row]; }
-    float share(std::size_t row) const { return share_[row]; }
-    /// How many lines the one that ends in a line of the fan has crossed on its way to one step of one plane.
-    float lines_crossed(std::size_t row, std::uint32_t line) const {
-        return fans_[row / steps].lines_crossed(static_cast<float>(row % steps + 1) * spacing_, line);
-    }
-    /// What arrives at one step of one plane, by line.
-    const sound_at_depth* sound(std::size_t row) const { return sound_.data() + row * lines_; }
-
-    /// Finds where the lines cross the segments of the slices.
-    /// @param slices  of each plane, sorted, so that the crossings of each line nearly are
-    void find_crossings(const shading_points& points, view<const slice_segments> slices) {
-        constexpr int width = simd_width;
-        ends_.assign(std::size_t{points.planes} * lines_ + 1, 0);
-        crossed_.clear();
-        for (std::uint32_t plane = 0; plane < points.planes; ++plane)
-            find_crossed(points.fan, fans_[plane], slices[plane], ends_.data() + std::size_t{plane} * lines_ + 1);
-        for (std::size_t slot = 0; slot + 1 < ends_.size(); ++slot) ends_[slot + 1] += ends_[slot];
-        crossings_.resize(ends_.back());
-        // The end of each line's predecessor is where its own crossings begin; it moves on to its own end as they come in.
-        for (const crossed_segment& crossed : crossed_) {
-            const cut_segment& one = *crossed.segment;
-            std::uint32_t* const end = ends_.data() + std::size_t{one.slice} * lines_;
-            for (std::uint32_t line = crossed.first; line < crossed.last; line += width) {
-                float distance[width];
-                store(fans_[one.slice].from(line).intersect(one.from, one.to), distance);
-                for (std::uint32_t i = line; i < crossed.last && i < line + width; ++i)
-                    crossings_[end[i]++] = {distance[i - line], one.object, one.primitive};
-            }
-        }
-    }
-
-    /// Whether a line of the fan reaches any point: those beyond the points on the right do not where it is shifted to the right.
-    bool reaches_points(const shading_points& points, std::uint32_t line, std::uint32_t plane) const {
-        return fans_[plane].turn(line).shift > 0 ? line < points.beyond + points.size() : line >= points.beyond;
-    }
-
-    /// Finds what arrives along one line of the fan in one plane.
-    /// @param task     of that line, neither turned nor shifted
-    /// @param tilt_of  tilt_of(direction): that of a line in the task's plane, see `line_frame::tilt`
-    /// @param slices   whose crossings were found; null where everything is found by rays
-    template <class Model, class TiltOf>
-    void find_sound(const line_task& task, const shading_points& points, std::uint32_t line, const Model& model,
-                    float spacing, const TiltOf& tilt_of, const slice_finder* slices) {
-        const line_turn turn = fans_[task.plane].turn(line);
-        const turned_line turned{task.line.frame, turn, tilt_of(turned_line{task.line.frame, turn}.direction())};
-        sound_profile profile;
-        scratch_.fit([&](line_scratch& room) {
-            return find_line(task, turned, points, line, slices, room.found) &&
-                   !profile.find(task, turned, model, room, spacing).empty();
-        });
-        for (std::uint32_t step = 0; step < steps; ++step)
-            sound_[(std::size_t{task.plane} * steps + step) * lines_ + line] = profile.at[step];
-    }
-
-  private:
-    // The lines [first, last) cross a segment.
-    struct crossed_segment {
-        const cut_segment* segment = nullptr;
-        std::uint32_t first = 0, last = 0;
-    };
-
-    // Adds the lines that cross each segment to `crossed_`, and to the number of crossings of each line.
-    void find_crossed(const line_fan& straight, const turned_fan& turned, const slice_segments& segments,
-                      std::uint32_t* counts) {
-        constexpr int width = simd_width;
-        for (std::size_t begin = 0; begin < segments.size(); begin += width) {
-            const point_lanes from = segments.from(begin), to = segments.to(begin);
-            const point_lanes first = turned.straightened(from), last = turned.straightened(to);
-            const auto places_first = straight.places_of<width>(first.x, first.y),
-                       places_last = straight.places_of<width>(last.x, last.y);
-            const std::uint32_t divided = turned.divided(from, to);
-            float ends[4][width];
-            store(first.x, ends[0]), store(first.y, ends[1]), store(last.x, ends[2]), store(last.y, ends[3]);
-            const std::size_t end = std::min<std::size_t>(width, segments.size() - begin);
-            for (std::uint32_t i = 0; i < end; ++i) {
-                const cut_segment& one = segments[begin + i];
-                const vec2 p{ends[0][i], ends[1][i]}, q{ends[2][i], ends[3][i]};
-                const std::uint32_t gap_p = straight.gap(places_first, i), gap_q = straight.gap(places_last, i);
-                const auto add = [&](std::uint32_t from_line, std::uint32_t to_line) {
-                    crossed_.push_back({&one, from_line, to_line});
-                    for (std::uint32_t line = from_line; line < to_line; ++line) ++counts[line];
-                };
-                if ((divided >> i & 1U) == 0) {
-                    straight.for_each_crossed(p, gap_p, q, gap_q, add);
-                    continue;
-                }
-                turned.for_each_outer_part(one.from, one.to, [&](vec2 a, vec2 b) {
-                    const vec2 a_moved = a == one.from ? p : turned.straightened(a),
-                               b_moved = b == one.to ? q : turned.straightened(b);
-                    straight.for_each_crossed(a_moved, a == one.from ? gap_p : straight.gap(a_moved), b_moved,
-                                              b == one.to ? gap_q : straight.gap(b_moved), add);
-                });
-            }
-        }
-    }
-
-    // The crossings of one line, at the depths of their points. A turned line begins where that of the point does, in the same
-    // objects; a shifted one begins in the objects whose surfaces it crosses an odd number of times.
-    bool find_line(const line_task& task, const turned_line& turned, const shading_points& points, std::uint32_t number,
-                   const slice_finder* slices, line_crossings& found) const {
-        found.clear();
-        const bool shifted = turned.turn.is_shift;
-        const ray line{turned.origin(), turned.frame().path(), 0, turned.turn.length_to(task.max_depth)};
-        const std::size_t slot = std::size_t{task.plane} * lines_ + number;
-        if (!shifted)
-            for (const std::uint32_t rank : points.objects[slot]) found.inside.toggle(rank);
-        const auto may_begin_in = [&](std::uint32_t rank) {
-            return shifted && task.scene.objects[rank].box.contains(line.origin);
-        };
-        const auto add = [&](crossing one) {
-            if (may_begin_in(one.rank)) found.inside.toggle(one.rank);
-            one.distance = turned.turn.depth_at(one.distance);
-            if ((shifted || one.distance > touching_distance) && one.distance <= task.max_depth) found.add(one);
-        };
-        if (slices != nullptr)
-            for (std::size_t i = slot == 0 ? 0 : ends_[slot - 1]; i < ends_[slot]; ++i)
-                if (crossings_[i].distance >= 0) add(crossings_[i]);
-        if (slices == nullptr || slices->leaves_rays())
-            task.scene.boxes.for_each_hit(line, [&](const hit& at) {
-                if (slices != nullptr && slices->chosen()[at.primitive] != 0) return;
-                const object_view& one = task.scene.objects[at.primitive];
-                ray local = one.local(line);
-                if (may_begin_in(at.primitive)) local.max_distance = FLT_MAX;
-                one.tree.for_each_hit(local, [&](const hit& h) { add({h.distance, at.primitive, h.primitive}); });
-            });
-        found.sort();
-        return found.complete();
-    }
-
-    std::uint32_t lines_ = 0; // of the fan
-    float spacing_ = 1;       // from step to step, metres
-    turned_fan fans_[max_elevation_planes] = {};
-    std::vector<crossed_segment> crossed_{};
-    std::vector<std::uint32_t> ends_{};   // of each plane and line, in `crossings_`
-    std::vector<crossing> crossings_{};   // at metres along the turned line
-    std::vector<sound_at_depth> sound_{}; // by plane, step and line
-    std::vector<float> share_{};          // by plane and step
-    scratch_memory scratch_{};
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#include <cfloat>
-#include <cmath>
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Interpolates linearly between two values, either of which may be unusable.
-struct blend_of_two {
-    bool first = true, second = true;
-    float fraction = 0;
-
-    bool any() const { return first || second; }
-    template <class Value>
-    Value operator()(const Value& a, const Value& b) const {
-        return first && second ? a + fraction * (b - a) : first ? a : b;
-    }
-};
-
-/// What arrives at a point through the whole aperture.
-struct aperture_mean {
-    float surfaces = 0; ///< square of the mean amplitude, one way
-    float speckle = 0;  ///< rms of the amplitude's convolution with itself, over that of 1
-    float shown = 0;    ///< displayed depth, metres
-    bool any = false;   ///< some line arrives
-};
-
-/// Combines what arrives along the turned lines at all points of one step of one plane. Keeps its memory.
-class aperture_average {
-  public:
-    static constexpr std::uint32_t max_directions = 64;
-
-    /// @param row      number of the step in all planes
-    /// @param place    place(point): what the point lies in; only sound that arrives in the same counts
-    /// @param means    one for each point
-    template <class Place>
-    void compute(const shading_points& points, view<const turned_lines> directions, std::size_t row, const Place& place,
-                 view<aperture_mean> means) {
-        const std::size_t count = directions.size();
-        const std::size_t padded = (std::size_t{points.size()} + simd_width - 1) / simd_width * simd_width;
-        // What arrives along each direction, then the share of the last, then what arrives times its displayed depth.
-        weighted_.assign((2 * count + 1) * padded, 0);
-        float *const shares = weighted_.data() + count * padded, *const depths = shares + count * padded;
-        for (std::size_t k = 0; k < count; ++k)
-            weigh(points, directions[k], row, place, weighted_.data() + k * padded, shares + k * padded, depths);
-        for (std::uint32_t first = 0; first < points.size(); first += simd_width) {
-            const received sound = receive(weighted_.data() + first, padded, count),
-                           all = receive(shares + first, padded, count);
-            const floats least(FLT_MIN); // divides where there is no line at all
-            float mean[simd_width], rms[simd_width], depth[simd_width], whole[simd_width];
-            store(load<simd_width>(depths + first) / max(sound.sum, least), depth);
-            store(sound.sum / max(all.sum, least), mean);
-            store(sqrt(sound.power / max(all.power, least)), rms);
-            store(all.sum, whole);
-            for (std::uint32_t i = 0; i < simd_width && first + i < points.size(); ++i)
-                means[first + i] = {mean[i] * mean[i], rms[i], depth[i], whole[i] > 0};
-        }
-    }
-
-  private:
-    using floats = lanes<simd_width>;
-
-    // What arrives along one direction at each point, times the share of the direction. The line that ends in a point lies
-    // between those of two points, neither of which is used where it has left the fan: slices end there.
-    template <class Place>
-    static void weigh(const shading_points& points, const turned_lines& one, std::size_t row, const Place& place,
-                      float* weighted, float* shares, float* depths) {
-        const float share = one.share(row);
-        if (!(share > 0)) return;
-        const auto count = static_cast<std::int64_t>(points.size()), beyond = static_cast<std::int64_t>(points.beyond);
-        const sound_at_depth* const sound = one.sound(row);
-        const bool alike = points.shape.form != face_shape::form::point; // all cross as many lines
-        float back = -one.lines_crossed(row, 0);
-        for (std::int64_t point = 0; point < count; ++point) {
-            if (!alike) back = -one.lines_crossed(row, static_cast<std::uint32_t>(point + beyond));
-            const float whole = std::floor(back), fraction = back - whole;
-            std::int64_t from = point + beyond + static_cast<std::int64_t>(whole), next = from + 1;
-            bool from_within = true, next_within = true;
-            if (points.shape.full_circle) {
-                from = (from % count + count) % count;
-                next = (from + 1) % count;
-            } else {
-                const std::int64_t all = count + 2 * beyond;
-                from_within = from >= 0 && from < all && (!alike || point > 0 || fraction == 0);
-                next_within = next >= 0 && next < all && (!alike || point + 1 < count);
-                if (!from_within) from = next;
-                if (!next_within) next = from;
-                if (!from_within && !next_within) continue;
-            }
-            const std::uint32_t here = place(static_cast<std::uint32_t>(point));
-            const blend_of_two between{from_within && sound[from].place == here,
-                                       next_within && sound[next].place == here, fraction};
-            if (!between.any()) continue;
-            weighted[point] = share * between(sound[from].amplitude, sound[next].amplitude);
-            shares[point] = share;
-            depths[point] += weighted[point] * between(sound[from].shown, sound[next].shown);
-        }
-    }
-
-    // Sum over the directions, and the sum of the squares of their convolution with themselves.
-    struct received {
-        floats sum{0.0F}, power{0.0F};
-    };
-    static received receive(const float* of_first, std::size_t padded, std::size_t count) {
-        floats of[max_directions];
-        received all;
-        for (std::size_t k = 0; k < count; ++k) {
-            of[k] = load<simd_width>(of_first + k * padded);
-            all.sum = all.sum + of[k];
-        }
-        for (std::size_t both = 0; both + 1 < 2 * count; ++both) {
-            floats together(0.0F);
-            std::size_t i = both < count ? 0 : both - count + 1, j = both - i;
-            for (; i < j; ++i, --j) together = multiply_add(of[i], of[j], together);
-            together = together + together;
-            if (i == j) together = multiply_add(of[i], of[i], together);
-            all.power = multiply_add(together, together, all.power);
-        }
-        return all;
-    }
-
-    std::vector<float> weighted_{};
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#ifndef INSONIFY_TRACING_KEPT_LAYERS_HPP
-#define INSONIFY_TRACING_KEPT_LAYERS_HPP
-
-
-#include <cstddef>
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// The layers of the lines of a block, kept from one pass over the lines to the next.
-class kept_layers {
-  public:
-    void clear() {
-        layers_.clear();
-        ends_.clear();
-    }
-    void add(view<const layer> of_line) {
-        layers_.insert(layers_.end(), of_line.begin(), of_line.end());
-        ends_.push_back(static_cast<std::uint32_t>(layers_.size()));
-    }
-
-    /// The same in flat arrays. Trivially copyable.
-    struct kept_view {
-        view<const layer> layers{};
-        view<const std::uint32_t> ends{}; ///< of each line, in `layers`
-
-        INSONIFY_FN bool empty() const { return ends.empty(); }
-        /// The layers that were added as this number.
-        INSONIFY_FN view<const layer> operator[](std::size_t number) const {
-            const std::uint32_t begin = number == 0 ? 0 : ends[number - 1];
-            return {layers.data() + begin, ends[number] - begin};
-        }
-    };
-    kept_view view_of() const { return {layers_, ends_}; }
-
-  private:
-    std::vector<layer> layers_{};
-    std::vector<std::uint32_t> ends_{};
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#include <algorithm>
-#include <cmath>
-#include <vector>
-
-/// Sound reaches a point from the whole width of the aperture, so shadows have a penumbra: behind a needle it comes past it
-/// from both sides, and beside a needle part of it is blocked. Here lines are traced to every point from several places of the
-/// aperture, and the `aperture_gains` of its line are computed from what arrives:
-///
-///     surfaces   mean(a)^2 / T               a^2: amplitude there and back along one of the lines, by the model
-///     speckle    rms(a * a) / rms(1 * 1) / T      *: convolution across the aperture
-///     depth      mean(a d) / mean(a)         d: displayed depth along one of the lines
-///
-/// over the aperture |u| < z / 2F; T is the amplitude there and back along the line that is displayed. For an obstacle that
-/// lets nothing pass and leaves a fraction A of the aperture free, surfaces take A^2; speckle takes A^1.5 where the free part
-/// is in one piece, as beside a shadow's edge, and about A^2 where the obstacle is in its middle. Source: sound that is
-/// focused adds by pressure, out and back; the echo power of independent scatterers is the integral of the squared two-way
-/// beam, whose spectrum is a * a. Behind a strip 0.72 mm wide, F/2, 7.5 MHz, 5, 10 and 20 mm: -5.7, -2.9, -1.4 dB; a sum of
-/// waves has -5.6, -3.0, -1.4 dB.
-///
-/// A line from the side is given the angle of incidence and the attenuation of the straight line through the same point
-/// (`incidence_at`). So plane layers leave the gains at 1, and their echoes have the levels of plane waves.
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Computes the gains of all lines of a frame. Keeps its memory from frame to frame.
-///
-/// Lines that lie closer than the beam is wide share what arrives from the side: it is computed at some of them, the points,
-/// about as far apart as the beam is wide, and interpolated linearly in between. Only places in one and the same object are
-/// interpolated: between two of them there may be a surface that one line has crossed at a depth and its neighbour has not.
-/// Two places of one object on either side of a thin tilted sheet pass for the same; the error reaches one step of depth.
-class aperture_shading {
-  public:
-    static constexpr std::uint32_t steps = sound_profile::steps;                      ///< of depth
-    static constexpr std::uint32_t max_directions = aperture_average::max_directions; ///< to each point
-
-    /// Takes over the lines of a probe.
-    /// @return whether they can be turned or shifted: at equal distances on a plane or round face, or from one point of a
-    ///         plane face; lines that are steered from a round one cannot
-    template <transducer Probe>
-    bool assign(const Probe& probe, const line_fan& fan, const beam_model& beam) {
-        const bool circle = is_full_circle(probe);
-        if (!points_.shape.assign(fan, circle)) return false;
-        lines_ = fan.size();
-        const float wide = beam.lateral_width(beam.focus) / line_spacing(probe, beam.focus);
-        std::uint32_t stride = static_cast<std::uint32_t>(clamp(wide + 0.5F, 1, 16));
-        while (circle && lines_ % stride != 0) --stride; // of a prime number of lines, each is a point
-        points_.stride = stride;
-        points_.first = circle ? 0 : (lines_ - 1) % stride / 2;
-        points_.fan.assign(fan, points_.first, stride);
-        points_.beyond = 0;
-        if (points_.size() < 2 || !points_.shape.assign(points_.fan, circle)) return false;
-        if (is_point()) { // those that reach the edges of the sector from the ends of the aperture
-            const float angle = std::asin(min(0.5F / beam.min_fnumber, 0.95F)), spacing = points_.shape.spacing;
-            points_.beyond = points_.fan.extend(static_cast<std::uint32_t>(std::ceil(angle / spacing)), spacing);
-        }
-        return true;
-    }
-
-    /// @param directions  in which lines are traced to each point of a single plane; with several planes, each uses a quarter
-    ///                    as many, at least 2, interleaved with the others'
-    /// @param slices      with the lines of the probe
-    /// @param sliced      whether these have been cut; else everything is found by rays
-    /// @param tracer_of   tracer_of(line): the `block_tracer` of the line's block; called for every block
-    template <exec::policy Policy, transducer Probe, states_arrivals Model, class TracerOf>
-    void compute(const Policy& policy, const scene_view& scene, const frame_view<Probe>& frame, const Model& model,
-                 std::uint32_t directions, const slice_finder& slices, bool sliced, const TracerOf& tracer_of,
-                 view<scratch_memory> scratch) {
-        const std::uint32_t points = points_.size();
-        points_.planes = frame.planes;
-        // To the depth of the picture as if all sound had the display's speed; deeper, the last gain holds.
-        spacing_ = frame.depth / steps;
-        profiles_.resize(std::size_t{frame.planes} * lines_);
-        gains_.resize(profiles_.size() * steps);
-        points_.objects.resize(std::size_t{frame.planes} * points);
-        means_.resize(std::size_t{frame.planes} * steps * points);
-        if (averages_.size() < std::size_t{frame.planes} * steps) averages_.resize(std::size_t{frame.planes} * steps);
-        const std::uint32_t count = frame.planes == 1 ? directions : std::max<std::uint32_t>((directions + 3) / 4, 2);
-        if (turned_.size() < count) turned_.resize(count);
-        turn_lines(frame, count);
-        const view<const turned_lines> turned{turned_.data(), count};
-
-        if (layers_.size() < scratch.size()) layers_.resize(scratch.size());
-        exec::for_each_block(policy, lines_, lines_per_block, 500, [&](std::size_t begin, std::size_t end) {
-            const auto tracer = tracer_of(begin);
-            kept_layers& kept = layers_[begin / lines_per_block];
-            kept.clear();
-            for (std::uint32_t plane = 0; plane < frame.planes; ++plane)
-                for (std::size_t line = begin; line < end; ++line)
-                    scratch[begin / lines_per_block].fit([&](line_scratch& room) {
-                        const auto number = static_cast<std::uint32_t>(line);
-                        const line_task task = task_of(frame, scene, number, plane);
-                        if (!tracer.find(task, room.found)) return false;
-                        keep_objects(number, plane, room.found);
-                        const view<const layer> layers = profiles_[std::size_t{plane} * lines_ + line].find(
-                            task, task.line.frame, model, room, spacing_);
-                        if (!layers.empty()) kept.add(layers);
-                        return !layers.empty();
-                    });
-        });
-        if (sliced) sort_segments(slices.segments());
-        exec::for_each_block(policy, count, 1, 500 * static_cast<float>(points), [&](std::size_t k, std::size_t) {
-            if (sliced) turned_[k].find_crossings(points_, {segments_, max_elevation_planes});
-            for (std::uint32_t plane = 0; plane < frame.planes; ++plane)
-                for (std::uint32_t line = 0; line < points_.fan.size(); ++line)
-                    if (turned_[k].reaches_points(points_, line, plane))
-                        turned_[k].find_sound(
-                            task_along(frame, scene, line, plane), points_, line, model, spacing_,
-                            [&](vec3 direction) { return frame.tilt(direction, plane); }, sliced ? &slices : nullptr);
-        });
-        exec::for_each_block(policy, std::size_t{frame.planes} * steps, 1, 3000, [&](std::size_t row, std::size_t) {
-            const auto place = [&](std::uint32_t point) {
-                return profiles_[row / steps * lines_ + points_.line_of(point)].at[row % steps].place;
-            };
-            averages_[row].compute(points_, turned, row, place, {means_.data() + row * points, points});
-        });
-        exec::for_each_block(policy, std::size_t{frame.planes} * lines_, lines_per_block, 100,
-                             [&](std::size_t begin, std::size_t end) {
-                                 for (std::size_t i = begin; i < end; ++i) compare(i / lines_, i % lines_);
-                             });
-    }
-
-    /// The lines beyond those of the probe for which slices must be cut: those of a phased array; none for others.
-    template <transducer Probe>
-    outer_lines beyond(const frame_view<Probe>& frame) const {
-        if (!is_point()) return {};
-        return {&points_.fan, max_shift(frame)};
-    }
-
-    /// The gains of all lines in flat arrays. Trivially copyable.
-    struct gains_view {
-        view<const aperture_gain> gains{}; ///< by plane, line and step; none: the line alone counts
-        std::uint32_t lines = 0;
-        float spacing = 1; ///< from step to step, metres
-
-        INSONIFY_FN aperture_gains of_line(std::uint32_t line, std::uint32_t plane) const {
-            if (gains.empty()) return {};
-            return {{gains.data() + (std::size_t{plane} * lines + line) * steps, steps}, spacing};
-        }
-    };
-    gains_view view_of() const { return {gains_, lines_, spacing_}; }
-    /// The layers of a block of lines, by plane and line.
-    kept_layers::kept_view layers_of_block(std::size_t number) const { return layers_[number].view_of(); }
-
-  private:
-    // The largest turn whose line is still received at some depth, within the angles for which depths and places of turned
-    // lines are accurate: the tangent on a plane face, at most 0.9 of that of a line along the face, the angle on a round one,
-    // the shift along the face of a phased array.
-    template <transducer Probe>
-    float widest(const frame_view<Probe>& frame) const {
-        const float radius = points_.shape.radius, incline = std::fabs(points_.shape.incline);
-        if (is_point()) return max_shift(frame);
-        float most = 0;
-        for (std::uint32_t k = 0; k < steps; ++k) {
-            const float z = depth_of(k), half = half_aperture(frame, z);
-            if (radius == 0) {
-                most = max(most, half / (z - min(incline * half, 0.9F * z)));
-            } else {
-                const float place = min(half / radius, 0.9F), down = std::sqrt(1 - place * place);
-                most = max(most, std::asin(place) + std::atan(radius * place / (z + radius * (1 - down))));
-            }
-        }
-        return min(most, radius == 0 ? min(3, 0.9F / max(incline, 0.1F)) : 1.3F);
-    }
-    template <transducer Probe>
-    static float max_shift(const frame_view<Probe>& frame) {
-        return half_aperture(frame, frame.depth);
-    }
-    // A line of the fan in one plane. Those beyond the lines of the probe are like the nearest of these, but for their
-    // direction.
-    template <transducer Probe>
-    line_task task_along(const frame_view<Probe>& frame, const scene_view& scene, std::uint32_t line,
-                         std::uint32_t plane) const {
-        const std::uint32_t point = line < points_.beyond ? 0 : std::min(line - points_.beyond, points_.size() - 1);
-        line_task task = task_of(frame, scene, points_.line_of(point), plane);
-        if (line == point + points_.beyond) return task;
-        const vec2 along = points_.fan[line].along;
-        task.line.frame.along = frame.at.direction(points_.fan.upright().direction({along.x, 0, along.y}));
-        task.line.frame.tilt = frame.tilt(task.line.frame.along, plane);
-        return task;
-    }
-    template <transducer Probe>
-    static float half_aperture(const frame_view<Probe>& frame, float depth) {
-        return 0.5F * depth / frame.aperture.fnumber(depth);
-    }
-    bool is_point() const { return points_.shape.form == face_shape::form::point; }
-    float depth_of(std::uint32_t step) const { return static_cast<float>(step + 1) * spacing_; }
-
-    template <transducer Probe>
-    void turn_lines(const frame_view<Probe>& frame, std::uint32_t count) {
-        const float radius = points_.shape.radius, most = widest(frame);
-        const auto turned_by = [&](float part) -> line_turn { // -1 to 1
-            if (is_point()) return {.shift = part * most, .is_shift = true};
-            const float angle = radius == 0 ? std::atan(part * most) : part * most;
-            return {std::sin(angle), std::cos(angle), radius, points_.shape.incline};
-        };
-        for (std::uint32_t k = 0; k < count; ++k) {
-            // Planes to both sides of the slice are shifted to both sides: 0, 1, -1, 2, -2 parts of a cell.
-            const auto edge = [&](float i, std::uint32_t plane) {
-                const auto pair = static_cast<float>((plane + 1) / 2);
-                const float shift = (plane % 2 == 0 ? -pair : pair) / static_cast<float>(frame.planes);
-                return 2 * (static_cast<float>(k) + shift + i) / static_cast<float>(count) - 1;
-            };
-            line_turn turn[max_elevation_planes];
-            for (std::uint32_t plane = 0; plane < frame.planes; ++plane) turn[plane] = turned_by(edge(0.5F, plane));
-            turned_[k].assign(points_, turn, spacing_);
-            for (std::uint32_t plane = 0; plane < frame.planes; ++plane) {
-                const line_turn left = turned_by(k == 0 ? -1.0F : edge(0, plane)),
-                                right = turned_by(k + 1 == count ? 1.0F : edge(1, plane));
-                for (std::uint32_t step = 0; step < steps; ++step) {
-                    const float z = depth_of(step), half = half_aperture(frame, z);
-                    turned_[k].share(std::size_t{plane} * steps + step) =
-                        max(min(right.place_on_face(z), half) - max(left.place_on_face(z), -half), 0);
-                }
-            }
-        }
-    }
-
-    // Keeps which objects contain the origin of a point's line, just behind the face.
-    void keep_objects(std::uint32_t line, std::uint32_t plane, line_crossings found) {
-        if (line < points_.first || (line - points_.first) % points_.stride != 0) return;
-        const media_stack& inside = found.inside;
-        std::vector<std::uint32_t>& objects =
-            points_.objects[std::size_t{plane} * points_.size() + (line - points_.first) / points_.stride];
-        objects.assign(inside.ranks.data(), inside.ranks.data() + inside.count);
-        for (std::uint32_t i = 0; i < found.count && found.room[i].distance <= touching_distance; ++i) {
-            const auto known = std::find(objects.begin(), objects.end(), found.room[i].rank);
-            if (known == objects.end())
-                objects.push_back(found.room[i].rank);
-            else
-                objects.erase(known);
-        }
-    }
-
-    void sort_segments(const slice_cut& cut) {
-        for (slice_segments& slice : segments_) slice.clear();
-        cut.for_each_segment([&](const cut_segment& one) {
-            if (!one.again) segments_[one.slice].add(one);
-        });
-        for (slice_segments& slice : segments_) slice.sort();
-    }
-
-    // The gains of one line: what arrives at the nearest points through the aperture, divided by what arrives along the line.
-    void compare(std::size_t plane, std::size_t line) {
-        const std::uint32_t points = points_.size();
-        const float apart =
-            (static_cast<float>(line) - static_cast<float>(points_.first)) / static_cast<float>(points_.stride);
-        const bool circle = points_.shape.full_circle;
-        const float within = circle ? apart : clamp(apart, 0, static_cast<float>(points - 1));
-        const auto before = static_cast<std::uint32_t>(within), next = before + 1;
-        const std::uint32_t after = next < points ? next : circle ? 0 : before;
-        const float fraction = within - static_cast<float>(before);
-        const auto profile_of = [&](std::size_t number) -> const sound_profile& {
-            return profiles_[plane * lines_ + number];
-        };
-        const sound_profile &own = profile_of(line), &left = profile_of(points_.line_of(before)),
-                            &right = profile_of(points_.line_of(after));
-        aperture_gain gain{}; // where no point is of use, that of the step above holds
-        float here = 1;       // amplitude along the line alone, there and back
-        for (std::uint32_t step = 0; step < steps; ++step) {
-            const aperture_mean* const row = means_.data() + (plane * steps + step) * points;
-            const std::uint32_t place = own.at[step].place;
-            const aperture_mean &a = row[before], &b = row[after];
-            const blend_of_two between{a.any && left.at[step].place == place, b.any && right.at[step].place == place,
-                                       fraction};
-            const float above = here;
-            here = own.at[step].amplitude * own.at[step].amplitude;
-            if (between.any())
-                gain = {between(a.surfaces, b.surfaces) / here, between(a.speckle, b.speckle) / here,
-                        between(a.shown, b.shown) - own.at[step].shown};
-            else
-                gain = limited(gain, above / here);
-            gains_[(plane * lines_ + line) * steps + step] = gain;
-        }
-    }
-
-    // The gain of the step above, where that has `more` times the amplitude along the line alone: no more sound arrives than
-    // there, unless the line itself brings it.
-    static aperture_gain limited(const aperture_gain& above, float more) {
-        return {min(above.surfaces, max(above.surfaces * more, 1)), min(above.speckle, max(above.speckle * more, 1)),
-                above.deeper};
-    }
-
-    std::uint32_t lines_ = 0;
-    float spacing_ = 1;
-    shading_points points_{};
-    std::vector<sound_profile> profiles_{}; // each line by itself, by plane and line
-    std::vector<kept_layers> layers_{};     // of each block of lines, by plane and line
-    slice_segments segments_[max_elevation_planes] = {};
-    std::vector<turned_lines> turned_{};
-    std::vector<aperture_average> averages_{}; // one for each plane and step
-    std::vector<aperture_mean> means_{};       // by plane, step and point
-    std::vector<aperture_gain> gains_{};       // by plane, line and step
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#ifndef INSONIFY_TRACING_CUT_NORMALS_HPP
-#define INSONIFY_TRACING_CUT_NORMALS_HPP
-
-
-#include <algorithm>
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Normals at the corners of the faces that slices cut, of surfaces whose vertices have moved. Many lines meet each of these
-/// faces, and none meets the others. Keeps its memory from frame to frame.
-class cut_normals {
-  public:
-    /// Computes them and makes the scene refer to them.
-    template <exec::policy Policy>
-    void compute(const Policy& policy, scene_view& scene, const slice_cut& cut) {
-        if (std::none_of(scene.objects.begin(), scene.objects.end(), lacks_normals)) return;
-        ++frame_;
-        wanted_.clear();
-        objects_.assign(scene.objects.begin(), scene.objects.end());
-        if (surfaces_.size() < objects_.size()) surfaces_.resize(objects_.size());
-        for (std::size_t i = 0; i < objects_.size(); ++i) {
-            if (!lacks_normals(objects_[i])) continue;
-            surface& own = surfaces_[i];
-            own.normals.resize(objects_[i].normals.ends.size());
-            own.wanted_in.resize(own.normals.size());
-            objects_[i].normals.normals = own.normals;
-        }
-        cut.for_each_segment([&](const cut_segment& segment) {
-            const object_view& one = scene.objects[segment.object];
-            if (segment.again || !lacks_normals(one)) return;
-            const uvec3 numbers = one.normals.corners[segment.primitive];
-            for (const std::uint32_t number : {numbers.x, numbers.y, numbers.z}) {
-                std::uint32_t& wanted_in = surfaces_[segment.object].wanted_in[number];
-                if (wanted_in != frame_) wanted_.push_back({segment.object, number});
-                wanted_in = frame_;
-            }
-        });
-        exec::for_each_block(policy, wanted_.size(), 256, 150, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) {
-                const auto [object, number] = wanted_[i];
-                surfaces_[object].normals[number] =
-                    scene.objects[object].normals.computed(scene.objects[object].surface, number);
-            }
-        });
-        scene.objects = objects_;
-    }
-
-  private:
-    struct surface {
-        std::vector<vec3> normals;            // those of this frame are valid
-        std::vector<std::uint32_t> wanted_in; // the last frame in which each was
-    };
-    struct wanted {
-        std::uint32_t object = 0, number = 0;
-    };
-
-    static bool lacks_normals(const object_view& one) {
-        return one.normals.normals.empty() && !one.normals.corners.empty();
-    }
-
-    std::uint32_t frame_ = 0;
-    std::vector<object_view> objects_{};
-    std::vector<surface> surfaces_{}; // of each object
-    std::vector<wanted> wanted_{};
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#include <algorithm>
 #include <string>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// What `straight_lines` keeps between frames: see `straight_lines::prepare`.
-class straight_frame;
+/// Maximum number of elevation planes of a frame.
+inline constexpr std::uint32_t max_elevation_planes = 7;
 
 namespace detail {
 
-/// The lines of one block: crossings with some objects come from slices, with the others from rays. Trivially copyable.
-struct block_tracer {
-    slice_finder::block_view slices{};    ///< crossings of the lines of the block
-    view<const std::uint8_t> is_sliced{}; ///< of each object, by rank; empty: none is
-    bool any_rays = true;                 ///< some objects are not sliced
-    aperture_shading::gains_view gains{}; ///< corrections for the width of the aperture
-    kept_layers::kept_view known{}; ///< layers by plane and line of the block, where these have been found already
-    std::uint32_t lines = 0;        ///< of the block
+/// Whether the planes of a probe can follow its beam with the depth z: all lines within 60 degrees of z.
+template <transducer Probe>
+bool lines_follow_depth(const Probe& probe) {
+    for (std::uint32_t i = 0; i < probe.lines; ++i)
+        if (!(probe.beam(static_cast<float>(i)).direction.z > 0.5F)) return false;
+    return true;
+}
 
-    template <class Policy, acoustic_model Model>
-    INSONIFY_FN bool operator()(const Policy& policy, const line_task& task, const Model& model, line_scratch& scratch,
-                                view<typename Model::sample_type> out) const {
-        const view<const layer> layers = layers_of<Model>(task, scratch);
-        if (layers.empty()) return false;
-        seen(task).apply(policy, model, layers, out);
-        return true;
+/// The heights of a pair of planes: see `elevation_planes`.
+struct elevation_pair {
+    float delta = 0;
+    float psi = 0; ///< radians
+};
+
+/// The pairs of 3, 5 or 7 planes; none for another count.
+inline view<const elevation_pair> elevation_pairs(std::uint32_t count) {
+    static constexpr elevation_pair pairs[][3] = {{{0.92F, 109_deg}},
+                                                  {{1.104F, 115.4_deg}, {1.625F, 28.7_deg}},
+                                                  {{0.93F, 182.5_deg}, {2.562F, 181.4_deg}, {1.361F, 96.8_deg}}};
+    if (count < 3 || count > max_elevation_planes) return {};
+    return {pairs[count / 2 - 1], count / 2};
+}
+
+/// Planes that sample the thickness of the slice: the slice plane, and pairs to both sides of it that follow the beam.
+///
+/// The variance of the beam is sigma_f^2 + g(z)^2, of diffraction and of the aperture's shadow g (see `beam_model`). A pair
+/// lies at the heights
+///
+///     y = +- delta (sigma_f cos psi + g(z) sin psi)
+///
+/// which are linear in z: both are planes. With psi near 0 they sample the diffraction and hardly tilt; near 90 degrees they
+/// follow the shadow and cross at the focus. Depth is measured along z: where lines diverge, along the middle one. On
+/// a line at an angle t to z the heights change cos t times as fast with the depth along the line, which no plane that serves all
+/// lines can avoid; the weights are those of the heights that the planes have there: see `along`.
+/// Source: numerical searches by random steps for a small error in the echoes of half spaces that begin at any height, for
+/// linear, convex and phased arrays. The pairs of 5 and 7 planes are a choice among what was found, such that an anechoic sphere
+/// of 3 mm at the elevation focus fills as in the beam within 2 dB, the rms height is the beam's within a tenth, and half
+/// spaces, steep rough surfaces and the lines of sectors stay within the limits of `tests/tracing/elevation*.cpp`; the last change, by
+/// less than a degree, was made by hand. No program returns these numbers: `bench/studies/elevation_planes.cpp` prints their errors
+/// beside the smallest that it finds, without conditions and with those on the sphere and the rms height.
+class elevation_planes {
+  public:
+    /// @param count  1, 3, 5 or 7: the middle one, and pairs
+    /// @param depth  of the image, metres
+    /// @param tilted  whether planes follow the beam; else they are parallel, at the heights of half the depth
+    /// @throws usage_error  for another count
+    elevation_planes(const beam_model& beam, std::uint32_t count, float depth, bool tilted)
+        : elevation_planes{beam, count, elevation_pairs(count), depth, tilted} {}
+
+    /// The same with other pairs, (count - 1) / 2 of them.
+    elevation_planes(const beam_model& beam, std::uint32_t count, view<const elevation_pair> pairs, float depth,
+                     bool tilted)
+        : beam_{beam}, count_{count}, spacing_{depth / depths} {
+        if (count % 2 == 0 || count > max_elevation_planes)
+            throw usage_error{"trace: `planes` is " + std::to_string(count) +
+                              "; it must be 1, 3, 5 or 7: the slice plane, and pairs to both sides of it"};
+        for (std::uint32_t i = 1; i < count; ++i) {
+            const elevation_pair& own = pairs[(i - 1) / 2];
+            const float side = i % 2 == 0 ? own.delta : -own.delta;
+            const float at_focus = side * std::cos(own.psi) * beam.elevation_diffraction();
+            const auto height = [&](float z) { return at_focus + side * std::sin(own.psi) * beam.elevation_shadow(z); };
+            planes_[i] = tilted ? elevation_plane{height(0), (height(depth) - height(0)) / depth}
+                                : elevation_plane{height(0.5F * depth), 0};
+        }
+        make_table();
     }
 
-    /// The layers of a line; none where the scratch is too small.
-    template <acoustic_model Model>
-    INSONIFY_FN view<const layer> layers_of(const line_task& task, line_scratch& scratch) const {
-        if (!known.empty()) return known[std::size_t{task.plane} * lines + task.number % lines_per_block];
-        if (!find(task, scratch.found)) return {};
-        return stack_layers(task.scene, task.line.frame, task.max_depth, scratch.found, scratch.layers,
-                            !takes_normal_incidence<Model>());
-    }
-    /// The task with the corrections for the width of the aperture.
-    INSONIFY_FN line_task seen(line_task task) const {
-        task.line.gains = gains.of_line(task.number, task.plane);
-        return task;
+    /// The same planes by the depth along a line, with the weights that belong to their heights there.
+    /// @param begin   z of its origin, metres
+    /// @param cosine  of its angle to z
+    elevation_planes along(float begin, float cosine) const {
+        elevation_planes line = *this;
+        for (elevation_plane& one : line.planes_) one = {one.height(begin), one.slope * cosine};
+        line.make_table();
+        return line;
     }
 
-    INSONIFY_FN bool find(const line_task& task, line_crossings& found) const {
-        const ray beam = task.beam();
-        if (is_sliced.empty()) return find_crossings(task.scene, beam, task.max_depth, found);
-        found.clear();
-        slices.find(task.number, task.plane, [&](const crossing& one) {
-            if (task.scene.objects[one.rank].box.contains(beam.origin)) found.inside.toggle(one.rank);
-            if (one.distance <= task.max_depth) found.add(one);
-        });
-        if (any_rays) add_crossings(task.scene, beam, task.max_depth, is_sliced, found);
-        found.sort();
-        return found.complete();
+    std::uint32_t count() const { return count_; }
+    /// The slice plane, then pairs.
+    const elevation_plane& operator[](std::size_t plane) const { return planes_[plane]; }
+
+    /// Height of the cells of the scatterer field out of the slice, metres: half the aperture's for a single plane. For several
+    /// planes 0.7 of it, with a correlation length as that of the beam twice as deep as its focus; nearer to the focus,
+    /// `phase_spread` shortens it. It is the same at all depths, so that speckle stays the same as tissue moves in depth.
+    float scatterer_height() const { return (count_ > 1 ? 0.7F : 0.5F) * beam_.elevation_height; }
+
+    /// How fast the phases of the scatterers of one place come apart as the probe moves out of the slice: rms, rad/m.
+    ///
+    /// The echoes of a Gaussian beam of standard deviation sigma have the correlation
+    ///
+    ///     rho(d) = integral of w(y) w(y + d) dy / integral of w(y)^2 dy = exp(-d^2 / (4 sigma^2)),   w = exp(-y^2 / (2 sigma^2))
+    ///
+    /// after a shift by d. Cells of height H, linear from one to the next, have exp(-2.5 d^2 / (2 H^2)); phases of rms s a metre
+    /// have exp(-s^2 d^2 / 2). The product is rho where s^2 = 1 / (2 sigma^2) - 2.5 / H^2. A single plane has its cells alone.
+    float phase_spread(float depth) const {
+        if (count_ == 1) return 0;
+        const float sigma = beam_.elevation_sigma(depth), height = scatterer_height();
+        return std::sqrt(max(0.5F / (sigma * sigma) - 2.5F / (height * height), 0));
     }
+
+    /// Half height s of the strip of the beam that each plane stands for at a depth, metres: its power exp(-y^2 / s^2) and the
+    /// distances between the planes together have the variance of the beam's.
+    float strip(float depth) const {
+        const float sigma = beam_.elevation_sigma(depth);
+        const weights parts = at(depth);
+        float apart = 0;
+        for (std::uint32_t i = 0; i < count_; ++i) {
+            const float height = parts.random[i] * planes_[i].height(depth);
+            apart += height * height;
+        }
+        return std::sqrt(max(sigma * sigma - 2 * apart, 0));
+    }
+
+    /// The fraction of an echo that each plane adds at one depth.
+    struct weights {
+        float coherent[max_elevation_planes] = {}; ///< echoes of surfaces add by amplitude; the sum is 1
+        float random[max_elevation_planes] = {};   ///< independent echoes add by power; the sum of squares is 1
+        /// The strip of tissue that each plane represents: its lower and upper end, metres from the height of the plane, with
+        /// the mean and variance of the beam power that the plane represents. That of a single plane is empty.
+        vec2 strip[max_elevation_planes] = {};
+    };
+
+    /// At a depth in metres: linear between the depths of a table.
+    weights at(float depth) const {
+        const float place = clamp(depth / spacing_ - 0.5F, 0, static_cast<float>(depths - 1));
+        const auto above = static_cast<std::uint32_t>(place);
+        const weights &a = table_[above], &b = table_[above + 1 < depths ? above + 1 : above];
+        const float part = place - static_cast<float>(above);
+        weights found;
+        for (std::uint32_t i = 0; i < count_; ++i) {
+            found.coherent[i] = a.coherent[i] + part * (b.coherent[i] - a.coherent[i]);
+            found.random[i] = a.random[i] + part * (b.random[i] - a.random[i]);
+            found.strip[i] = a.strip[i] + part * (b.strip[i] - a.strip[i]);
+        }
+        return found;
+    }
+
+    /// Appends the coherent weights of every sample of a line: plane after plane, each with `samples` weights.
+    void weights_of_samples(std::uint32_t samples, float spacing, std::vector<float>& all) const {
+        const std::size_t begin = all.size();
+        all.resize(begin + std::size_t{count_} * samples);
+        for (std::uint32_t k = 0; k < samples; ++k) {
+            const weights here = at((static_cast<float>(k) + 0.5F) * spacing);
+            for (std::uint32_t i = 0; i < count_; ++i) all[begin + std::size_t{i} * samples + k] = here.coherent[i];
+        }
+    }
+
+  private:
+    static constexpr std::uint32_t depths = 128; // parts of the depth of the image
+
+    void make_table() {
+        for (std::uint32_t k = 0; k < depths; ++k) table_[k] = integrate((static_cast<float>(k) + 0.5F) * spacing_);
+    }
+
+    // Each plane represents the strip of the beam that is nearest to it: by the integral of the two-way amplitude
+    // exp(-y^2 / 2 sigma^2) over it for coherent echoes, of its square for the power of independent ones. Borders between
+    // strips are soft, by about a quarter of sigma where planes are close: those that cross share a strip, so that weights
+    // are continuous.
+    weights integrate(float depth) const {
+        constexpr float step = 0.25F, softness = 0.25F; // standard deviations
+        constexpr int steps = 16;
+        const float sigma = beam_.elevation_sigma(depth);
+        float height[max_elevation_planes];
+        for (std::uint32_t i = 0; i < count_; ++i) height[i] = planes_[i].height(depth) / sigma;
+        weights found;
+        float coherent = 0, power = 0;
+        vec2 moment[max_elevation_planes] = {}; // first and second, of the power
+        for (int k = 0; k < steps; ++k) {       // below the slice is the mirror image
+            const float y = (static_cast<float>(k) + 0.5F) * step;
+            float share[max_elevation_planes], nearest = FLT_MAX, shares = 0;
+            for (std::uint32_t i = 0; i < count_; ++i) {
+                share[i] = (y - height[i]) * (y - height[i]);
+                nearest = min(nearest, share[i]);
+            }
+            for (std::uint32_t i = 0; i < count_; ++i)
+                shares += share[i] = std::exp((nearest - share[i]) / (2 * softness * softness));
+            const float amplitude = std::exp(-0.5F * y * y);
+            for (std::uint32_t i = 0; i < count_; ++i) {
+                found.coherent[i] += amplitude * share[i] / shares;
+                const float part = amplitude * amplitude * share[i] / shares;
+                found.random[i] += part;
+                moment[i] += part * vec2{y, y * y};
+            }
+            coherent += amplitude;
+            power += amplitude * amplitude;
+        }
+        for (std::uint32_t i = 0; i < count_; i += i == 0 ? 1 : 2) {
+            for (float* const each : {found.coherent, found.random})
+                if (i > 0) each[i] = each[i + 1] = 0.5F * (each[i] + each[i + 1]);
+            if (i == 0) moment[0].x = 0;
+            if (i > 0) moment[i] = 0.5F * vec2{moment[i].x - moment[i + 1].x, moment[i].y + moment[i + 1].y};
+            if (i > 0) moment[i + 1] = {-moment[i].x, moment[i].y};
+        }
+        limit_variance(found.coherent, height, 1);
+        limit_variance(found.random, height, 0.5F);
+        for (std::uint32_t i = 0; i < count_; ++i) {
+            const vec2 mean = moment[i] / max(found.random[i], 1e-12F);
+            const float half = count_ == 1 ? 0 : std::sqrt(3 * max(mean.y - mean.x * mean.x, 0));
+            found.strip[i] = sigma * (vec2{mean.x - half, mean.x + half} - height[i]);
+            found.coherent[i] /= coherent;
+            found.random[i] = std::sqrt(found.random[i] / power);
+        }
+        return found;
+    }
+
+    // Where the planes spread further than the beam, those far out lose weight to those near the middle, as by a narrower Gaussian:
+    // each times exp(-g h^2), with the least g >= 0 by Newton's method. The sum of the weights stays.
+    // @param height, variance  in standard deviations of the beam
+    void limit_variance(float (&weight)[max_elevation_planes], const float (&height)[max_elevation_planes],
+                        float variance) const {
+        float narrower = 0;
+        for (int round = 0; round < 6; ++round) {
+            float all = 0, kept = 0, second = 0, fourth = 0;
+            for (std::uint32_t i = 0; i < count_; ++i) {
+                const float squared = height[i] * height[i], part = weight[i] * std::exp(-narrower * squared);
+                all += weight[i];
+                kept += part;
+                second += part * squared;
+                fourth += part * squared * squared;
+            }
+            second /= kept;
+            const float steepness = fourth / kept - second * second;
+            const bool last = round == 5 || !(second > 1.0001F * variance) || !(steepness > 0);
+            if (last)
+                for (std::uint32_t i = 0; i < count_; ++i)
+                    weight[i] *= std::exp(-narrower * height[i] * height[i]) * all / kept;
+            if (last) return;
+            narrower += (second - variance) / steepness;
+        }
+    }
+
+    beam_model beam_;
+    std::uint32_t count_;
+    float spacing_;
+    elevation_plane planes_[max_elevation_planes] = {};
+    weights table_[depths] = {};
+};
+
+/// The elevation planes along each line of a probe. Lines at nearly the same angle share them. Keeps its memory.
+class planes_of_lines {
+  public:
+    planes_of_lines() = default;
+    template <class Policy, transducer Probe>
+    planes_of_lines(const Policy& policy, const Probe& probe, const elevation_planes& planes) {
+        assign(policy, probe, planes);
+    }
+
+    template <class Policy, transducer Probe>
+    void assign(const Policy& policy, const Probe& probe, const elevation_planes& planes) {
+        set_of_line_.assign(probe.lines, 0);
+        angles_.clear();
+        lines_.clear();
+        const bool tilted = lines_follow_depth(probe) && planes.count() > 1;
+        for (std::uint32_t i = 0; i < probe.lines; ++i) {
+            const ray line = probe.beam(static_cast<float>(i));
+            const int angle = tilted ? static_cast<int>(std::lround(200 * (1 - line.direction.z))) : 0;
+            std::size_t set = 0;
+            while (set < angles_.size() && angles_[set] != angle) ++set;
+            set_of_line_[i] = static_cast<std::uint32_t>(set);
+            if (set < angles_.size()) continue;
+            angles_.push_back(angle);
+            lines_.push_back({line.origin.z, line.direction.z});
+        }
+        sets_.assign(angles_.size(), planes);
+        if (tilted)
+            for_each_index(policy, sets_.size(),
+                           [&](std::size_t set) { sets_[set] = planes.along(lines_[set].x, lines_[set].y); });
+    }
+
+    const std::vector<std::uint32_t>& set_of_line() const { return set_of_line_; }
+    std::size_t sets() const { return sets_.size(); }
+    const elevation_planes& operator[](std::size_t set) const { return sets_[set]; }
+
+  private:
+    std::vector<std::uint32_t> set_of_line_{};
+    std::vector<elevation_planes> sets_{};
+    std::vector<int> angles_{}; // of the sets
+    std::vector<vec2> lines_{}; // of the sets: z of the origin and of the direction
 };
 
 } // namespace detail
+} // namespace insonify::inline INSONIFY_ABI
 
-/// Straight lines: finds all crossings of each line in order, then applies the model once along it.
-///
-/// All lines of a plane lie in one slice of the scene. An object is cut by the slices once and the segments are distributed
-/// over the lines, or a ray is traced for each line, whichever is faster for the object. Both find the same crossings,
-/// except on lines within rounding error of a vertex or an edge.
-struct straight_lines {
-    /// How crossings are found.
-    enum class search {
-        best,   ///< for each object whichever is faster
-        rays,   ///< one ray for each line and plane, through the trees
-        slices, ///< by slices, which need no trees; rays where the lines are neither parallel nor from one point
-    };
-    enum search search = search::best; ///< how crossings are found
-    std::uint32_t directions = 16;     ///< in which lines are traced to each point, 1 to 64; 1: only the straight one.
-                                       ///< With several planes, each uses a quarter as many, at least 2
 
-    using frame_state = straight_frame; ///< what is kept between frames
+#endif
 
-    /// @throws usage_error  for a number of directions out of range
-    void check() const {
-        if (directions < 1 || directions > detail::aperture_shading::max_directions)
-            throw usage_error{"straight_lines: `directions` is " + std::to_string(directions) +
-                              "; it must be 1 to 64 lines to each point, and 16 is usual"};
+namespace insonify::inline INSONIFY_ABI {
+
+/// The lines of a frame in all of its elevation planes. Trivially copyable where the probe is.
+template <transducer Probe>
+struct frame_lines {
+    Probe probe{};                                    ///< that sends and receives
+    pose at{};                                        ///< probe to world
+    float depth = 0;                                  ///< of the last sample's end, metres
+    float max_depth = 0;                              ///< how far lines are followed, metres
+    std::uint32_t planes = 1;                         ///< that represent the thickness of the slice
+    elevation_plane plane[max_elevation_planes] = {}; ///< the slice plane, then pairs to both sides of it
+
+    /// A line of the probe in one of the planes, in the world: displaced in elevation alone, so the distance along it stays the
+    /// displayed one.
+    INSONIFY_FN line_frame line(std::uint32_t number, std::uint32_t of_plane) const {
+        const ray beam = probe.beam(static_cast<float>(number));
+        const vec3 elevation = at.direction({0, 1, 0});
+        line_frame line{at.point(beam.origin) + plane[of_plane].height(beam.origin.z) * elevation,
+                        at.direction(beam.direction), elevation, plane[of_plane].slope * beam.direction.z};
+        if constexpr (requires { probe.scatterer_axis(0.0F); })
+            line.steering = at.direction(beam.direction - probe.scatterer_axis(static_cast<float>(number)));
+        return line;
     }
-
-    /// Cuts the scene where that pays; `trace` calls it once for each frame.
-    template <exec::policy Policy, transducer Probe, acoustic_model Model>
-    void prepare(const Policy& policy, const scene& body, const frame_view<Probe>& frame, const Model& model,
-                 view<detail::scratch_memory> scratch, frame_state& state) const;
-
-    /// One line by rays; needs no preparation.
-    template <class Policy, acoustic_model Model>
-    INSONIFY_FN bool operator()(const Policy& policy, const line_task& task, const Model& model, line_scratch& scratch,
-                                view<typename Model::sample_type> out) const {
-        return detail::block_tracer{}(policy, task, model, scratch, out);
+    /// The tilt of a line of any direction in the world that runs in one of the planes: see `line_frame`.
+    INSONIFY_FN float tilt(vec3 direction, std::uint32_t of_plane) const {
+        return plane[of_plane].slope * dot(direction, at.direction({0, 0, 1}));
     }
-
-    friend bool operator==(const straight_lines&, const straight_lines&) = default;
 };
 
-/// The state of `straight_lines` for one frame.
-class straight_frame {
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// How the crossings of straight lines with surfaces are found. All find the same, except on lines within rounding error of a
+/// vertex or an edge.
+enum class line_search {
+    best,   ///< for each object whichever is faster
+    rays,   ///< one ray for each line and plane, through the trees
+    slices, ///< by slices, which need no trees; rays where the lines are neither parallel nor from one point
+};
+
+namespace detail {
+
+/// Finds the layers of all lines of a frame. All lines of a plane lie in one slice of the scene: an object is cut by the slices
+/// once and the segments are distributed over the lines, or a ray is traced for each line. Keeps its memory from frame to frame.
+class layer_finder {
   public:
-    /// As `straight_lines::prepare`.
-    template <exec::policy Policy, transducer Probe, acoustic_model Model>
-    void prepare(const Policy& policy, const scene& body, const frame_view<Probe>& frame, const Model& model,
-                 view<detail::scratch_memory> scratch, straight_lines how) {
-        using search = enum straight_lines::search;
+    /// Takes over the lines of a probe. @return whether slices contain them: see `slice_finder`
+    template <transducer Probe>
+    bool assign(const Probe& probe) {
+        can_cut_ = slices_.assign(probe);
+        return can_cut_;
+    }
+
+    /// Chooses how each object is found, after `assign`, and cuts those for which slices pay.
+    /// @param directions  in which each line is traced
+    /// @param keep_all    also keep segments that cross no line
+    /// @param beyond      other lines that segments are kept for
+    template <exec::policy Policy, transducer Probe>
+    void prepare(const Policy& policy, const scene& body, const frame_lines<Probe>& frame, line_search how,
+                 std::uint32_t directions = 1, bool keep_all = false, const outer_lines& beyond = {}) {
         const view<const elevation_plane> planes{frame.plane, frame.planes};
-        const bool fan = slices_.assign(frame.probe);
-        shaded_ = detail::states_arrivals<Model> && how.directions > 1 && fan &&
-                  shading_.assign(frame.probe, slices_.fan(), beam_of(frame.probe, frame.depth));
-        const std::uint32_t directions = shaded_ ? 1 + how.directions : 1;
         sliced_ = false;
-        if (how.search != search::rays && fan) {
+        if (how != line_search::rays && can_cut_) {
             scene_ = body.view_for_slices(policy);
-            sliced_ = slices_.choose(scene_, frame.at, planes, how.search == search::slices, directions);
+            sliced_ = slices_.choose(scene_, frame.at, planes, how == line_search::slices, directions);
         }
         if (sliced_) {
-            slices_.cut(policy, scene_, frame.at, planes, frame.max_depth, shaded_,
-                        shaded_ ? shading_.beyond(frame) : detail::outer_lines{});
+            slices_.cut(policy, scene_, frame.at, planes, frame.max_depth, keep_all, beyond);
             normals_.compute(policy, scene_, slices_.segments());
         } else {
             scene_ = body.view_for_rays(policy);
         }
-        const std::size_t blocks = (frame.probe.lines + detail::lines_per_block - 1) / detail::lines_per_block;
-        if (sliced_ && blocks_.size() < blocks) blocks_.resize(blocks);
-        if constexpr (detail::states_arrivals<Model>)
-            if (shaded_)
-                shading_.compute(
-                    policy, scene_, frame, model, how.directions, slices_, sliced_,
-                    [&](std::size_t begin) { return found_block(begin); }, scratch);
+        if (memory_.size() < blocks_of(frame.probe.lines)) memory_.resize(blocks_of(frame.probe.lines));
     }
 
-    /// What `prepare` has seen of the scene.
-    const scene_view& prepared_scene() const { return scene_; }
+    /// The scene as `prepare` has seen it.
+    const scene_view& scene_seen() const { return scene_; }
+    /// The slices, where some objects were cut; else null: then everything is found by rays.
+    const slice_finder* slices() const { return sliced_ ? &slices_ : nullptr; }
+    const line_fan& fan() const { return slices_.fan(); }
 
-    /// The tracer of the lines from `begin` on; blocks may be prepared on different threads.
-    detail::block_tracer of_block(std::size_t begin) {
-        if (!shaded_) return found_block(begin);
-        detail::block_tracer block = tracer_of_found(begin); // `aperture_shading::compute` has found every block
-        block.gains = shading_.view_of();
-        block.known = shading_.layers_of_block(begin / detail::lines_per_block);
-        block.lines =
-            static_cast<std::uint32_t>(std::min<std::size_t>(detail::lines_per_block, block.gains.lines - begin));
-        return block;
-    }
-
-    /// Nanoseconds to find the crossings of a line, roughly.
+    /// Nanoseconds to find the layers of a line, roughly.
     float search_time() const {
         const auto objects = static_cast<float>(scene_.objects.size());
         const float by_rays = !sliced_ || slices_.leaves_rays() ? 300 + 20 * min(objects, 64) : 0.0F;
         return by_rays + (sliced_ ? slices_.search_time() : 0.0F);
     }
 
-  private:
-    detail::block_tracer found_block(std::size_t begin) {
-        if (sliced_) slices_.find_block(begin, blocks_[begin / detail::lines_per_block]);
-        return tracer_of_found(begin);
-    }
-    detail::block_tracer tracer_of_found(std::size_t begin) const {
-        if (!sliced_) return {};
-        return {slices_.view_of(blocks_[begin / detail::lines_per_block]), slices_.chosen(), slices_.leaves_rays()};
+    /// Finds the layers of the block of lines that begins with one; different blocks on any threads.
+    /// @param incident  whether to compute how lines meet surfaces: see `stack_layers`
+    template <transducer Probe>
+    void find_block(const frame_lines<Probe>& frame, std::size_t begin, bool incident, line_layers& found) {
+        block_memory& own = memory_[begin / lines_per_block];
+        layer_block& into = found.block_at(begin);
+        into.clear();
+        if (sliced_) slices_.find_block(begin, own.sliced);
+        const auto count = static_cast<std::uint32_t>(begin) + lines_per_block;
+        for (auto line = static_cast<std::uint32_t>(begin); line < frame.probe.lines && line < count; ++line)
+            for (std::uint32_t plane = 0; plane < frame.planes; ++plane)
+                while (!find_line(frame, line, plane, incident, own, into)) own.line.grow();
     }
 
-    bool sliced_ = false, shaded_ = false;
-    detail::aperture_shading shading_{};
+    /// Finds those of all lines.
+    template <exec::policy Policy, transducer Probe>
+    void find(const Policy& policy, const frame_lines<Probe>& frame, bool incident, line_layers& found) {
+        found.begin(frame.probe.lines, frame.planes, scene_.media);
+        exec::for_each_block(policy, frame.probe.lines, lines_per_block,
+                             search_time() * static_cast<float>(frame.planes),
+                             [&](std::size_t begin, std::size_t) { find_block(frame, begin, incident, found); });
+    }
+
+  private:
+    // In which the lines of one block are found.
+    struct block_memory {
+        slice_finder::block_crossings sliced{};
+        line_memory line{};
+        std::vector<std::uint32_t> behind_face{};
+    };
+
+    template <transducer Probe>
+    bool find_line(const frame_lines<Probe>& frame, std::uint32_t number, std::uint32_t plane, bool incident,
+                   block_memory& own, layer_block& into) const {
+        const line_frame line = frame.line(number, plane);
+        line_crossings found = own.line.found();
+        const crossing_collector collector{
+            scene_, {line.origin, line.path(), 0, frame.max_depth}, frame.max_depth, found};
+        const auto add = [&](const crossing& one) { collector.add(one); };
+        if (sliced_) slices_.view_of(own.sliced).find(number, plane, add);
+        if (!sliced_ || slices_.leaves_rays())
+            collector.trace(sliced_ ? slices_.chosen() : view<const std::uint8_t>{}, add);
+        found.sort();
+        if (!found.complete()) return false;
+        own.behind_face.resize(own.line.inside.size());
+        media_stack behind_face{.ranks = own.behind_face};
+        behind_face.assign(found.inside);
+        for (std::uint32_t i = 0; i < found.count && found.room[i].distance <= touching_distance; ++i)
+            behind_face.toggle(found.room[i].rank);
+        if (behind_face.overflow) return false;
+        const view<const layer> layers =
+            stack_layers(scene_, line, frame.max_depth, found, view<layer>{own.line.layers}, incident);
+        if (!layers.empty()) into.add(line, layers, {behind_face.ranks.data(), behind_face.count});
+        return !layers.empty();
+    }
+
+    bool can_cut_ = false, sliced_ = false;
     scene_view scene_{};
-    detail::slice_finder slices_{};
-    detail::cut_normals normals_{};
-    std::vector<detail::slice_finder::block_crossings> blocks_{};
+    slice_finder slices_{};
+    cut_normals normals_{};
+    std::vector<block_memory> memory_{}; // of each block of lines
 };
-
-template <exec::policy Policy, transducer Probe, acoustic_model Model>
-void straight_lines::prepare(const Policy& policy, const scene& body, const frame_view<Probe>& frame,
-                             const Model& model, view<detail::scratch_memory> scratch, frame_state& state) const {
-    state.prepare(policy, body, frame, model, scratch, *this);
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#ifndef INSONIFY_TRACING_TRACE_FRAME_HPP
-#define INSONIFY_TRACING_TRACE_FRAME_HPP
-
-
-#ifndef INSONIFY_TRACING_FRAME_DISPLACEMENTS_HPP
-#define INSONIFY_TRACING_FRAME_DISPLACEMENTS_HPP
-
-
-#include <cmath>
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// How the tissue along the lines of one frame is displaced: see `scene::deform`. Sampled in the box of these lines alone, in
-/// axes of the probe.
-class frame_displacements {
-  public:
-    /// @throws geometry_error  where the map that deforms the scene folds over in the field of view
-    template <class Policy, transducer Probe>
-    view<const displacement_view> compute(const Policy& policy, const scene& body, const frame_view<Probe>& frame) {
-        const displacement_lattice where = lattice_of(frame);
-        const view<const displacement_view> found = body.displacements(policy, where, nodes_, places_);
-        for (std::size_t i = 0; !found.empty() && i < where.count(); ++i)
-            if (nodes_[4 * i + 3] != 0 && is_seen(frame, where.point(i))) throw_folded(where.point(i));
-        return found;
-    }
-
-  private:
-    static constexpr float min_spacing = 1e-3F; // metres
-    static constexpr float max_cells = 64;      // along an axis
-
-    template <transducer Probe>
-    static bool is_seen(const frame_view<Probe>& frame, vec3 point) {
-        const vec3 local = frame.at.local_point(point);
-        const vec2 place = frame.probe.locate({local.x, local.z}); // line, depth
-        return place.x > -1 && place.x < static_cast<float>(frame.probe.lines) && place.y > 0 && place.y < frame.depth;
-    }
-
-    template <transducer Probe>
-    static displacement_lattice lattice_of(const frame_view<Probe>& frame) {
-        aabb box;
-        for (std::uint32_t plane = 0; plane < frame.planes; ++plane)
-            for (std::uint32_t i = 0; i < frame.probe.lines; ++i) {
-                const line_frame line = frame.line(i, plane);
-                box = merged(merged(box, frame.at.local_point(line.origin)),
-                             frame.at.local_point(line.at(frame.max_depth)));
-            }
-        const vec3 extent = box.size();
-        const float spacing = max(min_spacing, max(extent.x, max(extent.y, extent.z)) / max_cells);
-        displacement_lattice lattice;
-        vec3 cells;
-        for (int axis = 0; axis < 3; ++axis) {
-            cells[axis] = max(std::ceil(extent[axis] / spacing), 1);
-            lattice.size[axis] = static_cast<std::uint32_t>(cells[axis]) + 1;
-        }
-        lattice.spacing = vec3{spacing};
-        lattice.at = {frame.at.rotation, frame.at.point(box.centre() - 0.5F * spacing * cells)};
-        return lattice;
-    }
-
-    std::vector<float> nodes_{};
-    std::vector<displacement_view> places_{};
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#include <algorithm>
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// The state that a tracer prepares for a frame; the tracer itself if it prepares none.
-template <class Tracer>
-concept prepares_frames = requires {
-    typename Tracer::frame_state;
-};
-
-template <class Tracer>
-struct tracer_memory {}; // nothing to keep
-template <prepares_frames Tracer>
-struct tracer_memory<Tracer> {
-    typename Tracer::frame_state state{};
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Tables and buffers of `trace`, kept so that it allocates only while buffers grow.
-template <transducer Probe, acoustic_model Model, class Tracer>
-struct trace_workspace_of {
-    detail::frame_plan<Probe, Model> plan{};                               ///< tables
-    detail::tracer_memory<Tracer> tracing{};                               ///< of the tracer
-    detail::frame_displacements displacements{};                           ///< of tissue that is deformed
-    std::vector<detail::scratch_memory> scratch{};                         ///< for each block of lines
-    std::vector<std::vector<typename Model::sample_type>> plane_samples{}; ///< for each block of lines
-};
-
-namespace detail {
-
-/// Prepares the tracer of a frame and traces its lines, blocks of them on the policy's threads. What a line is traced in is
-/// made here alone: the scene as the tracer sees it, with tissue as it is deformed now.
-/// @param model_time   of one line of one plane, nanoseconds, roughly
-/// @param trace_block  called as (const scene_view&, const Tracer&, begin, end) for the lines from `begin` to `end`, where the
-///                     tracer is that of the block if it prepares frames
-template <exec::policy Policy, transducer Probe, acoustic_model Model, class Tracer, class TraceBlock>
-void trace_blocks(const Policy& policy, const scene& body, const frame_view<Probe>& frame, const Model& model,
-                  const Tracer& how, float model_time, trace_workspace_of<Probe, Model, Tracer>& own,
-                  const TraceBlock& trace_block) {
-    const std::size_t blocks = (frame.probe.lines + lines_per_block - 1) / lines_per_block;
-    if (own.scratch.size() < blocks) own.scratch.resize(blocks);
-    if (own.plane_samples.size() < blocks) own.plane_samples.resize(blocks);
-    const view<const displacement_view> displacements = own.displacements.compute(policy, body, frame);
-    if constexpr (prepares_frames<Tracer>) {
-        auto& state = own.tracing.state;
-        how.prepare(policy, body, frame, model, view<scratch_memory>{own.scratch}, state);
-        scene_view scene = state.prepared_scene();
-        scene.displacements = displacements;
-        const float line_time = (model_time + state.search_time()) * static_cast<float>(frame.planes);
-        exec::for_each_block(
-            policy, frame.probe.lines, lines_per_block, line_time,
-            [&](std::size_t begin, std::size_t end) { trace_block(scene, state.of_block(begin), begin, end); });
-    } else {
-        scene_view scene = body.view_for_rays(policy);
-        scene.displacements = displacements;
-        exec::for_each_block(policy, frame.probe.lines, lines_per_block, 1e6F,
-                             [&](std::size_t begin, std::size_t end) { trace_block(scene, how, begin, end); });
-    }
-}
-
-/// Traces a frame: every line by the same function.
-/// @param lines  memory that is reused, whatever it held
-template <exec::policy Policy, transducer Probe, acoustic_model Model, tracer<Model> Tracer>
-line_grid<typename Model::sample_type> trace_frame(const Policy& policy, const scene& body, const Probe& probe,
-                                                   const pose& at, const Model& model, const acquisition& scan,
-                                                   const Tracer& how, trace_workspace_of<Probe, Model, Tracer>& own,
-                                                   line_grid<typename Model::sample_type> lines) {
-    using sample_type = typename Model::sample_type;
-    const std::uint32_t samples = check_acquisition(body, probe, at, model, scan);
-    if (scan.planes > 1 && !is_average_v<sample_type>)
-        throw usage_error{"trace: samples of this model's type cannot be averaged over `planes`; use one plane"};
-    if constexpr (requires { how.check(); }) how.check();
-    const frame_view<Probe> frame = own.plan.view_of(policy, probe, at, model, scan, samples, body.media());
-    lines.reshape(probe.lines, samples, scan.depth);
-    const float model_time = nanoseconds_of<Model>() * static_cast<float>(samples);
-    trace_blocks(policy, body, frame, model, how, model_time, own,
-                 [&](const scene_view& scene, const auto& tracer, std::size_t begin, std::size_t end) {
-                     scratch_memory& memory = own.scratch[begin / lines_per_block];
-                     std::vector<sample_type>& plane_samples = own.plane_samples[begin / lines_per_block];
-                     if (frame.planes > 1) plane_samples.resize(samples);
-                     for (std::size_t i = begin; i < end; ++i) {
-                         const view<sample_type> out{lines.values.data() + i * samples, samples};
-                         memory.fit([&](line_scratch& scratch) {
-                             return trace_line(policy, frame, scene, tracer, model, static_cast<std::uint32_t>(i),
-                                               scratch, view<sample_type>{plane_samples}, out);
-                         });
-                     }
-                 });
-    return lines;
-}
 
 } // namespace detail
 } // namespace insonify::inline INSONIFY_ABI
 
 
 #endif
-#include <utility>
+#ifndef INSONIFY_TRACING_PLAN_CHECK_HPP
+#define INSONIFY_TRACING_PLAN_CHECK_HPP
 
-namespace insonify::inline INSONIFY_ABI {
 
-/// Tables and buffers of `trace`: passed again with the lines of the last frame, they avoid allocations.
-template <transducer Probe, acoustic_model Model, class Tracer = straight_lines>
-using trace_workspace = trace_workspace_of<Probe, Model, Tracer>;
 
-/// What the probe receives along its lines.
-///
-///     iq_lines echoes = trace(exec::par_unseq, body, linear_array{}, at, physical{}, {.depth = 40_mm});
-///     scan_lines paper = trace(exec::par_unseq, body, linear_array{}, at, law2011{}, {.depth = 40_mm});
-///     iq_lines bent = trace(exec::par_unseq, body, linear_array{}, at, physical{}, {.depth = 40_mm}, paths{});
-///
-/// @param at     probe to world: x lateral, y elevation, z depth
-/// @param model  what happens at interfaces and between them: `physical`, `law2011`, or your own (`acoustic_model`)
-/// @param how    how sound travels: `straight_lines`, `paths`, or your own (`tracer`)
-/// @return `probe.lines` lines of `settings.samples` samples, of the type that the model makes
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Upper bound of the samples of a frame.
+inline constexpr std::uint64_t max_samples = std::uint64_t{1} << 28U;
+
+/// Upper bound of the length of a line in wavelengths: the number of scatterers grows with it, whatever the samples.
+inline constexpr float max_wavelengths = 1 << 24;
+
+/// Checks the lines of a frame.
+/// @throws usage_error     for a scene that was not built, or a probe or depth out of range
+/// @throws geometry_error  for a pose that is not rigid
+template <transducer Probe>
+void check_lines(const scene& body, const Probe& probe, const pose& at, float depth, const char* caller) {
+    body.require_built();
+    probe.check();
+    if (!is_rigid(at))
+        throw geometry_error{joined({caller, ": the pose of the probe is not a rigid transform; make it with look_at, "
+                                             "or mend it with orthonormalised"})};
+    check_depth(depth, caller);
+    if (depth * probe.frequency > max_wavelengths * display_speed)
+        throw usage_error{joined({caller, ": a depth of ", number_text(depth), " m at ", number_text(probe.frequency),
+                                  " Hz is more than 2^24 wavelengths; lower the depth or the frequency"})};
+}
+
+/// @return `samples`
+/// @throws usage_error  for too many of them in all
+inline std::uint32_t checked_samples(std::uint32_t lines, std::uint32_t samples, const char* caller) {
+    if (std::uint64_t{samples} * lines > max_samples)
+        throw usage_error{joined({caller, ": ", std::to_string(lines), " lines of ", std::to_string(samples),
+                                  " samples are more than 2^28; ask for fewer"})};
+    return samples;
+}
+
+/// Checks the arguments of a tracer.
+/// @return the number of samples along each line
 /// @throws usage_error     for a scene that was not built, or settings out of range
 /// @throws geometry_error  for a pose that is not rigid
-template <exec::policy Policy, transducer Probe, acoustic_model Model, tracer<Model> Tracer = straight_lines>
-line_grid<typename Model::sample_type> trace(const Policy& policy, const scene& body, const Probe& probe,
-                                             const pose& at, const Model& model, const acquisition& settings,
-                                             const Tracer& how = {}) {
-    trace_workspace<Probe, Model, Tracer> own;
-    return detail::trace_frame(detail::any_policy{policy}, body, probe, at, model, settings, how, own, {});
+template <transducer Probe, class Model>
+std::uint32_t check_acquisition(const scene& body, const Probe& probe, const pose& at, const Model& model,
+                                const acquisition& settings) {
+    check_lines(body, probe, at, settings.depth, "trace");
+    if constexpr (requires { model.check(); }) model.check();
+    return checked_samples(probe.lines,
+                           settings.samples != 0 ? settings.samples : model.samples(settings.depth, probe.frequency),
+                           "trace");
 }
 
-/// The same frame after frame: allocates only while buffers grow.
-///
-///     trace_workspace<linear_array, physical<>> own;
-///     iq_lines echoes;
-///     for (;;) echoes = trace(exec::par_unseq, body, probe, at, model, scan, own, std::move(echoes));
-///
-/// @param own       kept from frame to frame
-/// @param recycled  lines whose memory is reused
-template <exec::policy Policy, transducer Probe, acoustic_model Model, tracer<Model> Tracer = straight_lines>
-line_grid<typename Model::sample_type> trace(const Policy& policy, const scene& body, const Probe& probe,
-                                             const pose& at, const Model& model, const acquisition& settings,
-                                             trace_workspace_of<Probe, Model, Tracer>& own,
-                                             line_grid<typename Model::sample_type> recycled, const Tracer& how = {}) {
-    return detail::trace_frame(detail::any_policy{policy}, body, probe, at, model, settings, how, own,
-                               std::move(recycled));
-}
-
-/// `trace` by one ray for each line and plane, through the trees of the objects.
-/// @throws usage_error, geometry_error  as `trace`
-template <exec::policy Policy, transducer Probe, acoustic_model Model>
-line_grid<typename Model::sample_type> trace_beams(const Policy& policy, const scene& body, const Probe& probe,
-                                                   const pose& at, const Model& model, const acquisition& settings) {
-    return trace(policy, body, probe, at, model, settings, straight_lines{straight_lines::search::rays});
-}
-
-/// `trace` by slices alone: all lines of a plane lie in one slice of the scene, so each object is cut by it once, and the
-/// segments are distributed over the lines.
-///
-/// Needs no tree: objects that have moved are cut by a linear pass. Several planes cost about as much as one. Watertight:
-/// faces that share an edge are cut at exactly the same point of it, so each line enters and leaves a closed surface in turn.
-/// Lines that are neither parallel nor from one point are traced as `trace_beams` does.
-/// @throws usage_error, geometry_error  as `trace`
-template <exec::policy Policy, transducer Probe, acoustic_model Model>
-line_grid<typename Model::sample_type> trace_slice(const Policy& policy, const scene& body, const Probe& probe,
-                                                   const pose& at, const Model& model, const acquisition& settings) {
-    return trace(policy, body, probe, at, model, settings, straight_lines{straight_lines::search::slices});
-}
-
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 
 
 #endif
-#include <algorithm>
-#include <cstddef>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Depth and sampling of labels, and the meaning of depth.
-struct label_settings {
-    /// What the depth of a sample means.
-    enum class grid {
-        geometric, ///< metres along the line: where things are
-        displayed, ///< c0 t / 2, where t is the travel time there and back: where a picture by `physical` shows them
-    };
-    float depth = 0.08F;              ///< metres, of the grid
-    std::uint32_t samples = 0;        ///< along each line; 0: as many as a picture by `physical` has
-    enum grid grid = grid::geometric; ///< what a depth means
-};
-
 namespace detail {
 
-/// The samples of a line that lie in one of its layers: `first` up to, but without, `last`.
-struct label_stretch {
-    float begin = 0;       ///< of the layer, in metres of the grid
-    float scale = 1;       ///< metres of the grid a metre of the layer
-    std::size_t first = 0; ///< sample
-    std::size_t last = 0;  ///< sample after the last one
-};
-
-/// The depths of a label grid: what models of labels share.
-struct label_axis {
-    enum label_settings::grid grid = label_settings::grid::geometric;
-
-    /// Default: two samples for each standard deviation of the pulse, a multiple of 64.
-    std::uint32_t samples(float depth, float frequency) const { return samples_for(depth, pulse{}.sigma_z(frequency)); }
-
-    /// How far lines are followed, metres: fast media below `depth` are displayed above it.
-    float max_depth(float depth, view<const medium> media) const {
-        float fastest = display_speed;
-        for (const medium& m : media) fastest = max(fastest, m.sound_speed);
-        return grid == label_settings::grid::displayed ? depth * (fastest / display_speed) : depth;
-    }
-
-    /// Maps the layers of a line to the grid: calls visit(i, stretch) for layer i, starting at the face.
-    ///
-    /// Each sample, at (k + 1/2) * spacing metres, is in one stretch; the last layer takes all that are left.
-    template <class Visit>
-    INSONIFY_FN void for_each_stretch(const traced_line& line, std::size_t samples, float spacing,
-                                      const Visit& visit) const {
-        std::size_t next = 0;
-        float begin = 0;
-        for (std::size_t i = 0; i < line.layers.size(); ++i) {
-            const layer& here = line.layers[i];
-            const bool displayed = grid == label_settings::grid::displayed;
-            const float scale = displayed ? displayed_stretch(line.media[here.medium]) : 1.0F;
-            const float end = begin + scale * (here.end - here.begin);
-            const float before_end = clamp(std::ceil(end / spacing - 0.5F), 0, static_cast<float>(samples));
-            const std::size_t last = i + 1 == line.layers.size() ? samples : static_cast<std::size_t>(before_end);
-            visit(i, label_stretch{begin, scale, next, last});
-            next = last;
-            begin = end;
-        }
-    }
-    friend bool operator==(const label_axis&, const label_axis&) = default;
-};
-
-/// A model whose samples are labels.
-struct label_model : label_axis {
-    using sample_type = label_id;
-    static constexpr bool normal_incidence = true;
-    static constexpr float nanoseconds = 0.1F;
-
-    template <class Policy>
-    INSONIFY_FN void operator()(const Policy&, const traced_line& line, float spacing, view<label_id> out) const {
-        for_each_stretch(line, out.size(), spacing, [&](std::size_t i, const label_stretch& part) {
-            for (std::size_t k = part.first; k < part.last; ++k) out[k] = line.layers[i].object;
-        });
-    }
-    friend bool operator==(const label_model&, const label_model&) = default;
-};
+/// @param max_depth  how far the lines are followed, metres
+/// @param incident   whether to compute how they meet surfaces
+template <exec::policy Policy, transducer Probe>
+line_layers find_layers_to(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                           const acquisition& scan, float max_depth, bool incident) {
+    frame_lines<Probe> frame{
+        .probe = probe, .at = at, .depth = scan.depth, .max_depth = max_depth, .planes = scan.planes};
+    const elevation_planes planes{beam_of(probe, scan.depth), scan.planes, scan.depth, lines_follow_depth(probe)};
+    for (std::uint32_t i = 0; i < scan.planes; ++i) frame.plane[i] = planes[i];
+    layer_finder finder;
+    finder.assign(probe);
+    finder.prepare(policy, body, frame, line_search::best);
+    line_layers found;
+    finder.find(policy, frame, incident, found);
+    return found;
+}
 
 } // namespace detail
 
-/// The object that each sample lies in: its id, and `background_label` outside all.
+/// What lies along the lines of a probe, in every elevation plane, down to `scan.depth` metres along them.
 ///
-///     label_lines truth = label(exec::par, body, probe, at, {.depth = 40_mm, .samples = 400});
-///     bool in_bone = truth(line, sample) == static_cast<label_id>(bone);
+///     const line_layers found = find_layers(exec::par_unseq, body, probe, at, {.depth = 40_mm, .planes = 5});
 ///
-/// Of nested and overlapping objects the one that gives the medium, as `scene` says. Lines are straight and without
-/// thickness: those of the middle plane.
+/// The first stage of a frame: `trace` computes echoes from the same layers, and `label`, `ground_truth`, `add_near_field` and
+/// `automatic_tgc` read them. `scan.samples` has no effect.
 /// @param at  probe to world: x lateral, y elevation, z depth
-/// @return `probe.lines` lines of `settings.samples` samples
 /// @throws usage_error     for a scene that was not built, or settings out of range
 /// @throws geometry_error  for a pose that is not rigid
 template <exec::policy Policy, transducer Probe>
-label_lines label(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                  const label_settings& settings) {
-    return trace(detail::any_policy<false>{policy}, body, probe, at, detail::label_model{{settings.grid}},
-                 {.depth = settings.depth, .samples = settings.samples});
+line_layers find_layers(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                        const acquisition& scan) {
+    detail::check_lines(body, probe, at, scan.depth, "find_layers");
+    return detail::find_layers_to(detail::any_policy<false>{policy}, body, probe, at, scan, scan.depth, true);
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -17958,12 +15237,18 @@ struct near_field_settings {
     friend bool operator==(const near_field_settings&, const near_field_settings&) = default;
 };
 
-/// What `add_near_field` keeps, so that it allocates only while buffers grow.
-template <transducer Probe>
-struct near_field_workspace {
-    trace_workspace<Probe, detail::label_model> tracing{}; ///< of what is below the face
-    label_lines below{};                                   ///< the object that each line starts in
-};
+namespace detail {
+
+/// Where it is decided what the face touches, metres: thinner films do not count.
+inline constexpr float below_face = 10e-6F;
+
+inline const layer& layer_below_face(view<const layer> layers) {
+    std::size_t i = 0;
+    while (i + 1 < layers.size() && layers[i].end <= below_face) ++i;
+    return layers[i];
+}
+
+} // namespace detail
 
 /// Adds the echoes of the face of the probe to traced echoes, and removes the other echoes of lines that start in gas.
 /// Call it between `trace` and `convolve`.
@@ -17975,25 +15260,23 @@ struct near_field_workspace {
 /// and `loss` the attenuation in the lens, there and back, dB. Echoes below -120 dB are left out.
 /// The ringing is `ring_down_db` - 60 dB z / `ring_down` at depth z, after `convolve` with the nominal pulse.
 /// @param echoes  of the lines of the probe, at baseband
-/// @param own     kept from frame to frame
-/// @throws usage_error  for lines that are not those of the probe, a scene that is not built, or a setting out of range
+/// @param found   what lies along these lines
+/// @throws usage_error  for lines that are not those of the probe, or a setting out of range
 template <exec::policy Policy, transducer Probe>
-iq_lines add_near_field(const Policy& policy, iq_lines echoes, const scene& body, const Probe& probe, const pose& at,
-                        const near_field_settings& settings, near_field_workspace<Probe>& own) {
+iq_lines add_near_field(const Policy& policy, iq_lines echoes, const line_layers& found, const Probe& probe,
+                        const near_field_settings& settings = {}) {
     using lines = near_field_settings::lines;
     settings.check();
-    if (echoes.count != probe.lines || echoes.samples == 0 ||
+    if (echoes.count != probe.lines || found.lines != probe.lines || echoes.samples == 0 ||
         echoes.values.size() != static_cast<std::size_t>(echoes.count) * echoes.samples)
         throw usage_error{
             "add_near_field: the echoes must have as many lines as the probe, and a value for every sample"};
     bool some_gas = false;
-    for (const medium& m : body.media()) some_gas = some_gas || detail::is_gas(m);
+    for (const medium& m : found.media) some_gas = some_gas || detail::is_gas(m);
     if (settings.shown == lines::none || (settings.shown == lines::in_gas && !some_gas)) return echoes;
 
-    constexpr float just_below = 10e-6F, faintest = 1e-6F;
+    constexpr float faintest = 1e-6F;
     constexpr medium lens = tissue::lens;
-    own.below = trace(detail::any_policy<false>{policy}, body, probe, at, detail::label_model{},
-                      {.depth = 2 * just_below, .samples = 1}, own.tracing, std::move(own.below));
     const float spacing = echoes.depth / static_cast<float>(echoes.samples);
     const float step = settings.lens_thickness * display_speed / lens.sound_speed;
     const float round_trip =
@@ -18004,8 +15287,7 @@ iq_lines add_near_field(const Policy& policy, iq_lines echoes, const scene& body
     exec::for_each_block(policy, echoes.count, 8, 1000, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             const view<vec2> line{echoes.values.data() + i * echoes.samples, echoes.samples};
-            const label_id object = own.below.values[i];
-            const medium& below = object == background_label ? body.background() : body[object_id{object}].inside;
+            const medium& below = found.media[detail::layer_below_face(found(static_cast<std::uint32_t>(i))).medium];
             const bool gas = detail::is_gas(below);
             if (gas)
                 for (vec2& sample : line) sample = {0, 0};
@@ -18028,12 +15310,16 @@ iq_lines add_near_field(const Policy& policy, iq_lines echoes, const scene& body
     });
     return echoes;
 }
-/// The same for a single frame.
+/// The same in a scene, whose layers are found.
+/// @param at  probe to world
+/// @throws usage_error, geometry_error  as above, and as `find_layers`
 template <exec::policy Policy, transducer Probe>
 iq_lines add_near_field(const Policy& policy, iq_lines echoes, const scene& body, const Probe& probe, const pose& at,
                         const near_field_settings& settings = {}) {
-    near_field_workspace<Probe> own;
-    return add_near_field(policy, std::move(echoes), body, probe, at, settings, own);
+    settings.check();
+    if (settings.shown == near_field_settings::lines::none) return echoes;
+    return add_near_field(policy, std::move(echoes),
+                          find_layers(policy, body, probe, at, {.depth = 2 * detail::below_face}), probe, settings);
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -18739,103 +16025,3194 @@ class clip_watch {
 
 
 #endif
-#ifndef INSONIFY_IMAGE_LABEL_IMAGE_HPP
-#define INSONIFY_IMAGE_LABEL_IMAGE_HPP
+#ifndef INSONIFY_DOPPLER_PULSED_DOPPLER_HPP
+#define INSONIFY_DOPPLER_PULSED_DOPPLER_HPP
 
 
+#ifndef INSONIFY_DOPPLER_COLOUR_DOPPLER_HPP
+#define INSONIFY_DOPPLER_COLOUR_DOPPLER_HPP
 
+
+#ifndef INSONIFY_DOPPLER_AUTOCORRELATION_HPP
+#define INSONIFY_DOPPLER_AUTOCORRELATION_HPP
+
+
+#ifndef INSONIFY_DOPPLER_SLOW_TIME_HPP
+#define INSONIFY_DOPPLER_SLOW_TIME_HPP
+
+
+#include <cmath>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+/// Slow time: the echoes of successive pulses along the same lines, from which velocities are estimated.
 namespace insonify::inline INSONIFY_ABI {
 
-/// An image of labels: rows from the top.
-struct label_image {
-    uvec2 size{0, 0};             ///< columns, rows
-    std::vector<label_id> pixels; ///< row by row
+/// Echoes of successive pulses, all of one shape.
+struct iq_ensemble {
+    float prf = 0;                  ///< pulse repetition frequency, hertz
+    std::vector<iq_lines> pulses{}; ///< one after the other
+};
 
-    label_image() = default;
-    /// All pixels have one label.
-    explicit label_image(uvec2 columns_rows, label_id label = background_label)
-        : size{columns_rows}, pixels(static_cast<std::size_t>(columns_rows.x) * columns_rows.y, label) {}
+/// High-pass filter along slow time, which removes the echoes of tissue: the wall filter.
+struct wall_filter {
+    /// `polynomial`: subtracts the best polynomial of degree `order` in time, for each sample. Keeps the number of pulses.
+    /// `fir`: the difference to a low-pass filter of `order` + 1 taps (Hamming window, no gain at 0 Hz). The first
+    /// `order` pulses are lost.
+    enum class kind { none, polynomial, fir };
+    kind type = kind::polynomial; ///< none: the echoes of tissue stay, for tissue Doppler
+    std::uint32_t order = 1;      ///< of the polynomial; of the FIR filter, even
+    float cutoff = 0.1F;          ///< of the FIR filter, as a fraction of the pulse repetition frequency
 
-    /// One pixel; indices are not checked.
-    /// @{
-    label_id& operator()(std::uint32_t column, std::uint32_t row) {
-        return pixels[static_cast<std::size_t>(row) * size.x + column];
+    /// @param pulses  that will be filtered
+    /// @throws usage_error  for a setting out of range
+    void check(std::size_t pulses) const {
+        if (type == kind::none) return;
+        if (order + 2 > pulses)
+            throw usage_error{detail::joined({"wall_filter: order ", std::to_string(order), " needs at least ",
+                                              std::to_string(std::uint64_t{order} + 2), " pulses, not ",
+                                              std::to_string(pulses), "; lower it or raise the ensemble"})};
+        if (type == kind::polynomial && order > 8)
+            throw usage_error{"wall_filter: the order of a polynomial is at most 8; 1 or 2 is usual"};
+        if (type == kind::fir && (order < 2 || order % 2 != 0 || !(cutoff > 0 && cutoff < 0.5F)))
+            throw usage_error{"wall_filter: a FIR filter needs an even order, such as 4, and a cutoff above 0 and "
+                              "below 0.5 of the prf, such as 0.1"};
     }
-    const label_id& operator()(std::uint32_t column, std::uint32_t row) const {
-        return pixels[static_cast<std::size_t>(row) * size.x + column];
-    }
-    /// @}
 
-    friend bool operator==(const label_image&, const label_image&) = default;
+    friend bool operator==(const wall_filter&, const wall_filter&) = default;
 };
 
 namespace detail {
 
-/// Nearest-neighbour interpolation of each pixel in the field of view; other pixels are unchanged.
-/// @throws usage_error  for lines that do not match the map
-template <exec::policy Policy, class Value>
-void copy_nearest(const Policy& policy, const line_grid<Value>& lines, const scan_map& map,
-                  std::vector<Value>& pixels) {
-    check_lines_of_map(lines, map);
-    exec::for_each_block(policy, map.size.y, 1, 2 * static_cast<float>(map.size.x), [&](std::size_t y, std::size_t) {
-        for (std::size_t i = y * map.size.x; i < (y + 1) * map.size.x; ++i) {
-            if (map.first[i] == scan_map::outside) continue;
-            const std::size_t line = map.across[i] > 0.5F ? map.beside(map.first[i]) : map.first[i];
-            const std::size_t sample = map.along[i] > 0.5F ? 1 : 0;
-            pixels[i] = lines.values[line + sample];
-        }
-    });
+/// The values of polynomials of degree 0 to `order` at equal steps, orthonormal by Gram-Schmidt.
+inline std::vector<std::vector<double>> orthonormal_polynomials(std::size_t count, std::uint32_t order) {
+    std::vector<std::vector<double>> basis(std::size_t{order} + 1, std::vector<double>(count));
+    for (std::uint32_t degree = 0; degree <= order; ++degree) {
+        std::vector<double>& own = basis[degree];
+        for (std::size_t k = 0; k < count; ++k)
+            own[k] = std::pow(2 * static_cast<double>(k) / static_cast<double>(count - 1) - 1, degree);
+        for (int twice = 0; twice < 2; ++twice)
+            for (std::uint32_t lower = 0; lower < degree; ++lower) {
+                double common = 0;
+                for (std::size_t k = 0; k < count; ++k) common += own[k] * basis[lower][k];
+                for (std::size_t k = 0; k < count; ++k) own[k] -= common * basis[lower][k];
+            }
+        double power = 0;
+        for (const double value : own) power += value * value;
+        for (double& value : own) value /= std::sqrt(power);
+    }
+    return basis;
 }
 
 } // namespace detail
 
-/// Scan-converts labels: each pixel has the label of the nearest sample, or `background_label` outside the field of
-/// view.
-///
-///     const scan_map map = make_scan_map(exec::par, probe, {.depth = truth.depth, .samples = truth.samples});
-///     label_image mask = scan_convert(exec::par, truth, map);
-///
-/// Pixels correspond to those of the image that `scan_convert` makes of lines with the same map. Structures thinner
-/// than a pixel may be missed: trace with about as many samples as the image has rows.
-/// @param recycled  an image whose memory is reused
-/// @throws usage_error  for labels that do not match the map
+/// The filter as a matrix, row by row: result j is the sum over k of element j * pulses + k times pulse k.
+/// @throws usage_error  as `wall_filter::check`
+inline std::vector<float> wall_filter_matrix(const wall_filter& filter, std::size_t pulses) {
+    filter.check(pulses);
+    if (filter.type == wall_filter::kind::fir) {
+        const std::size_t taps = std::size_t{filter.order} + 1, results = pulses - filter.order;
+        std::vector<double> tap(taps);
+        double sum = 0;
+        for (std::size_t i = 0; i < taps; ++i) {
+            const double turn = 2 * 3.14159265358979323846, x = static_cast<double>(i) - 0.5 * filter.order;
+            const double sinc = x == 0 ? 2.0 * static_cast<double>(filter.cutoff)
+                                       : std::sin(turn * static_cast<double>(filter.cutoff) * x) / (0.5 * turn * x);
+            tap[i] = sinc * (0.54 - 0.46 * std::cos(turn * static_cast<double>(i) / filter.order));
+            sum += tap[i];
+        }
+        std::vector<float> matrix(results * pulses);
+        for (std::size_t j = 0; j < results; ++j)
+            for (std::size_t i = 0; i < taps; ++i)
+                matrix[j * pulses + j + i] = static_cast<float>((i == filter.order / 2 ? 1.0 : 0.0) - tap[i] / sum);
+        return matrix;
+    }
+    std::vector<double> matrix(pulses * pulses); // the identity less the projections on orthonormal polynomials
+    for (std::size_t k = 0; k < pulses; ++k) matrix[k * pulses + k] = 1;
+    if (filter.type == wall_filter::kind::polynomial)
+        for (const std::vector<double>& one : detail::orthonormal_polynomials(pulses, filter.order))
+            for (std::size_t j = 0; j < pulses; ++j)
+                for (std::size_t k = 0; k < pulses; ++k) matrix[j * pulses + k] -= one[j] * one[k];
+    return {matrix.begin(), matrix.end()};
+}
+
+namespace detail {
+
+/// @throws usage_error  for an ensemble whose pulses differ in shape, or without a prf
+inline void check_ensemble(const iq_ensemble& echoes, const char* caller) {
+    if (!is_finite(echoes.prf) || !(echoes.prf > 0))
+        throw usage_error{joined({caller, ": the prf must be a frequency above 0, such as 4_kHz"})};
+    for (const iq_lines& each : echoes.pulses)
+        if (each.count != echoes.pulses[0].count || each.samples != echoes.pulses[0].samples ||
+            each.depth != echoes.pulses[0].depth || each.values.size() != std::size_t{each.count} * each.samples)
+            throw usage_error{joined({caller, ": all pulses must have the same lines, samples and depth"})};
+}
+
+} // namespace detail
+
+/// Filters every sample along slow time.
+/// @param recycled  an ensemble whose memory is reused
+/// @throws usage_error  for settings out of range, and pulses that differ in shape
 template <exec::policy Policy>
-label_image scan_convert(const Policy& policy, const label_lines& labels, const scan_map& map,
-                         label_image recycled = {}) {
-    recycled.size = map.size;
-    recycled.pixels.assign(map.first.size(), background_label);
-    detail::copy_nearest(policy, labels, map, recycled.pixels);
+iq_ensemble filter_walls(const Policy& policy, const iq_ensemble& echoes, const wall_filter& filter,
+                         iq_ensemble recycled = {}) {
+    detail::check_ensemble(echoes, "filter_walls");
+    const std::size_t pulses = echoes.pulses.size();
+    const std::vector<float> matrix = wall_filter_matrix(filter, pulses);
+    recycled.prf = echoes.prf;
+    recycled.pulses.resize(pulses == 0 ? 0 : matrix.size() / pulses);
+    if (recycled.pulses.empty()) return recycled;
+    const iq_lines& first = echoes.pulses[0];
+    for (iq_lines& each : recycled.pulses) each.reshape(first.count, first.samples, first.depth);
+    constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
+    constexpr std::size_t step = 1024; // floats
+    const auto time = 0.2F * static_cast<float>(matrix.size());
+    exec::for_each_block(policy, 2 * first.values.size(), step, time, [&](std::size_t begin, std::size_t end) {
+        const auto floats = [](const iq_lines& lines) { return reinterpret_cast<const float*>(lines.values.data()); };
+        for (std::size_t j = 0; j < recycled.pulses.size(); ++j) {
+            auto* const to = reinterpret_cast<float*>(recycled.pulses[j].values.data());
+            std::size_t i = begin;
+            for (; i + width <= end; i += width) {
+                lanes<width> sum(0.0F);
+                for (std::size_t k = 0; k < pulses; ++k)
+                    sum = sum + lanes<width>(matrix[j * pulses + k]) * load<width>(floats(echoes.pulses[k]) + i);
+                store(sum, to + i);
+            }
+            for (; i < end; ++i) {
+                to[i] = 0;
+                for (std::size_t k = 0; k < pulses; ++k) to[i] += matrix[j * pulses + k] * floats(echoes.pulses[k])[i];
+            }
+        }
+    });
     return recycled;
-}
-
-/// The same for a single frame, with a temporary map.
-/// @throws usage_error  for labels that are empty or not those of the probe, or a setting out of range
-template <exec::policy Policy, transducer Probe>
-label_image scan_convert(const Policy& policy, const label_lines& labels, const Probe& probe,
-                         const scan_convert_settings& settings = {}) {
-    return scan_convert(policy, labels, make_scan_map(policy, probe, detail::acquisition_of(labels), settings));
-}
-
-/// Scan-converts values that must not be interpolated, such as angles of incidence: each pixel has that of the nearest
-/// sample.
-/// @throws usage_error  for lines that do not match the map
-template <exec::policy Policy>
-image scan_convert_nearest(const Policy& policy, const scan_lines& lines, const scan_map& map) {
-    image picture{map.size, map.background};
-    detail::copy_nearest(policy, lines, map, picture.pixels);
-    return picture;
 }
 
 } // namespace insonify::inline INSONIFY_ABI
 
 
 #endif
-#ifndef INSONIFY_SIGNAL_CONVOLVE_HPP
-#define INSONIFY_SIGNAL_CONVOLVE_HPP
+#include <algorithm>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Slow-time autocorrelation of one sample.
+struct autocorrelation {
+    float power = 0;    ///< at lag zero: mean of |s_k|^2
+    vec2 lag_one{0, 0}; ///< at lag one: mean of conj(s_k) s_(k+1)
+
+    friend bool operator==(const autocorrelation&, const autocorrelation&) = default;
+};
+/// Along the scan lines of a probe.
+using autocorrelation_lines = line_grid<autocorrelation>;
+
+/// What colour Doppler knows of one sample.
+struct flow_sample {
+    float velocity = 0; ///< along the line, m/s; towards the probe is positive
+    float power = 0;    ///< of the echoes after the wall filter; 1 is that of a perfect mirror
+    float variance = 0; ///< of the velocity, (m/s)^2
+
+    friend bool operator==(const flow_sample&, const flow_sample&) = default;
+};
+/// Velocities along the scan lines of a probe.
+struct flow_lines : line_grid<flow_sample> {
+    float max_velocity = 0; ///< the largest that does not alias: see `max_doppler_velocity`
+
+    friend bool operator==(const flow_lines&, const flow_lines&) = default;
+};
+
+/// The largest velocity that does not alias, m/s: c0 prf / (4 f0). Between two pulses, the echo turns by half a turn.
+/// @param prf        pulse repetition frequency, hertz
+/// @param frequency  f0, of the carrier, hertz
+INSONIFY_FN constexpr float max_doppler_velocity(float prf, float frequency) {
+    return display_speed * prf / (4 * frequency);
+}
+
+/// The slow-time autocorrelation, averaged along each line.
+///
+/// Results are `decimation` samples apart, each the mean over `length` samples around it, those that exist.
+/// @param length, decimation  samples; the number of samples must be a multiple of `decimation`
+/// @throws usage_error  for fewer than 2 pulses, pulses that differ in shape, or a setting out of range
+template <exec::policy Policy>
+autocorrelation_lines autocorrelate(const Policy& policy, const iq_ensemble& echoes, std::uint32_t length = 1,
+                                    std::uint32_t decimation = 1, autocorrelation_lines recycled = {}) {
+    detail::check_ensemble(echoes, "autocorrelate");
+    if (echoes.pulses.size() < 2) throw usage_error{"autocorrelate: an ensemble needs at least 2 pulses"};
+    const iq_lines& first = echoes.pulses[0];
+    if (length == 0 || decimation == 0 || first.samples % decimation != 0)
+        throw usage_error{"autocorrelate: `length` must be at least 1 sample, and `decimation` a divisor of the number "
+                          "of samples"};
+    recycled.reshape(first.count, first.samples / decimation, first.depth);
+    const std::size_t pulses = echoes.pulses.size(), samples = first.samples;
+    const auto time = static_cast<float>(samples * pulses);
+    exec::for_each_block(policy, first.count, 1, time, [&](std::size_t line, std::size_t) {
+        for (std::uint32_t k = 0; k < recycled.samples; ++k) {
+            const std::size_t middle = std::size_t{k} * decimation + decimation / 2;
+            const std::size_t begin = middle > length / 2 ? middle - length / 2 : 0,
+                              end = std::min(begin + length, samples);
+            float power = 0;
+            vec2 lag_one{0, 0};
+            for (std::size_t j = 0; j < pulses; ++j) {
+                const vec2* const here = echoes.pulses[j].values.data() + line * samples;
+                for (std::size_t i = begin; i < end; ++i) power += dot(here[i], here[i]);
+                if (j + 1 == pulses) break;
+                const vec2* const next = echoes.pulses[j + 1].values.data() + line * samples;
+                for (std::size_t i = begin; i < end; ++i)
+                    lag_one += vec2{dot(here[i], next[i]), here[i].x * next[i].y - here[i].y * next[i].x};
+            }
+            const auto count = static_cast<float>(end - begin);
+            recycled.values[line * recycled.samples + k] = {power / (count * static_cast<float>(pulses)),
+                                                            lag_one / (count * static_cast<float>(pulses - 1))};
+        }
+    });
+    return recycled;
+}
+
+/// Velocity, power and variance of an autocorrelation.
+///
+///     velocity = v_max arg(R1) / pi,   variance = 2 (v_max / pi)^2 (1 - |R1| / R0),   v_max = c0 prf / (4 f0)
+///
+/// Source: Kasai et al., Real-time two-dimensional blood flow imaging using an autocorrelation technique, 1985.
+/// @param max_velocity  v_max, m/s: see `max_doppler_velocity`
+inline flow_sample flow_of(const autocorrelation& of, float max_velocity) {
+    const float scale = max_velocity / pi, common = length(of.lag_one);
+    if (!(of.power > 0)) return {};
+    return {.velocity = common > 0 ? scale * std::atan2(of.lag_one.y, of.lag_one.x) : 0.0F,
+            .power = of.power,
+            .variance = 2 * scale * scale * max(1 - common / of.power, 0)};
+}
+
+} // namespace insonify::inline INSONIFY_ABI
 
 
-#ifndef INSONIFY_SIGNAL_AXIAL_KERNEL_HPP
-#define INSONIFY_SIGNAL_AXIAL_KERNEL_HPP
+#endif
+#ifndef INSONIFY_DOPPLER_DOPPLER_ENSEMBLE_HPP
+#define INSONIFY_DOPPLER_DOPPLER_ENSEMBLE_HPP
+
+
+#ifndef INSONIFY_DOPPLER_TRACE_ENSEMBLE_HPP
+#define INSONIFY_DOPPLER_TRACE_ENSEMBLE_HPP
+
+
+#ifndef INSONIFY_DOPPLER_MOVING_SCATTERERS_HPP
+#define INSONIFY_DOPPLER_MOVING_SCATTERERS_HPP
+
+
+#ifndef INSONIFY_DOPPLER_VELOCITY_FIELD_HPP
+#define INSONIFY_DOPPLER_VELOCITY_FIELD_HPP
+
+
+#include <concepts>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// The background as an object whose tissue moves: see `velocity_field`. Its coordinates are those of the world.
+inline constexpr object_id background_object{~0U};
+
+/// The velocity of tissue and blood: a function object
+///
+///     vec3 operator()(object_id object, vec3 point, float time) const
+///
+/// of an object (`background_object` for the background), a point in it and a time in seconds. Point, in metres, and
+/// velocity, in m/s, are in coordinates of the object. {0, 0, 0} where nothing moves. It is called from many threads.
+///
+/// Of a body that `scene::deform` deforms, the point is where the tissue was at rest, and the velocity is that at rest: a
+/// field describes the body at rest, and follows every deformation. Tissue with the velocity V at rest then moves with F V,
+/// where F is the gradient of the deformation, and blood with F V / det F, so that its volume flow through a vessel stays
+/// that of the field where the vessel is narrowed.
+template <class Field>
+concept velocity_field = requires(const Field& field, object_id object, vec3 point, float time) {
+    { field(object, point, time) } -> std::convertible_to<vec3>;
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#include <cmath>
+#include <cstdint>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Pulses at equal intervals.
+struct pulse_train {
+    float start = 0;         ///< time of pulse 0, seconds: tissue and blood are where they are at rest
+    float interval = 0;      ///< one over the pulse repetition frequency, seconds
+    std::uint32_t count = 1; ///< number of pulses that are acquired
+    std::uint32_t first = 0; ///< the first of them: a long train is acquired in parts
+    float burst = 0; ///< length of the excitation in cycles, as of a `pulse`: a long one loses more to attenuation
+    float from = 0;  ///< moving scatterers that are nearer to the probe are left out, metres along the lines
+
+    /// The pulse after the last one.
+    INSONIFY_FN std::uint32_t end() const { return first + count; }
+    /// Time of a pulse, seconds.
+    INSONIFY_FN float time(std::uint32_t pulse) const {
+        return static_cast<float>(static_cast<double>(start) +
+                                  static_cast<double>(interval) * static_cast<double>(pulse));
+    }
+};
+
+namespace detail {
+
+/// A scatterer field at the time of each pulse of a train.
+///
+/// Space is divided along the line into pieces of one wavelength. From pulse to pulse, the scatterers of a piece move
+/// with the velocity at its centre; pieces slide past each other where there is shear. So the phase of their echoes
+/// changes by exactly what the velocity says, however long the train. Pieces at rest are emitted once, for all pulses.
+///
+/// Scatterers move in tissue at rest, and the deformation moves them on from there. Where it has the gradient F, a velocity V
+/// at rest becomes F V. Blood moves by V / det F at rest, so that its volume flow through a vessel is that of the field
+/// however the vessel is deformed (the Piola transform).
+template <scattering_field Scattering, velocity_field Field>
+struct moving_scatterers {
+    static constexpr std::uint32_t all_pulses = ~0U; ///< the value of `*current` for tissue at rest
+
+    Scattering at_rest{};             ///< at the first pulse
+    const Field* field = nullptr;     ///< velocities
+    pulse_train pulses{};             ///< their times
+    float piece = 0;                  ///< metres
+    float from = 0;                   ///< those nearer to the probe are not needed, metres along the line
+    std::uint32_t* current = nullptr; ///< receives the number in the train of the pulse that is emitted next
+
+    /// See `scattering_field`.
+    template <class Emit>
+    INSONIFY_FN void scatter(const material_line& line, float begin, float end, float spacing, Emit&& emit) const {
+        if (!(end - begin < 0x1p25F * min(spacing, piece))) return;
+        float resting_from = begin;
+        const auto emit_resting = [&](float until) {
+            *current = all_pulses;
+            if (until > resting_from) scatter_along_fibres(at_rest, line, resting_from, until, spacing, emit);
+        };
+        const auto last = static_cast<std::uint32_t>(end / piece);
+        for (auto i = static_cast<std::uint32_t>(begin / piece); i <= last; ++i) {
+            const float piece_begin = max(begin, static_cast<float>(i) * piece),
+                        piece_end = min(end, static_cast<float>(i + 1) * piece);
+            if (!(piece_end > piece_begin)) continue;
+            const velocity_at_rest around{line, line.at((static_cast<float>(i) + 0.5F) * piece)};
+            if (!moves(line.object, around.point)) continue;
+            emit_resting(piece_begin);
+            if (piece_end > from) emit_moving(line, piece_begin, piece_end, around, spacing, emit);
+            resting_from = piece_end;
+        }
+        emit_resting(end);
+    }
+
+    /// See `scattering_field`.
+    INSONIFY_FN float covariance(float distance, float angle) const { return at_rest.covariance(distance, angle); }
+
+  private:
+    // What the field says of a piece, in coordinates of the object.
+    struct velocity_at_rest {
+        vec3 point;       // where its centre was at rest
+        float factor = 1; // of the velocity there
+
+        INSONIFY_FN velocity_at_rest(const material_line& line, vec3 centre) : point{centre} {
+            if (line.displacement == nullptr) return;
+            point = line.displacement->rest(centre);
+            if (line.flowing) factor = determinant(line.displacement->gradient(centre)); // of the inverse of F
+        }
+    };
+
+    INSONIFY_FN bool moves(std::uint32_t object, vec3 point) const {
+        for (std::uint32_t k = 0; k < pulses.end(); ++k)
+            if ((*field)(object_id{object}, point, pulses.time(k)) != vec3{0, 0, 0}) return true;
+        return false;
+    }
+
+    // Long trains would shear blood until neighbouring lines see none of the same scatterers, since velocities are those
+    // of pieces. So flowing media are renewed, as blood is that leaves the beam: one generation of scatterers is alone for
+    // `stay` pulses, and fades into the next one during as many, at constant power.
+    static constexpr std::uint32_t stay = 64, generation = 2 * stay;
+
+    template <class Emit>
+    INSONIFY_FN void emit_moving(const material_line& line, float begin, float end, const velocity_at_rest& around,
+                                 float spacing, Emit&& emit) const {
+        const bool renewed = line.frame_number != 0;
+        dvec3 moved{0, 0, 0}, birth{0, 0, 0}, next_birth{0, 0, 0}; // floats would lose the phase in a long train
+        const auto emit_generation = [&](std::uint32_t number, const dvec3& born, float weight) {
+            material_line now = line;
+            displacement_view deformed;
+            if (line.displacement == nullptr) {
+                now.origin = vec3{dvec3{line.origin} - (moved - born)};
+            } else {
+                deformed = *line.displacement;
+                deformed.offset = vec3{born - moved};
+                now.displacement = &deformed;
+            }
+            now.frame_number += number * 0x9E3779B9U;
+            if (weight == 1)
+                scatter_along_fibres(at_rest, now, begin, end, spacing, emit);
+            else
+                scatter_along_fibres(at_rest, now, begin, end, spacing,
+                                     [&](const scatterer_run& run) { emit_weighted(run, weight, emit); });
+        };
+        const std::uint32_t first =
+            renewed && pulses.first >= generation ? pulses.first / generation * generation - stay : 0;
+        for (std::uint32_t k = first; k < pulses.end(); ++k) {
+            const std::uint32_t number = k / generation, age = k % generation;
+            if (renewed && age == stay) next_birth = moved;
+            if (renewed && age == 0) birth = next_birth;
+            if (k >= pulses.first) {
+                *current = k - pulses.first;
+                if (!renewed || age < stay) {
+                    emit_generation(renewed ? number : 0, birth, 1);
+                } else {
+                    const float turn = 0.5F * pi * (static_cast<float>(age - stay) + 0.5F) / stay;
+                    emit_generation(number, birth, std::cos(turn));
+                    emit_generation(number + 1, next_birth, std::sin(turn));
+                }
+            }
+            const vec3 velocity =
+                (*field)(object_id{line.object}, around.point, pulses.time(k) + 0.5F * pulses.interval);
+            moved += static_cast<double>(pulses.interval * around.factor) * dvec3{velocity};
+        }
+    }
+
+    template <class Emit>
+    INSONIFY_FN static void emit_weighted(scatterer_run run, float weight, Emit&& emit) {
+        constexpr std::uint32_t room = 128;
+        float real[room], imaginary[room];
+        for (std::uint32_t done = 0; done < run.count; done += room) {
+            const std::uint32_t count = run.count - done < room ? run.count - done : room;
+            for (std::uint32_t i = 0; i < count; ++i) {
+                real[i] = weight * run.real[done + i];
+                imaginary[i] = weight * run.imaginary[done + i];
+            }
+            emit(scatterer_run{.first = run.first + static_cast<float>(done) * run.step,
+                               .step = run.step,
+                               .count = count,
+                               .real = real,
+                               .imaginary = imaginary,
+                               .slope = run.slope});
+        }
+    }
+};
+
+/// Scatterers move first; where fibres are curved, what has moved is straightened.
+template <class Scattering, class Field, class Emit>
+INSONIFY_FN void scatter_along_fibres(const moving_scatterers<Scattering, Field>& moving, const material_line& line,
+                                      float begin, float end, float spacing, const Emit& emit) {
+    moving.scatter(line, begin, end, spacing, emit);
+}
+
+} // namespace detail
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#ifndef INSONIFY_DOPPLER_MOVING_SURFACES_HPP
+#define INSONIFY_DOPPLER_MOVING_SURFACES_HPP
+
+
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// The surfaces of one line, which move with the tissue beside them. Flowing media do not move their walls.
+///
+/// A plane surface that moves with the velocity v is met at a distance that changes by v . n / (a . n), where n is its
+/// normal and a the direction of the line.
+class moving_surfaces {
+  public:
+    /// @param layers  of the line at the first pulse
+    /// @return        whether any surface moves
+    template <velocity_field Field>
+    bool assign(const traced_line& line, view<const layer> layers, const Field& field, const pulse_train& pulses) {
+        now_.assign(layers.begin(), layers.end());
+        motions_.clear();
+        bool any = false;
+        for (std::size_t i = 1; i < layers.size(); ++i) {
+            const layer &above = layers[i - 1], &below = layers[i];
+            const bool flows_above = line.media[above.medium].flowing, flows_below = line.media[below.medium].flowing;
+            motion of_surface{};
+            if (!(flows_above && flows_below)) {
+                // Of two tissues, the one whose surface it is.
+                const layer& tissue = flows_above || (!flows_below && below.own_surfaces.x > 0) ? below : above;
+                const pose place = line.places.empty() ? pose{} : line.places[tissue.place];
+                const vec3 across = cross(line.frame.elevation, line.frame.along);
+                constexpr float steepest = 5.8F; // 80 degrees
+                const vec3 normal = line.frame.along + clamp(below.slope.x, -steepest, steepest) * across +
+                                    clamp(below.slope.y, -steepest, steepest) * line.frame.elevation;
+                of_surface = {tissue.object, place.local_point(line.frame.at(below.begin)),
+                              place.local_direction(normal), below.begin, 0};
+                if (const displacement_view* deformed = line.displacement(tissue.place)) {
+                    of_surface.normal = transpose(inverse(deformed->gradient(of_surface.point))) * of_surface.normal;
+                    of_surface.point = deformed->rest(of_surface.point);
+                }
+            }
+            motions_.push_back(of_surface);
+            for (std::uint32_t k = 0; k < pulses.end() && !any; ++k) any = of_surface.speed(field, pulses.time(k)) != 0;
+        }
+        return any;
+    }
+
+    /// The layers of the present pulse.
+    view<const layer> layers() const { return {now_.data(), now_.size()}; }
+
+    /// Goes on to the pulse after `pulse`.
+    template <velocity_field Field>
+    void advance(const Field& field, const pulse_train& pulses, std::uint32_t pulse) {
+        const float time = pulses.time(pulse) + 0.5F * pulses.interval;
+        for (std::size_t i = 0; i < motions_.size(); ++i) {
+            motion& of_surface = motions_[i];
+            of_surface.moved += static_cast<double>(pulses.interval * of_surface.speed(field, time));
+            const auto distance = static_cast<float>(static_cast<double>(of_surface.distance) + of_surface.moved);
+            // Surfaces do not overtake each other.
+            now_[i + 1].begin = now_[i].end = max(now_[i].begin, min(distance, now_[i + 1].end));
+        }
+    }
+
+  private:
+    struct motion {
+        std::uint32_t object = ~0U; ///< with which it moves
+        vec3 point{0, 0, 0};        ///< where it was at rest, in coordinates of the object
+        vec3 normal{0, 0, 0};       ///< over its component along the line, for velocities at rest; 0: does not move
+        float distance = 0;         ///< along the line, at pulse 0
+        double moved = 0;           ///< since then; a float would lose the phase
+
+        template <velocity_field Field>
+        float speed(const Field& field, float time) const {
+            return normal == vec3{0, 0, 0} ? 0.0F : dot(field(object_id{object}, point, time), normal);
+        }
+    };
+
+    std::vector<layer> now_{};
+    std::vector<motion> motions_{};
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+
+#endif
+#ifndef INSONIFY_TRACING_LINE_TRACER_HPP
+#define INSONIFY_TRACING_LINE_TRACER_HPP
+
+
+#ifndef INSONIFY_TRACING_EMIT_TRACE_LINE_HPP
+#define INSONIFY_TRACING_EMIT_TRACE_LINE_HPP
+
+
+#ifndef INSONIFY_TRACING_EMIT_TRACER_HPP
+#define INSONIFY_TRACING_EMIT_TRACER_HPP
+
+
+#ifndef INSONIFY_SIGNAL_KERNEL_KERNEL_COMPENSATION_HPP
+#define INSONIFY_SIGNAL_KERNEL_KERNEL_COMPENSATION_HPP
+
+
+#ifndef INSONIFY_SIGNAL_KERNEL_CURVED_KERNEL_HPP
+#define INSONIFY_SIGNAL_KERNEL_CURVED_KERNEL_HPP
+
+
+#include <cmath>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// The specular echo of a curved surface through a Gaussian kernel, in one direction across the line:
+///
+///     V = integral of G(x; sigma) exp(-i K (x - x0)^2 / (2 a)) dx = (1 + i q)^(-1/2) exp(-(x0 / sigma)^2 i q / (1 + i q) / 2)
+///     q = K sigma^2 / a
+///
+/// relative to a plane, where G has the integral 1, K is the phase per metre of displayed depth, a the radius of the surface in
+/// metres, and x0 where the surface is nearest to the probe. At its middle |V| = (1 + (2 k sigma^2 / a)^2)^(-1/4).
+/// Source: Kirchhoff's approximation; the Gaussian integral, with the parabola in place of the circle.
+class curved_kernel {
+  public:
+    /// @param phase_per_metre  K
+    /// @param slope            tangent of the angle of the surface's normal to the line
+    /// @param curvature        second derivative of the surface's depth, 1/m
+    /// @param sigma            standard deviation of the kernel, metres
+    INSONIFY_FN curved_kernel(float phase_per_metre, float slope, float curvature, float sigma)
+        : phase_per_metre_{phase_per_metre}, cosine_{1 / std::sqrt(1 + slope * slope)}, sine_{slope * cosine_},
+          bend_{curvature * cosine_ * cosine_ * cosine_}, sigma_{sigma} {}
+
+    /// How much the surface counts as curved, 0 to 1. One that turns little within the kernel is a plane of its own slope on
+    /// every line: then the law of plane surfaces is more accurate. So it is where the nearest place is far away, beyond what
+    /// slope and curvature at this place can tell.
+    INSONIFY_FN float strength() const {
+        const float q = phase(), curved = q * q / (q * q + 0.4F * 0.4F);
+        if (!(curved > 0.01F)) return 0;
+        return curved * clamp(3.5F - std::fabs(sine_ / (bend_ * sigma_)), 0, 1);
+    }
+
+    /// What a line emits, at the depth of the nearest place, so that the sum over lines under the kernel is V, wherever that
+    /// place lies between them.
+    ///
+    /// The surface is averaged under a Gaussian of half the line spacing about the line, without which the sum has aliases. It
+    /// widens the kernel; the ratio of V under both makes up for that.
+    INSONIFY_FN vec2 of_line(float spacing) const {
+        const float width = 0.55F * spacing, a = phase_per_metre_ * bend_ * width * width;
+        const float turns = phase_per_metre_ * sine_ * width, b = turns * turns / (1 + a * a);
+        const float q = phase(), wider = q + a;
+        const float ratio = std::sqrt(std::sqrt((1 + wider * wider) / ((1 + q * q) * (1 + a * a))));
+        const float deeper = 0.5F * sine_ * sine_ / bend_; // than the nearest place, metres
+        return polar(ratio * std::exp(-0.5F * b), 0.5F * (a * b - std::atan(a)) - phase_per_metre_ * deeper);
+    }
+
+    /// |V| at its middle.
+    INSONIFY_FN float at_middle() const {
+        const float q = phase();
+        return 1 / std::sqrt(std::sqrt(1 + q * q));
+    }
+    /// V. @param offset  x0, metres
+    INSONIFY_FN vec2 whole(float offset) const {
+        const float q = phase(), x = offset / sigma_;
+        const float size = std::exp(-0.5F * x * x * q * q / (1 + q * q)) / std::sqrt(std::sqrt(1 + q * q));
+        return polar(size, -0.5F * std::atan(q));
+    }
+
+    /// From this place to where the surface is nearest to the probe: metres across the line, and deeper.
+    INSONIFY_FN vec2 to_nearest() const { return {sine_ / bend_, (cosine_ - 1) / bend_}; }
+    /// a, metres.
+    INSONIFY_FN float radius() const { return 1 / std::fabs(bend_); }
+
+  private:
+    INSONIFY_FN float phase() const { return phase_per_metre_ * bend_ * sigma_ * sigma_; } // q
+    INSONIFY_FN static vec2 polar(float size, float phase) { return {size * std::cos(phase), size * std::sin(phase)}; }
+
+    float phase_per_metre_, cosine_, sine_;
+    float bend_; // one over the radius, positive where the surface recedes to both sides, 1/m
+    float sigma_;
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+
+#endif
+#ifndef INSONIFY_SIGNAL_KERNEL_SURFACE_STRIP_HPP
+#define INSONIFY_SIGNAL_KERNEL_SURFACE_STRIP_HPP
+
+
+#include <cmath>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// The part of a surface that a line stands for, out of the slice: an arc of a circle, or a straight piece.
+class surface_strip {
+  public:
+    /// @param slope      tangent of the angle of the surface's normal to the line, out of the slice
+    /// @param curvature  second derivative of the surface's depth out of the slice, 1/m
+    /// @param strip      lower and upper end, metres out of the slice from the line
+    INSONIFY_FN surface_strip(float slope, float curvature, vec2 strip) : slope_{slope}, strip_{strip} {
+        const float cosine = 1 / std::sqrt(1 + slope * slope);
+        bend_ = curvature * cosine * cosine * cosine;
+        nearest_ = 0.5F * (strip.x + strip.y);
+        const float turned = std::fabs(bend_) * max(strip.y - strip.x, 1e-6F);
+        if (turned > 1e-3F && is_finite(turned)) {
+            constexpr float met = 0.95F; // of the radius; a surface is too steep beyond
+            const float radius = 1 / std::fabs(bend_);
+            nearest_ = slope * cosine / bend_;
+            strip_ = {max(strip.x, min(nearest_ - met * radius, 0)), min(strip.y, max(nearest_ + met * radius, 0))};
+            nearest_ = clamp(nearest_, strip_.x, strip_.y);
+        } else {
+            bend_ = 0;
+        }
+    }
+
+    /// How much deeper than on the line, metres, at a part of the strip, 0 to 1.
+    INSONIFY_FN float deeper(float part) const { return deeper_at(strip_.x + part * (strip_.y - strip_.x)); }
+    /// How far it is from the least depth to that of either end, metres.
+    INSONIFY_FN float range() const {
+        const float middle = deeper_at(nearest_);
+        return std::fabs(deeper_at(strip_.x) - middle) + std::fabs(deeper_at(strip_.y) - middle);
+    }
+
+  private:
+    INSONIFY_FN float deeper_at(float height) const {
+        if (bend_ == 0) return -slope_ * height;
+        const float cosine = 1 / std::sqrt(1 + slope_ * slope_), sine = bend_ * height - slope_ * cosine;
+        return (cosine - std::sqrt(max(1 - sine * sine, 0))) / bend_;
+    }
+
+    float slope_;
+    vec2 strip_;
+    float bend_ = 0;    // one over the radius, 1/m
+    float nearest_ = 0; // where the surface is nearest to the probe, or the middle
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+
+#endif
+#include <cstddef>
+
+/// The acoustic model computes physics only: it emits the echo that the probe receives. `convolve` then averages
+/// neighbouring lines, and elevation planes are averaged too, which weakens echoes that differ from line to line. Here
+/// echoes are raised beforehand by the same amount, so that their levels are those of the model. Planes are averaged with the
+/// weights of coherent echoes; independent ones, which add by power, have weights of their own, and are multiplied by the
+/// ratio.
+namespace insonify::inline INSONIFY_ABI {
+
+/// What the lateral kernel and the elevation planes do to echoes at one depth of a line.
+struct kernel_sample {
+    float lateral_sigma = 0;   ///< of the Gaussian that `convolve` applies across the lines, metres; 0: none
+    float elevation_sigma = 0; ///< of the beam out of the slice plane, metres; 0: unknown
+    float line_spacing = 0;    ///< metres to the next line
+    float divergence = 0;      ///< of neighbouring lines: angle over distance, 1/m
+    float speckle_gain = 1;    ///< keeps the rms of speckle
+    vec2 speckle_spread{0, 0}; ///< m^2: mean square distance between correlated speckle, across lines and planes
+    float speckle_loss =
+        0; ///< m^4: the next term of the loss on a slope, across lines; see `compensated_echoes::scatterers`
+    float surface_gain = 1;      ///< keeps the rms of the diffuse echoes of surfaces
+    vec2 surface_spread{0, 0};   ///< m^2: the same for these
+    float uncorrelated_gain = 1; ///< keeps the rms of echoes that are independent from line to line
+};
+
+/// The kernels along one line, by displayed depth.
+struct line_kernels {
+    view<const kernel_sample> samples{}; ///< for equal parts of the displayed depth, from the face on
+    float spacing = 1;                   ///< metres of displayed depth to each part
+    std::uint32_t planes = 1;            ///< elevation planes
+    std::uint32_t plane = 0;             ///< of the line
+    view<const float> plane_heights{};   ///< for each part those of all planes, metres out of the slice plane
+    view<const float> plane_weights{};   ///< for each part those of all planes; their sum is 1
+    view<const float> random_weights{};  ///< of this plane for each part: for independent echoes, over its plane weight
+    view<const vec2> plane_strips{};     ///< of this plane for each part: see `elevation_planes::weights::strip`
+
+    /// The part that a displayed depth lies in, metres.
+    INSONIFY_FN std::size_t index(float depth) const {
+        return static_cast<std::size_t>(clamp(depth / spacing, 0, static_cast<float>(samples.size() - 1)));
+    }
+    /// Of independent echoes, at a displayed depth, metres: linear between the parts, as `elevation_planes::at`.
+    INSONIFY_FN float random_weight(float depth) const {
+        if (random_weights.empty()) return 1;
+        const float place = clamp(depth / spacing - 0.5F, 0, static_cast<float>(random_weights.size() - 1));
+        const auto above = static_cast<std::size_t>(place);
+        const float a = random_weights[above],
+                    b = random_weights[above + 1 < random_weights.size() ? above + 1 : above];
+        return a + (place - static_cast<float>(above)) * (b - a);
+    }
+    /// The kernels at a displayed depth, metres; without effect where there are none.
+    INSONIFY_FN kernel_sample at(float depth) const {
+        return samples.empty() ? kernel_sample{} : samples[index(depth)];
+    }
+};
+
+/// An `echo_line` that compensates for the kernels before it writes.
+class compensated_echoes {
+  public:
+    /// @param pulse_sigma  standard deviation of the pulse envelope, metres of displayed depth
+    INSONIFY_FN compensated_echoes(const echo_line& echoes, const line_kernels& kernels, float frequency,
+                                   float pulse_sigma)
+        : echoes_{echoes}, kernels_{kernels}, frequency_{frequency}, sigma_{pulse_sigma},
+          phase_per_metre_{4 * pi * frequency / display_speed} {}
+
+    /// As `echo_line::depth`.
+    INSONIFY_FN float depth() const { return echoes_.depth(); }
+    /// As `echo_line::add`: an echo without compensation.
+    INSONIFY_FN void add(float depth, vec2 amplitude) const { echoes_.add(depth, amplitude); }
+
+    /// The specular law already contains the loss of a tilted surface, so the part that the kernels would take again is
+    /// divided out.
+    INSONIFY_FN void surface(float depth, float amplitude, vec2 slope) const {
+        echoes_.surface(depth, amplitude / (lateral_transfer(depth, slope.x) * elevation_transfer(depth, slope.y)),
+                        slope);
+    }
+
+    /// The echo of a surface that turns from line to line, or from plane to plane, with its repetitions. Every plane that
+    /// meets it emits the echo of the whole, where the surface is nearest to the probe.
+    INSONIFY_FN void curved_surface(const curved_echo& one) const {
+        const kernel_sample here = kernels_.at(one.depth);
+        // Depth is measured along the lines: their divergence adds to the curvature that is seen from line to line, but does
+        // not weaken the echo.
+        const detail::curved_kernel own{phase_per_metre_, one.slope.x, one.curvature.x, here.lateral_sigma},
+            across{phase_per_metre_, one.slope.x, one.curvature.x + here.divergence, here.lateral_sigma},
+            out_of_slice{phase_per_metre_, one.slope.y, one.curvature.y, here.elevation_sigma};
+        const float in_lines = across.strength(), in_planes = out_of_slice.strength();
+        const auto repeat = [&](float first, vec2 amplitude) {
+            one.for_each_repetition(
+                depth() - first, [&](float deeper, float factor) { echoes_.add(first + deeper, factor * amplitude); });
+        };
+        const auto add = [&](float first, vec2 of_line) {
+            if (in_planes < 1)
+                repeat(first, ((1 - in_planes) * raised(one.collected.y, elevation_transfer(one.depth, one.slope.y))) *
+                                  of_line);
+            if (in_planes > 0) {
+                const vec2 nearest = out_of_slice.to_nearest();
+                repeat(first + nearest.y, in_planes * product(of_line, of_planes(one.depth, out_of_slice, nearest.x)));
+            }
+        };
+        if (in_lines < 1)
+            add(one.depth,
+                {one.amplitude * (1 - in_lines) * raised(one.collected.x, lateral_transfer(one.depth, one.slope.x)),
+                 0});
+        if (in_lines > 0)
+            add(one.depth + across.to_nearest().y,
+                (one.amplitude * in_lines * own.at_middle() / across.at_middle()) * across.of_line(here.line_spacing));
+    }
+
+    /// The rms of speckle is kept. On a slope s the echoes of neighbouring lines differ in phase, q a metre: two lines d
+    /// apart by q d; what they have in common counts by the cosine. So the power is
+    ///
+    ///     exp(-(spread q^2 / 2 + loss q^4)),   q = 4 pi f0 s / c0
+    INSONIFY_FN void scatterers(scatterer_echoes run) const {
+        const auto gain = [&](float depth) {
+            const kernel_sample here = kernels_.at(depth);
+            const vec2 q_squared = square(phase_per_metre_) * run.slope * run.slope,
+                       lost = 0.5F * q_squared * here.speckle_spread;
+            return here.speckle_gain * kernels_.random_weight(depth) *
+                   std::exp(0.5F * min(lost.x + lost.y + here.speckle_loss * q_squared.x * q_squared.x, 2));
+        };
+        constexpr float max_level = 1e20F; // keeps sums finite
+        run.first_level = min(run.first_level * gain(run.depth), max_level);
+        run.last_level = min(run.last_level * gain(run.depth + run.step * static_cast<float>(run.count)), max_level);
+        echoes_.scatterers(run);
+    }
+
+    /// A sloping rough surface covers a range of depths within the width of the line and the strip of its plane: it is
+    /// divided into independent parts over that range, of the same total power. A steep surface would else look like stairs.
+    ///
+    /// On neighbouring lines the surface is s d deeper, with other values of its field. Their correlation falls by
+    /// exp(-(s d)^2 (1 / l^2 + k^2) / 2), where l = 0.632 grains is the correlation length of the field and k
+    /// the phase a metre; far apart they are independent.
+    template <class Value>
+    INSONIFY_FN void rough_surface(float depth, float amplitude, vec2 slope, vec3 curvature, const Value& value) const {
+        const kernel_sample here = kernels_.at(depth);
+        const float per_metre = 1 / square(0.632F * surface_grain(frequency_)) + square(phase_per_metre_);
+        const vec2 decorrelation = vec2{1, 1} + slope * slope * here.surface_spread * per_metre;
+        const detail::surface_strip strip{slope.y, curvature.y,
+                                          kernels_.plane_strips.empty() ? vec2{0, 0}
+                                                                        : kernels_.plane_strips[kernels_.index(depth)]};
+        const float range = min(here.line_spacing * std::fabs(slope.x) + strip.range(), 3e-3F);
+        const float part = max(0.5F * sigma_, 1e-6F), steps = std::ceil(range / part);
+        const float gain =
+            min(here.surface_gain * std::sqrt(std::sqrt(decorrelation.x * decorrelation.y)), here.uncorrelated_gain);
+        const float level = amplitude * gain / std::sqrt(steps + 1);
+        const float along_strip = strip.deeper(1) > strip.deeper(0) ? 1.0F : -1.0F,
+                    across = along_strip * max(steps * part - strip.range(), 0);
+        for (int i = 0; i <= static_cast<int>(steps); ++i) {
+            const float place = steps > 0 ? static_cast<float>(i) / steps : 0.5F;
+            const float deeper = strip.deeper(place) + (place - 0.5F) * across;
+            echoes_.add(depth + deeper, value(deeper) * (level * kernels_.random_weight(depth + deeper)));
+        }
+    }
+
+  private:
+    // Limits the gain: the echo of a small or curved surface is weakened less than that of a plane.
+    static constexpr float min_transfer = 0.15F;
+
+    // The part of an echo that the aperture collects, over what the kernels keep of it. Limited to twice the echo itself, because
+    // the lines and planes that meet the edge of a steep surface are too few to weaken it.
+    INSONIFY_FN static float raised(float collected, float transfer) { return min(collected / transfer, 2); }
+
+    // Fraction of a sloping surface's echo that `convolve` keeps. The Gaussian across the lines, narrowed to where the
+    // pulse still overlaps, 1 / sigma'^2 = 1 / sigma_x^2 + s^2 / sigma_z^2, and its spectrum at the phase gradient
+    // 4 pi f0 s / c0 and at the nearest aliases of the line spacing.
+    INSONIFY_FN float lateral_transfer(float depth, float slope) const {
+        const kernel_sample here = kernels_.at(depth);
+        if (!(here.lateral_sigma > 0) || !(here.line_spacing > 0)) return 1;
+        const float narrowed = 1 / std::sqrt(1 + square(here.lateral_sigma * slope / sigma_));
+        const float phase = phase_per_metre_ * slope, alias = 2 * pi / here.line_spacing;
+        const float nearest = phase - alias * std::floor(phase / alias + 0.5F);
+        float kept = 0, all = 0;
+        for (int i = -1; i <= 1; ++i) {
+            const float shift = static_cast<float>(i) * alias;
+            kept += std::exp(-0.5F * square(narrowed * here.lateral_sigma * (nearest + shift)));
+            all += std::exp(-0.5F * square(here.lateral_sigma * shift));
+        }
+        return max(narrowed * kept / all, min_transfer);
+    }
+
+    // The same for the planes of the slice: the sum of their weights, each as high on the pulse and turned by as much
+    // phase as the surface is deeper there.
+    INSONIFY_FN float elevation_transfer(float depth, float slope) const {
+        if (kernels_.plane_heights.empty() || slope == 0) return 1;
+        const std::size_t first = kernels_.index(depth) * kernels_.planes;
+        float sum = 0;
+        for (std::size_t i = first; i < first + kernels_.planes; ++i) {
+            const float deeper = slope * kernels_.plane_heights[i], sigmas = deeper / sigma_;
+            sum += kernels_.plane_weights[i] * std::exp(-0.5F * sigmas * sigmas) * std::cos(phase_per_metre_ * deeper);
+        }
+        return max(std::fabs(sum), min_transfer);
+    }
+
+    // What a plane that meets a curved surface emits: the whole, over the weight of all planes that do. Those that meet it
+    // obliquely, where its radius is uncertain, are used where there are no others.
+    INSONIFY_FN vec2 of_planes(float depth, const detail::curved_kernel& surface, float to_nearest) const {
+        if (kernels_.plane_heights.empty()) return surface.whole(to_nearest);
+        const std::size_t first = kernels_.index(depth) * kernels_.planes;
+        const float* const height = kernels_.plane_heights.data() + first;
+        const float middle = height[kernels_.plane] + to_nearest, radius = surface.radius();
+        constexpr float oblique = 0.85F;
+        const bool is_oblique = std::fabs(to_nearest) > oblique * radius;
+        float well = 0, obliquely = 0; // met
+        for (std::uint32_t i = 0; i < kernels_.planes; ++i) {
+            const float apart = std::fabs(height[i] - middle), weight = kernels_.plane_weights[first + i];
+            if (i == kernels_.plane ? !is_oblique : apart <= oblique * radius)
+                well += weight;
+            else if (i == kernels_.plane || apart < radius)
+                obliquely += weight;
+        }
+        if (is_oblique && well > 0) return {0, 0};
+        return surface.whole(middle) / max(is_oblique ? obliquely : well, 1e-3F);
+    }
+
+    INSONIFY_FN static float square(float x) { return x * x; }
+    INSONIFY_FN static vec2 product(vec2 a, vec2 b) { return {a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x}; }
+
+    echo_line echoes_;
+    line_kernels kernels_;
+    float frequency_;
+    float sigma_;
+    float phase_per_metre_;
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#include <concepts>
+
+namespace insonify::inline INSONIFY_ABI {
+
+struct path_branch;
+struct path_arrival;
+
+/// Memory of fixed capacity in which one line is traced. If it is too small, the tracer returns false, and the line is
+/// traced again with more.
+struct line_scratch {
+    line_crossings found{};               ///< crossings and containing objects of the line
+    view<layer> layers{};                 ///< room for its layers
+    view<path_branch> branches{};         ///< room for paths that are yet to be followed
+    view<std::uint32_t> branch_objects{}; ///< room for the ranks of the objects that contain them, branch after branch
+    view<path_arrival> arrivals{};        ///< room for where paths met surfaces
+};
+
+/// One line of one elevation plane: what a tracer is given.
+struct line_task {
+    scene_view scene{};       ///< all objects
+    traced_line line{};       ///< as the model will see it, without layers yet
+    std::uint32_t number = 0; ///< of the line
+    std::uint32_t plane = 0;  ///< of the slice's planes, the middle one first
+    std::uint32_t planes = 1; ///< that there are
+    float max_depth = 0;      ///< how far the line is to be followed, metres
+    float spacing = 0;        ///< metres from sample to sample
+    line_kernels kernels{};   ///< of the stages that follow
+
+    /// The line as a ray in the world; distances along it are those along the line, even if its plane is tilted.
+    INSONIFY_FN ray beam() const { return {.origin = line.frame.origin, .direction = line.frame.path()}; }
+
+    /// Writes emitted echoes, compensated so that later stages do not change their levels.
+    INSONIFY_FN compensated_echoes echoes(view<vec2> out) const {
+        return {echo_line{out, spacing, line.frequency}, kernels, line.frequency, line.pulse_sigma};
+    }
+
+    /// Lets the model write the samples of this line, once its layers are known.
+    template <class Policy, acoustic_model Model>
+    INSONIFY_FN void apply(const Policy& policy, const Model& model, view<const layer> layers,
+                           view<typename Model::sample_type> out) const {
+        traced_line traced = line;
+        traced.layers = layers;
+        if constexpr (requires { model.emit(traced, echoes(out)); })
+            model.emit(traced, echoes(out));
+        else
+            model(policy, traced, spacing, out);
+    }
+};
+
+/// How sound travels: `straight_lines` (the default), `paths`, or one of your own. A tracer turns one line into samples:
+///
+///     template <class Policy, acoustic_model Model>
+///     INSONIFY_FN bool operator()(const Policy& policy, const line_task& task, const Model& model, line_scratch& scratch,
+///                                 view<typename Model::sample_type> out) const;
+///
+/// It adds to samples that start at 0 and returns false where the scratch is too small, and only then. One that finds layers
+/// passes them to `task.apply`; one that needs no mesh may compute them from its own data. It must not throw. It is called
+/// from many threads at once, and on a device where it is marked INSONIFY_FN.
+template <class Tracer, class Model = physical<>>
+concept tracer = acoustic_model<Model> && requires(const Tracer& trace_one, const line_task& task, const Model& model,
+                                                   line_scratch& scratch, view<typename Model::sample_type> out) {
+    { trace_one(exec::seq, task, model, scratch, out) } -> std::same_as<bool>;
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#ifndef INSONIFY_TRACING_PLAN_FRAME_PLAN_HPP
+#define INSONIFY_TRACING_PLAN_FRAME_PLAN_HPP
+
+
+#ifndef INSONIFY_SIGNAL_KERNEL_KERNEL_TABLE_HPP
+#define INSONIFY_SIGNAL_KERNEL_KERNEL_TABLE_HPP
+
+
+#ifndef INSONIFY_SIGNAL_KERNEL_LATERAL_KERNEL_HPP
+#define INSONIFY_SIGNAL_KERNEL_LATERAL_KERNEL_HPP
+
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Lateral weights at one depth; normalized over the lines that exist.
+struct lateral_weights {
+    view<const float> half{}; ///< by distance in lines, 0 to `half_width`; both sides sum to 1
+    std::uint32_t lines = 1;  ///< number of lines of the probe
+    bool full_circle = false; ///< the last line is next to the first
+    float spacing = 0;        ///< distance between lines at this depth, metres
+
+    INSONIFY_FN int half_width() const { return static_cast<int>(half.size()) - 1; }
+
+    /// Offsets of the first and the last neighbour that exist.
+    INSONIFY_FN int first(std::uint32_t line) const {
+        const int before = static_cast<int>(line);
+        return full_circle || before > half_width() ? -half_width() : -before;
+    }
+    INSONIFY_FN int last(std::uint32_t line) const {
+        const int after = static_cast<int>(lines - 1 - line);
+        return full_circle || after > half_width() ? half_width() : after;
+    }
+
+    /// Sum of the weights over the lines that exist, by which they are divided: 1 except near the ends.
+    INSONIFY_FN float existing(std::uint32_t line) const {
+        const int begin = first(line), end = last(line);
+        if (begin == -half_width() && end == half_width()) return 1;
+        float sum = 0;
+        for (int offset = begin; offset <= end; ++offset) sum += weight(offset);
+        return sum;
+    }
+
+    /// Power of incoherent echoes on a line after weighting: sum_jk w_j g_j w_k g_k C(x_j - x_k).
+    /// @tparam Width       floats in a SIMD register
+    /// @param covariance   C(lag) of the echoes on two lines, the lag in lines; 1 at lag 0, and 0 from some lag on
+    /// @param gain         g(line), amplitude of the echoes of a line before weighting
+    /// @param amplitudes   scratch memory
+    template <int Width, class Covariance, class Gain>
+    float power(std::uint32_t line, const Covariance& covariance, const Gain& gain,
+                std::vector<float>& amplitudes) const {
+        const int begin = first(line), end = last(line), here = static_cast<int>(line), count = static_cast<int>(lines);
+        amplitudes.resize(static_cast<std::size_t>(end - begin) + 1);
+        float* to = amplitudes.data();
+        for (int offset = begin; offset <= end; ++offset) {
+            int neighbour = here + offset;
+            if (full_circle) neighbour = (neighbour + count) % count;
+            *to++ = weight(offset) * gain(static_cast<std::uint32_t>(neighbour));
+        }
+        const auto neighbours = static_cast<std::ptrdiff_t>(amplitudes.size());
+        const float* const a = amplitudes.data();
+        float sum = 0;
+        for (std::ptrdiff_t lag = 0; lag < neighbours; ++lag) {
+            const float correlated = covariance(static_cast<int>(lag));
+            if (lag > 0 && !(std::fabs(correlated) > 0)) break;
+            const float* const b = a + lag;
+            const std::ptrdiff_t products = neighbours - lag, whole = products - products % Width;
+            lanes<Width> in_lanes(0.0F);
+            for (std::ptrdiff_t i = 0; i < whole; i += Width)
+                in_lanes = multiply_add(load<Width>(a + i), load<Width>(b + i), in_lanes);
+            float parts[Width], of_lag = 0;
+            store(in_lanes, parts);
+            for (const float part : parts) of_lag += part;
+            for (std::ptrdiff_t i = whole; i < products; ++i) of_lag += a[i] * b[i];
+            sum += (lag == 0 ? 1 : 2) * correlated * of_lag;
+        }
+        const float all = existing(line);
+        return sum / (all * all);
+    }
+
+  private:
+    INSONIFY_FN float weight(int offset) const { return half[static_cast<std::size_t>(offset < 0 ? -offset : offset)]; }
+};
+
+/// Lateral weights of `convolve` at every depth. Made by `make_lateral_kernel`.
+///
+/// Computed at the centre of every depth step and interpolated linearly, since steps would add noise.
+struct lateral_kernel {
+    static constexpr std::uint32_t depth_step = 4; ///< samples
+
+    /// Range of the weights of a depth step in `weights`.
+    struct entry {
+        std::size_t begin = 0;
+        std::size_t count = 0;
+        float spacing = 0; ///< distance between lines, metres
+    };
+    std::uint32_t lines = 1;
+    bool full_circle = false;   ///< the last line is next to the first
+    double cycles_per_line = 0; ///< `line_advance` of the probe, cycles of the carrier of an echo
+    std::vector<entry> entries;
+    std::vector<float> weights;
+    std::vector<std::ptrdiff_t> less; ///< by distance in lines: samples by which a wave front is less deep there
+
+    /// Weights at the centre of the depth step that contains a sample.
+    lateral_weights at(std::uint32_t sample) const { return of(entries[sample / depth_step]); }
+
+    /// Weights at a sample: (1 - fraction) of the weights `above` plus `fraction` of those `below`.
+    struct blend {
+        view<const float> above{};
+        view<const float> below{};
+        float fraction = 0;
+    };
+    blend blend_at(std::uint32_t sample) const {
+        const auto last = static_cast<float>(entries.size() - 1);
+        const float place = clamp((static_cast<float>(sample) + 0.5F) / depth_step - 0.5F, 0, last);
+        const auto first = static_cast<std::size_t>(place);
+        const entry &above = entries[first], &below = entries[first + (place < last ? 1 : 0)];
+        return {.above = {weights.data() + above.begin, above.count},
+                .below = {weights.data() + below.begin, below.count},
+                .fraction = place - static_cast<float>(first)};
+    }
+
+    /// The largest of all depths, in lines.
+    std::size_t half_width() const {
+        std::size_t longest = 1;
+        for (const entry& e : entries) longest = std::max(longest, e.count);
+        return longest - 1;
+    }
+
+    bool steered() const { return cycles_per_line != 0; }
+    /// Phase of an echo on a line relative to that on line 0, at the same wave front.
+    vec2 phase(std::ptrdiff_t line) const {
+        const double cycles = cycles_per_line * static_cast<double>(line);
+        const auto angle = 2 * pi * static_cast<float>(cycles - std::floor(cycles));
+        return {std::cos(angle), std::sin(angle)};
+    }
+
+  private:
+    lateral_weights of(const entry& e) const {
+        return {.half = {weights.data() + e.begin, e.count},
+                .lines = lines,
+                .full_circle = full_circle,
+                .spacing = e.spacing};
+    }
+};
+
+/// @param scan      depth and samples of the lines; `samples` must not be 0
+/// @param recycled  a kernel whose memory is reused
+/// @throws usage_error  for a setting of the probe or acquisition out of range
+template <transducer Probe>
+lateral_kernel make_lateral_kernel(const Probe& probe, const acquisition& scan, lateral_kernel recycled = {}) {
+    const beam_model beam = beam_of(probe, scan.depth);
+    if (scan.samples == 0) throw usage_error{"make_lateral_kernel: `samples` is 0; it must be that of the lines"};
+    constexpr std::uint32_t step = lateral_kernel::depth_step;
+    lateral_kernel kernel = std::move(recycled);
+    kernel.lines = probe.lines;
+    kernel.full_circle = is_full_circle(probe);
+    const float advance = line_advance(probe);
+    kernel.cycles_per_line = 2.0 * static_cast<double>(probe.frequency) * static_cast<double>(advance / display_speed);
+    auto& entries = kernel.entries;
+    auto& weights = kernel.weights;
+    entries.clear();
+    weights.clear();
+    const std::uint32_t last = kernel.full_circle ? (probe.lines - 1) / 2 : probe.lines - 1;
+    for (std::uint32_t sample = 0; sample < scan.samples; sample += step) {
+        const float depth = (static_cast<float>(sample) + 0.5F * step) * scan.depth / static_cast<float>(scan.samples);
+        const float sigma = beam.lateral_sigma(depth), lobe = beam.side_lobe_width(depth);
+        const float spacing = line_spacing(probe, depth);
+        const float max_sigmas =
+            max(kernel_sigmas, beam.side_lobes > 0 ? beam_model::side_lobe_extent * lobe / sigma : 0);
+        const std::size_t begin = weights.size();
+        double sum = 0;
+        for (std::uint32_t offset = 0; offset <= last; ++offset) {
+            const float apart = static_cast<float>(offset) * spacing, sigmas = apart / sigma;
+            if (sigmas > max_sigmas) break;
+            weights.push_back(std::exp(-0.5F * sigmas * sigmas) + beam.side_lobe(apart / lobe));
+            sum += (offset == 0 ? 1 : 2) * static_cast<double>(weights.back());
+        }
+        const std::size_t end = weights.size();
+        for (std::size_t i = begin; i < end; ++i)
+            weights[i] = static_cast<float>(static_cast<double>(weights[i]) / sum);
+        entries.push_back({.begin = begin, .count = end - begin, .spacing = spacing});
+    }
+    const float samples_per_line = advance * static_cast<float>(scan.samples) / scan.depth;
+    kernel.less.resize(kernel.half_width() + 1);
+    for (std::size_t i = 0; i < kernel.less.size(); ++i)
+        kernel.less[i] = static_cast<std::ptrdiff_t>(std::lround(samples_per_line * static_cast<float>(i)));
+    return kernel;
+}
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+
+#endif
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// `kernel_table` in flat arrays. Trivially copyable.
+struct kernel_table_view {
+    static constexpr std::uint32_t depths = 128; ///< parts of the displayed depth
+
+    view<const kernel_sample>
+        samples{}; ///< by distance of the line from the border, then by depth; empty: no compensation
+    view<const std::uint32_t> sets{};   ///< of each line, the number of its set of planes
+    view<const float> plane_heights{};  ///< for each set and part those of all planes: see `line_kernels`
+    view<const float> plane_weights{};  ///< for each set and part those of all planes
+    view<const float> random_weights{}; ///< of each set and plane those of all parts
+    view<const vec2> plane_strips{};    ///< of each set and plane those of all parts
+    std::uint32_t planes = 1;           ///< elevation planes
+    std::uint32_t lines = 0;            ///< of the probe
+    std::uint32_t border = 0;           ///< lines further than this from the border share a table
+    float spacing = 1;                  ///< metres to each part
+
+    /// The kernels along one line of one plane.
+    INSONIFY_FN line_kernels of_line(std::uint32_t line, std::uint32_t plane) const {
+        if (samples.empty()) return {};
+        const std::uint32_t other_end = lines - 1 - line, nearer = line < other_end ? line : other_end;
+        const std::uint32_t row = nearer < border ? nearer : border;
+        const std::size_t of_set = std::size_t{planes} * depths, set = sets[line] * of_set,
+                          of_plane = set + std::size_t{plane} * depths;
+        return {.samples = {samples.data() + std::size_t{row} * depths, depths},
+                .spacing = spacing,
+                .planes = planes,
+                .plane = plane,
+                .plane_heights = {plane_heights.data() + set, of_set},
+                .plane_weights = {plane_weights.data() + set, of_set},
+                .random_weights = {random_weights.data() + of_plane, depths},
+                .plane_strips = {plane_strips.data() + of_plane, depths}};
+    }
+};
+
+namespace detail {
+
+/// The kernels of `convolve` and of the planes, for every line of a probe, with the gains that keep the levels.
+///
+/// Averaging lowers the rms of random echoes, by an amount that depends on the lines and planes. The gain g compensates
+/// for it: sum over j, k of w_j g_j w_k g_k C(x_j - x_k) = 1 on every line, with the weights w of the kernels and the
+/// planes, and the covariance C of the echoes. Lines near the border have fewer neighbours, hence tables of their own.
+class kernel_table {
+  public:
+    /// Without compensation.
+    void clear() { samples_.resize(0); }
+
+    /// Computes the table in the same memory.
+    /// @param of_lines          the gains are those of the planes along the middle line
+    /// @param speckle, surface  covariance(metres apart in the slice plane and out of it, radians turned, height of the
+    ///                          scatterers) of speckle, and of the echoes of rough surfaces
+    template <class Policy, transducer Probe, class Speckle, class Surface>
+    void compute(const Policy& policy, const Probe& probe, float depth, const planes_of_lines& of_lines,
+                 const Speckle& speckle, const Surface& surface) {
+        planes_ = of_lines[0].count();
+        lines_ = probe.lines;
+        spacing_ = depth / depths;
+        sets_ = of_lines.set_of_line();
+        const elevation_planes& planes = of_lines[sets_[probe.lines / 2]];
+        const beam_model beam = beam_of(probe, depth);
+        // One step of the kernel for each of the depths.
+        kernel_ = make_lateral_kernel(probe, {.depth = depth, .samples = depths * lateral_kernel::depth_step},
+                                      std::move(kernel_));
+        border_ =
+            kernel_.full_circle ? 0 : std::min(static_cast<std::uint32_t>(kernel_.half_width()), (probe.lines - 1) / 2);
+        samples_.resize(std::size_t{border_ + 1} * depths);
+        for (std::vector<float>* const each : {&plane_heights_, &plane_weights_, &random_weights_})
+            each->resize(of_lines.sets() * depths * planes_);
+        plane_strips_.resize(plane_heights_.size());
+        work_.resize(depths);
+        constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
+        const float turned = probe.lines < 2 ? 0.0F : angle_between(probe.beam(0).direction, probe.beam(1).direction);
+        for_each_index(policy, depths, [&](std::size_t k) {
+            const float z = (static_cast<float>(k) + 0.5F) * spacing_;
+            const elevation_planes::weights weights = planes.at(z);
+            for (std::size_t set = 0; set < of_lines.sets(); ++set) {
+                const elevation_planes::weights here = of_lines[set].at(z);
+                const std::size_t first = set * depths * planes_;
+                for (std::uint32_t i = 0; i < planes_; ++i) {
+                    plane_heights_[first + k * planes_ + i] = of_lines[set][i].height(z);
+                    plane_weights_[first + k * planes_ + i] = here.coherent[i];
+                    plane_strips_[first + std::size_t{i} * depths + k] = here.strip[i];
+                    random_weights_[first + std::size_t{i} * depths + k] =
+                        min(here.random[i] / max(here.coherent[i], 1e-12F), max_random_weight);
+                }
+            }
+            const lateral_weights across = kernel_.at(static_cast<std::uint32_t>(k) * lateral_kernel::depth_step);
+            scratch& work = work_[k];
+            const auto levels_with = [&](levels& found, const auto& covariance) {
+                const correlations correlated{across, turned, planes, z, covariance, work.of_lines};
+                find_levels<width>(across, weights.random, correlated,
+                                   max_slope * 4 * pi * probe.frequency / display_speed, work, found);
+            };
+            levels &of_speckle = work.speckle, &of_surface = work.surface, &uncorrelated = work.uncorrelated;
+            levels_with(of_speckle, speckle);
+            levels_with(of_surface, surface);
+            levels_with(uncorrelated, [](vec2, float) { return 0.0F; });
+            for (std::uint32_t line = 0; line <= border_; ++line)
+                samples_[std::size_t{line} * depths + k] = {
+                    .lateral_sigma = probe.lines > 1 ? beam.lateral_sigma(z) : 0.0F,
+                    .elevation_sigma = beam.elevation_sigma(z),
+                    .line_spacing = across.spacing,
+                    .divergence = across.spacing > 0 ? turned / across.spacing : 0.0F,
+                    .speckle_gain = of_speckle.gain[line],
+                    .speckle_spread = of_speckle.spread[line],
+                    .speckle_loss = of_speckle.loss[line],
+                    .surface_gain = of_surface.gain[line],
+                    .surface_spread = of_surface.spread[line],
+                    .uncorrelated_gain = uncorrelated.gain[line]};
+        });
+    }
+
+    kernel_table_view view_of() const {
+        return {.samples = {samples_.data(), samples_.size()},
+                .sets = sets_,
+                .plane_heights = plane_heights_,
+                .plane_weights = plane_weights_,
+                .random_weights = random_weights_,
+                .plane_strips = plane_strips_,
+                .planes = planes_,
+                .lines = lines_,
+                .border = border_,
+                .spacing = spacing_};
+    }
+
+  private:
+    static constexpr std::uint32_t depths = kernel_table_view::depths;
+    static constexpr float max_slope = 0.25F; // to which the loss of speckle on a slope is fitted: 14 degrees
+
+    // By distance from the border.
+    struct levels {
+        std::vector<float> gain;
+        std::vector<vec2> spread;
+        std::vector<float> loss;
+    };
+
+    // Memory for one depth.
+    struct scratch {
+        std::vector<float> of_lines, level, amplitudes;
+        levels speckle, surface, uncorrelated;
+    };
+
+    // The covariance of the echoes of two planes, and of two lines, at one depth.
+    struct correlations {
+        std::uint32_t planes;
+        float of_planes[max_elevation_planes][max_elevation_planes] = {};
+        float apart[max_elevation_planes][max_elevation_planes] = {}; // metres from plane to plane
+        std::vector<float>& of_lines;                                 // by distance in lines
+
+        template <class Covariance>
+        correlations(const lateral_weights& across, float turned, const elevation_planes& all, float depth,
+                     const Covariance& covariance, std::vector<float>& memory)
+            : planes{all.count()}, of_lines{memory} {
+            of_lines.assign(2 * across.half.size() - 1, 1.0F);
+            for (std::uint32_t i = 0; i < planes; ++i)
+                for (std::uint32_t j = 0; j < planes; ++j) {
+                    apart[i][j] = all[i].height(depth) - all[j].height(depth);
+                    of_planes[i][j] =
+                        i == j ? 1.0F
+                               : covariance(vec2{0, std::fabs(apart[i][j])}, std::fabs(all[i].slope - all[j].slope));
+                }
+            for (std::size_t lag = 1; lag < of_lines.size(); ++lag) {
+                const auto lines = static_cast<float>(lag);
+                of_lines[lag] = covariance(vec2{lines * across.spacing, 0}, lines * turned);
+            }
+        }
+    };
+
+    // @param steepest  phase per metre across the lines, at which the loss is exact
+    template <int Width>
+    void find_levels(const lateral_weights& across, const float (&weight)[max_elevation_planes],
+                     const correlations& correlated, float steepest, scratch& work, levels& found) const {
+        float power = 0, distance_squared = 0;
+        for (std::uint32_t i = 0; i < correlated.planes; ++i)
+            for (std::uint32_t j = 0; j < correlated.planes; ++j) {
+                const float apart = correlated.apart[i][j];
+                const float common = weight[i] * weight[j] * correlated.of_planes[i][j];
+                power += common;
+                distance_squared += common * apart * apart;
+            }
+        const auto between_lines = [&](int lag) { return correlated.of_lines[static_cast<std::size_t>(lag)]; };
+        const auto lag_squared = [&](int lag) {
+            const float apart = static_cast<float>(lag) * across.spacing;
+            return between_lines(lag) * apart * apart;
+        };
+        const auto to_border = [&](std::uint32_t line) { return std::min({line, lines_ - 1 - line, border_}); };
+        const auto on_slope = [&](int lag) {
+            return between_lines(lag) * std::cos(steepest * static_cast<float>(lag) * across.spacing);
+        };
+        found.gain.assign(border_ + 1, 1.0F);
+        found.spread.resize(border_ + 1);
+        found.loss.resize(border_ + 1);
+        work.level.resize(border_ + 1);
+        const auto gain_of = [&](std::uint32_t line) { return found.gain[to_border(line)]; };
+        const auto power_with = [&](std::uint32_t line, const auto& covariance) {
+            return power * across.power<Width>(line, covariance, gain_of, work.amplitudes);
+        };
+        for (int round = 0; round < 5; ++round) { // a line's level depends on its neighbours' gains: a fixed point
+            for (std::uint32_t line = 0; line <= border_; ++line) work.level[line] = power_with(line, between_lines);
+            for (std::uint32_t line = 0; line <= border_; ++line) found.gain[line] /= std::sqrt(work.level[line]);
+        }
+        for (std::uint32_t line = 0; line <= border_; ++line) {
+            found.spread[line] = {power_with(line, lag_squared), distance_squared / power};
+            const float squared = steepest * steepest, lost = -std::log(max(power_with(line, on_slope), 0.1F));
+            found.loss[line] = (lost - 0.5F * squared * found.spread[line].x) / (squared * squared);
+        }
+    }
+
+    static float angle_between(vec3 a, vec3 b) { return 2 * std::asin(min(0.5F * length(a - b), 1)); }
+
+    // Limits the gain of planes with less than a thousandth of the coherent weight: a scatterer that is displayed at a depth
+    // where the weight is larger would be too bright.
+    static constexpr float max_random_weight = 30;
+
+    std::uint32_t planes_ = 1;
+    std::uint32_t lines_ = 0;
+    std::uint32_t border_ = 0;
+    float spacing_ = 1;
+    large_array<kernel_sample> samples_;
+    std::vector<std::uint32_t> sets_;
+    std::vector<float> plane_heights_, plane_weights_, random_weights_;
+    std::vector<vec2> plane_strips_;
+    lateral_kernel kernel_;
+    std::vector<scratch> work_; // for each depth
+};
+
+/// Computes the table for a model that states the covariance of its speckle; no compensation for others.
+template <class Policy, transducer Probe, class Model>
+void compute_kernel_table(const Policy& policy, const Probe& probe, float depth, const planes_of_lines& planes,
+                          const Model& model, kernel_table& table) {
+    if constexpr (requires { model.covariance(depth, depth); })
+        table.compute(
+            policy, probe, depth, planes,
+            [&](vec2 apart, float turned) {
+                if constexpr (requires { Model::independent_planes; })
+                    if (Model::independent_planes && apart.y != 0) return 0.0F;
+                return model.covariance(apart.x + apart.y, turned);
+            },
+            [&](vec2 apart, float turned) {
+                if constexpr (requires { model.surface_covariance(apart.x, turned); })
+                    return model.surface_covariance(apart.x + apart.y, turned);
+                else
+                    return model.covariance(apart.x + apart.y, turned);
+            });
+    else
+        table.clear();
+}
+
+} // namespace detail
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// What the function of one line reads of a frame: its lines, sampling and kernels. Trivially copyable where the probe is.
+template <transducer Probe>
+struct frame_view : frame_lines<Probe> {
+    float spacing = 0;                      ///< metres from sample to sample
+    float pulse_sigma = 0;                  ///< standard deviation of the pulse envelope, metres of displayed depth
+    float bandwidth = 0;                    ///< see `traced_line`
+    std::uint32_t samples = 0;              ///< along each line
+    view<const std::uint32_t> plane_sets{}; ///< of each line, the number of its set of plane weights
+    view<const float> plane_weights{};      ///< for each set, plane after plane, one weight for each sample
+    line_aperture aperture{};               ///< that receives
+    kernel_table_view kernels{};            ///< of the stages that follow
+    std::uint32_t frame_number = 0;         ///< speckle of flowing media depends on it
+
+    /// The weights of the samples of a line in one of the planes; where there are several.
+    INSONIFY_FN const float* weights(std::uint32_t number, std::uint32_t of_plane) const {
+        return plane_weights.data() + (std::size_t{plane_sets[number]} * this->planes + of_plane) * samples;
+    }
+};
+
+namespace detail {
+
+/// All that follows from probe, acquisition and model alone: kept between frames, recomputed where one of them changes.
+template <transducer Probe, acoustic_model Model>
+class frame_plan {
+  public:
+    /// @param samples  along each line, chosen
+    /// @throws usage_error  for a number of planes other than 1, 3, 5 or 7
+    template <class Policy>
+    frame_view<Probe> view_of(const Policy& policy, const Probe& probe, const pose& at, const Model& model,
+                              const acquisition& scan, std::uint32_t samples, view<const medium> media) {
+        const tables& made =
+            tables_([&](tables& t) { t.compute(policy, probe, scan.depth, samples, scan.planes, model); }, probe,
+                    scan.depth, samples, scan.planes, model);
+        frame_view<Probe> frame{frame_lines<Probe>{.probe = probe,
+                                                   .at = at,
+                                                   .depth = scan.depth,
+                                                   .max_depth = max_depth_of(model, scan.depth, media),
+                                                   .planes = scan.planes}};
+        frame.spacing = scan.depth / static_cast<float>(samples);
+        frame.pulse_sigma = nominal_pulse(probe).sigma_z(probe.frequency);
+        frame.bandwidth = fractional_bandwidth(probe);
+        frame.samples = samples;
+        frame.plane_sets = made.plane_sets;
+        frame.plane_weights = made.plane_weights;
+        frame.aperture = made.aperture_view();
+        frame.kernels = made.kernels.view_of();
+        frame.frame_number = scan.frame;
+        for (std::uint32_t i = 0; i < frame.planes; ++i) frame.plane[i] = made.plane[i];
+        return frame;
+    }
+
+  private:
+    struct tables {
+        std::vector<elevation_plane> plane{};
+        std::vector<std::uint32_t> plane_sets{};
+        std::vector<float> plane_weights{}, fnumbers{}, strips{}, phase_spreads{};
+        float fnumber_spacing = 1, elevation_fnumber = 4, height = 0;
+        planes_of_lines of_lines{};
+        kernel_table kernels{};
+
+        template <class Policy>
+        void compute(const Policy& policy, const Probe& probe, float depth, std::uint32_t samples, std::uint32_t count,
+                     const Model& model) {
+            const beam_model beam = beam_of(probe, depth);
+            const elevation_planes planes{beam, count, depth, lines_follow_depth(probe)};
+            plane.clear();
+            for (std::uint32_t i = 0; i < count; ++i) plane.push_back(planes[i]);
+            of_lines.assign(policy, probe, planes);
+            plane_sets = of_lines.set_of_line();
+            plane_weights.clear();
+            for (std::size_t set = 0; count > 1 && set < of_lines.sets(); ++set)
+                of_lines[set].weights_of_samples(samples, depth / static_cast<float>(samples), plane_weights);
+            compute_kernel_table(policy, probe, depth, of_lines, model, kernels);
+            constexpr std::uint32_t parts = kernel_table_view::depths;
+            fnumber_spacing = depth / parts;
+            fnumbers.clear();
+            strips.clear();
+            phase_spreads.clear();
+            for (std::uint32_t k = 0; k < parts; ++k) {
+                const float z = (static_cast<float>(k) + 0.5F) * fnumber_spacing;
+                fnumbers.push_back(beam.fnumber(z));
+                strips.push_back(planes.strip(z));
+                phase_spreads.push_back(planes.phase_spread(z));
+            }
+            elevation_fnumber = beam.elevation_fnumber();
+            height = planes.scatterer_height();
+        }
+        line_aperture aperture_view() const {
+            return {fnumbers, fnumber_spacing, elevation_fnumber, height, strips, phase_spreads};
+        }
+    };
+
+    memo<tables, Probe, float, std::uint32_t, std::uint32_t, Model> tables_{};
+};
+
+} // namespace detail
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#include <concepts>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Whether samples can be weighted and added.
+template <class Sample>
+inline constexpr bool is_average_v = std::same_as<Sample, float> || std::same_as<Sample, vec2>;
+
+/// The task of a tracer: one line of one plane.
+template <transducer Probe>
+INSONIFY_FN line_task task_of(const frame_view<Probe>& frame, const scene_view& scene, std::uint32_t number,
+                              std::uint32_t plane) {
+    return {.scene = scene,
+            .line = {.media = scene.media,
+                     .frequency = frame.probe.frequency,
+                     .places = scene.places,
+                     .structures = scene.structures,
+                     .frame = frame.line(number, plane),
+                     .aperture = frame.aperture,
+                     .plane = plane,
+                     .pulse_sigma = frame.pulse_sigma,
+                     .bandwidth = frame.bandwidth,
+                     .frame_number = frame.frame_number,
+                     .displacements = scene.displacements},
+            .number = number,
+            .plane = plane,
+            .planes = frame.planes,
+            .max_depth = frame.max_depth,
+            .spacing = frame.spacing,
+            .kernels = frame.kernels.of_line(number, plane)};
+}
+
+/// Adds samples, each times a weight of its own: component by component, so that compilers vectorize it.
+template <class Sample>
+INSONIFY_FN void add_weighted(view<Sample> samples, const float* weights, view<Sample> sums) {
+    constexpr std::size_t parts = sizeof(Sample) / sizeof(float);
+    const auto* const from = reinterpret_cast<const float*>(samples.data());
+    auto* const to = reinterpret_cast<float*>(sums.data());
+    const std::size_t count = sums.size();
+    for (std::size_t k = 0; k < count; ++k)
+        for (std::size_t i = 0; i < parts; ++i) to[k * parts + i] += weights[k] * from[k * parts + i];
+}
+
+/// The samples of one line, in one grid or several: in every plane they are traced, weighted and added.
+///
+/// @param room    for the samples of all grids where there are several, or several planes
+/// @param out_of  out_of(grid): the line in that grid; whatever it held is overwritten
+/// @param trace   trace(plane, samples): adds what is received in a plane to samples that are 0, those of one grid after those of
+///                another; false where it cannot
+/// @return        false where `trace` did; the samples are then undefined
+template <transducer Probe, class Sample, class OutOf, class Trace>
+INSONIFY_FN bool sum_planes(const frame_view<Probe>& frame, std::uint32_t number, std::size_t grids, view<Sample> room,
+                            const OutOf& out_of, const Trace& trace) {
+    for (std::size_t grid = 0; grid < grids; ++grid)
+        for (Sample& sample : out_of(grid)) sample = Sample{};
+    if (frame.planes == 1 && grids == 1) return trace(0U, out_of(0));
+    if constexpr (is_average_v<Sample>)
+        for (std::uint32_t plane = 0; plane < frame.planes; ++plane) {
+            for (Sample& sample : room) sample = Sample{};
+            if (!trace(plane, room)) return false;
+            for (std::size_t grid = 0; grid < grids; ++grid) {
+                const view<Sample> out = out_of(grid), own{room.data() + grid * out.size(), out.size()};
+                if (frame.planes > 1)
+                    add_weighted(own, frame.weights(number, plane), out);
+                else
+                    for (std::size_t k = 0; k < out.size(); ++k) out[k] = own[k];
+            }
+        }
+    return true;
+}
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+
+#endif
+#ifndef INSONIFY_TRACING_PLAN_FRAME_DISPLACEMENTS_HPP
+#define INSONIFY_TRACING_PLAN_FRAME_DISPLACEMENTS_HPP
+
+
+#include <cmath>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// How the tissue along the lines of one frame is displaced: see `scene::deform`. Sampled in the box of these lines alone, in
+/// axes of the probe.
+class frame_displacements {
+  public:
+    /// @throws geometry_error  where the map that deforms the scene folds over in the field of view
+    template <class Policy, transducer Probe>
+    view<const displacement_view> compute(const Policy& policy, const scene& body, const frame_view<Probe>& frame) {
+        const displacement_lattice where = lattice_of(frame);
+        const view<const displacement_view> found = body.displacements(policy, where, nodes_, places_);
+        for (std::size_t i = 0; !found.empty() && i < where.count(); ++i)
+            if (nodes_[4 * i + 3] != 0 && is_seen(frame, where.point(i))) throw_folded(where.point(i));
+        return found;
+    }
+
+  private:
+    static constexpr float min_spacing = 1e-3F; // metres
+    static constexpr float max_cells = 64;      // along an axis
+
+    template <transducer Probe>
+    static bool is_seen(const frame_view<Probe>& frame, vec3 point) {
+        const vec3 local = frame.at.local_point(point);
+        const vec2 place = frame.probe.locate({local.x, local.z}); // line, depth
+        return place.x > -1 && place.x < static_cast<float>(frame.probe.lines) && place.y > 0 && place.y < frame.depth;
+    }
+
+    template <transducer Probe>
+    static displacement_lattice lattice_of(const frame_view<Probe>& frame) {
+        aabb box;
+        for (std::uint32_t plane = 0; plane < frame.planes; ++plane)
+            for (std::uint32_t i = 0; i < frame.probe.lines; ++i) {
+                const line_frame line = frame.line(i, plane);
+                box = merged(merged(box, frame.at.local_point(line.origin)),
+                             frame.at.local_point(line.at(frame.max_depth)));
+            }
+        const vec3 extent = box.size();
+        const float spacing = max(min_spacing, max(extent.x, max(extent.y, extent.z)) / max_cells);
+        displacement_lattice lattice;
+        vec3 cells;
+        for (int axis = 0; axis < 3; ++axis) {
+            cells[axis] = max(std::ceil(extent[axis] / spacing), 1);
+            lattice.size[axis] = static_cast<std::uint32_t>(cells[axis]) + 1;
+        }
+        lattice.spacing = vec3{spacing};
+        lattice.at = {frame.at.rotation, frame.at.point(box.centre() - 0.5F * spacing * cells)};
+        return lattice;
+    }
+
+    std::vector<float> nodes_{};
+    std::vector<displacement_view> places_{};
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+
+#endif
+#ifndef INSONIFY_TRACING_SCRATCH_MEMORY_HPP
+#define INSONIFY_TRACING_SCRATCH_MEMORY_HPP
+
+
+#ifndef INSONIFY_TRACING_PATHS_PATH_BRANCH_HPP
+#define INSONIFY_TRACING_PATHS_PATH_BRANCH_HPP
+
+
+#include <cmath>
+
+namespace insonify::inline INSONIFY_ABI {
+
+namespace detail {
+
+/// The curvature of the wave front that a path follows. Waves leave the probe plane; curved mirrors spread or focus them:
+///
+///     a(s) = 1 / sqrt(|det(I + s K)|)    amplitude after s metres
+///
+/// with the curvature K in 1/m, a symmetric tensor in the world whose null direction is the path's. Source: conservation of
+/// energy in a tube of rays, as in geometrical acoustics.
+class ray_tube {
+  public:
+    /// Whether the wave front is plane.
+    INSONIFY_FN bool plane() const { return bend_ == mat3{0}; }
+
+    /// a(s). Near a focus it is bounded: there the beam has its diffraction-limited width.
+    INSONIFY_FN float amplitude(float metres) const {
+        constexpr float least = 0.25F; // of the determinant: at most 6 dB
+        return 1 / std::sqrt(max(std::fabs(determinant(mat3{1} + metres * bend_)), least));
+    }
+
+    /// The tube after s metres: K (I + s K)^-1.
+    INSONIFY_FN ray_tube after(float metres) const {
+        const mat3 grown = mat3{1} + metres * bend_;
+        const float size = determinant(grown);
+        ray_tube next;
+        if (std::fabs(size) < 1e-3F) return next; // at a focus
+        const mat3 inverse = mat3{cross(grown[1], grown[2]), cross(grown[2], grown[0]), cross(grown[0], grown[1])};
+        next.bend_ = (1 / size) * (bend_ * transpose(inverse));
+        return next;
+    }
+
+    /// The tube that a mirror makes of this one:
+    ///
+    ///     K' = M K M + 2 cos^2 i sum_jk H_jk t_j t_k^T,   M = I - 2 n n^T,   t_j = e_j - n (e_j . d') / (n . d')
+    ///
+    /// H are the second derivatives of the mirror's depth along the incident direction d, over the axes e_j across it; d' is the
+    /// reflected direction, n the normal, i the angle of incidence. Source: equal phase of both waves on the mirror, to second
+    /// order.
+    /// @param curvature  H: along both axes, and mixed, 1/m
+    INSONIFY_FN ray_tube mirrored(vec3 normal, vec3 reflected, vec3 across, vec3 elevation, vec3 curvature) const {
+        const float towards = dot(normal, reflected);
+        ray_tube next;
+        if (std::fabs(towards) < 0.05F) return next;
+        const mat3 mirror = mat3{1} - 2.0F * product(normal, normal);
+        const vec3 x = across - (dot(across, reflected) / towards) * normal,
+                   y = elevation - (dot(elevation, reflected) / towards) * normal;
+        next.bend_ = mirror * bend_ * mirror +
+                     (2 * towards * towards) * (curvature.x * product(x, x) + curvature.y * product(y, y) +
+                                                curvature.z * (product(x, y) + product(y, x)));
+        return next;
+    }
+
+  private:
+    INSONIFY_FN static mat3 product(vec3 a, vec3 b) { return {b.x * a, b.y * a, b.z * a}; } // a b^T
+
+    mat3 bend_{0}; // K
+};
+
+} // namespace detail
+
+/// A path that has not been followed yet: see `paths`.
+struct path_branch {
+    line_frame frame{};      ///< where its next piece begins, and along what
+    echo_path path{};        ///< the state of the sound there
+    detail::ray_tube tube{}; ///< curvature of the wave front there
+    float own_surface =
+        0; ///< cosine of incidence on the surface it leaves, if that is the present object's own; else 0
+    std::uint32_t bounces = 0; ///< reflections so far
+    std::uint32_t inside = 0;  ///< how many objects contain it: the last ones of `line_scratch::branch_objects`
+    bool inverted = false;     ///< an odd number of the reflections turned the sign of the pressure
+};
+
+/// A path that arrived at a surface. Sound that arrives along one such path may return along another: see `paths`.
+struct path_arrival {
+    line_frame frame{};        ///< of the path's last piece
+    vec3 point{0, 0, 0};       ///< where it ended
+    vec3 normal{0, 0, 0};      ///< of the surface
+    echo_path path{};          ///< the state of the sound there
+    layer above{};             ///< before the surface
+    layer below{};             ///< behind it
+    std::uint32_t bounces = 0; ///< reflections so far
+    bool inverted = false;     ///< an odd number of the reflections turned the sign of the pressure
+    bool at_face = false;      ///< the surface is the face of the probe
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// The scratch of one thread on the host: doubles until the line fits.
+class scratch_memory {
+  public:
+    line_scratch scratch() {
+        return {.found = {.room = crossings_, .inside = {.ranks = inside_}},
+                .layers = layers_,
+                .branches = branches_,
+                .branch_objects = branch_objects_,
+                .arrivals = arrivals_};
+    }
+    void grow() {
+        crossings_.resize(2 * crossings_.size());
+        inside_.resize(2 * inside_.size());
+        layers_.resize(2 * layers_.size());
+        branches_.resize(2 * branches_.size());
+        branch_objects_.resize(2 * branch_objects_.size());
+        arrivals_.resize(2 * arrivals_.size());
+    }
+
+    /// Calls attempt(scratch), in larger and larger memory, until it returns true.
+    template <class Attempt>
+    void fit(const Attempt& attempt) {
+        for (line_scratch room = scratch(); !attempt(room); room = scratch()) grow();
+    }
+
+  private:
+    std::vector<crossing> crossings_ = std::vector<crossing>(128);
+    std::vector<std::uint32_t> inside_ = std::vector<std::uint32_t>(16);
+    std::vector<layer> layers_ = std::vector<layer>(64);
+    std::vector<path_branch> branches_ = std::vector<path_branch>(32);
+    std::vector<std::uint32_t> branch_objects_ = std::vector<std::uint32_t>(128);
+    std::vector<path_arrival> arrivals_ = std::vector<path_arrival>(128);
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+
+#endif
+#ifndef INSONIFY_TRACING_STRAIGHT_LINES_HPP
+#define INSONIFY_TRACING_STRAIGHT_LINES_HPP
+
+
+#ifndef INSONIFY_TRACING_APERTURE_APERTURE_SHADING_HPP
+#define INSONIFY_TRACING_APERTURE_APERTURE_SHADING_HPP
+
+
+#ifndef INSONIFY_TRACING_APERTURE_APERTURE_MEAN_HPP
+#define INSONIFY_TRACING_APERTURE_APERTURE_MEAN_HPP
+
+
+#ifndef INSONIFY_TRACING_APERTURE_TURNED_LINES_HPP
+#define INSONIFY_TRACING_APERTURE_TURNED_LINES_HPP
+
+
+#ifndef INSONIFY_TRACING_APERTURE_SLICE_SEGMENTS_HPP
+#define INSONIFY_TRACING_APERTURE_SLICE_SEGMENTS_HPP
+
+
+#ifndef INSONIFY_TRACING_APERTURE_TURNED_FAN_HPP
+#define INSONIFY_TRACING_APERTURE_TURNED_FAN_HPP
+
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Where the lines of a fan begin and how they diverge, where neighbours are equally far apart.
+struct face_shape {
+    enum class form {
+        plane,  ///< parallel lines from a plane face, at right angles to it or steered
+        circle, ///< lines that leave a circle around the apex along its radii
+        point,  ///< lines that leave one point, steered by a plane face along the probe's x
+    };
+    enum form form = form::plane;
+    float radius = 0;  ///< of the circle, metres; else 0
+    float incline = 0; ///< of the face under parallel lines: change of y per x, 0 unless they are steered
+    float spacing = 0; ///< from line to line: metres, or radians around the apex
+    vec2 across{1, 0}; ///< along the plane face, in the coordinates of the fan
+    std::uint32_t lines = 0;
+    bool full_circle = false; ///< the last line is next to the first
+
+    /// @return whether the lines are of this kind
+    bool assign(const line_fan& fan, bool circle) {
+        lines = fan.size();
+        full_circle = circle;
+        if (lines < 2) return false;
+        const auto place = [&](std::uint32_t i) {
+            return fan.parallel() ? fan[i].origin.x : std::atan2(fan[i].along.x, fan[i].along.y);
+        };
+        const std::uint32_t middle = (lines - 1) / 2;
+        spacing =
+            circle ? 2 * pi / static_cast<float>(lines) : (place(lines - 1) - place(0)) / static_cast<float>(lines - 1);
+        radius = fan.parallel() ? 0.0F : length(fan[middle].origin);
+        form = fan.parallel() ? form::plane : radius > 1e-4F ? form::circle : form::point;
+        const pose upright = fan.upright();
+        across = {upright.rotation[0].x, upright.rotation[2].x};
+        if (!(spacing > 0) || (form == form::point && (circle || !fan.is_wedge()))) return false;
+        const vec2 face_line = fan[lines - 1].origin - fan[0].origin;
+        incline = fan.parallel() ? face_line.y / face_line.x : 0.0F;
+        for (std::uint32_t i = 0; i < lines; ++i) {
+            const vec2 along_face = fan[i].origin - fan[middle].origin;
+            const float face = fan.parallel() ? along_face.y - incline * along_face.x : length(fan[i].origin) - radius;
+            const float expected = place(middle) + (static_cast<float>(i) - static_cast<float>(middle)) * spacing;
+            if (std::fabs(face) > 1e-6F || std::fabs(place(i) - expected) > 0.05F * spacing) return false;
+        }
+        if (form == form::point) radius = 0;
+        return true;
+    }
+};
+
+/// How a line reaches the points of other lines through the aperture. On a plane or round face it is turned about its origin in the
+/// slice plane, to the right. A line from the point of a phased array is shifted along the face instead. Such a line is measured by
+/// the depth that it reaches: that of the line of the probe which ends in the same point.
+struct line_turn {
+    float sine = 0; ///< of the angle by which it is turned; of a shifted line, of its angle with the normal of the face
+    float cosine = 1;
+    float radius = 0;  ///< see `face_shape`
+    float incline = 0; ///< see `face_shape`
+    float shift = 0;   ///< metres along the face
+    bool is_shift = false;
+
+    /// Metres along a line to a depth.
+    INSONIFY_FN float length_to(float depth) const {
+        if (is_shift) {
+            const float end = max(depth, distance(near_face()));
+            const float length = std::sqrt(max(end * end - shift * shift * cosine * cosine, 0)) - shift * sine;
+            return depth < end ? near_face() * depth / end : length;
+        }
+        if (radius == 0) return depth / depth_per_metre();
+        const float end = radius + depth;
+        return std::sqrt(end * end - radius * radius * sine * sine) - radius * cosine;
+    }
+    /// Depth at metres along a line.
+    INSONIFY_FN float depth_at(float length) const {
+        if (is_shift) return length < near_face() ? distance(near_face()) * length / near_face() : distance(length);
+        if (radius == 0) return length * depth_per_metre();
+        return std::sqrt(radius * radius + length * (2 * radius * cosine + length)) - radius;
+    }
+    /// How far from the straight line through its point at this depth a line begins, metres along the face.
+    INSONIFY_FN float place_on_face(float depth) const {
+        if (is_shift) return shift;
+        return radius == 0 ? depth * sine / depth_per_metre() : radius * around(radius + depth).x;
+    }
+    /// Depth that a turned line from a plane face gains per metre, above 0.
+    INSONIFY_FN float depth_per_metre() const { return cosine - incline * sine; }
+    /// Sine and cosine of the angle around the apex from the origin of a turned line to its point at this distance from the
+    /// apex: the angle by which it was turned less asin(radius sine / distance).
+    INSONIFY_FN vec2 around(float distance) const {
+        const float a = clamp(radius * sine / max(distance, 1e-9F), -1, 1), b = std::sqrt(1 - a * a);
+        return {sine * b - cosine * a, cosine * b + sine * a};
+    }
+
+  private:
+    // Near the face a shifted line may approach the apex; there its depth grows evenly from 0. At F-numbers from 1.25 on, the
+    // points that it reaches lie further away.
+    INSONIFY_FN float near_face() const { return 1.5F * std::fabs(shift); }
+    // Of a point of a shifted line from the apex.
+    INSONIFY_FN float distance(float length) const {
+        return std::sqrt(max(shift * shift + length * (2 * shift * sine + length), 0));
+    }
+};
+
+/// A turned line in the world.
+struct turned_line {
+    line_frame straight{}; ///< the line before
+    line_turn turn{};
+    float tilt = 0; ///< see `line_frame`
+
+    INSONIFY_FN vec3 origin() const {
+        return straight.origin + turn.shift * (turn.cosine * right() + turn.sine * straight.along);
+    }
+    INSONIFY_FN vec3 direction() const {
+        return turn.is_shift ? straight.along : turn.cosine * straight.along + turn.sine * right();
+    }
+    /// The line itself.
+    INSONIFY_FN line_frame frame() const { return {origin(), direction(), straight.elevation, tilt}; }
+    /// Direction of the straight line through the point at this depth.
+    INSONIFY_FN vec3 straight_at(float depth) const {
+        if (turn.radius == 0 && !turn.is_shift) return straight.along;
+        const vec3 before = turn.is_shift ? origin() - straight.origin : turn.radius * straight.along;
+        const vec3 from_apex = before + turn.length_to(depth) * direction();
+        return from_apex / max(length(from_apex), 1e-12F);
+    }
+
+  private:
+    INSONIFY_FN vec3 right() const { return cross(straight.elevation, straight.along); }
+};
+
+/// A turned line meets surfaces as the straight line through the same point does; steep ones, which that line would hardly
+/// meet, at its own angle.
+INSONIFY_FN inline surface_incidence incidence_at(const turned_line& line, float depth, const object_view& one,
+                                                  std::uint32_t face) {
+    const line_frame turned = line.frame();
+    const float length = line.turn.length_to(depth);
+    const surface_incidence met = incidence_on(
+        one, face, {line.straight.origin, line.straight_at(depth), line.straight.elevation}, turned.at(length));
+    return met.cosine > steep_cosine ? met : incidence_at(turned, length, one, face);
+}
+
+/// Points in the coordinates of a fan, one in each lane.
+struct point_lanes {
+    using floats = lanes<simd_width>;
+    floats x, y;
+};
+
+/// The lines of a fan, all turned or shifted alike.
+class turned_fan {
+  public:
+    void assign(const line_fan& fan, const face_shape& shape, const line_turn& turn) {
+        shape_ = shape;
+        turn_ = turn;
+        const std::uint32_t padded = fan.size() + simd_width;
+        for (std::vector<float>& each : lines_) each.resize(padded);
+        for (std::uint32_t i = 0; i < padded; ++i) {
+            const line_fan::line& straight = fan[std::min(i, fan.size() - 1)];
+            const vec2 along = straight.along;
+            const line_fan::line turned = turn.is_shift
+                                              ? line_fan::line{straight.origin + turn.shift * shape.across, along}
+                                              : line_fan::line{straight.origin,
+                                                               {along.x * turn.cosine + along.y * turn.sine,
+                                                                along.y * turn.cosine - along.x * turn.sine}};
+            lines_[0][i] = turned.origin.x, lines_[1][i] = turned.origin.y;
+            lines_[2][i] = turned.along.x, lines_[3][i] = turned.along.y;
+        }
+    }
+
+    /// Of one of the lines.
+    line_turn turn(std::uint32_t line) const {
+        line_turn own = turn_;
+        if (!own.is_shift) return own;
+        const vec2 along{lines_[2][line], lines_[3][line]};
+        own.sine = dot(shape_.across, along);
+        own.cosine = shape_.across.x * along.y - shape_.across.y * along.x;
+        return own;
+    }
+    /// The lines from `first` on; the last line fills the lanes beyond it.
+    line_fan::neighbours<simd_width> from(std::uint32_t first) const {
+        const auto at = [&](int k) { return load<simd_width>(lines_[k].data() + first); };
+        return {at(0), at(1), at(2), at(3)};
+    }
+
+    /// Moves points across the lines so that the turned line through each becomes the straight one: what a turned line
+    /// crosses is what the straight one crosses after points were moved.
+    INSONIFY_INLINE point_lanes straightened(const point_lanes& p) const {
+        using floats = point_lanes::floats;
+        if (turn_.is_shift) {
+            const vec2 shift = turn_.shift * shape_.across;
+            return {p.x - floats(shift.x), p.y - floats(shift.y)};
+        }
+        const floats sine(turn_.sine), cosine(turn_.cosine);
+        if (shape_.radius == 0) {
+            const floats depth = p.y - floats(turn_.incline) * p.x;
+            return {p.x - depth * (sine / floats(turn_.depth_per_metre())), p.y};
+        }
+        // By the angle of `line_turn::around`.
+        const floats one(1.0F), distance = sqrt(p.x * p.x + p.y * p.y);
+        const floats a = max(min(floats(turn_.radius * turn_.sine) / max(distance, floats(1e-9F)), one), -one),
+                     b = sqrt(one - a * a);
+        const floats by_x = sine * b - cosine * a, by_y = cosine * b + sine * a;
+        return {p.x * by_y - p.y * by_x, p.x * by_x + p.y * by_y};
+    }
+    vec2 straightened(vec2 p) const {
+        const point_lanes moved = straightened(point_lanes{point_lanes::floats(p.x), point_lanes::floats(p.y)});
+        float x[simd_width], y[simd_width];
+        store(moved.x, x);
+        store(moved.y, y);
+        return {x[0], y[0]};
+    }
+
+    /// Calls visit(from, to) for the parts of a segment that `straightened` keeps in order: those outside the circle around the
+    /// apex that the turned lines, prolonged backwards, touch. They run outside it; inside, a segment would pass the apex on
+    /// the other side.
+    template <class Visit>
+    void for_each_outer_part(vec2 from, vec2 to, const Visit& visit) const {
+        const float radius = shape_.radius * std::fabs(turn_.sine);
+        const vec2 along = to - from;
+        const float a = dot(along, along), b = dot(from, along), c = dot(from, from) - radius * radius;
+        const float root = b * b - a * c;
+        if (radius == 0 || !(root > 0)) return visit(from, to);
+        const float half = std::sqrt(root), enters = (-b - half) / a, leaves = (-b + half) / a;
+        if (enters >= 1 || leaves <= 0) return visit(from, to);
+        if (enters > 0) visit(from, from + enters * along);
+        if (leaves < 1) visit(from + leaves * along, to);
+    }
+
+    /// Bit i: whether `for_each_outer_part` may divide segment i.
+    INSONIFY_INLINE std::uint32_t divided(const point_lanes& from, const point_lanes& to) const {
+        using floats = point_lanes::floats;
+        const float radius = shape_.radius * std::fabs(turn_.sine);
+        if (radius == 0) return 0;
+        const floats x = to.x - from.x, y = to.y - from.y, a = x * x + y * y, b = from.x * x + from.y * y,
+                     c = from.x * from.x + from.y * from.y - floats(radius * radius);
+        return bits_of(floats(0.0F) <= b * b - a * c);
+    }
+
+    /// How many straight lines the turned line that ends in one of them has crossed on its way to a depth.
+    float lines_crossed(float depth, std::uint32_t line) const {
+        if (turn_.is_shift) {
+            const line_turn end = turn(line);
+            return std::atan2(end.shift * end.cosine, depth - end.shift * end.sine) / shape_.spacing;
+        }
+        if (shape_.radius == 0) return turn_.place_on_face(depth) / shape_.spacing;
+        const vec2 by = turn_.around(shape_.radius + depth);
+        return std::atan2(by.x, by.y) / shape_.spacing;
+    }
+
+  private:
+    face_shape shape_{};
+    line_turn turn_{};
+    std::vector<float> lines_[4] = {}; // x, y of origins; x, y of directions; the last line is repeated at the end
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+
+#endif
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// The segments of one slice by the sum of the depths of their ends, which lie in flat arrays so that a register takes several.
+/// Keeps its memory from frame to frame.
+class slice_segments {
+  public:
+    static constexpr int width = simd_width;
+
+    void clear() { order_.clear(); }
+    void add(const cut_segment& one) { order_.push_back({one.from.y + one.to.y, &one}); }
+    /// Sorts the segments, after the last was added.
+    void sort() {
+        std::sort(order_.begin(), order_.end(), [](const deep& a, const deep& b) { return a.depth < b.depth; });
+        const std::size_t padded = (order_.size() + width - 1) / width * width;
+        for (std::vector<float>& ends : ends_) ends.assign(padded, 0);
+        for (std::size_t i = 0; i < order_.size(); ++i) {
+            const cut_segment& one = *order_[i].segment;
+            ends_[0][i] = one.from.x, ends_[1][i] = one.from.y, ends_[2][i] = one.to.x, ends_[3][i] = one.to.y;
+        }
+    }
+
+    std::size_t size() const { return order_.size(); }
+    const cut_segment& operator[](std::size_t i) const { return *order_[i].segment; }
+
+    /// The ends of `width` segments from the i-th on; behind the last, 0.
+    point_lanes from(std::size_t i) const { return {load<width>(&ends_[0][i]), load<width>(&ends_[1][i])}; }
+    point_lanes to(std::size_t i) const { return {load<width>(&ends_[2][i]), load<width>(&ends_[3][i])}; }
+
+  private:
+    struct deep {
+        float depth = 0;
+        const cut_segment* segment = nullptr;
+    };
+    std::vector<deep> order_{};
+    std::vector<float> ends_[4] = {};
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+
+#endif
+#ifndef INSONIFY_TRACING_APERTURE_SOUND_PROFILE_HPP
+#define INSONIFY_TRACING_APERTURE_SOUND_PROFILE_HPP
+
+
+#include <array>
+#include <cmath>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// A model from which `aperture_gains` can be computed: see `physical::arrivals`.
+template <class Model>
+concept states_arrivals = requires(const Model& model, const traced_line& line, view<vec2> out) {
+    model.arrivals(line, 1.0F, out);
+};
+
+/// What arrives at one depth of a line.
+struct sound_at_depth {
+    float amplitude = 0;     ///< one way
+    float shown = 0;         ///< displayed depth, metres
+    std::uint32_t place = 0; ///< what the depth lies in: see `layer::place`
+};
+
+/// What arrives along a line, at equal steps of depth: element k at (k + 1) * spacing.
+struct sound_profile {
+    static constexpr std::uint32_t steps = 64;
+
+    std::array<sound_at_depth, steps> at{};
+
+    /// @param line     with its layers
+    /// @param spacing  of the steps, metres
+    template <class Model>
+    INSONIFY_FN void compute(const traced_line& line, const Model& model, float spacing) {
+        vec2 both_ways[steps];
+        model.arrivals(line, spacing, view<vec2>{both_ways, steps});
+        std::size_t i = 0;
+        for (std::uint32_t k = 0; k < steps; ++k) {
+            // A step on a surface lies behind it, as in `physical::arrivals`.
+            while (i + 1 < line.layers.size() && line.layers[i].end <= static_cast<float>(k + 1) * spacing) ++i;
+            at[k] = {std::sqrt(max(both_ways[k].x, aperture_gains::least)), both_ways[k].y, line.layers[i].place};
+        }
+    }
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+
+#endif
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// The points of an aperture shading: lines of the probe, equally far apart, in each plane of the frame. They are reached by the
+/// lines of a fan, turned or shifted: those of the points, and of a phased array, whose aperture is as wide at the edges of its
+/// sector, also some beyond.
+struct shading_points {
+    line_fan fan{};
+    face_shape shape{};
+    std::uint32_t beyond = 0; ///< lines of the fan on either side of those of the points
+    std::uint32_t first = 0;  ///< line of the probe
+    std::uint32_t stride = 1;
+    std::uint32_t planes = 1;
+
+    std::uint32_t size() const { return fan.size() - 2 * beyond; }
+    std::uint32_t line_of(std::uint32_t point) const { return first + point * stride; }
+};
+
+/// The lines of all points turned or shifted alike, in each plane by an amount of its own, and what arrives along them. Keeps
+/// its memory from frame to frame.
+class turned_lines {
+  public:
+    static constexpr std::uint32_t steps = sound_profile::steps;
+
+    /// @param turn     of the lines in each plane
+    /// @param spacing  from step to step, metres
+    void assign(const shading_points& points, const line_turn (&turn)[max_elevation_planes], float spacing) {
+        lines_ = points.fan.size();
+        spacing_ = spacing;
+        sound_.resize(std::size_t{points.planes} * steps * lines_);
+        share_.resize(std::size_t{points.planes} * steps);
+        for (std::uint32_t plane = 0; plane < points.planes; ++plane)
+            fans_[plane].assign(points.fan, points.shape, turn[plane]);
+    }
+
+    /// Share of the aperture that the lines stand for, at one step of one plane.
+    float& share(std::size_t row) { return share_[row]; }
+    float share(std::size_t row) const { return share_[row]; }
+    /// How many lines the one that ends in a line of the fan has crossed on its way to one step of one plane.
+    float lines_crossed(std::size_t row, std::uint32_t line) const {
+        return fans_[row / steps].lines_crossed(static_cast<float>(row % steps + 1) * spacing_, line);
+    }
+    /// What arrives at one step of one plane, by line.
+    const sound_at_depth* sound(std::size_t row) const { return sound_.data() + row * lines_; }
+
+    /// Finds where the lines cross the segments of the slices.
+    /// @param slices  of each plane, sorted, so that the crossings of each line nearly are
+    void find_crossings(const shading_points& points, view<const slice_segments> slices) {
+        constexpr int width = simd_width;
+        ends_.assign(std::size_t{points.planes} * lines_ + 1, 0);
+        crossed_.clear();
+        for (std::uint32_t plane = 0; plane < points.planes; ++plane)
+            find_crossed(points.fan, fans_[plane], slices[plane], ends_.data() + std::size_t{plane} * lines_ + 1);
+        for (std::size_t slot = 0; slot + 1 < ends_.size(); ++slot) ends_[slot + 1] += ends_[slot];
+        crossings_.resize(ends_.back());
+        // The end of each line's predecessor is where its own crossings begin; it moves on to its own end as they come in.
+        for (const crossed_segment& crossed : crossed_) {
+            const cut_segment& one = *crossed.segment;
+            std::uint32_t* const end = ends_.data() + std::size_t{one.slice} * lines_;
+            for (std::uint32_t line = crossed.first; line < crossed.last; line += width) {
+                float distance[width];
+                store(fans_[one.slice].from(line).intersect(one.from, one.to), distance);
+                for (std::uint32_t i = line; i < crossed.last && i < line + width; ++i)
+                    crossings_[end[i]++] = {distance[i - line], one.object, one.primitive};
+            }
+        }
+    }
+
+    /// Whether a line of the fan reaches any point: those beyond the points on the right do not where it is shifted to the right.
+    bool reaches_points(const shading_points& points, std::uint32_t line, std::uint32_t plane) const {
+        return fans_[plane].turn(line).shift > 0 ? line < points.beyond + points.size() : line >= points.beyond;
+    }
+
+    /// Finds what arrives along one line of the fan in one plane.
+    /// @param task     of that line, neither turned nor shifted
+    /// @param tilt_of  tilt_of(direction): that of a line in the task's plane, see `line_frame::tilt`
+    /// @param objects  that contain the origin of the point's line, behind the face
+    /// @param slices   whose crossings were found; null where everything is found by rays
+    template <class Model, class TiltOf>
+    void find_sound(const line_task& task, view<const std::uint32_t> objects, std::uint32_t line, const Model& model,
+                    float spacing, const TiltOf& tilt_of, const slice_finder* slices) {
+        const line_turn turn = fans_[task.plane].turn(line);
+        const turned_line turned{task.line.frame, turn, tilt_of(turned_line{task.line.frame, turn}.direction())};
+        traced_line heard = task.line;
+        for (;; memory_.grow()) {
+            line_crossings found = memory_.found();
+            if (!find_line(task, turned, objects, line, slices, found)) continue;
+            heard.layers = stack_layers(task.scene, turned, task.max_depth, found, view<layer>{memory_.layers},
+                                        !takes_normal_incidence<Model>());
+            if (!heard.layers.empty()) break;
+        }
+        sound_profile profile;
+        profile.compute(heard, model, spacing);
+        for (std::uint32_t step = 0; step < steps; ++step)
+            sound_[(std::size_t{task.plane} * steps + step) * lines_ + line] = profile.at[step];
+    }
+
+  private:
+    // The lines [first, last) cross a segment.
+    struct crossed_segment {
+        const cut_segment* segment = nullptr;
+        std::uint32_t first = 0, last = 0;
+    };
+
+    // Adds the lines that cross each segment to `crossed_`, and to the number of crossings of each line.
+    void find_crossed(const line_fan& straight, const turned_fan& turned, const slice_segments& segments,
+                      std::uint32_t* counts) {
+        constexpr int width = simd_width;
+        for (std::size_t begin = 0; begin < segments.size(); begin += width) {
+            const point_lanes from = segments.from(begin), to = segments.to(begin);
+            const point_lanes first = turned.straightened(from), last = turned.straightened(to);
+            const auto places_first = straight.places_of<width>(first.x, first.y),
+                       places_last = straight.places_of<width>(last.x, last.y);
+            const std::uint32_t divided = turned.divided(from, to);
+            float ends[4][width];
+            store(first.x, ends[0]), store(first.y, ends[1]), store(last.x, ends[2]), store(last.y, ends[3]);
+            const std::size_t end = std::min<std::size_t>(width, segments.size() - begin);
+            for (std::uint32_t i = 0; i < end; ++i) {
+                const cut_segment& one = segments[begin + i];
+                const vec2 p{ends[0][i], ends[1][i]}, q{ends[2][i], ends[3][i]};
+                const std::uint32_t gap_p = straight.gap(places_first, i), gap_q = straight.gap(places_last, i);
+                const auto add = [&](std::uint32_t from_line, std::uint32_t to_line) {
+                    crossed_.push_back({&one, from_line, to_line});
+                    for (std::uint32_t line = from_line; line < to_line; ++line) ++counts[line];
+                };
+                if ((divided >> i & 1U) == 0) {
+                    straight.for_each_crossed(p, gap_p, q, gap_q, add);
+                    continue;
+                }
+                turned.for_each_outer_part(one.from, one.to, [&](vec2 a, vec2 b) {
+                    const vec2 a_moved = a == one.from ? p : turned.straightened(a),
+                               b_moved = b == one.to ? q : turned.straightened(b);
+                    straight.for_each_crossed(a_moved, a == one.from ? gap_p : straight.gap(a_moved), b_moved,
+                                              b == one.to ? gap_q : straight.gap(b_moved), add);
+                });
+            }
+        }
+    }
+
+    // The crossings of one line, at the depths of their points. A turned line begins where that of the point does, in the same
+    // objects; a shifted one begins in the objects whose surfaces it crosses an odd number of times.
+    bool find_line(const line_task& task, const turned_line& turned, view<const std::uint32_t> objects,
+                   std::uint32_t number, const slice_finder* slices, line_crossings& found) const {
+        const bool shifted = turned.turn.is_shift;
+        const crossing_collector collector{
+            task.scene,
+            {turned.origin(), turned.frame().path(), 0, turned.turn.length_to(task.max_depth)},
+            task.max_depth,
+            found};
+        if (!shifted)
+            for (const std::uint32_t rank : objects) found.inside.toggle(rank);
+        const auto add = [&](crossing one) {
+            one.distance = turned.turn.depth_at(one.distance);
+            if (shifted)
+                collector.add(one);
+            else if (one.distance > touching_distance && one.distance <= task.max_depth)
+                found.add(one);
+        };
+        const std::size_t slot = std::size_t{task.plane} * lines_ + number;
+        if (slices != nullptr)
+            for (std::size_t i = slot == 0 ? 0 : ends_[slot - 1]; i < ends_[slot]; ++i)
+                if (crossings_[i].distance >= 0) add(crossings_[i]);
+        if (slices == nullptr || slices->leaves_rays())
+            collector.trace(slices != nullptr ? slices->chosen() : view<const std::uint8_t>{}, add);
+        found.sort();
+        return found.complete();
+    }
+
+    std::uint32_t lines_ = 0; // of the fan
+    float spacing_ = 1;       // from step to step, metres
+    turned_fan fans_[max_elevation_planes] = {};
+    std::vector<crossed_segment> crossed_{};
+    std::vector<std::uint32_t> ends_{};   // of each plane and line, in `crossings_`
+    std::vector<crossing> crossings_{};   // at metres along the turned line
+    std::vector<sound_at_depth> sound_{}; // by plane, step and line
+    std::vector<float> share_{};          // by plane and step
+    line_memory memory_{};
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+
+#endif
+#include <cfloat>
+#include <cmath>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Interpolates linearly between two values, either of which may be unusable.
+struct blend_of_two {
+    bool first = true, second = true;
+    float fraction = 0;
+
+    bool any() const { return first || second; }
+    template <class Value>
+    Value operator()(const Value& a, const Value& b) const {
+        return first && second ? a + fraction * (b - a) : first ? a : b;
+    }
+};
+
+/// What arrives at a point through the whole aperture.
+struct aperture_mean {
+    float surfaces = 0; ///< square of the mean amplitude, one way
+    float speckle = 0;  ///< rms of the amplitude's convolution with itself, over that of 1
+    float shown = 0;    ///< displayed depth, metres
+    bool any = false;   ///< some line arrives
+};
+
+/// Combines what arrives along the turned lines at all points of one step of one plane. Keeps its memory.
+class aperture_average {
+  public:
+    static constexpr std::uint32_t max_directions = 64;
+
+    /// @param row      number of the step in all planes
+    /// @param place    place(point): what the point lies in; only sound that arrives in the same counts
+    /// @param means    one for each point
+    template <class Place>
+    void compute(const shading_points& points, view<const turned_lines> directions, std::size_t row, const Place& place,
+                 view<aperture_mean> means) {
+        const std::size_t count = directions.size();
+        const std::size_t padded = (std::size_t{points.size()} + simd_width - 1) / simd_width * simd_width;
+        // What arrives along each direction, then the share of the last, then what arrives times its displayed depth.
+        weighted_.assign((2 * count + 1) * padded, 0);
+        float *const shares = weighted_.data() + count * padded, *const depths = shares + count * padded;
+        for (std::size_t k = 0; k < count; ++k)
+            weigh(points, directions[k], row, place, weighted_.data() + k * padded, shares + k * padded, depths);
+        for (std::uint32_t first = 0; first < points.size(); first += simd_width) {
+            const received sound = receive(weighted_.data() + first, padded, count),
+                           all = receive(shares + first, padded, count);
+            const floats least(FLT_MIN); // divides where there is no line at all
+            float mean[simd_width], rms[simd_width], depth[simd_width], whole[simd_width];
+            store(load<simd_width>(depths + first) / max(sound.sum, least), depth);
+            store(sound.sum / max(all.sum, least), mean);
+            store(sqrt(sound.power / max(all.power, least)), rms);
+            store(all.sum, whole);
+            for (std::uint32_t i = 0; i < simd_width && first + i < points.size(); ++i)
+                means[first + i] = {mean[i] * mean[i], rms[i], depth[i], whole[i] > 0};
+        }
+    }
+
+  private:
+    using floats = lanes<simd_width>;
+
+    // What arrives along one direction at each point, times the share of the direction. The line that ends in a point lies
+    // between those of two points, neither of which is used where it has left the fan: slices end there.
+    template <class Place>
+    static void weigh(const shading_points& points, const turned_lines& one, std::size_t row, const Place& place,
+                      float* weighted, float* shares, float* depths) {
+        const float share = one.share(row);
+        if (!(share > 0)) return;
+        const auto count = static_cast<std::int64_t>(points.size()), beyond = static_cast<std::int64_t>(points.beyond);
+        const sound_at_depth* const sound = one.sound(row);
+        const bool alike = points.shape.form != face_shape::form::point; // all cross as many lines
+        float back = -one.lines_crossed(row, 0);
+        for (std::int64_t point = 0; point < count; ++point) {
+            if (!alike) back = -one.lines_crossed(row, static_cast<std::uint32_t>(point + beyond));
+            const float whole = std::floor(back), fraction = back - whole;
+            std::int64_t from = point + beyond + static_cast<std::int64_t>(whole), next = from + 1;
+            bool from_within = true, next_within = true;
+            if (points.shape.full_circle) {
+                from = (from % count + count) % count;
+                next = (from + 1) % count;
+            } else {
+                const std::int64_t all = count + 2 * beyond;
+                from_within = from >= 0 && from < all && (!alike || point > 0 || fraction == 0);
+                next_within = next >= 0 && next < all && (!alike || point + 1 < count);
+                if (!from_within) from = next;
+                if (!next_within) next = from;
+                if (!from_within && !next_within) continue;
+            }
+            const std::uint32_t here = place(static_cast<std::uint32_t>(point));
+            const blend_of_two between{from_within && sound[from].place == here,
+                                       next_within && sound[next].place == here, fraction};
+            if (!between.any()) continue;
+            weighted[point] = share * between(sound[from].amplitude, sound[next].amplitude);
+            shares[point] = share;
+            depths[point] += weighted[point] * between(sound[from].shown, sound[next].shown);
+        }
+    }
+
+    // Sum over the directions, and the sum of the squares of their convolution with themselves.
+    struct received {
+        floats sum{0.0F}, power{0.0F};
+    };
+    static received receive(const float* of_first, std::size_t padded, std::size_t count) {
+        floats of[max_directions];
+        received all;
+        for (std::size_t k = 0; k < count; ++k) {
+            of[k] = load<simd_width>(of_first + k * padded);
+            all.sum = all.sum + of[k];
+        }
+        for (std::size_t both = 0; both + 1 < 2 * count; ++both) {
+            floats together(0.0F);
+            std::size_t i = both < count ? 0 : both - count + 1, j = both - i;
+            for (; i < j; ++i, --j) together = multiply_add(of[i], of[j], together);
+            together = together + together;
+            if (i == j) together = multiply_add(of[i], of[i], together);
+            all.power = multiply_add(together, together, all.power);
+        }
+        return all;
+    }
+
+    std::vector<float> weighted_{};
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+
+#endif
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+/// Sound reaches a point from the whole width of the aperture, so shadows have a penumbra: behind a needle it comes past it
+/// from both sides, and beside a needle part of it is blocked. Here lines are traced to every point from several places of the
+/// aperture, and the `aperture_gains` of its line are computed from what arrives:
+///
+///     surfaces   mean(a)^2 / T               a^2: amplitude there and back along one of the lines, by the model
+///     speckle    rms(a * a) / rms(1 * 1) / T      *: convolution across the aperture
+///     depth      mean(a d) / mean(a)         d: displayed depth along one of the lines
+///
+/// over the aperture |u| < z / 2F; T is the amplitude there and back along the line that is displayed. For an obstacle that
+/// lets nothing pass and leaves a fraction A of the aperture free, surfaces take A^2; speckle takes A^1.5 where the free part
+/// is in one piece, as beside a shadow's edge, and about A^2 where the obstacle is in its middle. Source: sound that is
+/// focused adds by pressure, out and back; the echo power of independent scatterers is the integral of the squared two-way
+/// beam, whose spectrum is a * a. Behind a strip 0.72 mm wide, F/2, 7.5 MHz, 5, 10 and 20 mm: -5.7, -2.9, -1.4 dB; a sum of
+/// waves has -5.6, -3.0, -1.4 dB.
+///
+/// A line from the side is given the angle of incidence and the attenuation of the straight line through the same point
+/// (`incidence_at`). So plane layers leave the gains at 1, and their echoes have the levels of plane waves.
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Computes the gains of all lines of a frame. Keeps its memory from frame to frame.
+///
+/// Lines that lie closer than the beam is wide share what arrives from the side: it is computed at some of them, the points,
+/// about as far apart as the beam is wide, and interpolated linearly in between. Only places in one and the same object are
+/// interpolated: between two of them there may be a surface that one line has crossed at a depth and its neighbour has not.
+/// Two places of one object on either side of a thin tilted sheet pass for the same; the error reaches one step of depth.
+class aperture_shading {
+  public:
+    static constexpr std::uint32_t steps = sound_profile::steps;                      ///< of depth
+    static constexpr std::uint32_t max_directions = aperture_average::max_directions; ///< to each point
+
+    /// Takes over the lines of a probe.
+    /// @return whether they can be turned or shifted: at equal distances on a plane or round face, or from one point of a
+    ///         plane face; lines that are steered from a round one cannot
+    template <transducer Probe>
+    bool assign(const Probe& probe, const line_fan& fan, const beam_model& beam) {
+        const bool circle = is_full_circle(probe);
+        if (!points_.shape.assign(fan, circle)) return false;
+        lines_ = fan.size();
+        const float wide = beam.lateral_width(beam.focus) / line_spacing(probe, beam.focus);
+        std::uint32_t stride = static_cast<std::uint32_t>(clamp(wide + 0.5F, 1, 16));
+        while (circle && lines_ % stride != 0) --stride; // of a prime number of lines, each is a point
+        points_.stride = stride;
+        points_.first = circle ? 0 : (lines_ - 1) % stride / 2;
+        points_.fan.assign(fan, points_.first, stride);
+        points_.beyond = 0;
+        if (points_.size() < 2 || !points_.shape.assign(points_.fan, circle)) return false;
+        if (is_point()) { // those that reach the edges of the sector from the ends of the aperture
+            const float angle = std::asin(min(0.5F / beam.min_fnumber, 0.95F)), spacing = points_.shape.spacing;
+            points_.beyond = points_.fan.extend(static_cast<std::uint32_t>(std::ceil(angle / spacing)), spacing);
+        }
+        return true;
+    }
+
+    /// @param directions  in which lines are traced to each point of a single plane; with several planes, each uses a quarter
+    ///                    as many, at least 2, interleaved with the others'
+    /// @param found   the layers of the lines of the probe, in `scene`
+    /// @param slices  that they were found by; null: by rays, as everything else then is
+    template <exec::policy Policy, transducer Probe, states_arrivals Model>
+    void compute(const Policy& policy, const scene_view& scene, const frame_view<Probe>& frame, const Model& model,
+                 std::uint32_t directions, const line_layers& found, const slice_finder* slices) {
+        const std::uint32_t points = points_.size();
+        points_.planes = frame.planes;
+        // To the depth of the picture as if all sound had the display's speed; deeper, the last gain holds.
+        spacing_ = frame.depth / steps;
+        profiles_.resize(std::size_t{frame.planes} * lines_);
+        gains_.resize(profiles_.size() * steps);
+        means_.resize(std::size_t{frame.planes} * steps * points);
+        if (averages_.size() < std::size_t{frame.planes} * steps) averages_.resize(std::size_t{frame.planes} * steps);
+        const std::uint32_t count = frame.planes == 1 ? directions : std::max<std::uint32_t>((directions + 3) / 4, 2);
+        if (turned_.size() < count) turned_.resize(count);
+        turn_lines(frame, count);
+        const view<const turned_lines> turned{turned_.data(), count};
+
+        exec::for_each_block(policy, lines_, lines_per_block, 500, [&](std::size_t begin, std::size_t end) {
+            for (auto line = static_cast<std::uint32_t>(begin); line < end; ++line)
+                for (std::uint32_t plane = 0; plane < frame.planes; ++plane) {
+                    traced_line traced = task_of(frame, scene, line, plane).line;
+                    traced.layers = found(line, plane);
+                    profiles_[std::size_t{plane} * lines_ + line].compute(traced, model, spacing_);
+                }
+        });
+        if (slices != nullptr) sort_segments(slices->segments());
+        exec::for_each_block(policy, count, 1, 500 * static_cast<float>(points), [&](std::size_t k, std::size_t) {
+            if (slices != nullptr) turned_[k].find_crossings(points_, {segments_, max_elevation_planes});
+            for (std::uint32_t plane = 0; plane < frame.planes; ++plane)
+                for (std::uint32_t line = 0; line < points_.fan.size(); ++line)
+                    if (turned_[k].reaches_points(points_, line, plane))
+                        turned_[k].find_sound(
+                            task_along(frame, scene, line, plane),
+                            found.objects_behind_face(points_.line_of(nearest_point(line)), plane), line, model,
+                            spacing_, [&](vec3 direction) { return frame.tilt(direction, plane); }, slices);
+        });
+        exec::for_each_block(policy, std::size_t{frame.planes} * steps, 1, 3000, [&](std::size_t row, std::size_t) {
+            const auto place = [&](std::uint32_t point) {
+                return profiles_[row / steps * lines_ + points_.line_of(point)].at[row % steps].place;
+            };
+            averages_[row].compute(points_, turned, row, place, {means_.data() + row * points, points});
+        });
+        exec::for_each_block(policy, std::size_t{frame.planes} * lines_, lines_per_block, 100,
+                             [&](std::size_t begin, std::size_t end) {
+                                 for (std::size_t i = begin; i < end; ++i) compare(i / lines_, i % lines_);
+                             });
+    }
+
+    /// The lines beyond those of the probe for which slices must be cut: those of a phased array; none for others.
+    template <transducer Probe>
+    outer_lines beyond(const frame_view<Probe>& frame) const {
+        if (!is_point()) return {};
+        return {&points_.fan, max_shift(frame)};
+    }
+
+    /// The gains of all lines in flat arrays. Trivially copyable.
+    struct gains_view {
+        view<const aperture_gain> gains{}; ///< by plane, line and step; none: the line alone counts
+        std::uint32_t lines = 0;
+        float spacing = 1; ///< from step to step, metres
+
+        INSONIFY_FN aperture_gains of_line(std::uint32_t line, std::uint32_t plane) const {
+            if (gains.empty()) return {};
+            return {{gains.data() + (std::size_t{plane} * lines + line) * steps, steps}, spacing};
+        }
+    };
+    gains_view view_of() const { return {gains_, lines_, spacing_}; }
+
+  private:
+    // The largest turn whose line is still received at some depth, within the angles for which depths and places of turned
+    // lines are accurate: the tangent on a plane face, at most 0.9 of that of a line along the face, the angle on a round one,
+    // the shift along the face of a phased array.
+    template <transducer Probe>
+    float widest(const frame_view<Probe>& frame) const {
+        const float radius = points_.shape.radius, incline = std::fabs(points_.shape.incline);
+        if (is_point()) return max_shift(frame);
+        float most = 0;
+        for (std::uint32_t k = 0; k < steps; ++k) {
+            const float z = depth_of(k), half = half_aperture(frame, z);
+            if (radius == 0) {
+                most = max(most, half / (z - min(incline * half, 0.9F * z)));
+            } else {
+                const float place = min(half / radius, 0.9F), down = std::sqrt(1 - place * place);
+                most = max(most, std::asin(place) + std::atan(radius * place / (z + radius * (1 - down))));
+            }
+        }
+        return min(most, radius == 0 ? min(3, 0.9F / max(incline, 0.1F)) : 1.3F);
+    }
+    template <transducer Probe>
+    static float max_shift(const frame_view<Probe>& frame) {
+        return half_aperture(frame, frame.depth);
+    }
+    std::uint32_t nearest_point(std::uint32_t line) const {
+        return line < points_.beyond ? 0 : std::min(line - points_.beyond, points_.size() - 1);
+    }
+    // A line of the fan in one plane. Those beyond the lines of the probe are like the nearest of these, but for their
+    // direction.
+    template <transducer Probe>
+    line_task task_along(const frame_view<Probe>& frame, const scene_view& scene, std::uint32_t line,
+                         std::uint32_t plane) const {
+        const std::uint32_t point = nearest_point(line);
+        line_task task = task_of(frame, scene, points_.line_of(point), plane);
+        if (line == point + points_.beyond) return task;
+        const vec2 along = points_.fan[line].along;
+        task.line.frame.along = frame.at.direction(points_.fan.upright().direction({along.x, 0, along.y}));
+        task.line.frame.tilt = frame.tilt(task.line.frame.along, plane);
+        return task;
+    }
+    template <transducer Probe>
+    static float half_aperture(const frame_view<Probe>& frame, float depth) {
+        return 0.5F * depth / frame.aperture.fnumber(depth);
+    }
+    bool is_point() const { return points_.shape.form == face_shape::form::point; }
+    float depth_of(std::uint32_t step) const { return static_cast<float>(step + 1) * spacing_; }
+
+    template <transducer Probe>
+    void turn_lines(const frame_view<Probe>& frame, std::uint32_t count) {
+        const float radius = points_.shape.radius, most = widest(frame);
+        const auto turned_by = [&](float part) -> line_turn { // -1 to 1
+            if (is_point()) return {.shift = part * most, .is_shift = true};
+            const float angle = radius == 0 ? std::atan(part * most) : part * most;
+            return {std::sin(angle), std::cos(angle), radius, points_.shape.incline};
+        };
+        for (std::uint32_t k = 0; k < count; ++k) {
+            // Planes to both sides of the slice are shifted to both sides: 0, 1, -1, 2, -2 parts of a cell.
+            const auto edge = [&](float i, std::uint32_t plane) {
+                const auto pair = static_cast<float>((plane + 1) / 2);
+                const float shift = (plane % 2 == 0 ? -pair : pair) / static_cast<float>(frame.planes);
+                return 2 * (static_cast<float>(k) + shift + i) / static_cast<float>(count) - 1;
+            };
+            line_turn turn[max_elevation_planes];
+            for (std::uint32_t plane = 0; plane < frame.planes; ++plane) turn[plane] = turned_by(edge(0.5F, plane));
+            turned_[k].assign(points_, turn, spacing_);
+            for (std::uint32_t plane = 0; plane < frame.planes; ++plane) {
+                const line_turn left = turned_by(k == 0 ? -1.0F : edge(0, plane)),
+                                right = turned_by(k + 1 == count ? 1.0F : edge(1, plane));
+                for (std::uint32_t step = 0; step < steps; ++step) {
+                    const float z = depth_of(step), half = half_aperture(frame, z);
+                    turned_[k].share(std::size_t{plane} * steps + step) =
+                        max(min(right.place_on_face(z), half) - max(left.place_on_face(z), -half), 0);
+                }
+            }
+        }
+    }
+
+    void sort_segments(const slice_cut& cut) {
+        for (slice_segments& slice : segments_) slice.clear();
+        cut.for_each_segment([&](const cut_segment& one) {
+            if (!one.again) segments_[one.slice].add(one);
+        });
+        for (slice_segments& slice : segments_) slice.sort();
+    }
+
+    // The gains of one line: what arrives at the nearest points through the aperture, divided by what arrives along the line.
+    void compare(std::size_t plane, std::size_t line) {
+        const std::uint32_t points = points_.size();
+        const float apart =
+            (static_cast<float>(line) - static_cast<float>(points_.first)) / static_cast<float>(points_.stride);
+        const bool circle = points_.shape.full_circle;
+        const float within = circle ? apart : clamp(apart, 0, static_cast<float>(points - 1));
+        const auto before = static_cast<std::uint32_t>(within), next = before + 1;
+        const std::uint32_t after = next < points ? next : circle ? 0 : before;
+        const float fraction = within - static_cast<float>(before);
+        const auto profile_of = [&](std::size_t number) -> const sound_profile& {
+            return profiles_[plane * lines_ + number];
+        };
+        const sound_profile &own = profile_of(line), &left = profile_of(points_.line_of(before)),
+                            &right = profile_of(points_.line_of(after));
+        aperture_gain gain{}; // where no point is of use, that of the step above holds
+        float here = 1;       // amplitude along the line alone, there and back
+        for (std::uint32_t step = 0; step < steps; ++step) {
+            const aperture_mean* const row = means_.data() + (plane * steps + step) * points;
+            const std::uint32_t place = own.at[step].place;
+            const aperture_mean &a = row[before], &b = row[after];
+            const blend_of_two between{a.any && left.at[step].place == place, b.any && right.at[step].place == place,
+                                       fraction};
+            const float above = here;
+            here = own.at[step].amplitude * own.at[step].amplitude;
+            if (between.any())
+                gain = {between(a.surfaces, b.surfaces) / here, between(a.speckle, b.speckle) / here,
+                        between(a.shown, b.shown) - own.at[step].shown};
+            else
+                gain = limited(gain, above / here);
+            gains_[(plane * lines_ + line) * steps + step] = gain;
+        }
+    }
+
+    // The gain of the step above, where that has `more` times the amplitude along the line alone: no more sound arrives than
+    // there, unless the line itself brings it.
+    static aperture_gain limited(const aperture_gain& above, float more) {
+        return {min(above.surfaces, max(above.surfaces * more, 1)), min(above.speckle, max(above.speckle * more, 1)),
+                above.deeper};
+    }
+
+    std::uint32_t lines_ = 0;
+    float spacing_ = 1;
+    shading_points points_{};
+    std::vector<sound_profile> profiles_{}; // each line by itself, by plane and line
+    slice_segments segments_[max_elevation_planes] = {};
+    std::vector<turned_lines> turned_{};
+    std::vector<aperture_average> averages_{}; // one for each plane and step
+    std::vector<aperture_mean> means_{};       // by plane, step and point
+    std::vector<aperture_gain> gains_{};       // by plane, line and step
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+
+#endif
+#include <string>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Straight lines: finds all crossings of each line in order, then applies the model once along it.
+///
+/// All lines of a plane lie in one slice of the scene. An object is cut by the slices once and the segments are distributed
+/// over the lines, or a ray is traced for each line, whichever is faster for the object. Both find the same crossings,
+/// except on lines within rounding error of a vertex or an edge.
+struct straight_lines {
+    line_search search = line_search::best; ///< how crossings are found
+    std::uint32_t directions = 16; ///< in which lines are traced to each point, 1 to 64; 1: only the straight one.
+                                   ///< With several planes, each uses a quarter as many, at least 2
+
+    /// @throws usage_error  for a number of directions out of range
+    void check() const {
+        if (directions < 1 || directions > detail::aperture_shading::max_directions)
+            throw usage_error{"straight_lines: `directions` is " + std::to_string(directions) +
+                              "; it must be 1 to 64 lines to each point, and 16 is usual"};
+    }
+
+    /// One line by a ray, without corrections for the width of the aperture: what a kernel calls. `trace` finds the layers of all
+    /// lines instead.
+    template <class Policy, acoustic_model Model>
+    INSONIFY_FN bool operator()(const Policy& policy, const line_task& task, const Model& model, line_scratch& scratch,
+                                view<typename Model::sample_type> out) const {
+        if (!find_crossings(task.scene, task.beam(), task.max_depth, scratch.found)) return false;
+        const view<const layer> layers = stack_layers(task.scene, task.line.frame, task.max_depth, scratch.found,
+                                                      scratch.layers, !detail::takes_normal_incidence<Model>());
+        if (layers.empty()) return false;
+        task.apply(policy, model, layers, out);
+        return true;
+    }
+
+    friend bool operator==(const straight_lines&, const straight_lines&) = default;
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#include <concepts>
+#include <utility>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+namespace detail {
+
+/// The one loop over the lines and planes of a frame: what a line is traced in is made here alone, the scene as the tracer sees
+/// it, with tissue as it is deformed now. Keeps its memory from frame to frame.
+template <class Sample>
+class line_driver {
+  public:
+    /// Finds the layers of all lines, computes what arrives through the aperture, and emits the echoes of every line.
+    /// @param line_time  nanoseconds to emit one line of one plane, roughly
+    /// @param sinks      grids that receive the samples; planes are weighted and added
+    /// @param emit       emit(block, task, layers, samples): adds to samples that are 0, those of one sink after those of another
+    template <exec::policy Policy, transducer Probe, acoustic_model Model, class Emit>
+    void emit_lines(const Policy& policy, const scene& body, const frame_view<Probe>& frame, const Model& model,
+                    const straight_lines& how, float line_time, view<line_grid<Sample>* const> sinks,
+                    const Emit& emit) {
+        constexpr bool incident = !takes_normal_incidence<Model>();
+        const view<const displacement_view> displaced = displacements_.compute(policy, body, frame);
+        const bool fan = finder_.assign(frame.probe);
+        bool shaded = false;
+        if constexpr (states_arrivals<Model>)
+            shaded = how.directions > 1 && fan &&
+                     shading_.assign(frame.probe, finder_.fan(), beam_of(frame.probe, frame.depth));
+        finder_.prepare(policy, body, frame, how.search, shaded ? 1 + how.directions : 1, shaded,
+                        shaded ? shading_.beyond(frame) : outer_lines{});
+        scene_view seen = finder_.scene_seen();
+        seen.displacements = displaced;
+        aperture_shading::gains_view gains{};
+        if constexpr (states_arrivals<Model>)
+            if (shaded) {
+                finder_.find(policy, frame, incident, layers_);
+                shading_.compute(policy, seen, frame, model, how.directions, layers_, finder_.slices());
+                gains = shading_.view_of();
+            }
+        if (!shaded) {
+            layers_.begin(frame.probe.lines, frame.planes, seen.media);
+            line_time += finder_.search_time();
+        }
+        sum_blocks(
+            policy, frame, line_time, sinks,
+            [&](std::size_t begin) {
+                if (!shaded) finder_.find_block(frame, begin, incident, layers_);
+            },
+            [&](std::size_t block, std::uint32_t number, std::uint32_t plane, view<Sample> samples) {
+                line_task task = task_of(frame, seen, number, plane);
+                task.line.gains = gains.of_line(number, plane);
+                emit(block, task, layers_(number, plane), samples);
+            });
+    }
+
+    /// The same for a tracer that makes the samples of a line itself.
+    template <exec::policy Policy, transducer Probe, acoustic_model Model, tracer<Model> Tracer>
+    void trace_lines(const Policy& policy, const scene& body, const frame_view<Probe>& frame, const Model& model,
+                     const Tracer& how, line_grid<Sample>& lines) {
+        constexpr float line_time = 1e6F;
+        scene_view seen = body.view_for_rays(policy);
+        seen.displacements = displacements_.compute(policy, body, frame);
+        layers_.begin(0, 0, {});
+        if (scratch_.size() < blocks_of(frame.probe.lines)) scratch_.resize(blocks_of(frame.probe.lines));
+        line_grid<Sample>* const sink = &lines;
+        sum_blocks(
+            policy, frame, line_time, {&sink, 1}, [](std::size_t) {},
+            [&](std::size_t block, std::uint32_t number, std::uint32_t plane, view<Sample> samples) {
+                scratch_[block].fit([&](line_scratch& scratch) {
+                    for (Sample& sample : samples) sample = Sample{};
+                    return how(policy, task_of(frame, seen, number, plane), model, scratch, samples);
+                });
+            });
+    }
+
+    /// Of the last frame whose lines were emitted.
+    const line_layers& layers() const { return layers_; }
+
+  private:
+    template <exec::policy Policy, transducer Probe, class BeginBlock, class Trace>
+    void sum_blocks(const Policy& policy, const frame_view<Probe>& frame, float line_time,
+                    view<line_grid<Sample>* const> sinks, const BeginBlock& begin_block, const Trace& trace) {
+        if (rooms_.size() < blocks_of(frame.probe.lines)) rooms_.resize(blocks_of(frame.probe.lines));
+        line_time *= static_cast<float>(frame.planes);
+        exec::for_each_block(
+            policy, frame.probe.lines, lines_per_block, line_time, [&](std::size_t begin, std::size_t end) {
+                const std::size_t block = begin / lines_per_block;
+                begin_block(begin);
+                std::vector<Sample>& room = rooms_[block];
+                if (frame.planes > 1 || sinks.size() > 1) room.resize(sinks.size() * frame.samples);
+                for (std::size_t i = begin; i < end; ++i) {
+                    const auto number = static_cast<std::uint32_t>(i);
+                    sum_planes(
+                        frame, number, sinks.size(), view<Sample>{room},
+                        [&](std::size_t grid) {
+                            return view<Sample>{sinks[grid]->values.data() + i * frame.samples, frame.samples};
+                        },
+                        [&](std::uint32_t plane, view<Sample> samples) {
+                            trace(block, number, plane, samples);
+                            return true;
+                        });
+                }
+            });
+    }
+
+    layer_finder finder_{};
+    line_layers layers_{};
+    aperture_shading shading_{};
+    frame_displacements displacements_{};
+    std::vector<std::vector<Sample>> rooms_{}; // of each block of lines
+    std::vector<scratch_memory> scratch_{};    // of each block of lines
+};
+
+} // namespace detail
+
+/// `trace`, frame after frame: holds tables, layers and memory, so that it allocates only while buffers grow.
+///
+///     line_tracer<linear_array> lines;
+///     iq_lines echoes;
+///     for (;;) echoes = lines.trace(exec::par_unseq, body, probe, at, physical{}, scan, {}, std::move(echoes));
+template <transducer Probe, acoustic_model Model = physical<>, tracer<Model> Tracer = straight_lines>
+class line_tracer {
+  public:
+    using sample_type = typename Model::sample_type; ///< that the model makes
+
+    /// What the probe receives along its lines: see `insonify::trace`.
+    /// @param recycled  lines whose memory is reused, whatever they held
+    /// @throws usage_error, geometry_error  as `insonify::trace`
+    template <exec::policy Policy>
+    line_grid<sample_type> trace(const Policy& any, const scene& body, const Probe& probe, const pose& at,
+                                 const Model& model, const acquisition& scan, const Tracer& how = {},
+                                 line_grid<sample_type> recycled = {}) {
+        const detail::any_policy policy{any};
+        const std::uint32_t samples = detail::check_acquisition(body, probe, at, model, scan);
+        if (scan.planes > 1 && !detail::is_average_v<sample_type>)
+            throw usage_error{"trace: samples of this model's type cannot be averaged over `planes`; use one plane"};
+        if constexpr (requires { how.check(); }) how.check();
+        const frame_view<Probe> frame = plan_.view_of(policy, probe, at, model, scan, samples, body.media());
+        recycled.reshape(probe.lines, samples, scan.depth);
+        line_grid<sample_type>* const sink = &recycled;
+        if constexpr (std::same_as<Tracer, straight_lines>)
+            driver_.emit_lines(policy, body, frame, model, how,
+                               detail::nanoseconds_of<Model>() * static_cast<float>(samples), {&sink, 1},
+                               [&](std::size_t, const line_task& task, view<const layer> layers,
+                                   view<sample_type> out) { task.apply(policy, model, layers, out); });
+        else
+            driver_.trace_lines(policy, body, frame, model, how, recycled);
+        return recycled;
+    }
+
+    /// What lies along the lines of the last frame; of tracers other than `straight_lines`, no lines.
+    const line_layers& layers() const { return driver_.layers(); }
+
+  private:
+    detail::frame_plan<Probe, Model> plan_{};
+    detail::line_driver<sample_type> driver_{};
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Received echoes of a pulse train: those of a pulse are the sum of what rests and of what moves.
+struct ensemble_echoes {
+    iq_lines resting{};             ///< the same for all pulses
+    std::vector<iq_lines> moving{}; ///< for each pulse
+};
+
+namespace detail {
+
+/// Distributes the echoes of one line over the pulses; for models it is an `echo_line`.
+struct pulse_echoes {
+    const line_task& task;
+    view<vec2> out;               ///< `samples` of the resting echoes, then as many of each pulse
+    std::size_t samples;          ///< along the line
+    const std::uint32_t& current; ///< the pulse, or `moving_scatterers::all_pulses`
+    bool has_surfaces;            ///< else the echoes of surfaces are dropped
+
+    compensated_echoes now() const {
+        const std::size_t slot = current + 1U; // 0 for all pulses
+        return task.echoes({out.data() + slot * samples, samples});
+    }
+    float depth() const { return now().depth(); }
+    void surface(float at, float amplitude, vec2 slope) const {
+        if (has_surfaces) now().surface(at, amplitude, slope);
+    }
+    void curved_surface(const curved_echo& one) const {
+        if (has_surfaces) now().curved_surface(one);
+    }
+    template <class Value>
+    void rough_surface(float at, float amplitude, vec2 slope, vec3 curvature, const Value& value) const {
+        if (has_surfaces) now().rough_surface(at, amplitude, slope, curvature, value);
+    }
+    void scatterers(const scatterer_echoes& run) const { now().scatterers(run); }
+};
+
+/// Emits the echoes of one line for every pulse. Its layers are those of the first one: within a train, tissue moves by
+/// much less than the length of a pulse.
+/// @param samples  along the line
+/// @param out      those of the resting echoes, then as many of each pulse; echoes are added
+template <class Model, velocity_field Field>
+void emit_ensemble(const line_task& task, const Model& model, view<const layer> layers, const Field& field,
+                   const pulse_train& pulses, moving_surfaces& surfaces, std::size_t samples, view<vec2> out) {
+    traced_line line = task.line;
+    line.layers = layers;
+    const bool surfaces_move = surfaces.assign(line, layers, field, pulses);
+    using scatterers = moving_scatterers<std::remove_cvref_t<decltype(model.scattering)>, Field>;
+    std::uint32_t current = scatterers::all_pulses;
+    model
+        .with_scattering(
+            scatterers{model.scattering, &field, pulses, display_speed / line.frequency, pulses.from, &current})
+        .emit(line, pulse_echoes{task, out, samples, current, !surfaces_move});
+    if (!surfaces_move) return;
+    const auto no_speckle = model.with_scattering(no_scatterers{});
+    for (std::uint32_t k = 0; k < pulses.end(); ++k) {
+        if (k >= pulses.first) {
+            current = k - pulses.first;
+            line.layers = surfaces.layers();
+            no_speckle.emit(line, pulse_echoes{task, out, samples, current, true});
+        }
+        surfaces.advance(field, pulses, k);
+    }
+}
+
+} // namespace detail
+
+/// `trace_ensemble`, train after train: holds tables, layers and memory, so that it allocates only while buffers grow.
+template <transducer Probe, acoustic_model Model = physical<>>
+class ensemble_tracer {
+  public:
+    /// See `trace_ensemble`.
+    /// @param out  receives the echoes; its memory is reused
+    template <exec::policy Policy, velocity_field Field>
+    void trace(const Policy& policy, const scene& body, const Probe& probe, const pose& at, const Model& model,
+               const Field& field, const acquisition& scan, const pulse_train& pulses, ensemble_echoes& out) {
+        const std::uint32_t samples = detail::check_acquisition(body, probe, at, model, scan);
+        frame_view<Probe> frame = plan_.view_of(policy, probe, at, model, scan, samples, body.media());
+        pulse sent = nominal_pulse(probe);
+        sent.burst = pulses.burst;
+        frame.bandwidth = sent.bandwidth_at_peak();
+        out.moving.resize(pulses.count);
+        sinks_.assign(1, &out.resting);
+        for (iq_lines& each : out.moving) sinks_.push_back(&each);
+        for (iq_lines* const each : sinks_) each->reshape(probe.lines, samples, scan.depth);
+        if (surfaces_.size() < detail::blocks_of(probe.lines)) surfaces_.resize(detail::blocks_of(probe.lines));
+        constexpr float line_time = 1e6F;
+        driver_.emit_lines(policy, body, frame, model, straight_lines{}, line_time, {sinks_.data(), sinks_.size()},
+                           [&](std::size_t block, const line_task& task, view<const layer> layers, view<vec2> echoes) {
+                               detail::emit_ensemble(task, model, layers, field, pulses, surfaces_[block], samples,
+                                                     echoes);
+                           });
+    }
+
+  private:
+    detail::frame_plan<Probe, Model> plan_{};
+    detail::line_driver<vec2> driver_{};
+    std::vector<detail::moving_surfaces> surfaces_{}; // of each block of lines
+    std::vector<iq_lines*> sinks_{};
+};
+
+/// What the probe receives of a pulse train while tissue and blood move as `field` says: the geometry is that of the scene for
+/// all pulses.
+///
+/// @param model   `physical`, or another model with its members `scattering`, `with_scattering` and `emit`
+/// @param pulses  their times
+/// @throws usage_error, geometry_error  as `trace`
+template <exec::policy Policy, transducer Probe, acoustic_model Model, velocity_field Field>
+ensemble_echoes trace_ensemble(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                               const Model& model, const Field& field, const acquisition& scan,
+                               const pulse_train& pulses) {
+    ensemble_echoes echoes;
+    ensemble_tracer<Probe, Model>{}.trace(detail::any_policy{policy}, body, probe, at, model, field, scan, pulses,
+                                          echoes);
+    return echoes;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#ifndef INSONIFY_SIGNAL_ELECTRONIC_NOISE_HPP
+#define INSONIFY_SIGNAL_ELECTRONIC_NOISE_HPP
+
+
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Level and seed of the electronic noise.
+struct electronic_noise_settings {
+    float level_db = -135;   ///< rms of its envelope, relative to the echo of a perfect mirror; `no_level_db`: none
+    std::uint64_t seed = 1;  ///< selects a realization
+    std::uint32_t frame = 0; ///< number of the frame: noise differs from frame to frame
+};
+
+namespace detail {
+
+/// Complex normal numbers of mean power 1, from which hashes draw.
+struct normal_numbers {
+    static constexpr std::uint32_t count = 4096;
+    vec2 values[count];
+
+    normal_numbers() {
+        float power = 0;
+        for (std::uint32_t i = 0; i < count; ++i) {
+            values[i] = hash_normal(count, i);
+            power += dot(values[i], values[i]) / count;
+        }
+        for (vec2& value : values) value /= std::sqrt(power);
+    }
+    /// @param bits  random
+    vec2 operator()(std::uint32_t bits) const { return values[bits % count]; }
+};
+
+} // namespace detail
+
+/// Adds the noise of the receiver: complex white Gaussian noise, uniform in depth. Call it before `tgc`, which
+/// amplifies it with depth.
+/// @throws usage_error  for a level that is not finite
+template <exec::policy Policy>
+iq_lines add_electronic_noise(const Policy& policy, iq_lines lines, const electronic_noise_settings& settings = {}) {
+    if (!is_finite(settings.level_db)) throw usage_error{"add_electronic_noise: `level_db` must be finite"};
+    const float scale = amplitude_of_decibels(settings.level_db);
+    if (scale == 0) return lines;
+    static const detail::normal_numbers numbers;
+    const auto stream = static_cast<std::uint32_t>(hash_bits(settings.seed, settings.frame));
+    exec::for_each_block(policy, lines.values.size(), 4096, 3, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i)
+            lines.values[i] += scale * numbers(mix_bits(static_cast<std::uint32_t>(i) ^ stream));
+    });
+    return lines;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#ifndef INSONIFY_SIGNAL_KERNEL_CONVOLVE_HPP
+#define INSONIFY_SIGNAL_KERNEL_CONVOLVE_HPP
+
+
+#ifndef INSONIFY_SIGNAL_KERNEL_AXIAL_KERNEL_HPP
+#define INSONIFY_SIGNAL_KERNEL_AXIAL_KERNEL_HPP
 
 
 #include <cstddef>
@@ -18905,8 +19282,8 @@ class axial_kernel {
 
 
 #endif
-#ifndef INSONIFY_SIGNAL_LATERAL_SLAB_HPP
-#define INSONIFY_SIGNAL_LATERAL_SLAB_HPP
+#ifndef INSONIFY_SIGNAL_KERNEL_LATERAL_SLAB_HPP
+#define INSONIFY_SIGNAL_KERNEL_LATERAL_SLAB_HPP
 
 
 #include <algorithm>
@@ -19049,15 +19426,6 @@ struct convolve_settings {
     std::uint32_t decimation = 1; ///< samples per result; a divisor of the number of samples
 };
 
-/// Tables and memory of `convolve`. Pass it again with the next frame: memory is allocated only while it grows.
-struct convolve_workspace {
-    detail::lateral_kernel lateral;        ///< weights across the lines
-    detail::axial_kernel axial;            ///< weights along a line
-    std::vector<std::vector<vec2>> blocks; ///< scratch memory of each block of lines or samples
-    iq_lines decimated;                    ///< the lines of the previous frame
-    iq_lines steered;                      ///< lines that cannot be filtered in place
-};
-
 namespace detail {
 
 /// `for_each_block` with scratch memory for each block: body(begin, end, memory).
@@ -19069,53 +19437,96 @@ void for_each_block_with_memory(const Policy& policy, std::size_t count, std::si
                          [&](std::size_t begin, std::size_t end) { body(begin, end, memory[begin / block]); });
 }
 
-/// The axial half of `convolve`; in place without decimation.
-/// @param sent  in units of samples
-template <exec::policy Policy>
-iq_lines convolve_along(const Policy& policy, iq_lines echoes, const pulse_envelope& sent, std::uint32_t decimation,
-                        convolve_workspace& own) {
-    constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
-    own.axial.set(echoes.samples, sent, decimation);
-    if (decimation > 1) own.decimated.reshape(echoes.count, echoes.samples / decimation, echoes.depth);
-    iq_lines& results = decimation > 1 ? own.decimated : echoes;
-    for_each_block_with_memory(policy, echoes.count, 8, own.axial.nanoseconds(), own.blocks,
-                               [&](std::size_t begin, std::size_t end, std::vector<vec2>& layout) {
-                                   layout.assign(own.axial.layout_size(), vec2{0, 0});
-                                   for (std::size_t line = begin; line < end; ++line) {
-                                       own.axial.lay_out(echoes.values.data() + line * echoes.samples, layout.data());
-                                       own.axial.template apply<width>(layout.data(),
-                                                                       results.values.data() + line * results.samples);
-                                   }
-                               });
-    if (decimation > 1) std::swap(own.decimated, echoes);
-    return echoes;
-}
-
-/// The lateral half of `convolve`; in place where lines are not steered. The weights change from sample to sample.
-template <exec::policy Policy>
-iq_lines convolve_across(const Policy& policy, iq_lines lines, convolve_workspace& own) {
-    constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
-    constexpr std::size_t thickness = lateral_slab::samples;
-    const std::size_t slabs = (lines.samples + thickness - 1) / thickness;
-    const bool in_place = !own.lateral.steered();
-    if (!in_place) own.steered.reshape(lines.count, lines.samples, lines.depth);
-    iq_lines& results = in_place ? lines : own.steered;
-    const float slab_time = 0.2F * static_cast<float>((2 * own.lateral.half_width() + 1) * lines.count * thickness);
-    for_each_block_with_memory(
-        policy, slabs, 8, slab_time, own.blocks, [&](std::size_t begin, std::size_t end, std::vector<vec2>& memory) {
-            lateral_slab slab{own.lateral, memory};
-            for (std::size_t i = begin; i < end; ++i) {
-                const std::size_t first = i * thickness, count = std::min(thickness, lines.samples - first);
-                slab.weigh(first, count);
-                slab.copy(lines.values.data() + first, lines.samples, count, first, lines.samples - first - count);
-                slab.template apply<width>(results.values.data() + first, lines.samples, count);
-            }
-        });
-    if (!in_place) std::swap(own.steered, lines);
-    return lines;
-}
-
 } // namespace detail
+
+/// `convolve`, frame after frame: holds tables and memory, so that it allocates only while buffers grow.
+class convolver {
+  public:
+    /// See `insonify::convolve`.
+    template <exec::policy Policy, transducer Probe>
+    iq_lines convolve(const Policy& policy, iq_lines echoes, const pulse& sent, const Probe& probe,
+                      const convolve_settings& settings = {}) {
+        probe.check();
+        sent.check(probe.frequency);
+        if (echoes.count != probe.lines || echoes.samples == 0 ||
+            echoes.values.size() != static_cast<std::size_t>(echoes.count) * echoes.samples)
+            throw usage_error{
+                "convolve: the echoes must have as many lines as the probe, and a value for every sample"};
+        check_depth(echoes.depth, "convolve");
+        if (settings.decimation == 0 || echoes.samples % settings.decimation != 0)
+            throw usage_error{
+                detail::joined({"convolve: decimation is ", std::to_string(settings.decimation),
+                                "; it must be a divisor of the number of samples, ", std::to_string(echoes.samples)})};
+        const float per_metre = static_cast<float>(echoes.samples) / echoes.depth;
+        const pulse_envelope in_metres = sent.envelope(probe.frequency);
+        const pulse_envelope envelope{.sigma = in_metres.sigma * per_metre, .burst = in_metres.burst * per_metre};
+        const auto decimation = static_cast<float>(settings.decimation);
+        if (!(envelope.sigma * 1.0001F >= decimation)) {
+            const float needed = min(std::ceil(static_cast<float>(echoes.samples) * decimation / envelope.sigma), 1e9F);
+            throw usage_error{
+                detail::joined({"convolve: the samples are too coarse for the pulse; a line needs at least ",
+                                std::to_string(static_cast<std::uint32_t>(needed)), " (twice as many are usual)",
+                                settings.decimation > 1 ? ", or a smaller `decimation`" : ""})};
+        }
+
+        iq_lines lines = along(policy, std::move(echoes), envelope, settings.decimation);
+        lateral_ =
+            detail::make_lateral_kernel(probe, {.depth = lines.depth, .samples = lines.samples}, std::move(lateral_));
+        return across(policy, std::move(lines));
+    }
+
+  private:
+    // The axial half of `convolve`; in place without decimation.
+    // @param sent  in units of samples
+    template <exec::policy Policy>
+    iq_lines along(const Policy& policy, iq_lines echoes, const pulse_envelope& sent, std::uint32_t decimation) {
+        constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
+        axial_.set(echoes.samples, sent, decimation);
+        if (decimation > 1) decimated_.reshape(echoes.count, echoes.samples / decimation, echoes.depth);
+        iq_lines& results = decimation > 1 ? decimated_ : echoes;
+        detail::for_each_block_with_memory(
+            policy, echoes.count, 8, axial_.nanoseconds(), blocks_,
+            [&](std::size_t begin, std::size_t end, std::vector<vec2>& layout) {
+                layout.assign(axial_.layout_size(), vec2{0, 0});
+                for (std::size_t line = begin; line < end; ++line) {
+                    axial_.lay_out(echoes.values.data() + line * echoes.samples, layout.data());
+                    axial_.template apply<width>(layout.data(), results.values.data() + line * results.samples);
+                }
+            });
+        if (decimation > 1) std::swap(decimated_, echoes);
+        return echoes;
+    }
+
+    // The lateral half of `convolve`; in place where lines are not steered. The weights change from sample to sample.
+    template <exec::policy Policy>
+    iq_lines across(const Policy& policy, iq_lines lines) {
+        constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
+        constexpr std::size_t thickness = detail::lateral_slab::samples;
+        const std::size_t slabs = (lines.samples + thickness - 1) / thickness;
+        const bool in_place = !lateral_.steered();
+        if (!in_place) steered_.reshape(lines.count, lines.samples, lines.depth);
+        iq_lines& results = in_place ? lines : steered_;
+        const float slab_time = 0.2F * static_cast<float>((2 * lateral_.half_width() + 1) * lines.count * thickness);
+        detail::for_each_block_with_memory(
+            policy, slabs, 8, slab_time, blocks_, [&](std::size_t begin, std::size_t end, std::vector<vec2>& memory) {
+                detail::lateral_slab slab{lateral_, memory};
+                for (std::size_t i = begin; i < end; ++i) {
+                    const std::size_t first = i * thickness, count = std::min(thickness, lines.samples - first);
+                    slab.weigh(first, count);
+                    slab.copy(lines.values.data() + first, lines.samples, count, first, lines.samples - first - count);
+                    slab.template apply<width>(results.values.data() + first, lines.samples, count);
+                }
+            });
+        if (!in_place) std::swap(steered_, lines);
+        return lines;
+    }
+
+    detail::lateral_kernel lateral_{};        // weights across the lines
+    detail::axial_kernel axial_{};            // weights along a line
+    std::vector<std::vector<vec2>> blocks_{}; // scratch memory of each block of lines or samples
+    iq_lines decimated_{};                    // the lines of the previous frame
+    iq_lines steered_{};                      // lines that cannot be filtered in place
+};
 
 /// Convolves echoes with the point-spread function of the probe: the pulse along each line, the beam across the lines.
 ///
@@ -19124,101 +19535,726 @@ iq_lines convolve_across(const Policy& policy, iq_lines lines, convolve_workspac
 /// line spacing. Lines are zero beyond their ends, so speckle fades within two standard deviations of the pulse from
 /// them. In place: pass std::move(echoes).
 /// @param echoes  baseband: an echo a at displayed depth z is a exp(-j 4 pi f0 z / c0), with c0 = display_speed
-/// @param own     tables and memory, kept from frame to frame
 /// @throws usage_error  for lines that are not those of the probe, samples coarser than the standard deviation of the
 ///                      pulse, a pulse frequency other than that of the probe, and settings out of range
 template <exec::policy Policy, transducer Probe>
 iq_lines convolve(const Policy& policy, iq_lines echoes, const pulse& sent, const Probe& probe,
-                  const convolve_settings& settings, convolve_workspace& own) {
-    probe.check();
-    sent.check(probe.frequency);
-    if (echoes.count != probe.lines || echoes.samples == 0 ||
-        echoes.values.size() != static_cast<std::size_t>(echoes.count) * echoes.samples)
-        throw usage_error{"convolve: the echoes must have as many lines as the probe, and a value for every sample"};
-    check_depth(echoes.depth, "convolve");
-    if (settings.decimation == 0 || echoes.samples % settings.decimation != 0)
-        throw usage_error{
-            detail::joined({"convolve: decimation is ", std::to_string(settings.decimation),
-                            "; it must be a divisor of the number of samples, ", std::to_string(echoes.samples)})};
-    const float per_metre = static_cast<float>(echoes.samples) / echoes.depth;
-    const pulse_envelope in_metres = sent.envelope(probe.frequency);
-    const pulse_envelope envelope{.sigma = in_metres.sigma * per_metre, .burst = in_metres.burst * per_metre};
-    const auto decimation = static_cast<float>(settings.decimation);
-    if (!(envelope.sigma * 1.0001F >= decimation)) {
-        const float needed = min(std::ceil(static_cast<float>(echoes.samples) * decimation / envelope.sigma), 1e9F);
-        throw usage_error{
-            detail::joined({"convolve: the samples are too coarse for the pulse; a line needs at least ",
-                            std::to_string(static_cast<std::uint32_t>(needed)), " (twice as many are usual)",
-                            settings.decimation > 1 ? ", or a smaller `decimation`" : ""})};
-    }
-
-    iq_lines lines = detail::convolve_along(policy, std::move(echoes), envelope, settings.decimation, own);
-    own.lateral =
-        detail::make_lateral_kernel(probe, {.depth = lines.depth, .samples = lines.samples}, std::move(own.lateral));
-    return detail::convolve_across(policy, std::move(lines), own);
-}
-/// The same, with its own tables and memory.
-template <exec::policy Policy, transducer Probe>
-iq_lines convolve(const Policy& policy, iq_lines echoes, const pulse& sent, const Probe& probe,
                   const convolve_settings& settings = {}) {
-    convolve_workspace own;
-    return convolve(policy, std::move(echoes), sent, probe, settings, own);
+    return convolver{}.convolve(policy, std::move(echoes), sent, probe, settings);
 }
 
 } // namespace insonify::inline INSONIFY_ABI
 
 
 #endif
-#ifndef INSONIFY_SIGNAL_ELECTRONIC_NOISE_HPP
-#define INSONIFY_SIGNAL_ELECTRONIC_NOISE_HPP
+#include <utility>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// How `doppler_ensemble` acquires the echoes of a pulse train.
+struct ensemble_settings {
+    float depth = 0.08F;       ///< metres
+    std::uint32_t samples = 0; ///< depth samples of each line; 0: two per standard deviation of the shortest pulse
+    float prf = 4e3F;          ///< pulse repetition frequency, hertz
+    std::uint32_t pulses = 8;  ///< number of pulses along each line
+    std::uint32_t first = 0;   ///< the first of them, where a long train is acquired in parts
+    float from = 0;            ///< depth from which moving scatterers are needed, metres
+    float burst = 4;           ///< length of the excitation in cycles: see `pulse`
+    std::uint32_t planes = 1;  ///< 1, 3, 5 or 7 elevation planes, which sample the slice thickness
+    float time = 0;            ///< of pulse 0, seconds: the same time gives the same echoes
+    float noise_db = -135;     ///< see `electronic_noise_settings`
+    std::uint64_t seed = 1;    ///< of the noise
+
+    /// @throws usage_error  for a setting out of range
+    void check() const {
+        check_depth(depth, "doppler");
+        if (!is_finite(prf) || !(prf >= 1 && prf <= 1e6F))
+            throw usage_error{"doppler: the prf is " + detail::number_text(prf) +
+                              " Hz; it must be 1 Hz to 1 MHz, such as 4_kHz"};
+        if (pulses < 1 || pulses > 1U << 20U || first > 1U << 24U)
+            throw usage_error{"doppler: the number of pulses must be 1 to 2^20; 8 to 16 are usual for colour"};
+        if (!is_finite(time)) throw usage_error{"doppler: `time` must be a finite number of seconds"};
+    }
+};
+
+/// `doppler_ensemble`, train after train: holds tables and memory, so that it allocates only while buffers grow.
+template <transducer Probe, acoustic_model Model = physical<>>
+class ensemble_scanner {
+  public:
+    /// See `doppler_ensemble`. @return valid until the next call
+    template <exec::policy Policy, velocity_field Field>
+    const iq_ensemble& acquire(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                               const Model& model, const Field& field, const ensemble_settings& settings) {
+        settings.check();
+        if constexpr (requires { field.check(); }) field.check();
+        pulse sent = nominal_pulse(probe);
+        const std::uint32_t samples =
+            settings.samples != 0 ? settings.samples : samples_for(settings.depth, sent.sigma_z(probe.frequency));
+        sent.burst = settings.burst;
+        const std::uint32_t frame =
+            mix_bits(__builtin_bit_cast(std::uint32_t, settings.time)) | 1U; // not 0: blood flows
+        constexpr float slowest = 0.9F; // medium over c0: the echoes of slower media are displayed deeper
+        tracer_.trace(detail::any_policy{policy}, body, probe, at, model, field,
+                      {.depth = settings.depth, .samples = samples, .planes = settings.planes, .frame = frame},
+                      {.start = settings.time,
+                       .interval = 1 / settings.prf,
+                       .count = settings.pulses,
+                       .first = settings.first,
+                       .burst = settings.burst,
+                       .from = slowest * settings.from},
+                      traced_);
+        const auto formed = [&](iq_lines echoes) {
+            return convolver_.convolve(policy, std::move(echoes), sent, probe);
+        };
+        iq_lines& resting = traced_.resting;
+        resting = formed(std::move(resting));
+        echoes_.prf = settings.prf;
+        echoes_.pulses.resize(settings.pulses);
+        for (std::uint32_t k = 0; k < settings.pulses; ++k) {
+            std::swap(echoes_.pulses[k], traced_.moving[k]);
+            iq_lines& echoes = echoes_.pulses[k];
+            echoes = formed(std::move(echoes));
+            exec::for_each_block(policy, echoes.values.size(), 4096, 1, [&](std::size_t begin, std::size_t end) {
+                for (std::size_t i = begin; i < end; ++i) echoes.values[i] += resting.values[i];
+            });
+            echoes = add_electronic_noise(
+                policy, std::move(echoes),
+                {.level_db = settings.noise_db, .seed = settings.seed, .frame = frame + settings.first + k});
+        }
+        return echoes_;
+    }
+
+  private:
+    ensemble_tracer<Probe, Model> tracer_{};
+    convolver convolver_{};
+    ensemble_echoes traced_{};
+    iq_ensemble echoes_{};
+};
+
+/// The echoes of a pulse train along the lines of a probe, after pulse and beam: the input of all Doppler methods.
+///
+/// Between pulses, scatterers and surfaces move as `field` says; the geometry is that of the scene for all pulses. All
+/// lines are acquired at once. Blood that flows out of the slice is followed by other blood.
+///
+/// @throws usage_error, geometry_error  as `trace`, and for settings out of range
+template <exec::policy Policy, transducer Probe, acoustic_model Model, velocity_field Field>
+iq_ensemble doppler_ensemble(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                             const Model& model, const Field& field, const ensemble_settings& settings = {}) {
+    return ensemble_scanner<Probe, Model>{}.acquire(policy, body, probe, at, model, field, settings);
+}
+/// The same with `physical`.
+/// @throws usage_error, geometry_error  as above
+template <exec::policy Policy, transducer Probe, velocity_field Field>
+iq_ensemble doppler_ensemble(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                             const Field& field, const ensemble_settings& settings = {}) {
+    return doppler_ensemble(policy, body, probe, at, physical<>{}, field, settings);
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#ifndef INSONIFY_PROBE_PROBE_SECTION_HPP
+#define INSONIFY_PROBE_PROBE_SECTION_HPP
 
 
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Level and seed of the electronic noise.
-struct electronic_noise_settings {
-    float level_db = -135;   ///< rms of its envelope, relative to the echo of a perfect mirror; `no_level_db`: none
-    std::uint64_t seed = 1;  ///< selects a realization
-    std::uint32_t frame = 0; ///< number of the frame: noise differs from frame to frame
+/// Some neighbouring lines of a probe, with its face, field of view and beam.
+template <transducer Probe>
+struct probe_section : Probe {
+    std::uint32_t lines = 1; ///< hides the member of the probe
+    std::uint32_t first = 0; ///< line of the probe that is line 0 here
+
+    /// @param begin, end  lines of the probe, without `end`
+    probe_section(const Probe& probe, std::uint32_t begin, std::uint32_t end)
+        : Probe{probe}, lines{end - begin}, first{begin} {}
+
+    /// The line as a ray in the probe frame.
+    INSONIFY_FN ray beam(float line) const { return Probe::beam(line + static_cast<float>(first)); }
+    /// Of a probe that is `steered`: see there.
+    INSONIFY_FN vec3 scatterer_axis(float line) const requires requires(const Probe& probe) {
+        probe.scatterer_axis(0.0F);
+    }
+    { return Probe::scatterer_axis(line + static_cast<float>(first)); }
+    /// From {x, z} to {line, depth along it}.
+    INSONIFY_FN vec2 locate(vec2 point) const { return Probe::locate(point) - vec2{static_cast<float>(first), 0}; }
+
+    friend bool operator==(const probe_section&, const probe_section&) requires detail::comparable<Probe>
+    = default;
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#include <algorithm>
+#include <cmath>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// The part of the field of view in which velocities are measured. By default all of it.
+struct colour_box {
+    float from = 0;               ///< depth, metres
+    float to = 0;                 ///< depth, metres; 0: the end of the lines
+    std::uint32_t first_line = 0; ///< of the probe
+    std::uint32_t lines = 0;      ///< their number; 0: to the last one
+
+    friend bool operator==(const colour_box&, const colour_box&) = default;
+};
+
+/// Settings of colour and power Doppler, as on a scanner.
+struct doppler_settings {
+    float depth = 0.08F;          ///< metres
+    float prf = 4e3F;             ///< pulse repetition frequency, hertz: sets the largest velocity, c0 prf / (4 f0)
+    std::uint32_t ensemble = 8;   ///< pulses along each line
+    colour_box box{};             ///< where velocities are measured
+    wall_filter wall{};           ///< removes tissue
+    float average_length = 1e-3F; ///< of the autocorrelation along the lines, metres
+    float average_lines = 2;      ///< and across them, in lines of the probe
+    float burst = 4;              ///< length of the excitation, in cycles
+    std::uint32_t planes = 1;     ///< 1, 3, 5 or 7 elevation planes, which sample the slice thickness
+    float time = 0;               ///< of the first pulse, seconds: the same time gives the same picture
+    float noise_db = -135;        ///< electronic noise: see `electronic_noise_settings`
+    std::uint64_t seed = 1;       ///< of the noise
+
+    /// @throws usage_error  for a setting out of range
+    template <transducer Probe>
+    void check(const Probe& probe) const {
+        probe.check();
+        check_depth(depth, "colour_doppler");
+        wall.check(ensemble);
+        if (ensemble < 2) throw usage_error{"colour_doppler: `ensemble` must be at least 2 pulses; 8 to 16 are usual"};
+        if (!is_finite(average_length) || !(average_length >= 0) || !(average_lines >= 0 && average_lines <= 1000))
+            throw usage_error{"colour_doppler: `average_length` must be 0 or more metres, such as 1_mm, and "
+                              "`average_lines` 0 or more lines, such as 2"};
+        if (box.first_line >= probe.lines || box.lines > probe.lines - box.first_line)
+            throw usage_error{detail::joined({"colour_doppler: the box must lie in the ", std::to_string(probe.lines),
+                                              " lines of the probe; lower `first_line` or `lines`"})};
+        if (!(box.from >= 0 && box.from < (box.to > 0 ? box.to : depth)) || !(box.to >= 0 && box.to <= depth))
+            throw usage_error{"colour_doppler: the box must begin above its end, and end within the depth"};
+    }
 };
 
 namespace detail {
 
-/// Complex normal numbers of mean power 1, from which hashes draw.
-struct normal_numbers {
-    static constexpr std::uint32_t count = 4096;
-    vec2 values[count];
+/// The probe with the focus that it has at the whole depth, and enough lines: at the focus they are no further apart than
+/// half the beam width, and than two thirds of a cell of scatterers. Coarser lines sample what passes them so rarely that
+/// its spectrum repeats, -7 dB at 1.3 cells and -25 dB at two thirds.
+template <transducer Probe, class Model>
+refined<Probe> doppler_probe(const Probe& probe, float depth, const Model& model) {
+    float rays = rays_per_line(probe, depth);
+    if constexpr (requires { model.scattering.cell; })
+        rays = max(rays, min(1.5F * line_spacing(probe, beam_of(probe, depth).focus) / model.scattering.cell, 8));
+    refined<Probe> fine{probe, rays};
+    if constexpr (requires { fine.focus; })
+        if (fine.focus == 0) fine.focus = depth / 2;
+    return fine;
+}
 
-    normal_numbers() {
-        float power = 0;
-        for (std::uint32_t i = 0; i < count; ++i) {
-            values[i] = hash_normal(count, i);
-            power += dot(values[i], values[i]) / count;
-        }
-        for (vec2& value : values) value /= std::sqrt(power);
-    }
-    /// @param bits  random
-    vec2 operator()(std::uint32_t bits) const { return values[bits % count]; }
-};
+/// Lines on either side that reach a line through the beam.
+template <transducer Probe>
+std::uint32_t beam_margin(const Probe& probe, float depth) {
+    const lateral_kernel kernel = make_lateral_kernel(probe, {.depth = depth, .samples = 64});
+    return static_cast<std::uint32_t>(kernel.half_width());
+}
 
 } // namespace detail
 
-/// Adds the noise of the receiver: complex white Gaussian noise, uniform in depth. Call it before `tgc`, which
-/// amplifies it with depth.
-/// @throws usage_error  for a level that is not finite
+/// `colour_doppler`, frame after frame: holds tables and memory, so that it allocates only while buffers grow.
+template <transducer Probe, acoustic_model Model = physical<>>
+class colour_scanner {
+  public:
+    /// See `colour_doppler`.
+    template <exec::policy Policy, velocity_field Field>
+    flow_lines acquire(const Policy& policy, const scene& body, const Probe& probe, const pose& at, const Model& model,
+                       const Field& field, const doppler_settings& settings) {
+        constexpr std::uint32_t decimation = 8;
+        settings.check(probe);
+        const refined<Probe> fine = detail::doppler_probe(probe, settings.depth, model);
+        const std::uint32_t box_end =
+            settings.box.lines == 0 ? probe.lines : settings.box.first_line + settings.box.lines;
+        const float reach = 0.5F * settings.average_lines;
+        const auto margin = static_cast<float>(detail::beam_margin(fine, settings.depth));
+        const auto fine_line = [&](float line) { return (line + 0.5F) * fine.rays - 0.5F; };
+        const auto whole = [&](float line) {
+            return static_cast<std::uint32_t>(clamp(line, 0, static_cast<float>(fine.lines)));
+        };
+        const std::uint32_t begin = whole(fine_line(static_cast<float>(settings.box.first_line) - reach) - margin),
+                            end = whole(std::ceil(fine_line(static_cast<float>(box_end - 1) + reach) + margin) + 1);
+        const probe_section<refined<Probe>> lines{fine, begin, end};
+
+        pulse sent = nominal_pulse(probe);
+        const std::uint32_t samples = samples_for(settings.depth, sent.sigma_z(probe.frequency));
+        sent.burst = settings.burst;
+        const float spacing = settings.depth / static_cast<float>(samples);
+        const float box_to = settings.box.to > 0 ? settings.box.to : settings.depth;
+        const float beyond = sent.envelope(probe.frequency).half_length() + settings.average_length,
+                    last = box_to + beyond;
+        const std::uint32_t traced =
+            std::min(samples, decimation * static_cast<std::uint32_t>(std::ceil(last / spacing / decimation)));
+        const iq_ensemble& echoes = train_.acquire(policy, body, lines, at, model, field,
+                                                   {.depth = static_cast<float>(traced) * spacing,
+                                                    .samples = traced,
+                                                    .prf = settings.prf,
+                                                    .pulses = settings.ensemble,
+                                                    .from = max(settings.box.from - beyond, 0),
+                                                    .burst = settings.burst,
+                                                    .planes = settings.planes,
+                                                    .time = settings.time,
+                                                    .noise_db = settings.noise_db,
+                                                    .seed = settings.seed});
+        filtered_ = filter_walls(policy, echoes, settings.wall, std::move(filtered_));
+        const auto length = static_cast<std::uint32_t>(max(settings.average_length / spacing, 1));
+        correlated_ = autocorrelate(policy, filtered_, length, decimation, std::move(correlated_));
+
+        flow_lines result;
+        result.reshape(probe.lines, samples / decimation, settings.depth);
+        result.max_velocity = max_doppler_velocity(settings.prf, probe.frequency);
+        const float step = spacing * decimation;
+        for_each_index(policy, probe.lines, [&](std::size_t i) {
+            const auto line = static_cast<std::uint32_t>(i);
+            if (line < settings.box.first_line || line >= box_end) return;
+            const float middle = fine_line(static_cast<float>(line)) - static_cast<float>(begin),
+                        width = max(reach * fine.rays, 0.5F) + 0.5F;
+            for (std::uint32_t k = 0; k < correlated_.samples; ++k) {
+                const float depth = (static_cast<float>(k) + 0.5F) * step;
+                if (depth < settings.box.from || depth > box_to) continue;
+                autocorrelation sum;
+                float weights = 0;
+                for (std::uint32_t j = 0; j < lines.lines; ++j) {
+                    const float weight = 1 - std::fabs(static_cast<float>(j) - middle) / width;
+                    if (!(weight > 0)) continue;
+                    sum.power += weight * correlated_(j, k).power;
+                    sum.lag_one += weight * correlated_(j, k).lag_one;
+                    weights += weight;
+                }
+                result(line, k) = flow_of({sum.power / weights, sum.lag_one / weights}, result.max_velocity);
+            }
+        });
+        return result;
+    }
+
+  private:
+    ensemble_scanner<probe_section<refined<Probe>>, Model> train_{};
+    iq_ensemble filtered_{};             // after the wall filter
+    autocorrelation_lines correlated_{}; // on the traced lines
+};
+
+/// Colour Doppler: velocity, power and variance of what moves, along the lines of the probe.
+///
+///     doppler_ensemble -> filter_walls -> autocorrelate -> average across the lines -> flow_of
+///
+/// The result has the lines of the probe and an eighth of the samples of a B-mode; 0 outside the box. Velocities are
+/// those that a scanner displays: along the line, for the sound speed c0, and aliased above c0 prf / (4 f0).
+///
+///     const flow_lines seen = colour_doppler(exec::par_unseq, body, probe, at, stream, {.depth = 40_mm, .prf = 6_kHz});
+///
+/// @param field  velocities of blood and tissue, such as `poiseuille`
+/// @param model  acoustics of interfaces and media
+/// @throws usage_error     for a scene that is not built, or a setting out of range
+/// @throws geometry_error  for a pose that is not rigid
+template <exec::policy Policy, transducer Probe, acoustic_model Model, velocity_field Field>
+flow_lines colour_doppler(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                          const Model& model, const Field& field, const doppler_settings& settings = {}) {
+    return colour_scanner<Probe, Model>{}.acquire(policy, body, probe, at, model, field, settings);
+}
+/// The same with `physical`.
+/// @throws usage_error, geometry_error  as above
+template <exec::policy Policy, transducer Probe, velocity_field Field>
+flow_lines colour_doppler(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                          const Field& field, const doppler_settings& settings = {}) {
+    return colour_doppler(policy, body, probe, at, physical<>{}, field, settings);
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#ifndef INSONIFY_DOPPLER_DOPPLER_SPECTRUM_HPP
+#define INSONIFY_DOPPLER_DOPPLER_SPECTRUM_HPP
+
+
+#include <bit>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// How a series of echoes becomes a spectrum against time.
+struct spectrum_settings {
+    std::uint32_t window = 128; ///< pulses of each spectrum, a power of two; Hann window
+    float overlap = 0.75F;      ///< of successive windows, 0 to below 1
+    float baseline = 0;         ///< -0.5 to 0.5: how far the range of velocities is shifted up, of its whole
+    float angle = 0;            ///< between line and flow, radians, below 85_deg: velocities are divided by its cosine
+    std::uint32_t wall_order = 1; ///< each window is filtered by a polynomial of this degree: see `wall_filter`
+
+    /// @throws usage_error  for a setting out of range
+    void check() const {
+        if (window < 8 || window > 65536 || !std::has_single_bit(window))
+            throw usage_error{"spectrum_settings: `window` must be a power of two from 8 to 65536 pulses"};
+        if (!(overlap >= 0 && overlap < 1))
+            throw usage_error{"spectrum_settings: `overlap` must be 0 to below 1, such as 0.75"};
+        if (!(std::fabs(baseline) <= 0.5F))
+            throw usage_error{"spectrum_settings: `baseline` must be -0.5 to 0.5 of the range of velocities"};
+        if (!(std::fabs(angle) <= 1.4835299F)) // 85 degrees
+            throw usage_error{"spectrum_settings: `angle` must be at most 85_deg; beyond, its cosine is too uncertain"};
+        if (wall_order > 8) throw usage_error{"spectrum_settings: `wall_order` is at most 8; 1 or 2 is usual"};
+    }
+
+    friend bool operator==(const spectrum_settings&, const spectrum_settings&) = default;
+};
+
+/// Power by velocity, window after window.
+struct doppler_spectrum {
+    std::uint32_t windows = 0;  ///< number of windows
+    std::uint32_t bins = 0;     ///< velocities of each
+    float first_time = 0;       ///< of the middle of the first window, seconds
+    float interval = 0;         ///< from window to window, seconds
+    float lowest_velocity = 0;  ///< of bin 0, m/s; towards the probe is positive
+    float step = 0;             ///< from bin to bin, m/s
+    std::vector<float> power{}; ///< window after window; the sum over the bins is the mean power of the window
+
+    /// Power of a bin; indices are not checked.
+    float operator()(std::uint32_t window, std::uint32_t bin) const { return power[std::size_t{window} * bins + bin]; }
+    /// Velocity of a bin, m/s.
+    float velocity(std::uint32_t bin) const { return lowest_velocity + step * static_cast<float>(bin); }
+
+    /// The mean velocity of a window, m/s.
+    float mean_velocity(std::uint32_t window) const {
+        double sum = 0, all = 1e-300;
+        for (std::uint32_t i = 0; i < bins; ++i) {
+            sum += static_cast<double>((*this)(window, i) * velocity(i));
+            all += static_cast<double>((*this)(window, i));
+        }
+        return static_cast<float>(sum / all);
+    }
+
+    friend bool operator==(const doppler_spectrum&, const doppler_spectrum&) = default;
+};
+
+namespace detail {
+
+/// Discrete Fourier transform in place: x_n = sum over k of x_k exp(-2 pi j k n / N), N a power of two.
+/// Source: Cooley & Tukey 1965.
+inline void fourier_transform(std::vector<vec2>& x) {
+    const std::size_t size = x.size();
+    for (std::size_t i = 1, j = 0; i < size; ++i) {
+        std::size_t bit = size >> 1U;
+        for (; (j & bit) != 0; bit >>= 1U) j ^= bit;
+        j ^= bit;
+        if (i < j) std::swap(x[i], x[j]);
+    }
+    for (std::size_t length = 2; length <= size; length *= 2)
+        for (std::size_t i = 0; i < length / 2; ++i) {
+            const float turn = -2 * pi * static_cast<float>(i) / static_cast<float>(length);
+            const vec2 factor{std::cos(turn), std::sin(turn)};
+            for (std::size_t begin = 0; begin < size; begin += length) {
+                vec2 &a = x[begin + i], &b = x[begin + i + length / 2];
+                const vec2 turned{b.x * factor.x - b.y * factor.y, b.x * factor.y + b.y * factor.x};
+                b = a - turned;
+                a += turned;
+            }
+        }
+}
+
+/// Subtracts the projections on orthonormal functions.
+inline void subtract_projections(std::vector<vec2>& series, const std::vector<std::vector<double>>& basis) {
+    for (const std::vector<double>& one : basis) {
+        double x = 0, y = 0;
+        for (std::size_t k = 0; k < series.size(); ++k) {
+            x += one[k] * static_cast<double>(series[k].x);
+            y += one[k] * static_cast<double>(series[k].y);
+        }
+        for (std::size_t k = 0; k < series.size(); ++k)
+            series[k] -= vec2{static_cast<float>(one[k] * x), static_cast<float>(one[k] * y)};
+    }
+}
+
+} // namespace detail
+
+/// Short-time spectrum of the echoes of one gate.
+///
+/// @param echoes        one for each pulse
+/// @param prf           pulse repetition frequency, hertz
+/// @param max_velocity  that does not alias, m/s: see `max_doppler_velocity`
+/// @param start         time of the first pulse, seconds
+/// @throws usage_error  for a number or a setting out of range, or fewer pulses than a window
 template <exec::policy Policy>
-iq_lines add_electronic_noise(const Policy& policy, iq_lines lines, const electronic_noise_settings& settings = {}) {
-    if (!is_finite(settings.level_db)) throw usage_error{"add_electronic_noise: `level_db` must be finite"};
-    const float scale = amplitude_of_decibels(settings.level_db);
-    if (scale == 0) return lines;
-    static const detail::normal_numbers numbers;
-    const auto stream = static_cast<std::uint32_t>(hash_bits(settings.seed, settings.frame));
-    exec::for_each_block(policy, lines.values.size(), 4096, 3, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i)
-            lines.values[i] += scale * numbers(mix_bits(static_cast<std::uint32_t>(i) ^ stream));
+doppler_spectrum spectrum_of(const Policy& policy, const std::vector<vec2>& echoes, float prf, float max_velocity,
+                             float start, const spectrum_settings& settings) {
+    settings.check();
+    if (!is_finite(prf) || !(prf > 0) || !is_finite(max_velocity) || !(max_velocity > 0) || !is_finite(start))
+        throw usage_error{"spectrum_of: the prf and the largest velocity must be finite and above 0, `start` finite"};
+    if (echoes.size() < settings.window)
+        throw usage_error{
+            detail::joined({"spectrum_of: ", std::to_string(echoes.size()), " pulses are fewer than the window of ",
+                            std::to_string(settings.window), "; lower it or raise the duration"})};
+    const std::uint32_t size = settings.window;
+    const auto hop = static_cast<std::uint32_t>(max(1, std::round(static_cast<float>(size) * (1 - settings.overlap))));
+    const float whole = 2 * max_velocity / std::cos(settings.angle);
+    const auto lowest = static_cast<std::int32_t>(
+        std::lround((settings.baseline - 0.5F) * static_cast<float>(size))); // bin of the transform
+    doppler_spectrum result{.windows = static_cast<std::uint32_t>((echoes.size() - size) / hop + 1),
+                            .bins = size,
+                            .first_time = start + 0.5F * static_cast<float>(size) / prf,
+                            .interval = static_cast<float>(hop) / prf,
+                            .lowest_velocity = whole * static_cast<float>(lowest) / static_cast<float>(size),
+                            .step = whole / static_cast<float>(size)};
+    result.power.resize(std::size_t{result.windows} * size);
+    std::vector<float> hann(size);
+    float weight = 0;
+    for (std::uint32_t k = 0; k < size; ++k) {
+        hann[k] = 0.5F - 0.5F * std::cos(2 * pi * (static_cast<float>(k) + 0.5F) / static_cast<float>(size));
+        weight += hann[k] * hann[k];
+    }
+    const auto walls = detail::orthonormal_polynomials(size, settings.wall_order);
+    exec::for_each_block(policy, result.windows, 4, 30 * static_cast<float>(size), [&](std::size_t a, std::size_t b) {
+        std::vector<vec2> series(size);
+        for (std::size_t window = a; window < b; ++window) {
+            for (std::uint32_t k = 0; k < size; ++k) series[k] = echoes[window * hop + k];
+            detail::subtract_projections(series, walls);
+            for (std::uint32_t k = 0; k < size; ++k) series[k] *= hann[k];
+            detail::fourier_transform(series);
+            for (std::uint32_t i = 0; i < size; ++i) {
+                const vec2 value = series[(static_cast<std::uint32_t>(lowest) + i) & (size - 1)];
+                result.power[window * size + i] = dot(value, value) / (weight * static_cast<float>(size));
+            }
+        }
     });
-    return lines;
+    return result;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Settings of pulsed Doppler, as on a scanner.
+struct pulsed_doppler_settings {
+    std::uint32_t line = 0;       ///< of the probe
+    float gate = 0.02F;           ///< depth of the middle of the gate along the line, metres
+    float gate_length = 1e-3F;    ///< metres
+    float prf = 5e3F;             ///< pulse repetition frequency, hertz
+    float duration = 1;           ///< of the acquisition, seconds
+    spectrum_settings spectrum{}; ///< windows, baseline and angle
+    float burst = 6;              ///< length of the excitation, in cycles
+    float depth = 0;              ///< of the image, which chooses the focus, metres; 0: twice the depth of the gate
+    std::uint32_t planes = 1;     ///< 1, 3, 5 or 7 elevation planes, which sample the slice thickness
+    float time = 0;               ///< of the first pulse, seconds: the same time gives the same spectrum
+    float noise_db = -135;        ///< electronic noise: see `electronic_noise_settings`
+    std::uint64_t seed = 1;       ///< of the noise
+
+    /// @throws usage_error  for a setting out of range
+    template <transducer Probe>
+    void check(const Probe& probe) const {
+        probe.check();
+        spectrum.check();
+        if (line >= probe.lines)
+            throw usage_error{detail::joined({"pulsed_doppler: line ", std::to_string(line),
+                                              " is not one of the probe, which has ", std::to_string(probe.lines)})};
+        check_length(gate, "gate", max_scan_depth, "pulsed_doppler");
+        check_length(gate_length, "gate_length", max_scan_depth, "pulsed_doppler");
+        if (depth != 0) check_depth(depth, "pulsed_doppler");
+        if (!is_finite(duration) || !(duration * prf >= 1 && duration * prf <= 0x1p20F))
+            throw usage_error{"pulsed_doppler: `duration` times `prf` must be 1 to 2^20 pulses; 1_s at 5_kHz is usual"};
+    }
+};
+
+/// `gate_echoes` and `pulsed_doppler`, series after series: holds tables and memory, so that it allocates only while buffers grow.
+template <transducer Probe, acoustic_model Model = physical<>>
+class gate_scanner {
+  public:
+    /// See `insonify::gate_echoes`.
+    template <exec::policy Policy, velocity_field Field>
+    std::vector<vec2> gate_echoes(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                                  const Model& model, const Field& field, const pulsed_doppler_settings& settings) {
+        settings.check(probe);
+        const float depth = settings.depth > 0 ? settings.depth : 2 * settings.gate;
+        const refined<Probe> fine = detail::doppler_probe(probe, depth, model);
+        const auto margin = detail::beam_margin(fine, depth);
+        const auto line = static_cast<std::uint32_t>((static_cast<float>(settings.line) + 0.5F) * fine.rays);
+        const std::uint32_t begin = line > margin ? line - margin : 0, end = std::min(line + margin + 1, fine.lines);
+        const probe_section<refined<Probe>> lines{fine, begin, end};
+
+        pulse sent = nominal_pulse(probe);
+        const float sigma = sent.sigma_z(probe.frequency),
+                    spacing = depth / static_cast<float>(samples_for(depth, sigma));
+        sent.burst = settings.burst;
+        const float from = max(settings.gate - 0.5F * settings.gate_length, 0), to = from + settings.gate_length;
+        const float beyond = sent.envelope(probe.frequency).half_length();
+        const auto samples = static_cast<std::uint32_t>(std::ceil((to + beyond) / spacing));
+        const auto first = static_cast<std::uint32_t>(from / spacing),
+                   last = std::min(samples, static_cast<std::uint32_t>(to / spacing) + 1);
+        const auto pulses = static_cast<std::uint32_t>(settings.duration * settings.prf);
+        const std::uint32_t parts = (pulses + 255) / 256; // each of a few megabytes
+        const std::uint32_t part = (pulses + parts - 1) / parts;
+        std::vector<vec2> series;
+        series.reserve(pulses);
+        for (std::uint32_t k = 0; k < pulses; k += part) {
+            const iq_ensemble& echoes = train_.acquire(policy, body, lines, at, model, field,
+                                                       {.depth = static_cast<float>(samples) * spacing,
+                                                        .samples = samples,
+                                                        .prf = settings.prf,
+                                                        .pulses = std::min(part, pulses - k),
+                                                        .first = k,
+                                                        .from = max(from - beyond, 0),
+                                                        .burst = settings.burst,
+                                                        .planes = settings.planes,
+                                                        .time = settings.time,
+                                                        .noise_db = settings.noise_db,
+                                                        .seed = settings.seed});
+            for (const iq_lines& each : echoes.pulses) {
+                vec2 sum{0, 0};
+                for (std::uint32_t i = first; i < last; ++i) sum += each(line - begin, i);
+                series.push_back(sum / static_cast<float>(last - first));
+            }
+        }
+        return series;
+    }
+
+    /// See `pulsed_doppler`.
+    template <exec::policy Policy, velocity_field Field>
+    doppler_spectrum acquire(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                             const Model& model, const Field& field, const pulsed_doppler_settings& settings) {
+        return spectrum_of(policy, gate_echoes(policy, body, probe, at, model, field, settings), settings.prf,
+                           max_doppler_velocity(settings.prf, probe.frequency), settings.time, settings.spectrum);
+    }
+
+  private:
+    ensemble_scanner<probe_section<refined<Probe>>, Model> train_{};
+};
+
+/// The echoes of a gate on one line, pulse after pulse: the sum over the gate, a mean of its samples.
+/// @return the series, from which `spectrum_of` computes a spectrum
+/// @throws usage_error, geometry_error  as `pulsed_doppler`
+template <exec::policy Policy, transducer Probe, acoustic_model Model, velocity_field Field>
+std::vector<vec2> gate_echoes(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                              const Model& model, const Field& field, const pulsed_doppler_settings& settings) {
+    return gate_scanner<Probe, Model>{}.gate_echoes(policy, body, probe, at, model, field, settings);
+}
+/// The same with `physical`.
+/// @throws usage_error, geometry_error  as above
+template <exec::policy Policy, transducer Probe, velocity_field Field>
+std::vector<vec2> gate_echoes(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                              const Field& field, const pulsed_doppler_settings& settings) {
+    return gate_echoes(policy, body, probe, at, physical<>{}, field, settings);
+}
+
+/// Pulsed Doppler: the spectrum of a gate on one line against time.
+///
+///     doppler_ensemble -> sum over the gate -> spectrum_of
+///
+/// Velocities are along the line, towards the probe positive, or along the flow where `spectrum.angle` says how it runs.
+///
+///     const doppler_spectrum seen = pulsed_doppler(exec::par_unseq, body, probe, at, stream,
+///                                                  {.line = 64, .gate = 22_mm, .spectrum = {.angle = 60_deg}});
+///
+/// @throws usage_error     for a scene that is not built, or a setting out of range
+/// @throws geometry_error  for a pose that is not rigid
+template <exec::policy Policy, transducer Probe, acoustic_model Model, velocity_field Field>
+doppler_spectrum pulsed_doppler(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                                const Model& model, const Field& field, const pulsed_doppler_settings& settings = {}) {
+    return gate_scanner<Probe, Model>{}.acquire(policy, body, probe, at, model, field, settings);
+}
+/// The same with `physical`.
+/// @throws usage_error, geometry_error  as above
+template <exec::policy Policy, transducer Probe, velocity_field Field>
+doppler_spectrum pulsed_doppler(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                                const Field& field, const pulsed_doppler_settings& settings = {}) {
+    return pulsed_doppler(policy, body, probe, at, physical<>{}, field, settings);
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#ifndef INSONIFY_IMAGE_LABEL_IMAGE_HPP
+#define INSONIFY_IMAGE_LABEL_IMAGE_HPP
+
+
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// An image of labels: rows from the top.
+struct label_image {
+    uvec2 size{0, 0};             ///< columns, rows
+    std::vector<label_id> pixels; ///< row by row
+
+    label_image() = default;
+    /// All pixels have one label.
+    explicit label_image(uvec2 columns_rows, label_id label = background_label)
+        : size{columns_rows}, pixels(static_cast<std::size_t>(columns_rows.x) * columns_rows.y, label) {}
+
+    /// One pixel; indices are not checked.
+    /// @{
+    label_id& operator()(std::uint32_t column, std::uint32_t row) {
+        return pixels[static_cast<std::size_t>(row) * size.x + column];
+    }
+    const label_id& operator()(std::uint32_t column, std::uint32_t row) const {
+        return pixels[static_cast<std::size_t>(row) * size.x + column];
+    }
+    /// @}
+
+    friend bool operator==(const label_image&, const label_image&) = default;
+};
+
+namespace detail {
+
+/// Nearest-neighbour interpolation of each pixel in the field of view; other pixels are unchanged.
+/// @throws usage_error  for lines that do not match the map
+template <exec::policy Policy, class Value>
+void copy_nearest(const Policy& policy, const line_grid<Value>& lines, const scan_map& map,
+                  std::vector<Value>& pixels) {
+    check_lines_of_map(lines, map);
+    exec::for_each_block(policy, map.size.y, 1, 2 * static_cast<float>(map.size.x), [&](std::size_t y, std::size_t) {
+        for (std::size_t i = y * map.size.x; i < (y + 1) * map.size.x; ++i) {
+            if (map.first[i] == scan_map::outside) continue;
+            const std::size_t line = map.across[i] > 0.5F ? map.beside(map.first[i]) : map.first[i];
+            const std::size_t sample = map.along[i] > 0.5F ? 1 : 0;
+            pixels[i] = lines.values[line + sample];
+        }
+    });
+}
+
+} // namespace detail
+
+/// Scan-converts labels: each pixel has the label of the nearest sample, or `background_label` outside the field of
+/// view.
+///
+///     const scan_map map = make_scan_map(exec::par, probe, {.depth = truth.depth, .samples = truth.samples});
+///     label_image mask = scan_convert(exec::par, truth, map);
+///
+/// Pixels correspond to those of the image that `scan_convert` makes of lines with the same map. Structures thinner
+/// than a pixel may be missed: trace with about as many samples as the image has rows.
+/// @param recycled  an image whose memory is reused
+/// @throws usage_error  for labels that do not match the map
+template <exec::policy Policy>
+label_image scan_convert(const Policy& policy, const label_lines& labels, const scan_map& map,
+                         label_image recycled = {}) {
+    recycled.size = map.size;
+    recycled.pixels.assign(map.first.size(), background_label);
+    detail::copy_nearest(policy, labels, map, recycled.pixels);
+    return recycled;
+}
+
+/// The same for a single frame, with a temporary map.
+/// @throws usage_error  for labels that are empty or not those of the probe, or a setting out of range
+template <exec::policy Policy, transducer Probe>
+label_image scan_convert(const Policy& policy, const label_lines& labels, const Probe& probe,
+                         const scan_convert_settings& settings = {}) {
+    return scan_convert(policy, labels, make_scan_map(policy, probe, detail::acquisition_of(labels), settings));
+}
+
+/// Scan-converts values that must not be interpolated, such as angles of incidence: each pixel has that of the nearest
+/// sample.
+/// @throws usage_error  for lines that do not match the map
+template <exec::policy Policy>
+image scan_convert_nearest(const Policy& policy, const scan_lines& lines, const scan_map& map) {
+    image picture{map.size, map.background};
+    detail::copy_nearest(policy, lines, map, picture.pixels);
+    return picture;
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -19489,6 +20525,244 @@ iq_lines resample_lines(const Policy& policy, const iq_lines& lines, const Trace
 
 
 #endif
+#ifndef INSONIFY_TRACING_READ_AUTOMATIC_TGC_HPP
+#define INSONIFY_TRACING_READ_AUTOMATIC_TGC_HPP
+
+
+#include <algorithm>
+#include <cmath>
+
+namespace insonify::inline INSONIFY_ABI {
+
+namespace detail {
+
+/// What the middle lines of a probe pass, down to the first medium that blocks sound. Medians over the lines.
+struct path_survey {
+    static constexpr int lines = 15; ///< evenly over the middle half of the field of view
+    float attenuation = 0;           ///< mean along the path, dB/m at 1 MHz, one way
+    float loss_db = 0;               ///< of an echo from the end of the path, there and back
+    float length = 0;                ///< of the path, metres
+};
+
+/// @param frequency  hertz
+/// @param depth      where paths end, metres
+inline path_survey survey_paths(const line_layers& found, float frequency, float depth) {
+    float attenuation[path_survey::lines], loss[path_survey::lines], length[path_survey::lines];
+    int count = 0;
+    for (int i = 0; i < path_survey::lines; ++i) {
+        const float fraction = (static_cast<float>(i) + 0.5F) / (2 * path_survey::lines) - 0.25F;
+        const float nearest = std::round(line_at_fraction(fraction, found.lines));
+        float path = 0, mean = 0, decibels = 0;
+        for (const layer& here : found(static_cast<std::uint32_t>(max(nearest, 0)))) {
+            const medium& m = found.media[here.medium];
+            if (here.begin >= depth || blocks_sound(m)) break;
+            const float part = min(here.end, depth) - here.begin;
+            if (!(part > 0)) continue;
+            path += part;
+            mean += (m.attenuation - mean) * (part / path); // exact in a single medium
+            decibels += part * echo_loss(m, frequency);
+        }
+        if (!(path > 0)) continue;
+        attenuation[count] = mean;
+        loss[count] = decibels;
+        length[count++] = path;
+    }
+    if (count == 0) return {};
+    const auto median = [count](float* values) {
+        std::nth_element(values, values + count / 2, values + count);
+        return values[count / 2];
+    };
+    return {.attenuation = median(attenuation), .loss_db = median(loss), .length = median(length)};
+}
+
+} // namespace detail
+
+/// Attenuation that time-gain compensation (TGC) has to make up for, dB/m at 1 MHz, one way: `b_mode` uses it where its
+/// `tgc` is 0.
+///
+/// Each of 15 lines in the middle half of the field of view has a mean attenuation, down to the first medium that blocks
+/// sound, such as bone or air. The result is the median of the 15, within 50 to 100, as scanners assume (0.5 to 1
+/// dB/(cm MHz)).
+/// @param found  what lies along the lines of the probe
+/// @param depth  of the picture, metres
+inline float automatic_tgc(const line_layers& found, float depth) {
+    constexpr float any_frequency = 1e6F; // of losses, which have no part in it
+    const detail::path_survey passed = detail::survey_paths(found, any_frequency, depth);
+    return clamp(passed.length > 0 ? passed.attenuation : found.media[0].attenuation, 50, 100);
+}
+/// The same in a scene, whose layers are found.
+/// @throws usage_error     for a scene that is not built, or a setting out of range
+/// @throws geometry_error  for a pose that is not rigid
+template <exec::policy Policy, transducer Probe>
+float automatic_tgc(const Policy& policy, const scene& body, const Probe& probe, const pose& at, float depth) {
+    detail::check_lines(body, probe, at, depth, "automatic_tgc");
+    return automatic_tgc(
+        detail::find_layers_to(detail::any_policy<false>{policy}, body, probe, at, {.depth = depth}, depth, false),
+        depth);
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#ifndef INSONIFY_TRACING_READ_LABEL_HPP
+#define INSONIFY_TRACING_READ_LABEL_HPP
+
+
+#include <algorithm>
+#include <cstddef>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Depth and sampling of labels, and the meaning of depth.
+struct label_settings {
+    /// What the depth of a sample means.
+    enum class grid {
+        geometric, ///< metres along the line: where things are
+        displayed, ///< c0 t / 2, where t is the travel time there and back: where a picture by `physical` shows them
+    };
+    float depth = 0.08F;              ///< metres, of the grid
+    std::uint32_t samples = 0;        ///< along each line; 0: as many as a picture by `physical` has
+    enum grid grid = grid::geometric; ///< what a depth means
+};
+
+namespace detail {
+
+/// The samples of a line that lie in one of its layers: `first` up to, but without, `last`.
+struct label_stretch {
+    float begin = 0;       ///< of the layer, in metres of the grid
+    float scale = 1;       ///< metres of the grid a metre of the layer
+    std::size_t first = 0; ///< sample
+    std::size_t last = 0;  ///< sample after the last one
+};
+
+/// Number of samples of a label grid: by default two for each standard deviation of the pulse, a multiple of 64.
+template <transducer Probe>
+std::uint32_t samples_of(const label_settings& settings, const Probe& probe, const char* caller) {
+    const float sigma = pulse{}.sigma_z(probe.frequency);
+    return checked_samples(probe.lines, settings.samples != 0 ? settings.samples : samples_for(settings.depth, sigma),
+                           caller);
+}
+
+/// How far lines are followed, metres: fast media below `depth` are displayed above it.
+inline float max_depth_of(const label_settings& settings, view<const medium> media) {
+    float fastest = display_speed;
+    for (const medium& m : media) fastest = max(fastest, m.sound_speed);
+    return settings.grid == label_settings::grid::displayed ? settings.depth * (fastest / display_speed)
+                                                            : settings.depth;
+}
+
+/// Maps the layers of a line to a grid: calls visit(i, stretch) for layer i, starting at the face.
+///
+/// Each sample, at (k + 1/2) * spacing metres, is in one stretch; the last layer takes all that are left.
+template <class Visit>
+void for_each_stretch(view<const layer> layers, view<const medium> media, enum label_settings::grid grid,
+                      std::size_t samples, float spacing, const Visit& visit) {
+    std::size_t next = 0;
+    float begin = 0;
+    for (std::size_t i = 0; i < layers.size(); ++i) {
+        const layer& here = layers[i];
+        const bool displayed = grid == label_settings::grid::displayed;
+        const float scale = displayed ? displayed_stretch(media[here.medium]) : 1.0F;
+        const float end = begin + scale * (here.end - here.begin);
+        const float before_end = clamp(std::ceil(end / spacing - 0.5F), 0, static_cast<float>(samples));
+        const std::size_t last = i + 1 == layers.size() ? samples : static_cast<std::size_t>(before_end);
+        visit(i, label_stretch{begin, scale, next, last});
+        next = last;
+        begin = end;
+    }
+}
+
+/// The layers that labels are read from: of one plane.
+template <exec::policy Policy, transducer Probe>
+line_layers layers_for_labels(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                              const label_settings& settings, bool incident, const char* caller) {
+    check_lines(body, probe, at, settings.depth, caller);
+    return find_layers_to(policy, body, probe, at, {.depth = settings.depth}, max_depth_of(settings, body.media()),
+                          incident);
+}
+
+} // namespace detail
+
+/// The object that each sample of lines lies in, whose layers have been found.
+/// @param found     layers; those of the slice plane are read
+/// @param settings  `samples` must not be 0
+/// @param recycled  labels whose memory is reused
+template <exec::policy Policy>
+label_lines label(const Policy& policy, const line_layers& found, const label_settings& settings,
+                  label_lines recycled = {}) {
+    const std::uint32_t samples = settings.samples;
+    recycled.reshape(found.lines, samples, settings.depth);
+    const float spacing = settings.depth / static_cast<float>(samples);
+    exec::for_each_block(policy, found.lines, detail::lines_per_block, 0.2F * static_cast<float>(samples),
+                         [&](std::size_t begin, std::size_t end) {
+                             for (auto line = static_cast<std::uint32_t>(begin); line < end; ++line) {
+                                 const view<const layer> layers = found(line);
+                                 label_id* const out = recycled.values.data() + std::size_t{line} * samples;
+                                 detail::for_each_stretch(layers, found.media, settings.grid, samples, spacing,
+                                                          [&](std::size_t i, const detail::label_stretch& part) {
+                                                              std::fill(out + part.first, out + part.last,
+                                                                        layers[i].object);
+                                                          });
+                             }
+                         });
+    return recycled;
+}
+
+/// The object that each sample lies in: its id, and `background_label` outside all.
+///
+///     label_lines truth = label(exec::par, body, probe, at, {.depth = 40_mm, .samples = 400});
+///     bool in_bone = truth(line, sample) == static_cast<label_id>(bone);
+///
+/// Of nested and overlapping objects the one that gives the medium, as `scene` says. Lines are straight and without
+/// thickness: those of the middle plane.
+/// @param at  probe to world: x lateral, y elevation, z depth
+/// @return `probe.lines` lines of `settings.samples` samples
+/// @throws usage_error     for a scene that was not built, or settings out of range
+/// @throws geometry_error  for a pose that is not rigid
+template <exec::policy Policy, transducer Probe>
+label_lines label(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                  const label_settings& settings) {
+    const detail::any_policy<false> any{policy};
+    const line_layers found = detail::layers_for_labels(any, body, probe, at, settings, false, "label");
+    return label(any, found, {settings.depth, detail::samples_of(settings, probe, "label"), settings.grid});
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#ifndef INSONIFY_TRACING_TRACE_HPP
+#define INSONIFY_TRACING_TRACE_HPP
+
+
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// What the probe receives along its lines.
+///
+///     iq_lines echoes = trace(exec::par_unseq, body, linear_array{}, at, physical{}, {.depth = 40_mm});
+///     scan_lines paper = trace(exec::par_unseq, body, linear_array{}, at, law2011{}, {.depth = 40_mm});
+///     iq_lines bent = trace(exec::par_unseq, body, linear_array{}, at, physical{}, {.depth = 40_mm}, paths{});
+///
+/// Frame after frame, `line_tracer` does the same without allocations.
+/// @param at     probe to world: x lateral, y elevation, z depth
+/// @param model  what happens at interfaces and between them: `physical`, `law2011`, or your own (`acoustic_model`)
+/// @param how    how sound travels: `straight_lines`, `paths`, or your own (`tracer`)
+/// @return `probe.lines` lines of `settings.samples` samples, of the type that the model makes
+/// @throws usage_error     for a scene that was not built, or settings out of range
+/// @throws geometry_error  for a pose that is not rigid
+template <exec::policy Policy, transducer Probe, acoustic_model Model, tracer<Model> Tracer = straight_lines>
+line_grid<typename Model::sample_type> trace(const Policy& policy, const scene& body, const Probe& probe,
+                                             const pose& at, const Model& model, const acquisition& settings,
+                                             const Tracer& how = {}) {
+    return line_tracer<Probe, Model, Tracer>{}.trace(policy, body, probe, at, model, settings, how);
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
 #include <concepts>
 #include <optional>
 #include <string>
@@ -19604,6 +20878,19 @@ class scanner {
         check_picture();
         return *echo_probe_;
     }
+    /// What lies along the lines of the look that was acquired last, of `layers_probe`; with a tracer other than
+    /// `straight_lines`, no lines. The middle one of an odd number of looks is straight.
+    /// @throws usage_error  before the first picture
+    const line_layers& layers() const {
+        check_picture();
+        return tracers_[last_look_].layers();
+    }
+    /// The lines that the layers are those of.
+    /// @throws usage_error  before the first picture
+    const steered<refined<Probe>>& layers_probe() const {
+        check_picture();
+        return *layers_probe_;
+    }
     const scan_map& map() const { return display_.map(); } ///< pixels of the last picture, points {x, z} of the probe
     const pose& at() const { return at_; }                 ///< of the probe, for the last picture
     const stage_times& times() const { return times_; }    ///< of the last picture
@@ -19622,11 +20909,31 @@ class scanner {
         return map().pixel({local.x, local.z});
     }
 
-    /// The object at each pixel of the last picture: where it is displayed.
-    /// @param body  the scene as it is now
+    /// The object at each pixel of the last picture: where it is displayed. The newest frame has those of its straight look;
+    /// where there is none, and for earlier frames, they are those of the scene as it is now.
     /// @throws usage_error  before the first picture
     template <exec::policy Policy>
     const label_image& labels(const Policy& policy, const scene& body);
+
+    /// Colour and power Doppler of what the last picture shows: see `colour_doppler`. The probe, its pose, the model and the depth
+    /// are those of the picture.
+    /// @throws usage_error  before the first picture, and as `colour_doppler`
+    template <exec::policy Policy, velocity_field Field>
+    flow_lines colour(const Policy& policy, const scene& body, const Field& field, doppler_settings with = {}) {
+        check_picture();
+        with.depth = settings.depth;
+        return colour_.acquire(policy, body, probe, at_, model, field, with);
+    }
+    /// Pulsed Doppler of what the last picture shows: see `pulsed_doppler`. The probe, its pose, the model and the depth are those
+    /// of the picture.
+    /// @throws usage_error  before the first picture, and as `pulsed_doppler`
+    template <exec::policy Policy, velocity_field Field>
+    doppler_spectrum spectrum(const Policy& policy, const scene& body, const Field& field,
+                              pulsed_doppler_settings with = {}) {
+        check_picture();
+        with.depth = settings.depth;
+        return gate_.acquire(policy, body, probe, at_, model, field, with);
+    }
 
   private:
     // The looks of rolling compounding depend on these beside the probe and the sampling. Models that cannot be compared
@@ -19644,20 +20951,19 @@ class scanner {
     void acquire(const Policy& policy, const scene& body, const pose& at, stored_frame<Probe>& frame);
     template <class Policy>
     scan_lines acquire_look(const Policy& policy, const scene& body, const pose& at, std::uint32_t number,
-                            const look_probe& look, acquisition scan, const tgc_settings& gain, scan_lines recycled);
+                            const look_probe& look, acquisition scan, scan_lines recycled);
     // Whether a look of a frame is that of `echoes`.
     bool keeps_echoes(std::uint32_t look) const {
         const compound_settings& looks = settings.compound;
         return looks.update == compound_settings::update::one || look == (looks.angles - 1) / 2;
     }
     template <class Policy>
-    const tgc_settings& time_gain_of(const Policy& policy, const scene& body, const pose& at);
+    void choose_time_gain(const Policy& policy, const scene& body, const pose& at, const line_layers& found);
 
-    trace_workspace<look_probe, Model, Tracer> tracing_{};
-    std::vector<detail::frame_plan<look_probe, Model>> plans_{}; // of `trace`, for each look
-    trace_workspace<refined<Probe>, detail::label_model> label_tracing_{};
-    near_field_workspace<refined<Probe>> near_field_{};
-    convolve_workspace convolution_{};
+    std::vector<line_tracer<look_probe, Model, Tracer>> tracers_{}; // for each look
+    convolver convolver_{};
+    colour_scanner<Probe, Model> colour_{};
+    gate_scanner<Probe, Model> gate_{};
     compounding<refined<Probe>> looks_{};
     looks_memo acquired_{};
     tgc_settings gain_{};
@@ -19667,7 +20973,10 @@ class scanner {
     cine_loop<stored_frame<Probe>> cine_{};
     iq_lines echoes_{};       // of one look of a frame
     iq_lines other_echoes_{}; // of the others
-    std::optional<look_probe> echo_probe_{};
+    std::optional<look_probe> echo_probe_{}, layers_probe_{};
+    std::uint32_t last_look_ = 0;
+    std::optional<std::uint32_t> label_look_{}; // of the newest frame, whose lines are those of the stored frame
+    bool gain_is_chosen_ = false;               // for the frame that is being acquired
     iq_lines resampled_{};
     label_lines label_lines_{};
     label_image labels_{};
@@ -19718,10 +21027,13 @@ template <exec::policy Policy>
 const label_image& scanner<Probe, Model, Tracer>::labels(const Policy& policy, const scene& body) {
     check_picture();
     const stored_frame<Probe>& frame = cine_[shown_];
-    label_lines_ = trace(detail::any_policy<false>{policy}, body, *frame.probe, frame.at,
-                         detail::label_model{{label_settings::grid::displayed}},
-                         {.depth = frame.amplitudes.depth, .samples = frame.amplitudes.samples}, label_tracing_,
-                         std::move(label_lines_));
+    const label_settings grid{frame.amplitudes.depth, frame.amplitudes.samples, label_settings::grid::displayed};
+    const detail::any_policy<false> any{policy};
+    if (shown_ == 0 && label_look_)
+        label_lines_ = label(any, tracers_[*label_look_].layers(), grid, std::move(label_lines_));
+    else
+        label_lines_ = label(any, detail::layers_for_labels(any, body, *frame.probe, frame.at, grid, false, "scanner"),
+                             grid, std::move(label_lines_));
     labels_ = scan_convert(policy, label_lines_, map(), std::move(labels_));
     return labels_;
 }
@@ -19735,8 +21047,9 @@ void scanner<Probe, Model, Tracer>::acquire(const Policy& policy, const scene& b
     const refined<Probe> fine{probe, static_cast<float>(sampling.lines) / static_cast<float>(probe.lines)};
     compound_settings compound = settings.compound;
     compound.angles = sampling.looks;
-    const tgc_settings& gain = time_gain_of(policy, body, at);
-    if (plans_.size() < sampling.looks) plans_.resize(sampling.looks);
+    if (tracers_.size() < sampling.looks) tracers_.resize(sampling.looks);
+    gain_is_chosen_ = false;
+    label_look_.reset();
     const auto forget_looks = [&](char&) { looks_.reset(); };
     if constexpr (detail::comparable<Model>)
         acquired_(forget_looks, model, settings.tgc, settings.time_gain);
@@ -19748,21 +21061,21 @@ void scanner<Probe, Model, Tracer>::acquire(const Policy& policy, const scene& b
     frame.amplitudes = looks_(
         policy, fine, {.depth = settings.depth, .samples = sampling.samples, .planes = sampling.planes}, compound,
         [&](std::uint32_t number, const look_probe& look, const acquisition& scan, scan_lines recycled) {
-            return acquire_look(policy, body, at, number, look, scan, gain, std::move(recycled));
+            return acquire_look(policy, body, at, number, look, scan, std::move(recycled));
         },
         std::move(frame.amplitudes));
     times_.detect = clock.seconds() - times_.trace - times_.convolve;
     frame.probe.emplace(fine);
     frame.at = at_ = at;
     frame.time = time;
-    frame.gain = gain;
+    frame.gain = gain_;
 }
 
 template <transducer Probe, acoustic_model Model, class Tracer>
 template <class Policy>
 scan_lines scanner<Probe, Model, Tracer>::acquire_look(const Policy& policy, const scene& body, const pose& at,
                                                        std::uint32_t number, const look_probe& look, acquisition scan,
-                                                       const tgc_settings& gain, scan_lines recycled) {
+                                                       scan_lines recycled) {
     detail::stopwatch clock;
     scan.frame = settings.frame;
     const float rays =
@@ -19771,12 +21084,19 @@ scan_lines scanner<Probe, Model, Tracer>::acquire_look(const Policy& policy, con
     const look_probe traced{straight, look.steering};
     iq_lines& echoes = keeps_echoes(number) ? echoes_ : other_echoes_;
     if (keeps_echoes(number)) echo_probe_.emplace(look);
-    std::swap(tracing_.plan, plans_[number]);
-    echoes = trace(policy, body, traced, at, model, scan, tracing_, std::move(echoes), how);
-    std::swap(tracing_.plan, plans_[number]);
+    echoes = tracers_[number].trace(policy, body, traced, at, model, scan, how, std::move(echoes));
+    const line_layers& found = tracers_[number].layers();
+    last_look_ = number;
+    layers_probe_.emplace(traced);
+    constexpr bool finds_layers = std::same_as<Tracer, straight_lines>;
+    if (finds_layers && traced.lines == look.lines && look.steering == 0) label_look_ = number;
+    choose_time_gain(policy, body, at, look.steering == 0 ? found : line_layers{});
     times_.trace += clock.lap();
-    echoes = add_near_field(policy, std::move(echoes), body, straight, at, settings.near_field, near_field_);
-    echoes = convolve(policy, std::move(echoes), nominal_pulse(probe), traced, {}, convolution_);
+    if constexpr (finds_layers)
+        echoes = add_near_field(policy, std::move(echoes), found, straight, settings.near_field);
+    else
+        echoes = add_near_field(policy, std::move(echoes), body, straight, at, settings.near_field);
+    echoes = convolver_.convolve(policy, std::move(echoes), nominal_pulse(probe), traced);
     if (traced.lines != look.lines) {
         resampled_ = resample_lines(policy, echoes, traced, look, std::move(resampled_));
         std::swap(echoes, resampled_);
@@ -19785,15 +21105,20 @@ scan_lines scanner<Probe, Model, Tracer>::acquire_look(const Policy& policy, con
         policy, std::move(echoes),
         {.level_db = settings.noise.level_db, .seed = settings.noise.seed + number, .frame = settings.frame});
     times_.convolve += clock.lap();
-    return tgc(policy, envelope(policy, echoes, std::move(recycled)), probe.frequency, gain);
+    return tgc(policy, envelope(policy, echoes, std::move(recycled)), probe.frequency, gain_);
 }
 
-// The automatic attenuation is chosen at the first frame, and again where the probe or the depth has changed.
+// The automatic attenuation is chosen at the first frame, and again where the probe or the depth has changed: by the layers of the first
+// look, or along straight lines where that is steered.
 template <transducer Probe, acoustic_model Model, class Tracer>
 template <class Policy>
-const tgc_settings& scanner<Probe, Model, Tracer>::time_gain_of(const Policy& policy, const scene& body,
-                                                                const pose& at) {
-    const auto choose = [&] { return automatic_tgc(policy, body, probe, at, settings.depth); };
+void scanner<Probe, Model, Tracer>::choose_time_gain(const Policy& policy, const scene& body, const pose& at,
+                                                     const line_layers& found) {
+    if (std::exchange(gain_is_chosen_, true)) return;
+    const auto choose = [&] {
+        return found.lines > 0 ? automatic_tgc(found, settings.depth)
+                               : automatic_tgc(policy, body, probe, at, settings.depth);
+    };
     gain_.max_db = settings.time_gain.max_db;
     gain_.sliders = settings.time_gain.sliders;
     gain_.curve = settings.time_gain.curve;
@@ -19802,7 +21127,6 @@ const tgc_settings& scanner<Probe, Model, Tracer>::time_gain_of(const Policy& po
                         : settings.time_gain.chosen == time_gain::choice::every_frame
                             ? choose()
                             : chosen_gain_([&](float& chosen) { chosen = choose(); }, probe, settings.depth);
-    return gain_;
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -19813,64 +21137,786 @@ const tgc_settings& scanner<Probe, Model, Tracer>::time_gain_of(const Policy& po
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// The `scanner` that `b_mode` keeps its tables and memory in.
-template <transducer Probe, acoustic_model Model = physical<>, class Tracer = straight_lines>
-using b_mode_workspace = scanner<Probe, Model, Tracer>;
-
-/// Simulates a B-mode image: the whole chain in one call, `scanner::scan`.
+/// Simulates a B-mode image: the whole chain in one call, the first picture of a `scanner`, which a clip is made by.
 ///
-///     trace (physical) -> add_near_field -> convolve (the probe's pulse and beam) -> add_electronic_noise -> envelope
-///         -> tgc -> compounding -> log_compress -> persistence -> map_grey -> scan_convert
+///     find_layers -> trace (physical) -> add_near_field -> convolve (the probe's pulse and beam) -> add_electronic_noise
+///         -> envelope -> tgc -> compounding -> log_compress -> map_grey -> scan_convert
 ///
-/// The levels are fixed, so clips do not flicker. For a clip:
-///
-///     b_mode_workspace<linear_array> own;
-///     for (;; ++settings.frame) show(b_mode(exec::par_unseq, body, probe, at, settings, physical{}, own));
-///
-/// @param model  acoustics of interfaces and media
-/// @param own    tables and memory; pass it again with the next frame to avoid allocations
-/// @param how    how sound travels: `straight_lines`, `paths`, or your own (`tracer`)
-/// @return the image, valid until `own` is used again
+/// @param at  probe to world
 /// @throws usage_error     for a scene that is not built, or a setting out of range
 /// @throws geometry_error  for a pose that is not rigid
-template <exec::policy Policy, transducer Probe, acoustic_model Model, tracer<Model> Tracer>
-const image& b_mode(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                    const b_mode_settings& settings, const Model& model, scanner<Probe, Model, Tracer>& own,
-                    const Tracer& how = {}) {
-    own.probe = probe;
-    own.settings = settings;
-    own.model = model;
-    own.how = how;
-    return own.scan(policy, body, at);
-}
-/// The same for a single image.
-///
-///     b_mode(exec::par_unseq, body, probe, at, {.depth = 40_mm}, physical{}, paths{});
-///
-/// @throws usage_error, geometry_error  as above
-template <exec::policy Policy, transducer Probe, acoustic_model Model = physical<>,
-          tracer<Model> Tracer = straight_lines>
+template <exec::policy Policy, transducer Probe>
 image b_mode(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-             const b_mode_settings& settings = {}, const Model& model = {}, const Tracer& how = {}) {
-    scanner<Probe, Model, Tracer> own{probe, settings, model, how};
-    own.scan(policy, body, at);
-    return std::move(own).picture();
+             const b_mode_settings& settings = {}) {
+    scanner<Probe> machine{probe, settings};
+    machine.scan(policy, body, at);
+    return std::move(machine).picture();
+}
+/// The same with other acoustics, and another way for sound to travel.
+///
+///     b_mode(exec::par_unseq, body, probe, at, physical{}, {.depth = 40_mm}, paths{});
+///
+/// @param model  acoustics of interfaces and media
+/// @param how    how sound travels: `straight_lines`, `paths`, or your own (`tracer`)
+/// @throws usage_error, geometry_error  as above
+template <exec::policy Policy, transducer Probe, acoustic_model Model, tracer<Model> Tracer = straight_lines>
+image b_mode(const Policy& policy, const scene& body, const Probe& probe, const pose& at, const Model& model,
+             const b_mode_settings& settings = {}, const Tracer& how = {}) {
+    scanner<Probe, Model, Tracer> machine{probe, settings, model, how};
+    machine.scan(policy, body, at);
+    return std::move(machine).picture();
 }
 
 } // namespace insonify::inline INSONIFY_ABI
 
 
 #endif
-#ifndef INSONIFY_COLOUR_DOPPLER_HPP
-#define INSONIFY_COLOUR_DOPPLER_HPP
+#ifndef INSONIFY_DIAGNOSE_HPP
+#define INSONIFY_DIAGNOSE_HPP
 
 
-#ifndef INSONIFY_DOPPLER_ENSEMBLE_HPP
-#define INSONIFY_DOPPLER_ENSEMBLE_HPP
+#ifndef INSONIFY_GEOMETRY_VALIDATE_HPP
+#define INSONIFY_GEOMETRY_VALIDATE_HPP
 
 
-#ifndef INSONIFY_SIGNAL_SLOW_TIME_HPP
-#define INSONIFY_SIGNAL_SLOW_TIME_HPP
+#include <algorithm>
+#include <compare>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Defects and properties of a mesh, as found by `validate`.
+///
+/// Faces that share two vertices share an edge. Edges with one face are matched by position as well, so that a mesh
+/// that repeats its vertices for every face (as STL files do) does not count as open.
+struct mesh_report {
+    std::uint32_t vertices = 0;              ///< as stored, duplicates included
+    std::uint32_t faces = 0;                 ///< as stored
+    std::uint32_t boundary_edges = 0;        ///< edges of one face: the surface has a hole
+    std::uint32_t non_manifold_edges = 0;    ///< edges of three faces or more
+    std::uint32_t misoriented_edges = 0;     ///< edges of two faces with opposite orientation
+    std::uint32_t degenerate_faces = 0;      ///< faces without area: coincident or collinear corners
+    std::uint32_t duplicate_faces = 0;       ///< faces with the corners of an earlier face, in any order
+    std::uint32_t non_finite_vertices = 0;   ///< vertices with a NaN or infinite coordinate
+    std::uint32_t faces_out_of_range = 0;    ///< faces with a vertex index out of range
+    std::uint32_t components = 0;            ///< parts connected by edges
+    std::uint32_t inside_out_components = 0; ///< closed parts oriented inwards, such as the wall of a cavity
+    double volume = 0;                       ///< m^3, less the cavities; meaningful for a closed mesh only
+
+    /// True where every edge has two faces of equal orientation, and all faces and vertices are valid.
+    bool closed() const {
+        return boundary_edges == 0 && non_manifold_edges == 0 && misoriented_edges == 0 && non_finite_vertices == 0 &&
+               faces_out_of_range == 0;
+    }
+
+    friend bool operator==(const mesh_report&, const mesh_report&) = default;
+};
+
+namespace detail {
+
+/// For each vertex the number of its position: vertices at exactly equal positions (-0 equals 0) share one.
+inline std::vector<std::uint32_t> weld(view<const vec3> positions) {
+    struct place {
+        std::uint32_t x, y, z, vertex; // coordinates as bits, which order NaN as well
+        bool operator==(const place& o) const { return x == o.x && y == o.y && z == o.z; }
+        bool operator<(const place& o) const { return x != o.x ? x < o.x : y != o.y ? y < o.y : z < o.z; }
+    };
+    const auto bits = [](float value) {
+        const auto raw = __builtin_bit_cast(std::uint32_t, value);
+        return raw == 0x80000000U ? 0U : raw;
+    };
+    std::vector<place> places;
+    places.reserve(positions.size());
+    for (const vec3& p : positions)
+        places.push_back({bits(p.x), bits(p.y), bits(p.z), static_cast<std::uint32_t>(places.size())});
+    std::sort(places.begin(), places.end());
+
+    std::vector<std::uint32_t> number(places.size());
+    std::uint32_t distinct = 0;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        if (i > 0 && !(places[i] == places[i - 1])) ++distinct;
+        number[places[i].vertex] = distinct;
+    }
+    return number;
+}
+
+} // namespace detail
+
+/// Finds the defects that keep a mesh from being the surface of a body. Accepts any input.
+///
+/// Faces with an index out of range or with two coincident corners are left out of edges and components.
+/// Cost: sorts the vertices, edges and faces; below a second for a million faces.
+inline mesh_report validate(const mesh_view& m) {
+    struct corners {
+        std::uint32_t a, b, c; // ascending
+        auto operator<=>(const corners&) const = default;
+    };
+    const auto face_count = static_cast<std::uint32_t>(m.faces.size());
+    const std::vector<std::uint32_t> place = detail::weld(m.positions);
+    const auto from_to = [&](std::uint32_t slot) { return detail::vertices_of_side(m.faces[slot / 3], slot % 3); };
+
+    mesh_report report;
+    report.vertices = static_cast<std::uint32_t>(m.positions.size());
+    report.faces = face_count;
+    for (const vec3& p : m.positions) report.non_finite_vertices += is_finite(p) ? 0 : 1;
+
+    std::vector<std::uint32_t> usable;
+    std::vector<detail::half_edge> edges;
+    std::vector<corners> surfaces;
+    usable.reserve(face_count);
+    edges.reserve(3 * m.faces.size());
+    surfaces.reserve(face_count);
+    for (std::uint32_t face = 0; face < face_count; ++face) {
+        const uvec3 f = m.faces[face];
+        if (std::max({f.x, f.y, f.z}) >= m.positions.size()) {
+            ++report.faces_out_of_range;
+            continue;
+        }
+        std::uint32_t corner[3] = {place[f.x], place[f.y], place[f.z]};
+        if (corner[0] == corner[1] || corner[1] == corner[2] || corner[2] == corner[0]) {
+            ++report.degenerate_faces;
+            continue;
+        }
+        usable.push_back(face);
+        for (std::uint32_t slot = 3 * face; slot < 3 * face + 3; ++slot) {
+            const auto [from, to] = from_to(slot);
+            edges.emplace_back(from, to, slot);
+        }
+        std::sort(corner, corner + 3);
+        surfaces.push_back({corner[0], corner[1], corner[2]});
+    }
+    std::sort(surfaces.begin(), surfaces.end());
+    for (std::size_t i = 1; i < surfaces.size(); ++i) report.duplicate_faces += surfaces[i] == surfaces[i - 1] ? 1 : 0;
+
+    // Union-find: faces that share an edge are of one component, represented by its lowest face.
+    std::vector<std::uint32_t> parent(face_count);
+    for (std::uint32_t i = 0; i < parent.size(); ++i) parent[i] = i;
+    const auto component = [&](std::uint32_t face) {
+        while (parent[face] != face) face = parent[face] = parent[parent[face]];
+        return face;
+    };
+    std::vector<std::uint32_t> faces_of_faulty_edges;
+    const auto for_each_edge = [&](const auto& visit_single) {
+        detail::sort_by_ends(edges);
+        for (std::size_t begin = 0, end = 0; begin < edges.size(); begin = end) {
+            const std::uint32_t face = edges[begin].slot / 3;
+            std::uint32_t forwards = 0;
+            for (end = begin; end < edges.size() && edges[end].ends == edges[begin].ends; ++end) {
+                const auto [from, to] = from_to(edges[end].slot);
+                forwards += place[from] < place[to] ? 1 : 0;
+                const std::uint32_t a = component(face), b = component(edges[end].slot / 3);
+                parent[std::max(a, b)] = std::min(a, b);
+            }
+            const std::size_t sharing = end - begin;
+            if (sharing == 1) {
+                visit_single(edges[begin].slot);
+            } else if (sharing > 2 || forwards != 1) {
+                ++(sharing > 2 ? report.non_manifold_edges : report.misoriented_edges);
+                faces_of_faulty_edges.push_back(face);
+            }
+        }
+    };
+    std::vector<detail::half_edge> single;
+    for_each_edge([&](std::uint32_t slot) {
+        const auto [from, to] = from_to(slot);
+        single.emplace_back(place[from], place[to], slot);
+    });
+    edges.swap(single);
+    for_each_edge([&](std::uint32_t slot) {
+        ++report.boundary_edges;
+        faces_of_faulty_edges.push_back(slot / 3);
+    });
+
+    // Divergence theorem, relative to a corner of the component to avoid cancellation.
+    std::vector<double> volume(face_count);
+    for (const std::uint32_t face : usable) {
+        const triangle t = m[face];
+        if (!is_finite(t.a) || !is_finite(t.b) || !is_finite(t.c)) continue;
+        const std::uint32_t part = component(face);
+        const dvec3 u = dvec3{t.b} - dvec3{t.a}, v = dvec3{t.c} - dvec3{t.a}, w = v - u;
+        const dvec3 area = cross(u, v);
+        const double longest = std::max({dot(u, u), dot(v, v), dot(w, w)});
+        report.degenerate_faces += dot(area, area) <= 1e-14 * longest * longest ? 1 : 0;
+        if (const vec3 origin = m[part].a; is_finite(origin)) volume[part] += dot(dvec3{t.a} - dvec3{origin}, area) / 6;
+    }
+    std::vector<std::uint8_t> faulty(face_count);
+    for (const std::uint32_t face : faces_of_faulty_edges) faulty[component(face)] = 1;
+    for (const std::uint32_t face : usable) {
+        if (component(face) != face) continue;
+        ++report.components;
+        report.volume += volume[face];
+        report.inside_out_components += volume[face] < 0 && !faulty[face] ? 1 : 0;
+    }
+    return report;
+}
+
+/// The defects and their remedies as sentences; empty for a mesh without defects.
+inline std::string explain(const mesh_report& report) {
+    std::string text;
+    const auto tell = [&](std::uint32_t count, const char* before, const char* one, const char* many,
+                          const char* after) {
+        if (count == 0) return;
+        if (!text.empty()) text += ' ';
+        text += before + std::to_string(count) + ' ' + (count == 1 ? one : many) + after;
+    };
+    if (report.faces == 0) text = "The mesh has no faces: check that the right file or object was read.";
+    tell(report.faces_out_of_range, "Vertex indices are out of range in ", "face", "faces",
+         ": indices start at 0, and at the first vertex of this mesh.");
+    tell(report.non_finite_vertices, "A coordinate is NaN or infinite in ", "vertex", "vertices",
+         ": check the computation or file it comes from.");
+    tell(report.boundary_edges, "The surface is open along ", "edge", "edges",
+         ": fill the hole in a mesh editor, or the medium leaks out.");
+    tell(report.non_manifold_edges, "Three faces or more meet at ", "edge", "edges",
+         ": remove inner walls and duplicate faces, and make touching bodies separate objects.");
+    tell(report.misoriented_edges, "Neighbouring faces have opposite orientations at ", "edge", "edges",
+         ": make the normals consistent in a mesh editor.");
+    tell(report.degenerate_faces, "The mesh has ", "face", "faces",
+         " without area: they are harmless; merging close vertices removes them.");
+    tell(report.duplicate_faces, "The mesh has ", "duplicate face", "duplicate faces", ": remove the copies.");
+    tell(report.inside_out_components, "The faces point inwards on ", "closed part", "closed parts",
+         ": swap two corners of each face, unless it is the wall of a cavity.");
+    return text;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#include <cstdio>
+#include <string>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// What `diagnose` found; nothing where both members are empty.
+struct diagnosis {
+    /// Why a picture may be empty, or not what was meant.
+    enum class problem {
+        pose,         ///< of the probe: not a rigid transform
+        setting,      ///< of the probe or the acquisition is out of range
+        no_objects,   ///< nothing was added, or nothing with faces
+        not_built,    ///< `build` must be called
+        not_updated,  ///< `update` must be called
+        one_medium,   ///< all objects are filled with the background's
+        unit,         ///< of the meshes or the depth: one is far too large or small for the other
+        inside,       ///< the probe is in a medium that lets no sound out, or in an object whose surface is too deep
+        behind,       ///< the objects are behind the probe
+        too_shallow,  ///< the lines end before the first surface
+        beside,       ///< the objects are beside the field of view
+        open_surface, ///< a mesh does not enclose a volume
+        inside_out,   ///< an object has been turned inside out since it was added
+        attenuation,  ///< takes more than automatic gain restores: most of the picture is dark
+    };
+    std::vector<problem> problems{}; ///< the most likely cause first
+    std::string sentence{};          ///< for each problem what is wrong and what to do about it
+};
+
+/// Finds why a picture is empty, and explains it in plain sentences; `explain` does so for a single mesh.
+///
+///     std::puts(diagnose(body, probe, at, {.depth = 40_mm}).sentence.c_str());
+///     // No line meets any object: the nearest surface is 43 mm outside the field of view; move the probe or the objects.
+///
+/// Throws only for lack of memory. Cost: up to some seconds for a million faces.
+/// @param at  probe to world
+template <transducer Probe>
+diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const acquisition& scan);
+
+namespace detail {
+
+/// A length as three digits and a unit: "43 mm".
+inline std::string shown(float metres) {
+    const char* unit = metres < 0.9995e-3F ? " um" : metres < 0.9995F ? " mm" : " m";
+    const double value = static_cast<double>(metres) * (metres < 0.9995e-3F ? 1e6 : metres < 0.9995F ? 1e3 : 1);
+    char text[48];
+    std::snprintf(text, sizeof text, value < 999.5 ? "%.3g" : "%.0f", value);
+    return std::string{text} + unit;
+}
+
+/// The surfaces that the lines of a probe would cross without a limit of depth.
+struct line_survey {
+    float ahead = FLT_MAX;                  ///< metres to the first surface on any line
+    float behind = FLT_MAX;                 ///< the same, backwards
+    const object_view* starts_in = nullptr; ///< gives the medium where the middle line begins; null: the background
+};
+template <transducer Probe>
+line_survey survey(const scene_view& flat, const Probe& probe, const pose& at) {
+    line_survey found;
+    for (std::uint32_t i = 0; i < probe.lines; ++i) {
+        const ray beam = probe.beam(static_cast<float>(i));
+        const ray line{.origin = at.point(beam.origin), .direction = at.direction(beam.direction)};
+        for (const object_view& one : flat.objects) { // by rank
+            std::uint32_t crossed = 0;
+            one.tree.for_each_hit(one.local(line), [&](const hit& surface) {
+                if (surface.distance <= touching_distance) return; // belongs to the face of the probe
+                found.ahead = min(found.ahead, surface.distance);
+                ++crossed;
+            });
+            one.tree.for_each_hit(one.local({.origin = line.origin, .direction = -line.direction}),
+                                  [&](const hit& surface) { found.behind = min(found.behind, surface.distance); });
+            if (i == probe.lines / 2 && crossed % 2 == 1 && found.starts_in == nullptr) found.starts_in = &one;
+        }
+    }
+    return found;
+}
+
+/// The point of the field of view, its lines down to `depth` metres, that is nearest to p; in the probe's frame.
+template <transducer Probe>
+vec3 nearest_in_field(const Probe& probe, float depth, vec3 p) {
+    const float end = static_cast<float>(probe.lines) - 0.5F;
+    const ray line = probe.beam(clamp(probe.locate({p.x, p.z}).x, -0.5F, end));
+    return line.at(clamp(dot(p - line.origin, line.direction), 0, depth));
+}
+
+/// Distance in metres between a triangle and the field of view, in the probe's frame. Never an underestimate; within one
+/// percent where the field spans less than half a circle, since both are then convex.
+template <transducer Probe>
+float distance_to_field(const Probe& probe, float depth, const triangle& face) {
+    vec3 point = (face.a + face.b + face.c) / 3.0F;
+    float nearest = FLT_MAX;
+    for (int i = 0; i < 32; ++i) { // alternating projections
+        const vec3 in_field = nearest_in_field(probe, depth, point);
+        point = nearest_on(face, in_field);
+        const float distance = length(point - in_field);
+        if (!(distance < 0.9999F * nearest)) return min(distance, nearest);
+        nearest = distance;
+    }
+    return nearest;
+}
+
+/// Distance from the field of view to the nearest surface, metres.
+template <transducer Probe>
+float distance_beside(const scene_view& flat, const Probe& probe, const pose& at, float depth) {
+    float nearest = FLT_MAX;
+    for (const object_view& one : flat.objects) {
+        const pose to_probe = inverse(at) * one.at;
+        for (std::size_t i = 0; i < one.surface.size(); ++i) {
+            const triangle t = one.surface[i];
+            const triangle face{to_probe.point(t.a), to_probe.point(t.b), to_probe.point(t.c)};
+            if (!is_finite(bounds(face))) continue;
+            const float extent = max(length(face.b - face.a), length(face.c - face.a));
+            if (length(face.a - nearest_in_field(probe, depth, face.a)) - extent > nearest) continue;
+            nearest = min(nearest, distance_to_field(probe, depth, face));
+        }
+    }
+    return nearest;
+}
+
+/// The sentence about a scene that is 30 times larger than the lines are deep, or 300 times smaller; empty for others. The
+/// unit that was given is not known, so every mistake is named that leaves objects of 2 cm to 2.5 m.
+inline std::string unit_fault(float size, float depth) {
+    const bool too_large = size > 30 * depth && size > 1, too_small = size > 0 && size < depth / 300;
+    if (!too_large && !too_small) return {};
+    struct mistake {
+        float factor;
+        const char* given;
+        const char* meant;
+    };
+    constexpr mistake large[] = {{10, "1_cm", "1_mm"}, {100, "1_m", "1_cm"}, {1000, "1_m", "1_mm"}};
+    constexpr mistake small[] = {{0.1F, "1_mm", "1_cm"}, {0.01F, "1_cm", "1_m"}, {0.001F, "1_mm", "1_m"}};
+    std::string likely;
+    for (const mistake& one : too_large ? large : small)
+        if (const float meant = size / one.factor; 0.02F <= meant && meant <= 2.5F)
+            likely += (likely.empty() ? "" : ", or ") + std::string{one.given} + " where " + one.meant +
+                      " was meant (" + shown(meant) + ")";
+    return "The objects are " + shown(size) + " across, but the lines " + shown(depth) +
+           " deep: check the unit of the mesh" + (likely.empty() ? "" : "; it is probably " + likely) + ".";
+}
+
+} // namespace detail
+
+template <transducer Probe>
+diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const acquisition& scan) {
+    using namespace detail;
+    using problem = diagnosis::problem;
+    diagnosis found;
+    const auto report = [&](problem what, const std::string& sentence) -> diagnosis& {
+        found.problems.push_back(what);
+        found.sentence += (found.sentence.empty() ? "" : " ") + sentence;
+        return found;
+    };
+    if (!is_rigid(at))
+        return report(problem::pose, "The pose of the probe is not a rigid transform, or not finite; make it with "
+                                     "look_at, or mend it with orthonormalised.");
+    try {
+        probe.check();
+        check_depth(scan.depth, "acquisition");
+    } catch (const usage_error& refused) {
+        const std::string sentence = refused.what();
+        return report(problem::setting, sentence + (sentence.ends_with('?') ? "" : "."));
+    }
+    bool has_faces = false;
+    for (const object& one : body.objects()) has_faces = has_faces || !one.surface.faces.empty();
+    if (!has_faces)
+        return report(problem::no_objects,
+                      "The scene has no object with faces; add one, or check the file it came from.");
+    if (!body.is_built())
+        return report(problem::not_built, "The scene is not built; call build(policy) after the last add or remove.");
+    for (const object& one : body.objects())
+        if (body.awaits_update(one.id))
+            return report(problem::not_updated, "The positions of " + named(one.name, one.id) +
+                                                    " were handed out since the last update; call update(policy).");
+    if (body.media().size() == 1)
+        report(problem::one_medium, "Every object has the medium of the background, so no surface echoes; give the "
+                                    "objects, or the background, another one.");
+
+    const scene_view flat = body.view_for_rays(exec::par);
+    const line_survey lines = survey(flat, probe, at);
+    const std::string start = lines.starts_in == nullptr
+                                  ? "the background"
+                                  : named(body[object_id{lines.starts_in->id}].name, object_id{lines.starts_in->id});
+    if (blocks_sound(flat.media[lines.starts_in == nullptr ? 0 : lines.starts_in->medium]))
+        report(problem::inside,
+               "The probe is in " + start +
+                   ", whose medium lets almost no sound out; put the face of the probe on tissue, gel or "
+                   "water.");
+    const vec3 sides = body.box().size();
+    const float size = max(sides.x, max(sides.y, sides.z));
+    const bool too_deep = size > 0 && scan.depth > 30 * size && scan.depth > 1;
+    if (too_deep)
+        report(problem::unit, "The objects are " + shown(size) + " across, but the lines " + shown(scan.depth) +
+                                  " deep: `depth` is in metres; write it as in 80_mm.");
+    if (lines.ahead > scan.depth) {
+        const std::string wrong_unit = too_deep ? std::string{} : unit_fault(size, scan.depth);
+        if (!wrong_unit.empty())
+            report(problem::unit, wrong_unit);
+        else if (lines.starts_in != nullptr && lines.ahead < FLT_MAX)
+            report(problem::inside, "The probe is inside " + start + ", whose surface is " + shown(lines.ahead) +
+                                        " away along the lines, deeper than the " + shown(scan.depth) +
+                                        " shown; raise `depth`.");
+        else if (lines.ahead < FLT_MAX)
+            report(problem::too_shallow, "No line meets any object: the nearest surface on a line is " +
+                                             shown(lines.ahead) + " deep, the lines end at " + shown(scan.depth) +
+                                             "; raise `depth`.");
+        else if (lines.behind < FLT_MAX)
+            report(problem::behind, "No line meets any object: they are behind the probe, which looks away from them; "
+                                    "turn it round (look_at(from, towards, lateral)).");
+        else
+            report(problem::beside, "No line meets any object: the nearest surface is " +
+                                        shown(distance_beside(flat, probe, at, scan.depth)) +
+                                        " outside the field of view; move the probe or the objects.");
+    }
+    for (const object& one : body.objects())
+        if (const mesh_report mesh = validate(one.surface); !mesh.closed())
+            report(problem::open_surface,
+                   "The surface of " + named(one.name, one.id) + " is not closed: " + explain(mesh));
+        else if (body.is_inside_out(one.id))
+            report(problem::inside_out, "The vertices of " + named(one.name, one.id) +
+                                            " were moved so that it is inside out: its faces point the other way than "
+                                            "when it was added; check the simulation, or the formula, that moves it.");
+    if (found.problems.empty()) {
+        constexpr float max_gain_db = 60, dark_db = 20; // of automatic gain; a third of the usual dynamic range
+        const float half_depth = scan.depth / 2;
+        const path_survey half =
+            survey_paths(find_layers_to(exec::par, body, probe, at, {.depth = scan.depth}, half_depth, false),
+                         probe.frequency, half_depth);
+        const auto of_pulse = [&](float lost_db) {
+            return attenuated(lost_db, probe.frequency, fractional_bandwidth(probe)).loss_db;
+        };
+        const float needed = 2 * clamp(half.attenuation, 50, 100) * probe.frequency * 1e-6F * half.length;
+        const float gain = min(of_pulse(needed), max_gain_db), lost = of_pulse(half.loss_db);
+        if (lost > gain + dark_db)
+            report(problem::attenuation, "Echoes from half the depth lose " + number_text(std::round(lost)) +
+                                             " dB, and automatic gain restores " + number_text(std::round(gain)) +
+                                             " dB: the picture is dark below; lower the frequency or `depth`.");
+    }
+    return found;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#ifndef INSONIFY_DOPPLER_HPP
+#define INSONIFY_DOPPLER_HPP
+
+/// Doppler: blood and tissue that move, and what a scanner measures of them.
+#ifndef INSONIFY_DOPPLER_DOPPLER_PICTURE_HPP
+#define INSONIFY_DOPPLER_DOPPLER_PICTURE_HPP
+
+
+#ifndef INSONIFY_IMAGE_COLOUR_IMAGE_HPP
+#define INSONIFY_IMAGE_COLOUR_IMAGE_HPP
+
+
+#include <cstddef>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// A colour image: rows from the top; red, green and blue from 0 to 1, as displays take them.
+struct colour_image {
+    uvec2 size{0, 0};         ///< columns, rows
+    std::vector<vec3> pixels; ///< row by row
+
+    colour_image() = default;
+    /// All pixels have one colour.
+    explicit colour_image(uvec2 columns_rows, vec3 colour = {0, 0, 0})
+        : size{columns_rows}, pixels(static_cast<std::size_t>(columns_rows.x) * columns_rows.y, colour) {}
+
+    /// One pixel; indices are not checked.
+    /// @{
+    vec3& operator()(std::uint32_t column, std::uint32_t row) {
+        return pixels[static_cast<std::size_t>(row) * size.x + column];
+    }
+    const vec3& operator()(std::uint32_t column, std::uint32_t row) const {
+        return pixels[static_cast<std::size_t>(row) * size.x + column];
+    }
+    /// @}
+
+    friend bool operator==(const colour_image&, const colour_image&) = default;
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// What counts as flow in a picture.
+struct doppler_picture_settings {
+    uvec2 size{0, 0};          ///< columns, rows: see `scan_convert_settings`
+    float min_power_db = -126; ///< weaker echoes show no flow; electronic noise is at -135 dB. 0 dB is a perfect mirror
+    float min_velocity = 0;    ///< slower flow is not shown, m/s
+
+    /// @throws usage_error  if a setting is out of range
+    void check() const {
+        if (!is_finite(min_power_db) || !is_finite(min_velocity))
+            throw usage_error{"doppler_picture: `min_power_db` and `min_velocity` must be finite"};
+    }
+
+    friend bool operator==(const doppler_picture_settings&, const doppler_picture_settings&) = default;
+};
+
+/// What a colour means: velocity towards the probe from red to yellow, away from it from blue to cyan; or power from dark
+/// red to yellow.
+enum class doppler_map { velocity, power };
+
+/// Settings of `colour_overlay`.
+struct colour_overlay_settings {
+    doppler_map map = doppler_map::velocity; ///< what is shown
+    float max_velocity = 0;                  ///< of the brightest colour, m/s; 0: the largest that does not alias
+    float power_range_db = 30;               ///< from the darkest to the brightest colour of `doppler_map::power`
+    float min_power_db = -126;               ///< see `doppler_picture_settings`
+    float min_velocity = 0;                  ///< likewise, m/s
+    float max_grey = 0.6F; ///< priority: brighter tissue is shown in grey, 0 (never colour) to 1 (always colour)
+
+    /// @throws usage_error  if a setting is out of range
+    void check() const {
+        if (!is_finite(min_power_db) || !is_finite(min_velocity) || !is_finite(max_velocity) || !(max_velocity >= 0) ||
+            !is_finite(power_range_db) || !(power_range_db > 0) || !is_finite(max_grey))
+            throw usage_error{"colour_overlay: `power_range_db` must be above 0, `max_velocity` at least 0, and both, "
+                              "`min_power_db`, `min_velocity` and `max_grey` finite"};
+    }
+
+    friend bool operator==(const colour_overlay_settings&, const colour_overlay_settings&) = default;
+};
+
+/// The colour of a velocity. @param share  of the largest, -1 (away) to 1 (towards the probe)
+INSONIFY_FN inline vec3 velocity_colour(float share) {
+    const float fast = min(std::fabs(share), 1), strong = 0.35F + 0.65F * min(1.6F * fast, 1),
+                bright = max(fast - 0.35F, 0) / 0.65F;
+    return share > 0 ? vec3{strong, 0.9F * bright, 0} : vec3{0, 0.9F * bright, strong};
+}
+/// The colour of a power. @param share  0 (weakest) to 1 (strongest)
+INSONIFY_FN inline vec3 power_colour(float share) {
+    const float level = clamp(share, 0, 1);
+    return {0.35F + 0.65F * min(1.5F * level, 1), 0.9F * max(level - 0.3F, 0) / 0.7F, 0.1F * level};
+}
+
+namespace detail {
+
+/// Velocity and power of each pixel, 0 outside the field of view. Interpolates phasors, so aliased velocities do not pass
+/// through 0 on their way from one end of the range to the other.
+template <exec::policy Policy, class Pixel>
+void for_each_flow_pixel(const Policy& policy, const flow_lines& lines, const scan_map& map, const Pixel& pixel) {
+    check_lines_of_map<flow_sample>(lines, map);
+    const float turn = lines.max_velocity > 0 ? pi / lines.max_velocity : 0, scale = lines.max_velocity / pi;
+    const std::size_t next = map.samples > 1 ? 1 : 0;
+    exec::for_each_block(policy, map.size.y, 1, 40 * static_cast<float>(map.size.x), [&](std::size_t y, std::size_t) {
+        for (std::size_t i = y * map.size.x; i < (y + 1) * map.size.x; ++i) {
+            if (map.first[i] == scan_map::outside) {
+                pixel(i, flow_sample{});
+                continue;
+            }
+            const std::size_t here = map.first[i], beside = map.beside(map.first[i]);
+            const float across = map.across[i], along = map.along[i];
+            vec2 phasor{0, 0};
+            float power = 0;
+            const auto add = [&](const flow_sample& sample, float weight) {
+                const float angle = turn * sample.velocity;
+                phasor += weight * sample.power * vec2{std::cos(angle), std::sin(angle)};
+                power += weight * sample.power;
+            };
+            add(lines.values[here], (1 - across) * (1 - along));
+            add(lines.values[here + next], (1 - across) * along);
+            add(lines.values[beside], across * (1 - along));
+            add(lines.values[beside + next], across * along);
+            pixel(i, flow_sample{.velocity = power > 0 ? scale * std::atan2(phasor.y, phasor.x) : 0, .power = power});
+        }
+    });
+}
+
+/// Whether a pixel shows flow.
+INSONIFY_FN inline bool shows_flow(const flow_sample& of, float min_power, float min_velocity) {
+    return of.power >= min_power && of.power > 0 && std::fabs(of.velocity) >= min_velocity;
+}
+/// Power ratio of a level in decibels.
+INSONIFY_FN inline float power_of_decibels(float level) { return std::exp2(0.33219281F * level); } // log2(10) / 10
+
+} // namespace detail
+
+/// Velocity of each pixel, m/s, towards the probe positive; 0 where there is no flow.
+/// @param probe  that the lines are of
+/// @throws usage_error  for lines that are empty or not those of the probe, or a setting out of range
+template <exec::policy Policy, transducer Probe>
+image doppler_picture(const Policy& policy, const flow_lines& lines, const Probe& probe,
+                      const doppler_picture_settings& settings = {}) {
+    settings.check();
+    const scan_map map =
+        make_scan_map(policy, probe, detail::acquisition_of<flow_sample>(lines), {.size = settings.size});
+    image picture{map.size};
+    const float min_power = detail::power_of_decibels(settings.min_power_db);
+    detail::for_each_flow_pixel(policy, lines, map, [&](std::size_t i, const flow_sample& of) {
+        if (detail::shows_flow(of, min_power, settings.min_velocity)) picture.pixels[i] = of.velocity;
+    });
+    return picture;
+}
+
+/// Colour over a B-mode image: flow is coloured where the image is dark enough, the rest is grey.
+///
+///     const image grey = b_mode(exec::par_unseq, body, probe, at, {.depth = 40_mm});
+///     const flow_lines seen = colour_doppler(exec::par_unseq, body, probe, at, stream, {.depth = 40_mm});
+///     write_png("duplex.png", colour_overlay(exec::par, grey, seen, probe));
+///
+/// @param grey   an image of the same probe and depth
+/// @param probe  that the lines are of
+/// @throws usage_error  for lines that are empty or not those of the probe, an image of another size, or a setting out of range
+template <exec::policy Policy, transducer Probe>
+colour_image colour_overlay(const Policy& policy, const image& grey, const flow_lines& lines, const Probe& probe,
+                            const colour_overlay_settings& settings = {}) {
+    settings.check();
+    const scan_map map = make_scan_map(policy, probe, detail::acquisition_of<flow_sample>(lines), {.size = grey.size});
+    if (grey.pixels.size() != map.first.size())
+        throw usage_error{"colour_overlay: the image has no pixels, or not as many as its size says"};
+    colour_image picture{grey.size};
+    const float min_power = detail::power_of_decibels(settings.min_power_db);
+    const float fastest = settings.max_velocity > 0 ? settings.max_velocity : max(lines.max_velocity, 1e-9F);
+    detail::for_each_flow_pixel(policy, lines, map, [&](std::size_t i, const flow_sample& of) {
+        const float level = clamp(grey.pixels[i], 0, 1);
+        if (level > settings.max_grey || !detail::shows_flow(of, min_power, settings.min_velocity))
+            picture.pixels[i] = vec3{level};
+        else if (settings.map == doppler_map::velocity)
+            picture.pixels[i] = velocity_colour(of.velocity / fastest);
+        else
+            picture.pixels[i] =
+                power_colour((10 * std::log10(of.power) - settings.min_power_db) / max(settings.power_range_db, 1e-3F));
+    });
+    return picture;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#ifndef INSONIFY_DOPPLER_POISEUILLE_HPP
+#define INSONIFY_DOPPLER_POISEUILLE_HPP
+
+
+#include <cmath>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Velocity over the heart beat, relative to its peak.
+///
+///     w(t) = 1 - RI (1 - s),   s = (x exp(1 - x))^2,   x = phase / systole
+///
+/// The phase is the fraction of the beat that has passed. w is 1 in systole and 1 - RI at the end of diastole, where
+/// RI = (peak systolic - end diastolic velocity) / peak systolic velocity is the resistive index: about 0.6 to 0.8 in
+/// carotid and renal arteries, above 1 where the flow reverses in diastole.
+/// Source: Pourcelot 1974 for the index; the shape is by convention.
+struct pulsatile {
+    float heart_rate = 0;         ///< beats per second, such as 1.2_Hz; 0: steady flow
+    float resistive_index = 0.7F; ///< 0: steady flow
+    float systole = 0.15F;        ///< phase of the peak, 0.05 to 0.2
+    float delay = 0;              ///< the first beat begins at this time, seconds
+
+    /// Velocity at a time in seconds over that of the peak.
+    float operator()(float time) const {
+        if (heart_rate == 0) return 1;
+        const float beats = (time - delay) * heart_rate, x = (beats - std::floor(beats)) / systole;
+        const float rise = x * std::exp(1 - x);
+        return 1 - resistive_index * (1 - rise * rise);
+    }
+    /// The mean over a beat.
+    float mean() const {
+        if (heart_rate == 0) return 1;
+        // The integral of x^2 exp(2 - 2 x) to x = 1 / systole.
+        const float end = 1 / systole;
+        const float area = systole * 0.25F * (std::exp(2.0F) - (2 * end * end + 2 * end + 1) * std::exp(2 - 2 * end));
+        return 1 - resistive_index * (1 - area);
+    }
+
+    /// @throws usage_error  for a setting out of range
+    void check() const {
+        if (!is_finite(heart_rate) || !(heart_rate >= 0) || !(heart_rate <= 20))
+            throw usage_error{"pulsatile: `heart_rate` is " + detail::number_text(heart_rate) +
+                              " Hz; it must be 0 (steady flow) to 20 beats per second, such as 1.2_Hz"};
+        if (!(resistive_index >= 0 && resistive_index <= 2))
+            throw usage_error{"pulsatile: `resistive_index` must be 0 (steady flow) to 2, such as 0.7"};
+        if (!(systole >= 0.05F && systole <= 0.2F) || !is_finite(delay))
+            throw usage_error{"pulsatile: `systole` must be a phase of 0.05 to 0.2, and `delay` finite"};
+    }
+
+    friend bool operator==(const pulsatile&, const pulsatile&) = default;
+};
+
+/// Laminar flow in a straight tube: v = peak_velocity w(t) (1 - r^2 / radius^2) towards `to`; 0 outside the radius.
+///
+/// Every beat is quasi-steady: the profile stays a parabola, as in small vessels (Womersley number below 3).
+/// Source: Hagen-Poiseuille law.
+struct poiseuille {
+    object_id object{};      ///< whose blood flows
+    vec3 from{0, 0, 0};      ///< on the axis, in coordinates of the object, metres
+    vec3 to{0, 0, 0};        ///< on the axis; blood flows from `from` to `to`
+    float radius = 0;        ///< of the tube, metres
+    float peak_velocity = 0; ///< on the axis in systole, m/s; below 0: towards `from`
+    pulsatile waveform{};    ///< steady by default
+
+    /// See `velocity_field`.
+    vec3 operator()(object_id of, vec3 point, float time) const {
+        if (of != object) return {0, 0, 0};
+        const vec3 along = normalize(to - from), from_axis = point - from - dot(point - from, along) * along;
+        const float share = 1 - dot(from_axis, from_axis) / (radius * radius);
+        return share > 0 ? peak_velocity * waveform(time) * share * along : vec3{0, 0, 0};
+    }
+    /// Volume per second at a time, m^3/s: pi radius^2 / 2 times the velocity on the axis.
+    float volume_flow(float time) const { return 0.5F * pi * radius * radius * peak_velocity * waveform(time); }
+
+    /// @throws usage_error  for a setting out of range
+    void check() const {
+        if (!is_finite(from) || !is_finite(to) || !(length(to - from) > 0))
+            throw usage_error{"poiseuille: `from` and `to` must be two different points on the axis of the tube"};
+        if (!is_finite(radius) || !(radius > 0))
+            throw usage_error{"poiseuille: `radius` must be a finite number of metres above 0, such as 4_mm"};
+        if (!is_finite(peak_velocity) || !(std::fabs(peak_velocity) <= 100))
+            throw usage_error{"poiseuille: `peak_velocity` must be at most 100 m/s, such as 0.4_m_per_s"};
+        waveform.check();
+    }
+
+    friend bool operator==(const poiseuille&, const poiseuille&) = default;
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#ifndef INSONIFY_DOPPLER_VELOCITY_SAMPLES_HPP
+#define INSONIFY_DOPPLER_VELOCITY_SAMPLES_HPP
 
 
 #include <cmath>
@@ -19878,983 +21924,77 @@ image b_mode(const Policy& policy, const scene& body, const Probe& probe, const 
 #include <string>
 #include <vector>
 
-/// Slow time: the echoes of successive pulses along the same lines, from which velocities are estimated.
 namespace insonify::inline INSONIFY_ABI {
 
-/// Echoes of successive pulses, all of one shape.
-struct iq_ensemble {
-    float prf = 0;                  ///< pulse repetition frequency, hertz
-    std::vector<iq_lines> pulses{}; ///< one after the other
-};
-
-/// High-pass filter along slow time, which removes the echoes of tissue: the wall filter.
-struct wall_filter {
-    /// `polynomial`: subtracts the best polynomial of degree `order` in time, for each sample. Keeps the number of pulses.
-    /// `fir`: the difference to a low-pass filter of `order` + 1 taps (Hamming window, no gain at 0 Hz). The first
-    /// `order` pulses are lost.
-    enum class kind { none, polynomial, fir };
-    kind type = kind::polynomial; ///< none: the echoes of tissue stay, for tissue Doppler
-    std::uint32_t order = 1;      ///< of the polynomial; of the FIR filter, even
-    float cutoff = 0.1F;          ///< of the FIR filter, as a fraction of the pulse repetition frequency
-
-    /// @param pulses  that will be filtered
-    /// @throws usage_error  for a setting out of range
-    void check(std::size_t pulses) const {
-        if (type == kind::none) return;
-        if (order + 2 > pulses)
-            throw usage_error{detail::joined({"wall_filter: order ", std::to_string(order), " needs at least ",
-                                              std::to_string(std::uint64_t{order} + 2), " pulses, not ",
-                                              std::to_string(pulses), "; lower it or raise the ensemble"})};
-        if (type == kind::polynomial && order > 8)
-            throw usage_error{"wall_filter: the order of a polynomial is at most 8; 1 or 2 is usual"};
-        if (type == kind::fir && (order < 2 || order % 2 != 0 || !(cutoff > 0 && cutoff < 0.5F)))
-            throw usage_error{"wall_filter: a FIR filter needs an even order, such as 4, and a cutoff above 0 and "
-                              "below 0.5 of the prf, such as 0.1"};
-    }
-
-    friend bool operator==(const wall_filter&, const wall_filter&) = default;
-};
-
-namespace detail {
-
-/// The values of polynomials of degree 0 to `order` at equal steps, orthonormal by Gram-Schmidt.
-inline std::vector<std::vector<double>> orthonormal_polynomials(std::size_t count, std::uint32_t order) {
-    std::vector<std::vector<double>> basis(std::size_t{order} + 1, std::vector<double>(count));
-    for (std::uint32_t degree = 0; degree <= order; ++degree) {
-        std::vector<double>& own = basis[degree];
-        for (std::size_t k = 0; k < count; ++k)
-            own[k] = std::pow(2 * static_cast<double>(k) / static_cast<double>(count - 1) - 1, degree);
-        for (int twice = 0; twice < 2; ++twice)
-            for (std::uint32_t lower = 0; lower < degree; ++lower) {
-                double common = 0;
-                for (std::size_t k = 0; k < count; ++k) common += own[k] * basis[lower][k];
-                for (std::size_t k = 0; k < count; ++k) own[k] -= common * basis[lower][k];
-            }
-        double power = 0;
-        for (const double value : own) power += value * value;
-        for (double& value : own) value /= std::sqrt(power);
-    }
-    return basis;
-}
-
-} // namespace detail
-
-/// The filter as a matrix, row by row: result j is the sum over k of element j * pulses + k times pulse k.
-/// @throws usage_error  as `wall_filter::check`
-inline std::vector<float> wall_filter_matrix(const wall_filter& filter, std::size_t pulses) {
-    filter.check(pulses);
-    if (filter.type == wall_filter::kind::fir) {
-        const std::size_t taps = std::size_t{filter.order} + 1, results = pulses - filter.order;
-        std::vector<double> tap(taps);
-        double sum = 0;
-        for (std::size_t i = 0; i < taps; ++i) {
-            const double turn = 2 * 3.14159265358979323846, x = static_cast<double>(i) - 0.5 * filter.order;
-            const double sinc = x == 0 ? 2.0 * static_cast<double>(filter.cutoff)
-                                       : std::sin(turn * static_cast<double>(filter.cutoff) * x) / (0.5 * turn * x);
-            tap[i] = sinc * (0.54 - 0.46 * std::cos(turn * static_cast<double>(i) / filter.order));
-            sum += tap[i];
-        }
-        std::vector<float> matrix(results * pulses);
-        for (std::size_t j = 0; j < results; ++j)
-            for (std::size_t i = 0; i < taps; ++i)
-                matrix[j * pulses + j + i] = static_cast<float>((i == filter.order / 2 ? 1.0 : 0.0) - tap[i] / sum);
-        return matrix;
-    }
-    std::vector<double> matrix(pulses * pulses); // the identity less the projections on orthonormal polynomials
-    for (std::size_t k = 0; k < pulses; ++k) matrix[k * pulses + k] = 1;
-    if (filter.type == wall_filter::kind::polynomial)
-        for (const std::vector<double>& one : detail::orthonormal_polynomials(pulses, filter.order))
-            for (std::size_t j = 0; j < pulses; ++j)
-                for (std::size_t k = 0; k < pulses; ++k) matrix[j * pulses + k] -= one[j] * one[k];
-    return {matrix.begin(), matrix.end()};
-}
-
-namespace detail {
-
-/// @throws usage_error  for an ensemble whose pulses differ in shape, or without a prf
-inline void check_ensemble(const iq_ensemble& echoes, const char* caller) {
-    if (!is_finite(echoes.prf) || !(echoes.prf > 0))
-        throw usage_error{joined({caller, ": the prf must be a frequency above 0, such as 4_kHz"})};
-    for (const iq_lines& each : echoes.pulses)
-        if (each.count != echoes.pulses[0].count || each.samples != echoes.pulses[0].samples ||
-            each.depth != echoes.pulses[0].depth || each.values.size() != std::size_t{each.count} * each.samples)
-            throw usage_error{joined({caller, ": all pulses must have the same lines, samples and depth"})};
-}
-
-} // namespace detail
-
-/// Filters every sample along slow time.
-/// @param recycled  an ensemble whose memory is reused
-/// @throws usage_error  for settings out of range, and pulses that differ in shape
-template <exec::policy Policy>
-iq_ensemble filter_walls(const Policy& policy, const iq_ensemble& echoes, const wall_filter& filter,
-                         iq_ensemble recycled = {}) {
-    detail::check_ensemble(echoes, "filter_walls");
-    const std::size_t pulses = echoes.pulses.size();
-    const std::vector<float> matrix = wall_filter_matrix(filter, pulses);
-    recycled.prf = echoes.prf;
-    recycled.pulses.resize(pulses == 0 ? 0 : matrix.size() / pulses);
-    if (recycled.pulses.empty()) return recycled;
-    const iq_lines& first = echoes.pulses[0];
-    for (iq_lines& each : recycled.pulses) each.reshape(first.count, first.samples, first.depth);
-    constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
-    constexpr std::size_t step = 1024; // floats
-    const auto time = 0.2F * static_cast<float>(matrix.size());
-    exec::for_each_block(policy, 2 * first.values.size(), step, time, [&](std::size_t begin, std::size_t end) {
-        const auto floats = [](const iq_lines& lines) { return reinterpret_cast<const float*>(lines.values.data()); };
-        for (std::size_t j = 0; j < recycled.pulses.size(); ++j) {
-            auto* const to = reinterpret_cast<float*>(recycled.pulses[j].values.data());
-            std::size_t i = begin;
-            for (; i + width <= end; i += width) {
-                lanes<width> sum(0.0F);
-                for (std::size_t k = 0; k < pulses; ++k)
-                    sum = sum + lanes<width>(matrix[j * pulses + k]) * load<width>(floats(echoes.pulses[k]) + i);
-                store(sum, to + i);
-            }
-            for (; i < end; ++i) {
-                to[i] = 0;
-                for (std::size_t k = 0; k < pulses; ++k) to[i] += matrix[j * pulses + k] * floats(echoes.pulses[k])[i];
-            }
-        }
-    });
-    return recycled;
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#ifndef INSONIFY_TRACING_TRACE_ENSEMBLE_HPP
-#define INSONIFY_TRACING_TRACE_ENSEMBLE_HPP
-
-
-#ifndef INSONIFY_TRACING_MOVING_SCATTERERS_HPP
-#define INSONIFY_TRACING_MOVING_SCATTERERS_HPP
-
-
-#ifndef INSONIFY_SCENE_VELOCITY_FIELD_HPP
-#define INSONIFY_SCENE_VELOCITY_FIELD_HPP
-
-
-#include <concepts>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// The background as an object whose tissue moves: see `velocity_field`. Its coordinates are those of the world.
-inline constexpr object_id background_object{~0U};
-
-/// The velocity of tissue and blood: a function object
+/// Velocities on a regular grid, as flow solvers give them: linear in space and time between the samples, 0 outside.
 ///
-///     vec3 operator()(object_id object, vec3 point, float time) const
-///
-/// of an object (`background_object` for the background), a point in it and a time in seconds. Point, in metres, and
-/// velocity, in m/s, are in coordinates of the object. {0, 0, 0} where nothing moves. It is called from many threads.
-///
-/// Of a body that `scene::deform` deforms, the point is where the tissue was at rest, and the velocity is that at rest: a
-/// field describes the body at rest, and follows every deformation. Tissue with the velocity V at rest then moves with F V,
-/// where F is the gradient of the deformation, and blood with F V / det F, so that its volume flow through a vessel stays
-/// that of the field where the vessel is narrowed.
-template <class Field>
-concept velocity_field = requires(const Field& field, object_id object, vec3 point, float time) {
-    { field(object, point, time) } -> std::convertible_to<vec3>;
-};
+/// Sample {x, y, z} of time step t is velocities[((t size.z + z) size.y + y) size.x + x] and lies at
+/// lower + spacing * {x, y, z}. The time steps repeat.
+struct velocity_samples {
+    object_id object{};                ///< whose tissue or blood moves
+    vec3 lower{0, 0, 0};               ///< of the first sample, in coordinates of the object, metres
+    vec3 spacing{1e-3F, 1e-3F, 1e-3F}; ///< metres
+    uvec3 size{0, 0, 0};               ///< samples along each axis, at least 2
+    std::vector<vec3> velocities{};    ///< m/s
+    std::uint32_t steps = 1;           ///< of time
+    float interval = 0;                ///< from step to step, seconds; 0 where there is one step
 
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#include <cmath>
-#include <cstdint>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Pulses at equal intervals.
-struct pulse_train {
-    float start = 0;         ///< time of pulse 0, seconds: tissue and blood are where they are at rest
-    float interval = 0;      ///< one over the pulse repetition frequency, seconds
-    std::uint32_t count = 1; ///< number of pulses that are acquired
-    std::uint32_t first = 0; ///< the first of them: a long train is acquired in parts
-    float burst = 0; ///< length of the excitation in cycles, as of a `pulse`: a long one loses more to attenuation
-
-    /// The pulse after the last one.
-    INSONIFY_FN std::uint32_t end() const { return first + count; }
-    /// Time of a pulse, seconds.
-    INSONIFY_FN float time(std::uint32_t pulse) const {
-        return static_cast<float>(static_cast<double>(start) +
-                                  static_cast<double>(interval) * static_cast<double>(pulse));
+    /// See `velocity_field`.
+    vec3 operator()(object_id of, vec3 point, float time) const {
+        if (of != object) return {0, 0, 0};
+        const vec3 place = (point - lower) / spacing;
+        for (int axis = 0; axis < 3; ++axis)
+            if (!(place[axis] >= 0 && place[axis] <= static_cast<float>(size[axis] - 1))) return {0, 0, 0};
+        if (steps < 2) return at_step(0, place);
+        const float whole = static_cast<float>(steps), turns = time / (interval * whole);
+        const float step = (turns - std::floor(turns)) * whole;
+        const auto before = static_cast<std::uint32_t>(min(step, whole - 1));
+        const vec3 first = at_step(before, place);
+        return first + (step - static_cast<float>(before)) * (at_step((before + 1) % steps, place) - first);
     }
-};
-
-namespace detail {
-
-/// A scatterer field at the time of each pulse of a train.
-///
-/// Space is divided along the line into pieces of one wavelength. From pulse to pulse, the scatterers of a piece move
-/// with the velocity at its centre; pieces slide past each other where there is shear. So the phase of their echoes
-/// changes by exactly what the velocity says, however long the train. Pieces at rest are emitted once, for all pulses.
-///
-/// Scatterers move in tissue at rest, and the deformation moves them on from there. Where it has the gradient F, a velocity V
-/// at rest becomes F V. Blood moves by V / det F at rest, so that its volume flow through a vessel is that of the field
-/// however the vessel is deformed (the Piola transform).
-template <scattering_field Scattering, velocity_field Field>
-struct moving_scatterers {
-    static constexpr std::uint32_t all_pulses = ~0U; ///< the value of `*current` for tissue at rest
-
-    Scattering at_rest{};             ///< at the first pulse
-    const Field* field = nullptr;     ///< velocities
-    pulse_train pulses{};             ///< their times
-    float piece = 0;                  ///< metres
-    float from = 0;                   ///< those nearer to the probe are not needed, metres along the line
-    std::uint32_t* current = nullptr; ///< receives the number in the train of the pulse that is emitted next
-
-    /// See `scattering_field`.
-    template <class Emit>
-    INSONIFY_FN void scatter(const material_line& line, float begin, float end, float spacing, Emit&& emit) const {
-        if (!(end - begin < 0x1p25F * min(spacing, piece))) return;
-        float resting_from = begin;
-        const auto emit_resting = [&](float until) {
-            *current = all_pulses;
-            if (until > resting_from) scatter_along_fibres(at_rest, line, resting_from, until, spacing, emit);
-        };
-        const auto last = static_cast<std::uint32_t>(end / piece);
-        for (auto i = static_cast<std::uint32_t>(begin / piece); i <= last; ++i) {
-            const float piece_begin = max(begin, static_cast<float>(i) * piece),
-                        piece_end = min(end, static_cast<float>(i + 1) * piece);
-            if (!(piece_end > piece_begin)) continue;
-            const velocity_at_rest around{line, line.at((static_cast<float>(i) + 0.5F) * piece)};
-            if (!moves(line.object, around.point)) continue;
-            emit_resting(piece_begin);
-            if (piece_end > from) emit_moving(line, piece_begin, piece_end, around, spacing, emit);
-            resting_from = piece_end;
-        }
-        emit_resting(end);
-    }
-
-    /// See `scattering_field`.
-    INSONIFY_FN float covariance(float distance, float angle) const { return at_rest.covariance(distance, angle); }
-
-  private:
-    // What the field says of a piece, in coordinates of the object.
-    struct velocity_at_rest {
-        vec3 point;       // where its centre was at rest
-        float factor = 1; // of the velocity there
-
-        INSONIFY_FN velocity_at_rest(const material_line& line, vec3 centre) : point{centre} {
-            if (line.displacement == nullptr) return;
-            point = line.displacement->rest(centre);
-            if (line.flowing) factor = determinant(line.displacement->gradient(centre)); // of the inverse of F
-        }
-    };
-
-    INSONIFY_FN bool moves(std::uint32_t object, vec3 point) const {
-        for (std::uint32_t k = 0; k < pulses.end(); ++k)
-            if ((*field)(object_id{object}, point, pulses.time(k)) != vec3{0, 0, 0}) return true;
-        return false;
-    }
-
-    // Long trains would shear blood until neighbouring lines see none of the same scatterers, since velocities are those
-    // of pieces. So flowing media are renewed, as blood is that leaves the beam: one generation of scatterers is alone for
-    // `stay` pulses, and fades into the next one during as many, at constant power.
-    static constexpr std::uint32_t stay = 64, generation = 2 * stay;
-
-    template <class Emit>
-    INSONIFY_FN void emit_moving(const material_line& line, float begin, float end, const velocity_at_rest& around,
-                                 float spacing, Emit&& emit) const {
-        const bool renewed = line.frame_number != 0;
-        dvec3 moved{0, 0, 0}, birth{0, 0, 0}, next_birth{0, 0, 0}; // floats would lose the phase in a long train
-        const auto emit_generation = [&](std::uint32_t number, const dvec3& born, float weight) {
-            material_line now = line;
-            displacement_view deformed;
-            if (line.displacement == nullptr) {
-                now.origin = vec3{dvec3{line.origin} - (moved - born)};
-            } else {
-                deformed = *line.displacement;
-                deformed.offset = vec3{born - moved};
-                now.displacement = &deformed;
-            }
-            now.frame_number += number * 0x9E3779B9U;
-            if (weight == 1)
-                scatter_along_fibres(at_rest, now, begin, end, spacing, emit);
-            else
-                scatter_along_fibres(at_rest, now, begin, end, spacing,
-                                     [&](const scatterer_run& run) { emit_weighted(run, weight, emit); });
-        };
-        const std::uint32_t first =
-            renewed && pulses.first >= generation ? pulses.first / generation * generation - stay : 0;
-        for (std::uint32_t k = first; k < pulses.end(); ++k) {
-            const std::uint32_t number = k / generation, age = k % generation;
-            if (renewed && age == stay) next_birth = moved;
-            if (renewed && age == 0) birth = next_birth;
-            if (k >= pulses.first) {
-                *current = k - pulses.first;
-                if (!renewed || age < stay) {
-                    emit_generation(renewed ? number : 0, birth, 1);
-                } else {
-                    const float turn = 0.5F * pi * (static_cast<float>(age - stay) + 0.5F) / stay;
-                    emit_generation(number, birth, std::cos(turn));
-                    emit_generation(number + 1, next_birth, std::sin(turn));
-                }
-            }
-            const vec3 velocity =
-                (*field)(object_id{line.object}, around.point, pulses.time(k) + 0.5F * pulses.interval);
-            moved += static_cast<double>(pulses.interval * around.factor) * dvec3{velocity};
-        }
-    }
-
-    template <class Emit>
-    INSONIFY_FN static void emit_weighted(scatterer_run run, float weight, Emit&& emit) {
-        constexpr std::uint32_t room = 128;
-        float real[room], imaginary[room];
-        for (std::uint32_t done = 0; done < run.count; done += room) {
-            const std::uint32_t count = run.count - done < room ? run.count - done : room;
-            for (std::uint32_t i = 0; i < count; ++i) {
-                real[i] = weight * run.real[done + i];
-                imaginary[i] = weight * run.imaginary[done + i];
-            }
-            emit(scatterer_run{.first = run.first + static_cast<float>(done) * run.step,
-                               .step = run.step,
-                               .count = count,
-                               .real = real,
-                               .imaginary = imaginary,
-                               .slope = run.slope});
-        }
-    }
-};
-
-/// Scatterers move first; where fibres are curved, what has moved is straightened.
-template <class Scattering, class Field, class Emit>
-INSONIFY_FN void scatter_along_fibres(const moving_scatterers<Scattering, Field>& moving, const material_line& line,
-                                      float begin, float end, float spacing, const Emit& emit) {
-    moving.scatter(line, begin, end, spacing, emit);
-}
-
-} // namespace detail
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#ifndef INSONIFY_TRACING_MOVING_SURFACES_HPP
-#define INSONIFY_TRACING_MOVING_SURFACES_HPP
-
-
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// The surfaces of one line, which move with the tissue beside them. Flowing media do not move their walls.
-///
-/// A plane surface that moves with the velocity v is met at a distance that changes by v . n / (a . n), where n is its
-/// normal and a the direction of the line.
-template <velocity_field Field>
-class moving_surfaces {
-  public:
-    /// @param layers  of the line at the first pulse
-    /// @return        whether any surface moves
-    bool assign(const traced_line& line, view<const layer> layers, const Field& field, const pulse_train& pulses) {
-        now_.assign(layers.begin(), layers.end());
-        motions_.clear();
-        bool any = false;
-        for (std::size_t i = 1; i < layers.size(); ++i) {
-            const layer &above = layers[i - 1], &below = layers[i];
-            const bool flows_above = line.media[above.medium].flowing, flows_below = line.media[below.medium].flowing;
-            motion of_surface{};
-            if (!(flows_above && flows_below)) {
-                // Of two tissues, the one whose surface it is.
-                const layer& tissue = flows_above || (!flows_below && below.own_surfaces.x > 0) ? below : above;
-                const pose place = line.places.empty() ? pose{} : line.places[tissue.place];
-                const vec3 across = cross(line.frame.elevation, line.frame.along);
-                constexpr float steepest = 5.8F; // 80 degrees
-                const vec3 normal = line.frame.along + clamp(below.slope.x, -steepest, steepest) * across +
-                                    clamp(below.slope.y, -steepest, steepest) * line.frame.elevation;
-                of_surface = {tissue.object, place.local_point(line.frame.at(below.begin)),
-                              place.local_direction(normal), below.begin, 0};
-                if (const displacement_view* deformed = line.displacement(tissue.place)) {
-                    of_surface.normal = transpose(inverse(deformed->gradient(of_surface.point))) * of_surface.normal;
-                    of_surface.point = deformed->rest(of_surface.point);
-                }
-            }
-            motions_.push_back(of_surface);
-            for (std::uint32_t k = 0; k < pulses.end() && !any; ++k) any = of_surface.speed(field, pulses.time(k)) != 0;
-        }
-        return any;
-    }
-
-    /// The layers of the present pulse.
-    view<const layer> layers() const { return {now_.data(), now_.size()}; }
-
-    /// Goes on to the pulse after `pulse`.
-    void advance(const Field& field, const pulse_train& pulses, std::uint32_t pulse) {
-        const float time = pulses.time(pulse) + 0.5F * pulses.interval;
-        for (std::size_t i = 0; i < motions_.size(); ++i) {
-            motion& of_surface = motions_[i];
-            of_surface.moved += static_cast<double>(pulses.interval * of_surface.speed(field, time));
-            const auto distance = static_cast<float>(static_cast<double>(of_surface.distance) + of_surface.moved);
-            // Surfaces do not overtake each other.
-            now_[i + 1].begin = now_[i].end = max(now_[i].begin, min(distance, now_[i + 1].end));
-        }
-    }
-
-  private:
-    struct motion {
-        std::uint32_t object = ~0U; ///< with which it moves
-        vec3 point{0, 0, 0};        ///< where it was at rest, in coordinates of the object
-        vec3 normal{0, 0, 0};       ///< over its component along the line, for velocities at rest; 0: does not move
-        float distance = 0;         ///< along the line, at pulse 0
-        double moved = 0;           ///< since then; a float would lose the phase
-
-        float speed(const Field& field, float time) const {
-            return normal == vec3{0, 0, 0} ? 0.0F : dot(field(object_id{object}, point, time), normal);
-        }
-    };
-
-    std::vector<layer> now_{};
-    std::vector<motion> motions_{};
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#include <algorithm>
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Received echoes of a pulse train: those of a pulse are the sum of what rests and of what moves.
-struct ensemble_echoes {
-    iq_lines resting{};             ///< the same for all pulses
-    std::vector<iq_lines> moving{}; ///< for each pulse
-};
-
-/// Tables and buffers of `trace_ensemble`, kept so that it allocates only while buffers grow.
-template <transducer Probe, acoustic_model Model, velocity_field Field>
-struct ensemble_workspace {
-    trace_workspace<Probe, Model> tracing{};                ///< of the frame
-    std::vector<detail::moving_surfaces<Field>> surfaces{}; ///< for each block of lines
-};
-
-namespace detail {
-
-/// Distributes the echoes of one line over the pulses; for models it is an `echo_line`.
-struct pulse_echoes {
-    const line_task& task;
-    view<vec2> out;               ///< `samples` of the resting echoes, then as many of each pulse
-    std::size_t samples;          ///< along the line
-    const std::uint32_t& current; ///< the pulse, or `moving_scatterers::all_pulses`
-    bool has_surfaces;            ///< else the echoes of surfaces are dropped
-
-    compensated_echoes now() const {
-        const std::size_t slot = current + 1U; // 0 for all pulses
-        return task.echoes({out.data() + slot * samples, samples});
-    }
-    float depth() const { return now().depth(); }
-    void surface(float at, float amplitude, vec2 slope) const {
-        if (has_surfaces) now().surface(at, amplitude, slope);
-    }
-    void curved_surface(const curved_echo& one) const {
-        if (has_surfaces) now().curved_surface(one);
-    }
-    template <class Value>
-    void rough_surface(float at, float amplitude, vec2 slope, vec3 curvature, const Value& value) const {
-        if (has_surfaces) now().rough_surface(at, amplitude, slope, curvature, value);
-    }
-    void scatterers(const scatterer_echoes& run) const { now().scatterers(run); }
-};
-
-/// Emits the echoes of one line for every pulse. Its layers are those of the first one: within a train, tissue moves by
-/// much less than the length of a pulse.
-/// @param out  `samples` of the resting echoes, then as many of each pulse; echoes are added
-template <class Model, velocity_field Field>
-void emit_ensemble(const line_task& task, const Model& model, view<const layer> layers, const Field& field,
-                   const pulse_train& pulses, float from, moving_surfaces<Field>& surfaces, std::size_t samples,
-                   view<vec2> out) {
-    traced_line line = task.line;
-    line.layers = layers;
-    const bool surfaces_move = surfaces.assign(line, layers, field, pulses);
-    using scatterers = moving_scatterers<std::remove_cvref_t<decltype(model.scattering)>, Field>;
-    std::uint32_t current = scatterers::all_pulses;
-    model.with_scattering(scatterers{model.scattering, &field, pulses, display_speed / line.frequency, from, &current})
-        .emit(line, pulse_echoes{task, out, samples, current, !surfaces_move});
-    if (!surfaces_move) return;
-    const auto no_speckle = model.with_scattering(no_scatterers{});
-    for (std::uint32_t k = 0; k < pulses.end(); ++k) {
-        if (k >= pulses.first) {
-            current = k - pulses.first;
-            line.layers = surfaces.layers();
-            no_speckle.emit(line, pulse_echoes{task, out, samples, current, true});
-        }
-        surfaces.advance(field, pulses, k);
-    }
-}
-
-} // namespace detail
-
-/// What the probe receives of a pulse train while tissue and blood move as `field` says: the geometry is traced once.
-///
-/// @param model   `physical`, or another model with its members `scattering`, `with_scattering` and `emit`
-/// @param pulses  their times
-/// @param from    moving scatterers that are nearer to the probe are left out, metres along the lines
-/// @param own     kept from frame to frame
-/// @param out     receives the echoes; its memory is reused
-/// @throws usage_error, geometry_error  as `trace`
-template <exec::policy Policy, transducer Probe, acoustic_model Model, velocity_field Field>
-void trace_ensemble(const Policy& policy, const scene& body, const Probe& probe, const pose& at, const Model& model,
-                    const acquisition& scan, const Field& field, const pulse_train& pulses, float from,
-                    ensemble_workspace<Probe, Model, Field>& own, ensemble_echoes& out) {
-    const std::uint32_t samples = detail::check_acquisition(body, probe, at, model, scan);
-    frame_view<Probe> frame = own.tracing.plan.view_of(policy, probe, at, model, scan, samples, body.media());
-    pulse sent = nominal_pulse(probe);
-    sent.burst = pulses.burst;
-    frame.bandwidth = sent.bandwidth_at_peak();
-    out.moving.resize(pulses.count);
-    out.resting.reshape(probe.lines, samples, scan.depth);
-    for (iq_lines& each : out.moving) each.reshape(probe.lines, samples, scan.depth);
-    constexpr std::size_t block = detail::lines_per_block;
-    own.surfaces.resize(std::max((probe.lines + block - 1) / block, own.surfaces.size()));
-    const auto trace_block = [&](const scene_view& seen, const detail::block_tracer& tracer, std::size_t begin,
-                                 std::size_t end) {
-        detail::scratch_memory& memory = own.tracing.scratch[begin / block];
-        std::vector<vec2>& room = own.tracing.plane_samples[begin / block];
-        for (std::size_t i = begin; i < end; ++i) {
-            const auto number = static_cast<std::uint32_t>(i);
-            for (std::uint32_t plane = 0; plane < frame.planes; ++plane) {
-                room.assign((std::size_t{pulses.count} + 1) * samples, vec2{0, 0});
-                const line_task task = tracer.seen(detail::task_of(frame, seen, number, plane));
-                memory.fit([&](line_scratch& scratch) {
-                    const view<const layer> layers = tracer.template layers_of<Model>(task, scratch);
-                    if (layers.empty()) return false;
-                    detail::emit_ensemble(task, model, layers, field, pulses, from, own.surfaces[begin / block],
-                                          samples, view<vec2>{room});
-                    return true;
-                });
-                for (std::uint32_t slot = 0; slot <= pulses.count; ++slot) {
-                    iq_lines& lines = slot == 0 ? out.resting : out.moving[slot - 1];
-                    const view<vec2> sums{lines.values.data() + i * samples, samples},
-                        echoes{room.data() + std::size_t{slot} * samples, samples};
-                    if (plane == 0) std::fill(sums.begin(), sums.end(), vec2{0, 0});
-                    if (frame.planes > 1)
-                        detail::add_weighted(echoes, frame.weights(number, plane), sums);
-                    else
-                        std::copy(echoes.begin(), echoes.end(), sums.begin());
-                }
-            }
-        }
-    };
-    detail::trace_blocks(policy, body, frame, model, straight_lines{}, 1e6F, own.tracing, trace_block);
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#include <utility>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// How `doppler_ensemble` acquires the echoes of a pulse train.
-struct ensemble_settings {
-    float depth = 0.08F;       ///< metres
-    std::uint32_t samples = 0; ///< depth samples of each line; 0: two per standard deviation of the shortest pulse
-    float prf = 4e3F;          ///< pulse repetition frequency, hertz
-    std::uint32_t pulses = 8;  ///< number of pulses along each line
-    std::uint32_t first = 0;   ///< the first of them, where a long train is acquired in parts
-    float from = 0;            ///< depth from which moving scatterers are needed, metres
-    float burst = 4;           ///< length of the excitation in cycles: see `pulse`
-    std::uint32_t planes = 1;  ///< 1, 3, 5 or 7 elevation planes, which sample the slice thickness
-    float time = 0;            ///< of pulse 0, seconds: the same time gives the same echoes
-    float noise_db = -135;     ///< see `electronic_noise_settings`
-    std::uint64_t seed = 1;    ///< of the noise
 
     /// @throws usage_error  for a setting out of range
     void check() const {
-        check_depth(depth, "doppler");
-        if (!is_finite(prf) || !(prf >= 1 && prf <= 1e6F))
-            throw usage_error{"doppler: the prf is " + detail::number_text(prf) +
-                              " Hz; it must be 1 Hz to 1 MHz, such as 4_kHz"};
-        if (pulses < 1 || pulses > 1U << 20U || first > 1U << 24U)
-            throw usage_error{"doppler: the number of pulses must be 1 to 2^20; 8 to 16 are usual for colour"};
-        if (!is_finite(time)) throw usage_error{"doppler: `time` must be a finite number of seconds"};
+        if (size.x < 2 || size.y < 2 || size.z < 2 || steps < 1)
+            throw usage_error{"velocity_samples: `size` must be at least 2 samples along each axis, and `steps` 1"};
+        const std::size_t needed = std::size_t{size.x} * size.y * size.z * steps;
+        if (velocities.size() != needed)
+            throw usage_error{detail::joined({"velocity_samples: `size` and `steps` need ", std::to_string(needed),
+                                              " velocities, not ", std::to_string(velocities.size())})};
+        if (!is_finite(lower) || !is_finite(spacing) || !(spacing.x > 0 && spacing.y > 0 && spacing.z > 0))
+            throw usage_error{"velocity_samples: `lower` must be finite and `spacing` above 0, such as {1_mm, 1_mm, "
+                              "1_mm}"};
+        if (steps > 1 && !(is_finite(interval) && interval > 0))
+            throw usage_error{"velocity_samples: `interval` must be the seconds between two steps, such as 20_ms"};
+        for (const vec3& velocity : velocities)
+            if (!is_finite(velocity)) throw usage_error{"velocity_samples: a velocity is not finite"};
     }
-};
 
-/// Tables and memory of `doppler_ensemble`.
-template <transducer Probe, velocity_field Field, acoustic_model Model = physical<>>
-struct doppler_workspace {
-    ensemble_workspace<Probe, Model, Field> tracing{}; ///< of `trace_ensemble`
-    convolve_workspace convolution{};                  ///< of `convolve`
-    ensemble_echoes traced{};                          ///< received echoes
-    iq_ensemble echoes{};                              ///< the result
-};
-
-/// The echoes of a pulse train along the lines of a probe, after pulse and beam: the input of all Doppler methods.
-///
-/// Between pulses, scatterers and surfaces move as `field` says; the geometry is that of the scene for all pulses. All
-/// lines are acquired at once. Blood that flows out of the slice is followed by other blood.
-///
-/// @param own  tables and memory; pass it again with the next ensemble
-/// @return     valid until `own` is used again
-/// @throws usage_error, geometry_error  as `trace`, and for settings out of range
-template <exec::policy Policy, transducer Probe, velocity_field Field, acoustic_model Model>
-const iq_ensemble& doppler_ensemble(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                                    const Field& field, const ensemble_settings& settings, const Model& model,
-                                    doppler_workspace<Probe, Field, Model>& own) {
-    settings.check();
-    if constexpr (requires { field.check(); }) field.check();
-    pulse sent = nominal_pulse(probe);
-    const std::uint32_t samples =
-        settings.samples != 0 ? settings.samples : samples_for(settings.depth, sent.sigma_z(probe.frequency));
-    sent.burst = settings.burst;
-    const std::uint32_t frame = mix_bits(__builtin_bit_cast(std::uint32_t, settings.time)) | 1U; // not 0: blood flows
-    constexpr float slowest = 0.9F; // medium over c0: the echoes of slower media are displayed deeper
-    trace_ensemble(detail::any_policy{policy}, body, probe, at, model,
-                   {.depth = settings.depth, .samples = samples, .planes = settings.planes, .frame = frame}, field,
-                   {.start = settings.time,
-                    .interval = 1 / settings.prf,
-                    .count = settings.pulses,
-                    .first = settings.first,
-                    .burst = settings.burst},
-                   slowest * settings.from, own.tracing, own.traced);
-    const auto formed = [&](iq_lines echoes) {
-        return convolve(policy, std::move(echoes), sent, probe, {}, own.convolution);
-    };
-    iq_lines& resting = own.traced.resting;
-    resting = formed(std::move(resting));
-    own.echoes.prf = settings.prf;
-    own.echoes.pulses.resize(settings.pulses);
-    for (std::uint32_t k = 0; k < settings.pulses; ++k) {
-        std::swap(own.echoes.pulses[k], own.traced.moving[k]);
-        iq_lines& echoes = own.echoes.pulses[k];
-        echoes = formed(std::move(echoes));
-        exec::for_each_block(policy, echoes.values.size(), 4096, 1, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) echoes.values[i] += resting.values[i];
-        });
-        echoes = add_electronic_noise(
-            policy, std::move(echoes),
-            {.level_db = settings.noise_db, .seed = settings.seed, .frame = frame + settings.first + k});
-    }
-    return own.echoes;
-}
-/// The same for a single ensemble.
-/// @throws usage_error, geometry_error  as above
-template <exec::policy Policy, transducer Probe, velocity_field Field, acoustic_model Model = physical<>>
-iq_ensemble doppler_ensemble(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                             const Field& field, const ensemble_settings& settings = {}, const Model& model = {}) {
-    doppler_workspace<Probe, Field, Model> own;
-    doppler_ensemble(policy, body, probe, at, field, settings, model, own);
-    return std::move(own.echoes);
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#ifndef INSONIFY_PROBE_PROBE_SECTION_HPP
-#define INSONIFY_PROBE_PROBE_SECTION_HPP
-
-
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Some neighbouring lines of a probe, with its face, field of view and beam.
-template <transducer Probe>
-struct probe_section : Probe {
-    std::uint32_t lines = 1; ///< hides the member of the probe
-    std::uint32_t first = 0; ///< line of the probe that is line 0 here
-
-    /// @param begin, end  lines of the probe, without `end`
-    probe_section(const Probe& probe, std::uint32_t begin, std::uint32_t end)
-        : Probe{probe}, lines{end - begin}, first{begin} {}
-
-    /// The line as a ray in the probe frame.
-    INSONIFY_FN ray beam(float line) const { return Probe::beam(line + static_cast<float>(first)); }
-    /// Of a probe that is `steered`: see there.
-    INSONIFY_FN vec3 scatterer_axis(float line) const requires requires(const Probe& probe) {
-        probe.scatterer_axis(0.0F);
-    }
-    { return Probe::scatterer_axis(line + static_cast<float>(first)); }
-    /// From {x, z} to {line, depth along it}.
-    INSONIFY_FN vec2 locate(vec2 point) const { return Probe::locate(point) - vec2{static_cast<float>(first), 0}; }
-
-    friend bool operator==(const probe_section&, const probe_section&) requires detail::comparable<Probe>
-    = default;
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#ifndef INSONIFY_SIGNAL_AUTOCORRELATION_HPP
-#define INSONIFY_SIGNAL_AUTOCORRELATION_HPP
-
-
-#include <algorithm>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Slow-time autocorrelation of one sample.
-struct autocorrelation {
-    float power = 0;    ///< at lag zero: mean of |s_k|^2
-    vec2 lag_one{0, 0}; ///< at lag one: mean of conj(s_k) s_(k+1)
-
-    friend bool operator==(const autocorrelation&, const autocorrelation&) = default;
-};
-/// Along the scan lines of a probe.
-using autocorrelation_lines = line_grid<autocorrelation>;
-
-/// What colour Doppler knows of one sample.
-struct flow_sample {
-    float velocity = 0; ///< along the line, m/s; towards the probe is positive
-    float power = 0;    ///< of the echoes after the wall filter; 1 is that of a perfect mirror
-    float variance = 0; ///< of the velocity, (m/s)^2
-
-    friend bool operator==(const flow_sample&, const flow_sample&) = default;
-};
-/// Velocities along the scan lines of a probe.
-struct flow_lines : line_grid<flow_sample> {
-    float max_velocity = 0; ///< the largest that does not alias: see `max_doppler_velocity`
-
-    friend bool operator==(const flow_lines&, const flow_lines&) = default;
-};
-
-/// The largest velocity that does not alias, m/s: c0 prf / (4 f0). Between two pulses, the echo turns by half a turn.
-/// @param prf        pulse repetition frequency, hertz
-/// @param frequency  f0, of the carrier, hertz
-INSONIFY_FN constexpr float max_doppler_velocity(float prf, float frequency) {
-    return display_speed * prf / (4 * frequency);
-}
-
-/// The slow-time autocorrelation, averaged along each line.
-///
-/// Results are `decimation` samples apart, each the mean over `length` samples around it, those that exist.
-/// @param length, decimation  samples; the number of samples must be a multiple of `decimation`
-/// @throws usage_error  for fewer than 2 pulses, pulses that differ in shape, or a setting out of range
-template <exec::policy Policy>
-autocorrelation_lines autocorrelate(const Policy& policy, const iq_ensemble& echoes, std::uint32_t length = 1,
-                                    std::uint32_t decimation = 1, autocorrelation_lines recycled = {}) {
-    detail::check_ensemble(echoes, "autocorrelate");
-    if (echoes.pulses.size() < 2) throw usage_error{"autocorrelate: an ensemble needs at least 2 pulses"};
-    const iq_lines& first = echoes.pulses[0];
-    if (length == 0 || decimation == 0 || first.samples % decimation != 0)
-        throw usage_error{"autocorrelate: `length` must be at least 1 sample, and `decimation` a divisor of the number "
-                          "of samples"};
-    recycled.reshape(first.count, first.samples / decimation, first.depth);
-    const std::size_t pulses = echoes.pulses.size(), samples = first.samples;
-    const auto time = static_cast<float>(samples * pulses);
-    exec::for_each_block(policy, first.count, 1, time, [&](std::size_t line, std::size_t) {
-        for (std::uint32_t k = 0; k < recycled.samples; ++k) {
-            const std::size_t middle = std::size_t{k} * decimation + decimation / 2;
-            const std::size_t begin = middle > length / 2 ? middle - length / 2 : 0,
-                              end = std::min(begin + length, samples);
-            float power = 0;
-            vec2 lag_one{0, 0};
-            for (std::size_t j = 0; j < pulses; ++j) {
-                const vec2* const here = echoes.pulses[j].values.data() + line * samples;
-                for (std::size_t i = begin; i < end; ++i) power += dot(here[i], here[i]);
-                if (j + 1 == pulses) break;
-                const vec2* const next = echoes.pulses[j + 1].values.data() + line * samples;
-                for (std::size_t i = begin; i < end; ++i)
-                    lag_one += vec2{dot(here[i], next[i]), here[i].x * next[i].y - here[i].y * next[i].x};
-            }
-            const auto count = static_cast<float>(end - begin);
-            recycled.values[line * recycled.samples + k] = {power / (count * static_cast<float>(pulses)),
-                                                            lag_one / (count * static_cast<float>(pulses - 1))};
+  private:
+    // @param place  in samples, inside the grid
+    vec3 at_step(std::uint32_t step, vec3 place) const {
+        uvec3 cell;
+        vec3 weight;
+        for (int axis = 0; axis < 3; ++axis) {
+            cell[axis] = static_cast<std::uint32_t>(min(place[axis], static_cast<float>(size[axis] - 2)));
+            weight[axis] = place[axis] - static_cast<float>(cell[axis]);
         }
-    });
-    return recycled;
-}
-
-/// Velocity, power and variance of an autocorrelation.
-///
-///     velocity = v_max arg(R1) / pi,   variance = 2 (v_max / pi)^2 (1 - |R1| / R0),   v_max = c0 prf / (4 f0)
-///
-/// Source: Kasai et al., Real-time two-dimensional blood flow imaging using an autocorrelation technique, 1985.
-/// @param max_velocity  v_max, m/s: see `max_doppler_velocity`
-inline flow_sample flow_of(const autocorrelation& of, float max_velocity) {
-    const float scale = max_velocity / pi, common = length(of.lag_one);
-    if (!(of.power > 0)) return {};
-    return {.velocity = common > 0 ? scale * std::atan2(of.lag_one.y, of.lag_one.x) : 0.0F,
-            .power = of.power,
-            .variance = 2 * scale * scale * max(1 - common / of.power, 0)};
-}
+        vec3 sum{0, 0, 0};
+        for (std::uint32_t corner = 0; corner < 8; ++corner) {
+            const std::uint32_t x = corner & 1U, y = corner >> 1U & 1U, z = corner >> 2U;
+            const float share = (x == 1 ? weight.x : 1 - weight.x) * (y == 1 ? weight.y : 1 - weight.y) *
+                                (z == 1 ? weight.z : 1 - weight.z);
+            sum += share *
+                   velocities[((std::size_t{step} * size.z + cell.z + z) * size.y + cell.y + y) * size.x + cell.x + x];
+        }
+        return sum;
+    }
+};
 
 } // namespace insonify::inline INSONIFY_ABI
 
 
 #endif
-#include <algorithm>
-#include <cmath>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// The part of the field of view in which velocities are measured. By default all of it.
-struct colour_box {
-    float from = 0;               ///< depth, metres
-    float to = 0;                 ///< depth, metres; 0: the end of the lines
-    std::uint32_t first_line = 0; ///< of the probe
-    std::uint32_t lines = 0;      ///< their number; 0: to the last one
-
-    friend bool operator==(const colour_box&, const colour_box&) = default;
-};
-
-/// Settings of colour and power Doppler, as on a scanner.
-struct doppler_settings {
-    float depth = 0.08F;          ///< metres
-    float prf = 4e3F;             ///< pulse repetition frequency, hertz: sets the largest velocity, c0 prf / (4 f0)
-    std::uint32_t ensemble = 8;   ///< pulses along each line
-    colour_box box{};             ///< where velocities are measured
-    wall_filter wall{};           ///< removes tissue
-    float average_length = 1e-3F; ///< of the autocorrelation along the lines, metres
-    float average_lines = 2;      ///< and across them, in lines of the probe
-    float burst = 4;              ///< length of the excitation, in cycles
-    std::uint32_t planes = 1;     ///< 1, 3, 5 or 7 elevation planes, which sample the slice thickness
-    float time = 0;               ///< of the first pulse, seconds: the same time gives the same picture
-    float noise_db = -135;        ///< electronic noise: see `electronic_noise_settings`
-    std::uint64_t seed = 1;       ///< of the noise
-
-    /// @throws usage_error  for a setting out of range
-    template <transducer Probe>
-    void check(const Probe& probe) const {
-        probe.check();
-        check_depth(depth, "colour_doppler");
-        wall.check(ensemble);
-        if (ensemble < 2) throw usage_error{"colour_doppler: `ensemble` must be at least 2 pulses; 8 to 16 are usual"};
-        if (!is_finite(average_length) || !(average_length >= 0) || !(average_lines >= 0 && average_lines <= 1000))
-            throw usage_error{"colour_doppler: `average_length` must be 0 or more metres, such as 1_mm, and "
-                              "`average_lines` 0 or more lines, such as 2"};
-        if (box.first_line >= probe.lines || box.lines > probe.lines - box.first_line)
-            throw usage_error{detail::joined({"colour_doppler: the box must lie in the ", std::to_string(probe.lines),
-                                              " lines of the probe; lower `first_line` or `lines`"})};
-        if (!(box.from >= 0 && box.from < (box.to > 0 ? box.to : depth)) || !(box.to >= 0 && box.to <= depth))
-            throw usage_error{"colour_doppler: the box must begin above its end, and end within the depth"};
-    }
-};
-
-/// Tables and memory of `colour_doppler`.
-template <transducer Probe, velocity_field Field, acoustic_model Model = physical<>>
-struct colour_doppler_workspace {
-    doppler_workspace<probe_section<refined<Probe>>, Field, Model> acquisition{}; ///< of `doppler_ensemble`
-    iq_ensemble filtered{};                                                       ///< after the wall filter
-    autocorrelation_lines correlated{};                                           ///< on the traced lines
-};
-
-namespace detail {
-
-/// The probe with the focus that it has at the whole depth, and enough lines: at the focus they are no further apart than
-/// half the beam width, and than two thirds of a cell of scatterers. Coarser lines sample what passes them so rarely that
-/// its spectrum repeats, -7 dB at 1.3 cells and -25 dB at two thirds.
-template <transducer Probe, class Model>
-refined<Probe> doppler_probe(const Probe& probe, float depth, const Model& model) {
-    float rays = rays_per_line(probe, depth);
-    if constexpr (requires { model.scattering.cell; })
-        rays = max(rays, min(1.5F * line_spacing(probe, beam_of(probe, depth).focus) / model.scattering.cell, 8));
-    refined<Probe> fine{probe, rays};
-    if constexpr (requires { fine.focus; })
-        if (fine.focus == 0) fine.focus = depth / 2;
-    return fine;
-}
-
-/// Lines on either side that reach a line through the beam.
-template <transducer Probe>
-std::uint32_t beam_margin(const Probe& probe, float depth) {
-    const lateral_kernel kernel = make_lateral_kernel(probe, {.depth = depth, .samples = 64});
-    return static_cast<std::uint32_t>(kernel.half_width());
-}
-
-} // namespace detail
-
-/// Colour Doppler: velocity, power and variance of what moves, along the lines of the probe.
-///
-///     doppler_ensemble -> filter_walls -> autocorrelate -> average across the lines -> flow_of
-///
-/// The result has the lines of the probe and an eighth of the samples of a B-mode; 0 outside the box. Velocities are
-/// those that a scanner displays: along the line, for the sound speed c0, and aliased above c0 prf / (4 f0).
-///
-///     const flow_lines seen = colour_doppler(exec::par_unseq, body, probe, at, stream, {.depth = 40_mm, .prf = 6_kHz});
-///
-/// @param field  velocities of blood and tissue, such as `poiseuille`
-/// @param model  acoustics of interfaces and media
-/// @param own    tables and memory; pass it again with the next frame to avoid allocations
-/// @throws usage_error     for a scene that is not built, or a setting out of range
-/// @throws geometry_error  for a pose that is not rigid
-template <exec::policy Policy, transducer Probe, velocity_field Field, acoustic_model Model>
-flow_lines colour_doppler(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                          const Field& field, const doppler_settings& settings, const Model& model,
-                          colour_doppler_workspace<Probe, Field, Model>& own) {
-    constexpr std::uint32_t decimation = 8;
-    settings.check(probe);
-    const refined<Probe> fine = detail::doppler_probe(probe, settings.depth, model);
-    const std::uint32_t box_end = settings.box.lines == 0 ? probe.lines : settings.box.first_line + settings.box.lines;
-    const float reach = 0.5F * settings.average_lines;
-    const auto margin = static_cast<float>(detail::beam_margin(fine, settings.depth));
-    const auto fine_line = [&](float line) { return (line + 0.5F) * fine.rays - 0.5F; };
-    const auto whole = [&](float line) {
-        return static_cast<std::uint32_t>(clamp(line, 0, static_cast<float>(fine.lines)));
-    };
-    const std::uint32_t begin = whole(fine_line(static_cast<float>(settings.box.first_line) - reach) - margin),
-                        end = whole(std::ceil(fine_line(static_cast<float>(box_end - 1) + reach) + margin) + 1);
-    const probe_section<refined<Probe>> lines{fine, begin, end};
-
-    pulse sent = nominal_pulse(probe);
-    const std::uint32_t samples = samples_for(settings.depth, sent.sigma_z(probe.frequency));
-    sent.burst = settings.burst;
-    const float spacing = settings.depth / static_cast<float>(samples);
-    const float box_to = settings.box.to > 0 ? settings.box.to : settings.depth;
-    const float beyond = sent.envelope(probe.frequency).half_length() + settings.average_length, last = box_to + beyond;
-    const std::uint32_t traced =
-        std::min(samples, decimation * static_cast<std::uint32_t>(std::ceil(last / spacing / decimation)));
-    const iq_ensemble& echoes = doppler_ensemble(policy, body, lines, at, field,
-                                                 {.depth = static_cast<float>(traced) * spacing,
-                                                  .samples = traced,
-                                                  .prf = settings.prf,
-                                                  .pulses = settings.ensemble,
-                                                  .from = max(settings.box.from - beyond, 0),
-                                                  .burst = settings.burst,
-                                                  .planes = settings.planes,
-                                                  .time = settings.time,
-                                                  .noise_db = settings.noise_db,
-                                                  .seed = settings.seed},
-                                                 model, own.acquisition);
-    own.filtered = filter_walls(policy, echoes, settings.wall, std::move(own.filtered));
-    const auto length = static_cast<std::uint32_t>(max(settings.average_length / spacing, 1));
-    own.correlated = autocorrelate(policy, own.filtered, length, decimation, std::move(own.correlated));
-
-    flow_lines result;
-    result.reshape(probe.lines, samples / decimation, settings.depth);
-    result.max_velocity = max_doppler_velocity(settings.prf, probe.frequency);
-    const float step = spacing * decimation;
-    for_each_index(policy, probe.lines, [&](std::size_t i) {
-        const auto line = static_cast<std::uint32_t>(i);
-        if (line < settings.box.first_line || line >= box_end) return;
-        const float middle = fine_line(static_cast<float>(line)) - static_cast<float>(begin),
-                    width = max(reach * fine.rays, 0.5F) + 0.5F;
-        for (std::uint32_t k = 0; k < own.correlated.samples; ++k) {
-            const float depth = (static_cast<float>(k) + 0.5F) * step;
-            if (depth < settings.box.from || depth > box_to) continue;
-            autocorrelation sum;
-            float weights = 0;
-            for (std::uint32_t j = 0; j < lines.lines; ++j) {
-                const float weight = 1 - std::fabs(static_cast<float>(j) - middle) / width;
-                if (!(weight > 0)) continue;
-                sum.power += weight * own.correlated(j, k).power;
-                sum.lag_one += weight * own.correlated(j, k).lag_one;
-                weights += weight;
-            }
-            result(line, k) = flow_of({sum.power / weights, sum.lag_one / weights}, result.max_velocity);
-        }
-    });
-    return result;
-}
-/// The same for a single frame.
-/// @throws usage_error, geometry_error  as above
-template <exec::policy Policy, transducer Probe, velocity_field Field, acoustic_model Model = physical<>>
-flow_lines colour_doppler(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                          const Field& field, const doppler_settings& settings = {}, const Model& model = {}) {
-    colour_doppler_workspace<Probe, Field, Model> own;
-    return colour_doppler(policy, body, probe, at, field, settings, model, own);
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-
 
 #endif
 #ifndef INSONIFY_EXAMINATIONS_HPP
@@ -21551,355 +22691,6 @@ inline pose needle_pose(vec3 tip, vec3 direction, vec3 bevel) {
 
 
 #endif
-#ifndef INSONIFY_GEOMETRY_VALIDATE_HPP
-#define INSONIFY_GEOMETRY_VALIDATE_HPP
-
-
-#include <algorithm>
-#include <compare>
-#include <cstddef>
-#include <cstdint>
-#include <string>
-#include <utility>
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Defects and properties of a mesh, as found by `validate`.
-///
-/// Faces that share two vertices share an edge. Edges with one face are matched by position as well, so that a mesh
-/// that repeats its vertices for every face (as STL files do) does not count as open.
-struct mesh_report {
-    std::uint32_t vertices = 0;              ///< as stored, duplicates included
-    std::uint32_t faces = 0;                 ///< as stored
-    std::uint32_t boundary_edges = 0;        ///< edges of one face: the surface has a hole
-    std::uint32_t non_manifold_edges = 0;    ///< edges of three faces or more
-    std::uint32_t misoriented_edges = 0;     ///< edges of two faces with opposite orientation
-    std::uint32_t degenerate_faces = 0;      ///< faces without area: coincident or collinear corners
-    std::uint32_t duplicate_faces = 0;       ///< faces with the corners of an earlier face, in any order
-    std::uint32_t non_finite_vertices = 0;   ///< vertices with a NaN or infinite coordinate
-    std::uint32_t faces_out_of_range = 0;    ///< faces with a vertex index out of range
-    std::uint32_t components = 0;            ///< parts connected by edges
-    std::uint32_t inside_out_components = 0; ///< closed parts oriented inwards, such as the wall of a cavity
-    double volume = 0;                       ///< m^3, less the cavities; meaningful for a closed mesh only
-
-    /// True where every edge has two faces of equal orientation, and all faces and vertices are valid.
-    bool closed() const {
-        return boundary_edges == 0 && non_manifold_edges == 0 && misoriented_edges == 0 && non_finite_vertices == 0 &&
-               faces_out_of_range == 0;
-    }
-
-    friend bool operator==(const mesh_report&, const mesh_report&) = default;
-};
-
-namespace detail {
-
-/// For each vertex the number of its position: vertices at exactly equal positions (-0 equals 0) share one.
-inline std::vector<std::uint32_t> weld(view<const vec3> positions) {
-    struct place {
-        std::uint32_t x, y, z, vertex; // coordinates as bits, which order NaN as well
-        bool operator==(const place& o) const { return x == o.x && y == o.y && z == o.z; }
-        bool operator<(const place& o) const { return x != o.x ? x < o.x : y != o.y ? y < o.y : z < o.z; }
-    };
-    const auto bits = [](float value) {
-        const auto raw = __builtin_bit_cast(std::uint32_t, value);
-        return raw == 0x80000000U ? 0U : raw;
-    };
-    std::vector<place> places;
-    places.reserve(positions.size());
-    for (const vec3& p : positions)
-        places.push_back({bits(p.x), bits(p.y), bits(p.z), static_cast<std::uint32_t>(places.size())});
-    std::sort(places.begin(), places.end());
-
-    std::vector<std::uint32_t> number(places.size());
-    std::uint32_t distinct = 0;
-    for (std::size_t i = 0; i < places.size(); ++i) {
-        if (i > 0 && !(places[i] == places[i - 1])) ++distinct;
-        number[places[i].vertex] = distinct;
-    }
-    return number;
-}
-
-} // namespace detail
-
-/// Finds the defects that keep a mesh from being the surface of a body. Accepts any input.
-///
-/// Faces with an index out of range or with two coincident corners are left out of edges and components.
-/// Cost: sorts the vertices, edges and faces; below a second for a million faces.
-inline mesh_report validate(const mesh_view& m) {
-    struct corners {
-        std::uint32_t a, b, c; // ascending
-        auto operator<=>(const corners&) const = default;
-    };
-    const auto face_count = static_cast<std::uint32_t>(m.faces.size());
-    const std::vector<std::uint32_t> place = detail::weld(m.positions);
-    const auto from_to = [&](std::uint32_t slot) { return detail::vertices_of_side(m.faces[slot / 3], slot % 3); };
-
-    mesh_report report;
-    report.vertices = static_cast<std::uint32_t>(m.positions.size());
-    report.faces = face_count;
-    for (const vec3& p : m.positions) report.non_finite_vertices += is_finite(p) ? 0 : 1;
-
-    std::vector<std::uint32_t> usable;
-    std::vector<detail::half_edge> edges;
-    std::vector<corners> surfaces;
-    usable.reserve(face_count);
-    edges.reserve(3 * m.faces.size());
-    surfaces.reserve(face_count);
-    for (std::uint32_t face = 0; face < face_count; ++face) {
-        const uvec3 f = m.faces[face];
-        if (std::max({f.x, f.y, f.z}) >= m.positions.size()) {
-            ++report.faces_out_of_range;
-            continue;
-        }
-        std::uint32_t corner[3] = {place[f.x], place[f.y], place[f.z]};
-        if (corner[0] == corner[1] || corner[1] == corner[2] || corner[2] == corner[0]) {
-            ++report.degenerate_faces;
-            continue;
-        }
-        usable.push_back(face);
-        for (std::uint32_t slot = 3 * face; slot < 3 * face + 3; ++slot) {
-            const auto [from, to] = from_to(slot);
-            edges.emplace_back(from, to, slot);
-        }
-        std::sort(corner, corner + 3);
-        surfaces.push_back({corner[0], corner[1], corner[2]});
-    }
-    std::sort(surfaces.begin(), surfaces.end());
-    for (std::size_t i = 1; i < surfaces.size(); ++i) report.duplicate_faces += surfaces[i] == surfaces[i - 1] ? 1 : 0;
-
-    // Union-find: faces that share an edge are of one component, represented by its lowest face.
-    std::vector<std::uint32_t> parent(face_count);
-    for (std::uint32_t i = 0; i < parent.size(); ++i) parent[i] = i;
-    const auto component = [&](std::uint32_t face) {
-        while (parent[face] != face) face = parent[face] = parent[parent[face]];
-        return face;
-    };
-    std::vector<std::uint32_t> faces_of_faulty_edges;
-    const auto for_each_edge = [&](const auto& visit_single) {
-        detail::sort_by_ends(edges);
-        for (std::size_t begin = 0, end = 0; begin < edges.size(); begin = end) {
-            const std::uint32_t face = edges[begin].slot / 3;
-            std::uint32_t forwards = 0;
-            for (end = begin; end < edges.size() && edges[end].ends == edges[begin].ends; ++end) {
-                const auto [from, to] = from_to(edges[end].slot);
-                forwards += place[from] < place[to] ? 1 : 0;
-                const std::uint32_t a = component(face), b = component(edges[end].slot / 3);
-                parent[std::max(a, b)] = std::min(a, b);
-            }
-            const std::size_t sharing = end - begin;
-            if (sharing == 1) {
-                visit_single(edges[begin].slot);
-            } else if (sharing > 2 || forwards != 1) {
-                ++(sharing > 2 ? report.non_manifold_edges : report.misoriented_edges);
-                faces_of_faulty_edges.push_back(face);
-            }
-        }
-    };
-    std::vector<detail::half_edge> single;
-    for_each_edge([&](std::uint32_t slot) {
-        const auto [from, to] = from_to(slot);
-        single.emplace_back(place[from], place[to], slot);
-    });
-    edges.swap(single);
-    for_each_edge([&](std::uint32_t slot) {
-        ++report.boundary_edges;
-        faces_of_faulty_edges.push_back(slot / 3);
-    });
-
-    // Divergence theorem, relative to a corner of the component to avoid cancellation.
-    std::vector<double> volume(face_count);
-    for (const std::uint32_t face : usable) {
-        const triangle t = m[face];
-        if (!is_finite(t.a) || !is_finite(t.b) || !is_finite(t.c)) continue;
-        const std::uint32_t part = component(face);
-        const dvec3 u = dvec3{t.b} - dvec3{t.a}, v = dvec3{t.c} - dvec3{t.a}, w = v - u;
-        const dvec3 area = cross(u, v);
-        const double longest = std::max({dot(u, u), dot(v, v), dot(w, w)});
-        report.degenerate_faces += dot(area, area) <= 1e-14 * longest * longest ? 1 : 0;
-        if (const vec3 origin = m[part].a; is_finite(origin)) volume[part] += dot(dvec3{t.a} - dvec3{origin}, area) / 6;
-    }
-    std::vector<std::uint8_t> faulty(face_count);
-    for (const std::uint32_t face : faces_of_faulty_edges) faulty[component(face)] = 1;
-    for (const std::uint32_t face : usable) {
-        if (component(face) != face) continue;
-        ++report.components;
-        report.volume += volume[face];
-        report.inside_out_components += volume[face] < 0 && !faulty[face] ? 1 : 0;
-    }
-    return report;
-}
-
-/// The defects and their remedies as sentences; empty for a mesh without defects.
-inline std::string explain(const mesh_report& report) {
-    std::string text;
-    const auto tell = [&](std::uint32_t count, const char* before, const char* one, const char* many,
-                          const char* after) {
-        if (count == 0) return;
-        if (!text.empty()) text += ' ';
-        text += before + std::to_string(count) + ' ' + (count == 1 ? one : many) + after;
-    };
-    if (report.faces == 0) text = "The mesh has no faces: check that the right file or object was read.";
-    tell(report.faces_out_of_range, "Vertex indices are out of range in ", "face", "faces",
-         ": indices start at 0, and at the first vertex of this mesh.");
-    tell(report.non_finite_vertices, "A coordinate is NaN or infinite in ", "vertex", "vertices",
-         ": check the computation or file it comes from.");
-    tell(report.boundary_edges, "The surface is open along ", "edge", "edges",
-         ": fill the hole in a mesh editor, or the medium leaks out.");
-    tell(report.non_manifold_edges, "Three faces or more meet at ", "edge", "edges",
-         ": remove inner walls and duplicate faces, and make touching bodies separate objects.");
-    tell(report.misoriented_edges, "Neighbouring faces have opposite orientations at ", "edge", "edges",
-         ": make the normals consistent in a mesh editor.");
-    tell(report.degenerate_faces, "The mesh has ", "face", "faces",
-         " without area: they are harmless; merging close vertices removes them.");
-    tell(report.duplicate_faces, "The mesh has ", "duplicate face", "duplicate faces", ": remove the copies.");
-    tell(report.inside_out_components, "The faces point inwards on ", "closed part", "closed parts",
-         ": swap two corners of each face, unless it is the wall of a cavity.");
-    return text;
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#ifndef INSONIFY_IMAGE_BLUR_HPP
-#define INSONIFY_IMAGE_BLUR_HPP
-
-
-#ifndef INSONIFY_IMAGE_PROGRESSIVE_HPP
-#define INSONIFY_IMAGE_PROGRESSIVE_HPP
-
-
-#include <cstdint>
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Mean of the frames since the probe last moved.
-///
-/// Eq. 7 of the paper: the f-th frame c and the mean c' of those before it give c / f + (f - 1) / f c'. In double
-/// precision, so that it remains the arithmetic mean over many frames.
-class progressive {
-  public:
-    /// Adds a frame. Restarts where the pose of the probe or the size has changed since the previous frame.
-    /// @return `picture()`
-    template <exec::policy Policy>
-    const image& add(const Policy& policy, const image& frame, const pose& at) {
-        if (at != at_ || frame.size != picture_.size || frame.pixels.size() != mean_.size()) reset();
-        if (frames_ == 0) {
-            at_ = at;
-            picture_ = frame;
-            mean_.assign(frame.pixels.size(), 0.0);
-        }
-        ++frames_;
-        const double f = frames_;
-        exec::for_each_block(policy, mean_.size(), 4096, 1, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) {
-                mean_[i] = static_cast<double>(frame.pixels[i]) / f + (f - 1) / f * mean_[i];
-                picture_.pixels[i] = static_cast<float>(mean_[i]);
-            }
-        });
-        return picture_;
-    }
-
-    /// The mean after the last `add`.
-    const image& picture() const { return picture_; }
-
-    /// Number of frames in the mean.
-    std::uint32_t frames() const { return frames_; }
-
-    /// Restarts with the next frame: for changes that the pose does not show.
-    void reset() { frames_ = 0; }
-
-  private:
-    pose at_;
-    image picture_;
-    std::vector<double> mean_;
-    std::uint32_t frames_ = 0;
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Displacements of the radial blur.
-struct radial_blur_settings {
-    float lines = 1.5F;       ///< largest displacement to either side, in lines
-    std::uint32_t frames = 9; ///< displaced frames, at the centres of equal parts of that range
-};
-
-namespace detail {
-
-/// Bilinear interpolation at pixel coordinates between those neighbours that lie in the field of view, so that the
-/// background does not bleed in; `otherwise` where there are none.
-inline float pixel_in_field(const image& picture, const scan_map& map, vec2 at, float otherwise) {
-    const float left = std::floor(at.x - 0.5F);
-    const float top = std::floor(at.y - 0.5F);
-    float sum = 0;
-    float weights = 0;
-    for (int corner = 0; corner < 4; ++corner) {
-        const float x = left + static_cast<float>(corner & 1);
-        const float y = top + static_cast<float>(corner >> 1);
-        if (!(x >= 0 && y >= 0 && x < static_cast<float>(map.size.x) && y < static_cast<float>(map.size.y))) continue;
-        const std::size_t i = static_cast<std::size_t>(y) * map.size.x + static_cast<std::size_t>(x);
-        if (map.first[i] == scan_map::outside) continue;
-        const float weight = (1 - std::fabs(at.x - 0.5F - x)) * (1 - std::fabs(at.y - 0.5F - y));
-        sum += weight * picture.pixels[i];
-        weights += weight;
-    }
-    return weights > 0 ? sum / weights : otherwise;
-}
-
-} // namespace detail
-
-/// Radial blur of the paper, section 3.4: the progressive mean of frames rotated about the apex of the probe.
-///
-/// Frames are displaced by lines instead of angles: a rotation for a sector, a translation for a linear array. Pixels
-/// outside the field of view are unchanged and do not bleed into it.
-/// @param map  the map that the image was made with
-/// @throws usage_error  where image, probe and map do not match, or a setting is out of range
-template <exec::policy Policy, transducer Probe>
-image radial_blur(const Policy& policy, const image& picture, const Probe& probe, const scan_map& map,
-                  const radial_blur_settings& settings = {}) {
-    probe.check();
-    if (picture.size != map.size || picture.pixels.size() != map.first.size() || probe.lines != map.count)
-        throw usage_error{"radial_blur: the image must have been made with this map, and the map for this probe"};
-    if (!is_finite(settings.lines) || !(settings.lines >= 0) || settings.frames == 0)
-        throw usage_error{"radial_blur: `lines` must be finite and not negative, and `frames` at least 1"};
-
-    std::vector<vec2> place(picture.pixels.size()); // line and depth of each pixel
-    exec::for_each_block(policy, map.size.y, 1, 15 * static_cast<float>(map.size.x), [&](std::size_t row, std::size_t) {
-        for (std::uint32_t x = 0; x < map.size.x; ++x)
-            place[row * map.size.x + x] = probe.locate(map.point(x, static_cast<std::uint32_t>(row)));
-    });
-
-    const float end = static_cast<float>(probe.lines) - 0.5F;
-    image displaced = picture;
-    progressive mean;
-    for (std::uint32_t frame = 0; frame < settings.frames; ++frame) {
-        const float shift =
-            2 * settings.lines * ((static_cast<float>(frame) + 0.5F) / static_cast<float>(settings.frames) - 0.5F);
-        exec::for_each_block(policy, place.size(), 1024, 30, [&](std::size_t first, std::size_t last) {
-            for (std::size_t i = first; i < last; ++i) {
-                if (map.first[i] == scan_map::outside) continue;
-                const vec3 from = probe.beam(clamp(place[i].x + shift, -0.5F, end)).at(place[i].y);
-                displaced.pixels[i] =
-                    detail::pixel_in_field(picture, map, map.pixel({from.x, from.z}), picture.pixels[i]);
-            }
-        });
-        mean.add(policy, displaced, pose{});
-    }
-    return mean.picture();
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
 #ifndef INSONIFY_IMAGE_CALLIPERS_HPP
 #define INSONIFY_IMAGE_CALLIPERS_HPP
 
@@ -21947,195 +22738,6 @@ inline outline_measure measure_outline(const scan_map& map, view<const vec2> out
     return {.area = static_cast<float>(0.5 * std::fabs(twice) * double{map.pitch.x} * double{map.pitch.y}),
             .circumference = static_cast<float>(around),
             .centroid = origin + inside};
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#ifndef INSONIFY_IMAGE_COLOUR_IMAGE_HPP
-#define INSONIFY_IMAGE_COLOUR_IMAGE_HPP
-
-
-#include <cstddef>
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// A colour image: rows from the top; red, green and blue from 0 to 1, as displays take them.
-struct colour_image {
-    uvec2 size{0, 0};         ///< columns, rows
-    std::vector<vec3> pixels; ///< row by row
-
-    colour_image() = default;
-    /// All pixels have one colour.
-    explicit colour_image(uvec2 columns_rows, vec3 colour = {0, 0, 0})
-        : size{columns_rows}, pixels(static_cast<std::size_t>(columns_rows.x) * columns_rows.y, colour) {}
-
-    /// One pixel; indices are not checked.
-    /// @{
-    vec3& operator()(std::uint32_t column, std::uint32_t row) {
-        return pixels[static_cast<std::size_t>(row) * size.x + column];
-    }
-    const vec3& operator()(std::uint32_t column, std::uint32_t row) const {
-        return pixels[static_cast<std::size_t>(row) * size.x + column];
-    }
-    /// @}
-
-    friend bool operator==(const colour_image&, const colour_image&) = default;
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#ifndef INSONIFY_IMAGE_DOPPLER_PICTURE_HPP
-#define INSONIFY_IMAGE_DOPPLER_PICTURE_HPP
-
-
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// What counts as flow in a picture.
-struct doppler_picture_settings {
-    uvec2 size{0, 0};          ///< columns, rows: see `scan_convert_settings`
-    float min_power_db = -126; ///< weaker echoes show no flow; electronic noise is at -135 dB. 0 dB is a perfect mirror
-    float min_velocity = 0;    ///< slower flow is not shown, m/s
-
-    /// @throws usage_error  if a setting is out of range
-    void check() const {
-        if (!is_finite(min_power_db) || !is_finite(min_velocity))
-            throw usage_error{"doppler_picture: `min_power_db` and `min_velocity` must be finite"};
-    }
-
-    friend bool operator==(const doppler_picture_settings&, const doppler_picture_settings&) = default;
-};
-
-/// What a colour means: velocity towards the probe from red to yellow, away from it from blue to cyan; or power from dark
-/// red to yellow.
-enum class doppler_map { velocity, power };
-
-/// Settings of `colour_overlay`.
-struct colour_overlay_settings {
-    doppler_map map = doppler_map::velocity; ///< what is shown
-    float max_velocity = 0;                  ///< of the brightest colour, m/s; 0: the largest that does not alias
-    float power_range_db = 30;               ///< from the darkest to the brightest colour of `doppler_map::power`
-    float min_power_db = -126;               ///< see `doppler_picture_settings`
-    float min_velocity = 0;                  ///< likewise, m/s
-    float max_grey = 0.6F; ///< priority: brighter tissue is shown in grey, 0 (never colour) to 1 (always colour)
-
-    /// @throws usage_error  if a setting is out of range
-    void check() const {
-        if (!is_finite(min_power_db) || !is_finite(min_velocity) || !is_finite(max_velocity) || !(max_velocity >= 0) ||
-            !is_finite(power_range_db) || !(power_range_db > 0) || !is_finite(max_grey))
-            throw usage_error{"colour_overlay: `power_range_db` must be above 0, `max_velocity` at least 0, and both, "
-                              "`min_power_db`, `min_velocity` and `max_grey` finite"};
-    }
-
-    friend bool operator==(const colour_overlay_settings&, const colour_overlay_settings&) = default;
-};
-
-/// The colour of a velocity. @param share  of the largest, -1 (away) to 1 (towards the probe)
-INSONIFY_FN inline vec3 velocity_colour(float share) {
-    const float fast = min(std::fabs(share), 1), strong = 0.35F + 0.65F * min(1.6F * fast, 1),
-                bright = max(fast - 0.35F, 0) / 0.65F;
-    return share > 0 ? vec3{strong, 0.9F * bright, 0} : vec3{0, 0.9F * bright, strong};
-}
-/// The colour of a power. @param share  0 (weakest) to 1 (strongest)
-INSONIFY_FN inline vec3 power_colour(float share) {
-    const float level = clamp(share, 0, 1);
-    return {0.35F + 0.65F * min(1.5F * level, 1), 0.9F * max(level - 0.3F, 0) / 0.7F, 0.1F * level};
-}
-
-namespace detail {
-
-/// Velocity and power of each pixel, 0 outside the field of view. Interpolates phasors, so aliased velocities do not pass
-/// through 0 on their way from one end of the range to the other.
-template <exec::policy Policy, class Pixel>
-void for_each_flow_pixel(const Policy& policy, const flow_lines& lines, const scan_map& map, const Pixel& pixel) {
-    check_lines_of_map<flow_sample>(lines, map);
-    const float turn = lines.max_velocity > 0 ? pi / lines.max_velocity : 0, scale = lines.max_velocity / pi;
-    const std::size_t next = map.samples > 1 ? 1 : 0;
-    exec::for_each_block(policy, map.size.y, 1, 40 * static_cast<float>(map.size.x), [&](std::size_t y, std::size_t) {
-        for (std::size_t i = y * map.size.x; i < (y + 1) * map.size.x; ++i) {
-            if (map.first[i] == scan_map::outside) {
-                pixel(i, flow_sample{});
-                continue;
-            }
-            const std::size_t here = map.first[i], beside = map.beside(map.first[i]);
-            const float across = map.across[i], along = map.along[i];
-            vec2 phasor{0, 0};
-            float power = 0;
-            const auto add = [&](const flow_sample& sample, float weight) {
-                const float angle = turn * sample.velocity;
-                phasor += weight * sample.power * vec2{std::cos(angle), std::sin(angle)};
-                power += weight * sample.power;
-            };
-            add(lines.values[here], (1 - across) * (1 - along));
-            add(lines.values[here + next], (1 - across) * along);
-            add(lines.values[beside], across * (1 - along));
-            add(lines.values[beside + next], across * along);
-            pixel(i, flow_sample{.velocity = power > 0 ? scale * std::atan2(phasor.y, phasor.x) : 0, .power = power});
-        }
-    });
-}
-
-/// Whether a pixel shows flow.
-INSONIFY_FN inline bool shows_flow(const flow_sample& of, float min_power, float min_velocity) {
-    return of.power >= min_power && of.power > 0 && std::fabs(of.velocity) >= min_velocity;
-}
-/// Power ratio of a level in decibels.
-INSONIFY_FN inline float power_of_decibels(float level) { return std::exp2(0.33219281F * level); } // log2(10) / 10
-
-} // namespace detail
-
-/// Velocity of each pixel, m/s, towards the probe positive; 0 where there is no flow.
-/// @param probe  that the lines are of
-/// @throws usage_error  for lines that are empty or not those of the probe, or a setting out of range
-template <exec::policy Policy, transducer Probe>
-image doppler_picture(const Policy& policy, const flow_lines& lines, const Probe& probe,
-                      const doppler_picture_settings& settings = {}) {
-    settings.check();
-    const scan_map map =
-        make_scan_map(policy, probe, detail::acquisition_of<flow_sample>(lines), {.size = settings.size});
-    image picture{map.size};
-    const float min_power = detail::power_of_decibels(settings.min_power_db);
-    detail::for_each_flow_pixel(policy, lines, map, [&](std::size_t i, const flow_sample& of) {
-        if (detail::shows_flow(of, min_power, settings.min_velocity)) picture.pixels[i] = of.velocity;
-    });
-    return picture;
-}
-
-/// Colour over a B-mode image: flow is coloured where the image is dark enough, the rest is grey.
-///
-///     const image grey = b_mode(exec::par_unseq, body, probe, at, {.depth = 40_mm});
-///     const flow_lines seen = colour_doppler(exec::par_unseq, body, probe, at, stream, {.depth = 40_mm});
-///     write_png("duplex.png", colour_overlay(exec::par, grey, seen, probe));
-///
-/// @param grey   an image of the same probe and depth
-/// @param probe  that the lines are of
-/// @throws usage_error  for lines that are empty or not those of the probe, an image of another size, or a setting out of range
-template <exec::policy Policy, transducer Probe>
-colour_image colour_overlay(const Policy& policy, const image& grey, const flow_lines& lines, const Probe& probe,
-                            const colour_overlay_settings& settings = {}) {
-    settings.check();
-    const scan_map map = make_scan_map(policy, probe, detail::acquisition_of<flow_sample>(lines), {.size = grey.size});
-    if (grey.pixels.size() != map.first.size())
-        throw usage_error{"colour_overlay: the image has no pixels, or not as many as its size says"};
-    colour_image picture{grey.size};
-    const float min_power = detail::power_of_decibels(settings.min_power_db);
-    const float fastest = settings.max_velocity > 0 ? settings.max_velocity : max(lines.max_velocity, 1e-9F);
-    detail::for_each_flow_pixel(policy, lines, map, [&](std::size_t i, const flow_sample& of) {
-        const float level = clamp(grey.pixels[i], 0, 1);
-        if (level > settings.max_grey || !detail::shows_flow(of, min_power, settings.min_velocity))
-            picture.pixels[i] = vec3{level};
-        else if (settings.map == doppler_map::velocity)
-            picture.pixels[i] = velocity_colour(of.velocity / fastest);
-        else
-            picture.pixels[i] =
-                power_colour((10 * std::log10(of.power) - settings.min_power_db) / max(settings.power_range_db, 1e-3F));
-    });
-    return picture;
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -22231,61 +22833,10 @@ class m_mode {
 
 
 #endif
-#ifndef INSONIFY_IMAGE_NOISE_HPP
-#define INSONIFY_IMAGE_NOISE_HPP
+#ifndef INSONIFY_IO_HPP
+#define INSONIFY_IO_HPP
 
-
-#include <cstddef>
-#include <cstdint>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Seed and strength of the image noise.
-struct noise_settings {
-    std::uint64_t seed = 1; ///< selects a realization
-    float strength = 1;     ///< 0: all pixels are 1; 1: the statistics of fully developed speckle
-};
-
-/// Noise image of the paper, section 3.4: made once, multiplied with every frame.
-///
-/// Pixels are independent factors with mean 1 and the Rayleigh distribution of the envelope of fully developed speckle
-/// (mean over standard deviation 1.913). A pixel depends only on the seed, its column and its row, so a larger image
-/// extends a smaller one.
-/// @throws usage_error  for a size or strength out of range
-template <exec::policy Policy>
-image make_noise(const Policy& policy, uvec2 size, const noise_settings& settings = {}) {
-    detail::check_size(size, "make_noise");
-    if (!is_finite(settings.strength) || settings.strength < 0 || settings.strength > 1)
-        throw usage_error{"make_noise: `strength` must be from 0 to 1"};
-    image noise{size};
-    exec::for_each_block(policy, size.y, 1, 15 * static_cast<float>(size.x), [&](std::size_t row, std::size_t) {
-        for (std::uint32_t column = 0; column < size.x; ++column) {
-            const std::uint64_t pixel = static_cast<std::uint64_t>(row) << 32U | column;
-            const float uniform = 1 - hash_uniform(settings.seed, pixel); // (0, 1]: the logarithm stays finite
-            const float rayleigh = std::sqrt(-4 / pi * std::log(uniform));
-            noise.pixels[row * size.x + column] = 1 + settings.strength * (rayleigh - 1);
-        }
-    });
-    return noise;
-}
-
-/// Multiplies an image by noise. In place: pass std::move(picture) to reuse the buffer.
-/// @throws usage_error  for noise of another size
-template <exec::policy Policy>
-image add_noise(const Policy& policy, image picture, const image& noise) {
-    if (picture.size != noise.size || picture.pixels.size() != noise.pixels.size())
-        throw usage_error{"add_noise: the noise must have the size of the image; make it with make_noise(policy, "
-                          "picture.size)"};
-    exec::for_each_block(policy, picture.pixels.size(), 4096, 0.3F, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) picture.pixels[i] *= noise.pixels[i];
-    });
-    return picture;
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
+/// Files: OBJ meshes, PNG images.
 #ifndef INSONIFY_IO_DEBUG_OBJ_HPP
 #define INSONIFY_IO_DEBUG_OBJ_HPP
 
@@ -22439,303 +22990,18 @@ void write_png(const std::string& path, const colour_image& picture);
 
 
 #endif
-#ifndef INSONIFY_PULSED_DOPPLER_HPP
-#define INSONIFY_PULSED_DOPPLER_HPP
-
-
-#ifndef INSONIFY_SIGNAL_DOPPLER_SPECTRUM_HPP
-#define INSONIFY_SIGNAL_DOPPLER_SPECTRUM_HPP
-
-
-#include <bit>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// How a series of echoes becomes a spectrum against time.
-struct spectrum_settings {
-    std::uint32_t window = 128; ///< pulses of each spectrum, a power of two; Hann window
-    float overlap = 0.75F;      ///< of successive windows, 0 to below 1
-    float baseline = 0;         ///< -0.5 to 0.5: how far the range of velocities is shifted up, of its whole
-    float angle = 0;            ///< between line and flow, radians, below 85_deg: velocities are divided by its cosine
-    std::uint32_t wall_order = 1; ///< each window is filtered by a polynomial of this degree: see `wall_filter`
-
-    /// @throws usage_error  for a setting out of range
-    void check() const {
-        if (window < 8 || window > 65536 || !std::has_single_bit(window))
-            throw usage_error{"spectrum_settings: `window` must be a power of two from 8 to 65536 pulses"};
-        if (!(overlap >= 0 && overlap < 1))
-            throw usage_error{"spectrum_settings: `overlap` must be 0 to below 1, such as 0.75"};
-        if (!(std::fabs(baseline) <= 0.5F))
-            throw usage_error{"spectrum_settings: `baseline` must be -0.5 to 0.5 of the range of velocities"};
-        if (!(std::fabs(angle) <= 1.4835299F)) // 85 degrees
-            throw usage_error{"spectrum_settings: `angle` must be at most 85_deg; beyond, its cosine is too uncertain"};
-        if (wall_order > 8) throw usage_error{"spectrum_settings: `wall_order` is at most 8; 1 or 2 is usual"};
-    }
-
-    friend bool operator==(const spectrum_settings&, const spectrum_settings&) = default;
-};
-
-/// Power by velocity, window after window.
-struct doppler_spectrum {
-    std::uint32_t windows = 0;  ///< number of windows
-    std::uint32_t bins = 0;     ///< velocities of each
-    float first_time = 0;       ///< of the middle of the first window, seconds
-    float interval = 0;         ///< from window to window, seconds
-    float lowest_velocity = 0;  ///< of bin 0, m/s; towards the probe is positive
-    float step = 0;             ///< from bin to bin, m/s
-    std::vector<float> power{}; ///< window after window; the sum over the bins is the mean power of the window
-
-    /// Power of a bin; indices are not checked.
-    float operator()(std::uint32_t window, std::uint32_t bin) const { return power[std::size_t{window} * bins + bin]; }
-    /// Velocity of a bin, m/s.
-    float velocity(std::uint32_t bin) const { return lowest_velocity + step * static_cast<float>(bin); }
-
-    /// The mean velocity of a window, m/s.
-    float mean_velocity(std::uint32_t window) const {
-        double sum = 0, all = 1e-300;
-        for (std::uint32_t i = 0; i < bins; ++i) {
-            sum += static_cast<double>((*this)(window, i) * velocity(i));
-            all += static_cast<double>((*this)(window, i));
-        }
-        return static_cast<float>(sum / all);
-    }
-
-    friend bool operator==(const doppler_spectrum&, const doppler_spectrum&) = default;
-};
-
-namespace detail {
-
-/// Discrete Fourier transform in place: x_n = sum over k of x_k exp(-2 pi j k n / N), N a power of two.
-/// Source: Cooley & Tukey 1965.
-inline void fourier_transform(std::vector<vec2>& x) {
-    const std::size_t size = x.size();
-    for (std::size_t i = 1, j = 0; i < size; ++i) {
-        std::size_t bit = size >> 1U;
-        for (; (j & bit) != 0; bit >>= 1U) j ^= bit;
-        j ^= bit;
-        if (i < j) std::swap(x[i], x[j]);
-    }
-    for (std::size_t length = 2; length <= size; length *= 2)
-        for (std::size_t i = 0; i < length / 2; ++i) {
-            const float turn = -2 * pi * static_cast<float>(i) / static_cast<float>(length);
-            const vec2 factor{std::cos(turn), std::sin(turn)};
-            for (std::size_t begin = 0; begin < size; begin += length) {
-                vec2 &a = x[begin + i], &b = x[begin + i + length / 2];
-                const vec2 turned{b.x * factor.x - b.y * factor.y, b.x * factor.y + b.y * factor.x};
-                b = a - turned;
-                a += turned;
-            }
-        }
-}
-
-/// Subtracts the projections on orthonormal functions.
-inline void subtract_projections(std::vector<vec2>& series, const std::vector<std::vector<double>>& basis) {
-    for (const std::vector<double>& one : basis) {
-        double x = 0, y = 0;
-        for (std::size_t k = 0; k < series.size(); ++k) {
-            x += one[k] * static_cast<double>(series[k].x);
-            y += one[k] * static_cast<double>(series[k].y);
-        }
-        for (std::size_t k = 0; k < series.size(); ++k)
-            series[k] -= vec2{static_cast<float>(one[k] * x), static_cast<float>(one[k] * y)};
-    }
-}
-
-} // namespace detail
-
-/// Short-time spectrum of the echoes of one gate.
-///
-/// @param echoes        one for each pulse
-/// @param prf           pulse repetition frequency, hertz
-/// @param max_velocity  that does not alias, m/s: see `max_doppler_velocity`
-/// @param start         time of the first pulse, seconds
-/// @throws usage_error  for a number or a setting out of range, or fewer pulses than a window
-template <exec::policy Policy>
-doppler_spectrum spectrum_of(const Policy& policy, const std::vector<vec2>& echoes, float prf, float max_velocity,
-                             float start, const spectrum_settings& settings) {
-    settings.check();
-    if (!is_finite(prf) || !(prf > 0) || !is_finite(max_velocity) || !(max_velocity > 0) || !is_finite(start))
-        throw usage_error{"spectrum_of: the prf and the largest velocity must be finite and above 0, `start` finite"};
-    if (echoes.size() < settings.window)
-        throw usage_error{
-            detail::joined({"spectrum_of: ", std::to_string(echoes.size()), " pulses are fewer than the window of ",
-                            std::to_string(settings.window), "; lower it or raise the duration"})};
-    const std::uint32_t size = settings.window;
-    const auto hop = static_cast<std::uint32_t>(max(1, std::round(static_cast<float>(size) * (1 - settings.overlap))));
-    const float whole = 2 * max_velocity / std::cos(settings.angle);
-    const auto lowest = static_cast<std::int32_t>(
-        std::lround((settings.baseline - 0.5F) * static_cast<float>(size))); // bin of the transform
-    doppler_spectrum result{.windows = static_cast<std::uint32_t>((echoes.size() - size) / hop + 1),
-                            .bins = size,
-                            .first_time = start + 0.5F * static_cast<float>(size) / prf,
-                            .interval = static_cast<float>(hop) / prf,
-                            .lowest_velocity = whole * static_cast<float>(lowest) / static_cast<float>(size),
-                            .step = whole / static_cast<float>(size)};
-    result.power.resize(std::size_t{result.windows} * size);
-    std::vector<float> hann(size);
-    float weight = 0;
-    for (std::uint32_t k = 0; k < size; ++k) {
-        hann[k] = 0.5F - 0.5F * std::cos(2 * pi * (static_cast<float>(k) + 0.5F) / static_cast<float>(size));
-        weight += hann[k] * hann[k];
-    }
-    const auto walls = detail::orthonormal_polynomials(size, settings.wall_order);
-    exec::for_each_block(policy, result.windows, 4, 30 * static_cast<float>(size), [&](std::size_t a, std::size_t b) {
-        std::vector<vec2> series(size);
-        for (std::size_t window = a; window < b; ++window) {
-            for (std::uint32_t k = 0; k < size; ++k) series[k] = echoes[window * hop + k];
-            detail::subtract_projections(series, walls);
-            for (std::uint32_t k = 0; k < size; ++k) series[k] *= hann[k];
-            detail::fourier_transform(series);
-            for (std::uint32_t i = 0; i < size; ++i) {
-                const vec2 value = series[(static_cast<std::uint32_t>(lowest) + i) & (size - 1)];
-                result.power[window * size + i] = dot(value, value) / (weight * static_cast<float>(size));
-            }
-        }
-    });
-    return result;
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-
 
 #endif
+#ifndef INSONIFY_MOTION_HPP
+#define INSONIFY_MOTION_HPP
 
-namespace insonify::inline INSONIFY_ABI {
-
-/// Settings of pulsed Doppler, as on a scanner.
-struct pulsed_doppler_settings {
-    std::uint32_t line = 0;       ///< of the probe
-    float gate = 0.02F;           ///< depth of the middle of the gate along the line, metres
-    float gate_length = 1e-3F;    ///< metres
-    float prf = 5e3F;             ///< pulse repetition frequency, hertz
-    float duration = 1;           ///< of the acquisition, seconds
-    spectrum_settings spectrum{}; ///< windows, baseline and angle
-    float burst = 6;              ///< length of the excitation, in cycles
-    float depth = 0;              ///< of the image, which chooses the focus, metres; 0: twice the depth of the gate
-    std::uint32_t planes = 1;     ///< 1, 3, 5 or 7 elevation planes, which sample the slice thickness
-    float time = 0;               ///< of the first pulse, seconds: the same time gives the same spectrum
-    float noise_db = -135;        ///< electronic noise: see `electronic_noise_settings`
-    std::uint64_t seed = 1;       ///< of the noise
-
-    /// @throws usage_error  for a setting out of range
-    template <transducer Probe>
-    void check(const Probe& probe) const {
-        probe.check();
-        spectrum.check();
-        if (line >= probe.lines)
-            throw usage_error{detail::joined({"pulsed_doppler: line ", std::to_string(line),
-                                              " is not one of the probe, which has ", std::to_string(probe.lines)})};
-        check_length(gate, "gate", max_scan_depth, "pulsed_doppler");
-        check_length(gate_length, "gate_length", max_scan_depth, "pulsed_doppler");
-        if (depth != 0) check_depth(depth, "pulsed_doppler");
-        if (!is_finite(duration) || !(duration * prf >= 1 && duration * prf <= 0x1p20F))
-            throw usage_error{"pulsed_doppler: `duration` times `prf` must be 1 to 2^20 pulses; 1_s at 5_kHz is usual"};
-    }
-};
-
-/// Tables and memory of `pulsed_doppler`.
-template <transducer Probe, velocity_field Field, acoustic_model Model = physical<>>
-using pulsed_doppler_workspace = doppler_workspace<probe_section<refined<Probe>>, Field, Model>;
-
-/// The echoes of a gate on one line, pulse after pulse: the sum over the gate, a mean of its samples.
-///
-/// @param own  tables and memory; pass it again with the next series
-/// @return the series, from which `spectrum_of` computes a spectrum
-/// @throws usage_error, geometry_error  as `pulsed_doppler`
-template <exec::policy Policy, transducer Probe, velocity_field Field, acoustic_model Model>
-std::vector<vec2> gate_echoes(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                              const Field& field, const pulsed_doppler_settings& settings, const Model& model,
-                              doppler_workspace<probe_section<refined<Probe>>, Field, Model>& own) {
-    settings.check(probe);
-    const float depth = settings.depth > 0 ? settings.depth : 2 * settings.gate;
-    const refined<Probe> fine = detail::doppler_probe(probe, depth, model);
-    const auto margin = detail::beam_margin(fine, depth);
-    const auto line = static_cast<std::uint32_t>((static_cast<float>(settings.line) + 0.5F) * fine.rays);
-    const std::uint32_t begin = line > margin ? line - margin : 0, end = std::min(line + margin + 1, fine.lines);
-    const probe_section<refined<Probe>> lines{fine, begin, end};
-
-    pulse sent = nominal_pulse(probe);
-    const float sigma = sent.sigma_z(probe.frequency), spacing = depth / static_cast<float>(samples_for(depth, sigma));
-    sent.burst = settings.burst;
-    const float from = max(settings.gate - 0.5F * settings.gate_length, 0), to = from + settings.gate_length;
-    const float beyond = sent.envelope(probe.frequency).half_length();
-    const auto samples = static_cast<std::uint32_t>(std::ceil((to + beyond) / spacing));
-    const auto first = static_cast<std::uint32_t>(from / spacing),
-               last = std::min(samples, static_cast<std::uint32_t>(to / spacing) + 1);
-    const auto pulses = static_cast<std::uint32_t>(settings.duration * settings.prf);
-    const std::uint32_t parts = (pulses + 255) / 256; // each of a few megabytes
-    const std::uint32_t part = (pulses + parts - 1) / parts;
-    std::vector<vec2> series;
-    series.reserve(pulses);
-    for (std::uint32_t k = 0; k < pulses; k += part) {
-        const iq_ensemble& echoes = doppler_ensemble(policy, body, lines, at, field,
-                                                     {.depth = static_cast<float>(samples) * spacing,
-                                                      .samples = samples,
-                                                      .prf = settings.prf,
-                                                      .pulses = std::min(part, pulses - k),
-                                                      .first = k,
-                                                      .from = max(from - beyond, 0),
-                                                      .burst = settings.burst,
-                                                      .planes = settings.planes,
-                                                      .time = settings.time,
-                                                      .noise_db = settings.noise_db,
-                                                      .seed = settings.seed},
-                                                     model, own);
-        for (const iq_lines& each : echoes.pulses) {
-            vec2 sum{0, 0};
-            for (std::uint32_t i = first; i < last; ++i) sum += each(line - begin, i);
-            series.push_back(sum / static_cast<float>(last - first));
-        }
-    }
-    return series;
-}
-/// The same for a single series.
-/// @throws usage_error, geometry_error  as above
-template <exec::policy Policy, transducer Probe, velocity_field Field, acoustic_model Model = physical<>>
-std::vector<vec2> gate_echoes(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                              const Field& field, const pulsed_doppler_settings& settings, const Model& model = {}) {
-    pulsed_doppler_workspace<Probe, Field, Model> own;
-    return gate_echoes(policy, body, probe, at, field, settings, model, own);
-}
-
-/// Pulsed Doppler: the spectrum of a gate on one line against time.
-///
-///     doppler_ensemble -> sum over the gate -> spectrum_of
-///
-/// Velocities are along the line, towards the probe positive, or along the flow where `spectrum.angle` says how it runs.
-///
-///     const doppler_spectrum seen = pulsed_doppler(exec::par_unseq, body, probe, at, stream,
-///                                                  {.line = 64, .gate = 22_mm, .spectrum = {.angle = 60_deg}});
-///
-/// @param own  tables and memory; pass it again with the next spectrum
-/// @throws usage_error     for a scene that is not built, or a setting out of range
-/// @throws geometry_error  for a pose that is not rigid
-template <exec::policy Policy, transducer Probe, velocity_field Field, acoustic_model Model>
-doppler_spectrum pulsed_doppler(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                                const Field& field, const pulsed_doppler_settings& settings, const Model& model,
-                                doppler_workspace<probe_section<refined<Probe>>, Field, Model>& own) {
-    return spectrum_of(policy, gate_echoes(policy, body, probe, at, field, settings, model, own), settings.prf,
-                       max_doppler_velocity(settings.prf, probe.frequency), settings.time, settings.spectrum);
-}
-/// The same for a single spectrum.
-/// @throws usage_error, geometry_error  as above
-template <exec::policy Policy, transducer Probe, velocity_field Field, acoustic_model Model = physical<>>
-doppler_spectrum pulsed_doppler(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                                const Field& field, const pulsed_doppler_settings& settings, const Model& model = {}) {
-    pulsed_doppler_workspace<Probe, Field, Model> own;
-    return pulsed_doppler(policy, body, probe, at, field, settings, model, own);
-}
-
-} // namespace insonify::inline INSONIFY_ABI
+/// Tissue that moves: ready-made maps for `scene::deform`, and the probe that presses into it.
+#ifndef INSONIFY_MOTION_BODY_MOTION_HPP
+#define INSONIFY_MOTION_BODY_MOTION_HPP
 
 
-#endif
-#ifndef INSONIFY_SCENE_BODY_MOTION_HPP
-#define INSONIFY_SCENE_BODY_MOTION_HPP
-
-
-#ifndef INSONIFY_SCENE_REST_ALONG_HPP
-#define INSONIFY_SCENE_REST_ALONG_HPP
+#ifndef INSONIFY_MOTION_REST_ALONG_HPP
+#define INSONIFY_MOTION_REST_ALONG_HPP
 
 
 #include <cmath>
@@ -22897,8 +23163,8 @@ struct needle_drag {
 
 
 #endif
-#ifndef INSONIFY_SCENE_COLLAPSE_HPP
-#define INSONIFY_SCENE_COLLAPSE_HPP
+#ifndef INSONIFY_MOTION_COLLAPSE_HPP
+#define INSONIFY_MOTION_COLLAPSE_HPP
 
 
 
@@ -22972,20 +23238,20 @@ struct collapse {
 
 
 #endif
-#ifndef INSONIFY_SCENE_COMPOSE_HPP
-#define INSONIFY_SCENE_COMPOSE_HPP
+#ifndef INSONIFY_MOTION_COMPOSE_HPP
+#define INSONIFY_MOTION_COMPOSE_HPP
 
 
-#ifndef INSONIFY_SCENE_KEEP_CONTACT_HPP
-#define INSONIFY_SCENE_KEEP_CONTACT_HPP
+#ifndef INSONIFY_MOTION_KEEP_CONTACT_HPP
+#define INSONIFY_MOTION_KEEP_CONTACT_HPP
 
 
-#ifndef INSONIFY_SCENE_PRESSED_FACE_HPP
-#define INSONIFY_SCENE_PRESSED_FACE_HPP
+#ifndef INSONIFY_MOTION_PRESSED_FACE_HPP
+#define INSONIFY_MOTION_PRESSED_FACE_HPP
 
 
-#ifndef INSONIFY_SCENE_INDENTATION_HPP
-#define INSONIFY_SCENE_INDENTATION_HPP
+#ifndef INSONIFY_MOTION_INDENTATION_HPP
+#define INSONIFY_MOTION_INDENTATION_HPP
 
 
 
@@ -23295,264 +23561,8 @@ auto compose(First first, Second second, Others... others) {
 
 
 #endif
-#ifndef INSONIFY_SCENE_DIAGNOSE_HPP
-#define INSONIFY_SCENE_DIAGNOSE_HPP
-
-
-#ifndef INSONIFY_SCENE_FIELD_DISTANCE_HPP
-#define INSONIFY_SCENE_FIELD_DISTANCE_HPP
-
-
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// The point of the field of view, its lines down to `depth` metres, that is nearest to p; in the probe's frame.
-template <transducer Probe>
-vec3 nearest_in_field(const Probe& probe, float depth, vec3 p) {
-    const float end = static_cast<float>(probe.lines) - 0.5F;
-    const ray line = probe.beam(clamp(probe.locate({p.x, p.z}).x, -0.5F, end));
-    return line.at(clamp(dot(p - line.origin, line.direction), 0, depth));
-}
-
-/// Distance in metres between a triangle and the field of view, in the probe's frame. Never an underestimate; within one
-/// percent where the field spans less than half a circle, since both are then convex.
-template <transducer Probe>
-float distance_to_field(const Probe& probe, float depth, const triangle& face) {
-    vec3 point = (face.a + face.b + face.c) / 3.0F;
-    float nearest = FLT_MAX;
-    for (int i = 0; i < 32; ++i) { // alternating projections
-        const vec3 in_field = nearest_in_field(probe, depth, point);
-        point = nearest_on(face, in_field);
-        const float distance = length(point - in_field);
-        if (!(distance < 0.9999F * nearest)) return min(distance, nearest);
-        nearest = distance;
-    }
-    return nearest;
-}
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#include <cstdio>
-#include <string>
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// What `diagnose` found; nothing where both members are empty.
-struct diagnosis {
-    /// Why a picture may be empty, or not what was meant.
-    enum class problem {
-        pose,         ///< of the probe: not a rigid transform
-        setting,      ///< of the probe or the acquisition is out of range
-        no_objects,   ///< nothing was added, or nothing with faces
-        not_built,    ///< `build` must be called
-        not_updated,  ///< `update` must be called
-        one_medium,   ///< all objects are filled with the background's
-        unit,         ///< of the meshes or the depth: one is far too large or small for the other
-        inside,       ///< the probe is in a medium that lets no sound out, or in an object whose surface is too deep
-        behind,       ///< the objects are behind the probe
-        too_shallow,  ///< the lines end before the first surface
-        beside,       ///< the objects are beside the field of view
-        open_surface, ///< a mesh does not enclose a volume
-        inside_out,   ///< an object has been turned inside out since it was added
-        attenuation,  ///< takes more than automatic gain restores: most of the picture is dark
-    };
-    std::vector<problem> problems{}; ///< the most likely cause first
-    std::string sentence{};          ///< for each problem what is wrong and what to do about it
-};
-
-/// Finds why a picture is empty, and explains it in plain sentences; `explain` does so for a single mesh.
-///
-///     std::puts(diagnose(body, probe, at, {.depth = 40_mm}).sentence.c_str());
-///     // No line meets any object: the nearest surface is 43 mm outside the field of view; move the probe or the objects.
-///
-/// Throws only for lack of memory. Cost: up to some seconds for a million faces.
-/// @param at  probe to world
-template <transducer Probe>
-diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const acquisition& scan);
-
-namespace detail {
-
-/// A length as three digits and a unit: "43 mm".
-inline std::string shown(float metres) {
-    const char* unit = metres < 0.9995e-3F ? " um" : metres < 0.9995F ? " mm" : " m";
-    const double value = static_cast<double>(metres) * (metres < 0.9995e-3F ? 1e6 : metres < 0.9995F ? 1e3 : 1);
-    char text[48];
-    std::snprintf(text, sizeof text, value < 999.5 ? "%.3g" : "%.0f", value);
-    return std::string{text} + unit;
-}
-
-/// The surfaces that the lines of a probe would cross without a limit of depth.
-struct line_survey {
-    float ahead = FLT_MAX;                  ///< metres to the first surface on any line
-    float behind = FLT_MAX;                 ///< the same, backwards
-    const object_view* starts_in = nullptr; ///< gives the medium where the middle line begins; null: the background
-};
-template <transducer Probe>
-line_survey survey(const scene_view& flat, const Probe& probe, const pose& at) {
-    line_survey found;
-    for (std::uint32_t i = 0; i < probe.lines; ++i) {
-        const ray beam = probe.beam(static_cast<float>(i));
-        const ray line{.origin = at.point(beam.origin), .direction = at.direction(beam.direction)};
-        for (const object_view& one : flat.objects) { // by rank
-            std::uint32_t crossed = 0;
-            one.tree.for_each_hit(one.local(line), [&](const hit& surface) {
-                if (surface.distance <= touching_distance) return; // belongs to the face of the probe
-                found.ahead = min(found.ahead, surface.distance);
-                ++crossed;
-            });
-            one.tree.for_each_hit(one.local({.origin = line.origin, .direction = -line.direction}),
-                                  [&](const hit& surface) { found.behind = min(found.behind, surface.distance); });
-            if (i == probe.lines / 2 && crossed % 2 == 1 && found.starts_in == nullptr) found.starts_in = &one;
-        }
-    }
-    return found;
-}
-
-/// Distance from the field of view to the nearest surface, metres.
-template <transducer Probe>
-float distance_beside(const scene_view& flat, const Probe& probe, const pose& at, float depth) {
-    float nearest = FLT_MAX;
-    for (const object_view& one : flat.objects) {
-        const pose to_probe = inverse(at) * one.at;
-        for (std::size_t i = 0; i < one.surface.size(); ++i) {
-            const triangle t = one.surface[i];
-            const triangle face{to_probe.point(t.a), to_probe.point(t.b), to_probe.point(t.c)};
-            if (!is_finite(bounds(face))) continue;
-            const float extent = max(length(face.b - face.a), length(face.c - face.a));
-            if (length(face.a - nearest_in_field(probe, depth, face.a)) - extent > nearest) continue;
-            nearest = min(nearest, distance_to_field(probe, depth, face));
-        }
-    }
-    return nearest;
-}
-
-/// The sentence about a scene that is 30 times larger than the lines are deep, or 300 times smaller; empty for others. The
-/// unit that was given is not known, so every mistake is named that leaves objects of 2 cm to 2.5 m.
-inline std::string unit_fault(float size, float depth) {
-    const bool too_large = size > 30 * depth && size > 1, too_small = size > 0 && size < depth / 300;
-    if (!too_large && !too_small) return {};
-    struct mistake {
-        float factor;
-        const char* given;
-        const char* meant;
-    };
-    constexpr mistake large[] = {{10, "1_cm", "1_mm"}, {100, "1_m", "1_cm"}, {1000, "1_m", "1_mm"}};
-    constexpr mistake small[] = {{0.1F, "1_mm", "1_cm"}, {0.01F, "1_cm", "1_m"}, {0.001F, "1_mm", "1_m"}};
-    std::string likely;
-    for (const mistake& one : too_large ? large : small)
-        if (const float meant = size / one.factor; 0.02F <= meant && meant <= 2.5F)
-            likely += (likely.empty() ? "" : ", or ") + std::string{one.given} + " where " + one.meant +
-                      " was meant (" + shown(meant) + ")";
-    return "The objects are " + shown(size) + " across, but the lines " + shown(depth) +
-           " deep: check the unit of the mesh" + (likely.empty() ? "" : "; it is probably " + likely) + ".";
-}
-
-} // namespace detail
-
-template <transducer Probe>
-diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const acquisition& scan) {
-    using namespace detail;
-    using problem = diagnosis::problem;
-    diagnosis found;
-    const auto report = [&](problem what, const std::string& sentence) -> diagnosis& {
-        found.problems.push_back(what);
-        found.sentence += (found.sentence.empty() ? "" : " ") + sentence;
-        return found;
-    };
-    if (!is_rigid(at))
-        return report(problem::pose, "The pose of the probe is not a rigid transform, or not finite; make it with "
-                                     "look_at, or mend it with orthonormalised.");
-    try {
-        probe.check();
-        check_depth(scan.depth, "acquisition");
-    } catch (const usage_error& refused) {
-        const std::string sentence = refused.what();
-        return report(problem::setting, sentence + (sentence.ends_with('?') ? "" : "."));
-    }
-    bool has_faces = false;
-    for (const object& one : body.objects()) has_faces = has_faces || !one.surface.faces.empty();
-    if (!has_faces)
-        return report(problem::no_objects,
-                      "The scene has no object with faces; add one, or check the file it came from.");
-    if (!body.is_built())
-        return report(problem::not_built, "The scene is not built; call build(policy) after the last add or remove.");
-    for (const object& one : body.objects())
-        if (body.awaits_update(one.id))
-            return report(problem::not_updated, "The positions of " + named(one.name, one.id) +
-                                                    " were handed out since the last update; call update(policy).");
-    if (body.media().size() == 1)
-        report(problem::one_medium, "Every object has the medium of the background, so no surface echoes; give the "
-                                    "objects, or the background, another one.");
-
-    const scene_view flat = body.view_for_rays(exec::par);
-    const line_survey lines = survey(flat, probe, at);
-    const std::string start = lines.starts_in == nullptr
-                                  ? "the background"
-                                  : named(body[object_id{lines.starts_in->id}].name, object_id{lines.starts_in->id});
-    if (blocks_sound(flat.media[lines.starts_in == nullptr ? 0 : lines.starts_in->medium]))
-        report(problem::inside,
-               "The probe is in " + start +
-                   ", whose medium lets almost no sound out; put the face of the probe on tissue, gel or "
-                   "water.");
-    const vec3 sides = body.box().size();
-    const float size = max(sides.x, max(sides.y, sides.z));
-    const bool too_deep = size > 0 && scan.depth > 30 * size && scan.depth > 1;
-    if (too_deep)
-        report(problem::unit, "The objects are " + shown(size) + " across, but the lines " + shown(scan.depth) +
-                                  " deep: `depth` is in metres; write it as in 80_mm.");
-    if (lines.ahead > scan.depth) {
-        const std::string wrong_unit = too_deep ? std::string{} : unit_fault(size, scan.depth);
-        if (!wrong_unit.empty())
-            report(problem::unit, wrong_unit);
-        else if (lines.starts_in != nullptr && lines.ahead < FLT_MAX)
-            report(problem::inside, "The probe is inside " + start + ", whose surface is " + shown(lines.ahead) +
-                                        " away along the lines, deeper than the " + shown(scan.depth) +
-                                        " shown; raise `depth`.");
-        else if (lines.ahead < FLT_MAX)
-            report(problem::too_shallow, "No line meets any object: the nearest surface on a line is " +
-                                             shown(lines.ahead) + " deep, the lines end at " + shown(scan.depth) +
-                                             "; raise `depth`.");
-        else if (lines.behind < FLT_MAX)
-            report(problem::behind, "No line meets any object: they are behind the probe, which looks away from them; "
-                                    "turn it round (look_at(from, towards, lateral)).");
-        else
-            report(problem::beside, "No line meets any object: the nearest surface is " +
-                                        shown(distance_beside(flat, probe, at, scan.depth)) +
-                                        " outside the field of view; move the probe or the objects.");
-    }
-    for (const object& one : body.objects())
-        if (const mesh_report mesh = validate(one.surface); !mesh.closed())
-            report(problem::open_surface,
-                   "The surface of " + named(one.name, one.id) + " is not closed: " + explain(mesh));
-        else if (body.is_inside_out(one.id))
-            report(problem::inside_out, "The vertices of " + named(one.name, one.id) +
-                                            " were moved so that it is inside out: its faces point the other way than "
-                                            "when it was added; check the simulation, or the formula, that moves it.");
-    if (found.problems.empty()) {
-        constexpr float max_gain_db = 60, dark_db = 20; // of automatic gain; a third of the usual dynamic range
-        const path_survey half = survey_paths(flat, probe, at, scan.depth / 2);
-        const auto of_pulse = [&](float lost_db) {
-            return attenuated(lost_db, probe.frequency, fractional_bandwidth(probe)).loss_db;
-        };
-        const float needed = 2 * clamp(half.attenuation, 50, 100) * probe.frequency * 1e-6F * half.length;
-        const float gain = min(of_pulse(needed), max_gain_db), lost = of_pulse(half.loss_db);
-        if (lost > gain + dark_db)
-            report(problem::attenuation, "Echoes from half the depth lose " + number_text(std::round(lost)) +
-                                             " dB, and automatic gain restores " + number_text(std::round(gain)) +
-                                             " dB: the picture is dark below; lower the frequency or `depth`.");
-    }
-    return found;
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#ifndef INSONIFY_SCENE_DISPLACEMENT_GRID_HPP
-#define INSONIFY_SCENE_DISPLACEMENT_GRID_HPP
+#ifndef INSONIFY_MOTION_DISPLACEMENT_GRID_HPP
+#define INSONIFY_MOTION_DISPLACEMENT_GRID_HPP
 
 
 #include <cstddef>
@@ -23604,315 +23614,12 @@ struct displacement_grid {
 
 
 #endif
-#ifndef INSONIFY_SCENE_DISPLAYED_DEPTH_HPP
-#define INSONIFY_SCENE_DISPLAYED_DEPTH_HPP
+#ifndef INSONIFY_MOTION_PRESS_HPP
+#define INSONIFY_MOTION_PRESS_HPP
 
 
-#include <cmath>
-#include <string>
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI {
-
-namespace detail {
-
-/// Follows a straight line through the media of a scene: in_layer(length, stretch) is called for each layer, metres and displayed
-/// metres per metre, until it returns false.
-template <class InLayer>
-void follow_displayed(const scene& body, const ray& line, float depth, const char* caller, const InLayer& in_layer) {
-    const float size = length(line.direction);
-    if (!is_finite(line.origin) || !is_finite(line.direction) || !(size > 0))
-        throw usage_error{
-            std::string{caller} +
-            ": the line must have a finite origin and a direction that is not 0, such as that of `probe.beam(i)`"};
-    check_depth(depth, caller);
-    const scene_view flat = body.view_for_rays(exec::par);
-    const line_frame along{.origin = line.origin, .along = line.direction / size};
-    std::vector<crossing> crossings(64);
-    std::vector<std::uint32_t> inside(64);
-    std::vector<layer> room(64);
-    for (view<const layer> layers{}; layers.empty();) {
-        line_crossings found{.room = crossings, .inside = {.ranks = inside}};
-        if (find_crossings(flat, {along.origin, along.along}, depth, found))
-            layers = stack_layers(flat, along, depth, found, view<layer>{room}, false);
-        for (const layer& one : layers)
-            if (!in_layer(one.end - one.begin, displayed_stretch(flat.media[one.medium]))) return;
-        crossings.resize(2 * crossings.size());
-        inside.resize(2 * inside.size());
-        room.resize(2 * room.size());
-    }
-}
-
-} // namespace detail
-
-/// Depth at which an echo is displayed, metres: c0 t / 2 with c0 = 1540 m/s, as `physical` does, from the true depth along a
-/// straight line.
-///
-///     shown = sum over the media along the line of d c0 / c
-///
-///     const float shown = displayed_depth(body, {at.point(beam.origin), at.direction(beam.direction)}, 20_mm);
-///
-/// Refraction and the shadows of obstacles are left out: see `physical`.
-/// @param line   from the face of the probe, in the world; its limits are not used
-/// @param depth  true one, metres along the line
-/// @throws usage_error  for a scene that was not built, a line or a depth out of range
-inline float displayed_depth(const scene& body, const ray& line, float depth) {
-    double shown = 0;
-    detail::follow_displayed(body, line, depth, "displayed_depth", [&](float part, float stretch) {
-        shown += static_cast<double>(part) * static_cast<double>(stretch);
-        return true;
-    });
-    return static_cast<float>(shown);
-}
-
-/// The inverse of `displayed_depth`: the true depth along a line of what a scanner displays at a depth, such as that of
-/// `scan_map::point`, metres.
-/// @throws usage_error  as `displayed_depth`
-inline float true_depth(const scene& body, const ray& line, float shown) {
-    check_depth(shown, "true_depth");
-    float fastest = display_speed;
-    for (const medium& m : body.media()) fastest = max(fastest, m.sound_speed);
-    double depth = 0, left = static_cast<double>(shown);
-    const float farthest = min(shown * fastest / display_speed * 1.001F, max_scan_depth);
-    detail::follow_displayed(body, line, farthest, "true_depth", [&](float part, float stretch) {
-        const double here = std::fmin(static_cast<double>(part), left / static_cast<double>(stretch));
-        depth += here;
-        left -= here * static_cast<double>(stretch);
-        return left > 0;
-    });
-    return static_cast<float>(depth);
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#ifndef INSONIFY_SCENE_POISEUILLE_HPP
-#define INSONIFY_SCENE_POISEUILLE_HPP
-
-
-#include <cmath>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Velocity over the heart beat, relative to its peak.
-///
-///     w(t) = 1 - RI (1 - s),   s = (x exp(1 - x))^2,   x = phase / systole
-///
-/// The phase is the fraction of the beat that has passed. w is 1 in systole and 1 - RI at the end of diastole, where
-/// RI = (peak systolic - end diastolic velocity) / peak systolic velocity is the resistive index: about 0.6 to 0.8 in
-/// carotid and renal arteries, above 1 where the flow reverses in diastole.
-/// Source: Pourcelot 1974 for the index; the shape is by convention.
-struct pulsatile {
-    float heart_rate = 0;         ///< beats per second, such as 1.2_Hz; 0: steady flow
-    float resistive_index = 0.7F; ///< 0: steady flow
-    float systole = 0.15F;        ///< phase of the peak, 0.05 to 0.2
-    float delay = 0;              ///< the first beat begins at this time, seconds
-
-    /// Velocity at a time in seconds over that of the peak.
-    float operator()(float time) const {
-        if (heart_rate == 0) return 1;
-        const float beats = (time - delay) * heart_rate, x = (beats - std::floor(beats)) / systole;
-        const float rise = x * std::exp(1 - x);
-        return 1 - resistive_index * (1 - rise * rise);
-    }
-    /// The mean over a beat.
-    float mean() const {
-        if (heart_rate == 0) return 1;
-        // The integral of x^2 exp(2 - 2 x) to x = 1 / systole.
-        const float end = 1 / systole;
-        const float area = systole * 0.25F * (std::exp(2.0F) - (2 * end * end + 2 * end + 1) * std::exp(2 - 2 * end));
-        return 1 - resistive_index * (1 - area);
-    }
-
-    /// @throws usage_error  for a setting out of range
-    void check() const {
-        if (!is_finite(heart_rate) || !(heart_rate >= 0) || !(heart_rate <= 20))
-            throw usage_error{"pulsatile: `heart_rate` is " + detail::number_text(heart_rate) +
-                              " Hz; it must be 0 (steady flow) to 20 beats per second, such as 1.2_Hz"};
-        if (!(resistive_index >= 0 && resistive_index <= 2))
-            throw usage_error{"pulsatile: `resistive_index` must be 0 (steady flow) to 2, such as 0.7"};
-        if (!(systole >= 0.05F && systole <= 0.2F) || !is_finite(delay))
-            throw usage_error{"pulsatile: `systole` must be a phase of 0.05 to 0.2, and `delay` finite"};
-    }
-
-    friend bool operator==(const pulsatile&, const pulsatile&) = default;
-};
-
-/// Laminar flow in a straight tube: v = peak_velocity w(t) (1 - r^2 / radius^2) towards `to`; 0 outside the radius.
-///
-/// Every beat is quasi-steady: the profile stays a parabola, as in small vessels (Womersley number below 3).
-/// Source: Hagen-Poiseuille law.
-struct poiseuille {
-    object_id object{};      ///< whose blood flows
-    vec3 from{0, 0, 0};      ///< on the axis, in coordinates of the object, metres
-    vec3 to{0, 0, 0};        ///< on the axis; blood flows from `from` to `to`
-    float radius = 0;        ///< of the tube, metres
-    float peak_velocity = 0; ///< on the axis in systole, m/s; below 0: towards `from`
-    pulsatile waveform{};    ///< steady by default
-
-    /// See `velocity_field`.
-    vec3 operator()(object_id of, vec3 point, float time) const {
-        if (of != object) return {0, 0, 0};
-        const vec3 along = normalize(to - from), from_axis = point - from - dot(point - from, along) * along;
-        const float share = 1 - dot(from_axis, from_axis) / (radius * radius);
-        return share > 0 ? peak_velocity * waveform(time) * share * along : vec3{0, 0, 0};
-    }
-    /// Volume per second at a time, m^3/s: pi radius^2 / 2 times the velocity on the axis.
-    float volume_flow(float time) const { return 0.5F * pi * radius * radius * peak_velocity * waveform(time); }
-
-    /// @throws usage_error  for a setting out of range
-    void check() const {
-        if (!is_finite(from) || !is_finite(to) || !(length(to - from) > 0))
-            throw usage_error{"poiseuille: `from` and `to` must be two different points on the axis of the tube"};
-        if (!is_finite(radius) || !(radius > 0))
-            throw usage_error{"poiseuille: `radius` must be a finite number of metres above 0, such as 4_mm"};
-        if (!is_finite(peak_velocity) || !(std::fabs(peak_velocity) <= 100))
-            throw usage_error{"poiseuille: `peak_velocity` must be at most 100 m/s, such as 0.4_m_per_s"};
-        waveform.check();
-    }
-
-    friend bool operator==(const poiseuille&, const poiseuille&) = default;
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#ifndef INSONIFY_SCENE_PRESS_HPP
-#define INSONIFY_SCENE_PRESS_HPP
-
-
-#ifndef INSONIFY_SCENE_QUERIES_HPP
-#define INSONIFY_SCENE_QUERIES_HPP
-
-
-#include <concepts>
-#include <cstdint>
-#include <optional>
-
-/// Queries for contact, collision and placement. Distances are metres, points and directions in the world.
-///
-/// All may be called from many threads at once. The first query after objects have moved refits their trees.
-namespace insonify::inline INSONIFY_ABI {
-
-/// A point on the surface of an object.
-struct surface_point {
-    object_id object{};     ///< whose surface it is
-    std::uint32_t face = 0; ///< index into `object::surface.faces`
-    float distance = 0;     ///< from the origin of the ray, in units of its direction, or from the point of the query
-    vec3 point{0, 0, 0};    ///< in the world
-    vec3 normal{0, 0, 1};   ///< of the face, outwards, length 1
-};
-
-/// Accepts every object.
-struct any_object {
-    /// Always true.
-    constexpr bool operator()(object_id) const { return true; }
-};
-
-namespace detail {
-
-inline surface_point surface_point_at(const object_view& one, std::uint32_t face, float distance, vec3 point) {
-    const vec3 normal = unit_normal(one.surface[face], {0, 0, 1});
-    return {object_id{one.id}, face, distance, point, one.at.direction(normal)};
-}
-
-/// Whether an object contains a point: a half line from there crosses its surface an odd number of times.
-inline bool contains(const object_view& one, vec3 point) {
-    bool inside = false;
-    one.tree.for_each_hit(one.local({.origin = point}), [&](const hit&) { inside = !inside; });
-    return inside;
-}
-
-/// The object whose medium applies at a point; null in the background.
-inline const object_view* top_at(const scene_view& flat, vec3 point) {
-    std::uint32_t top = media_stack::none;
-    flat.boxes.for_each_overlap(aabb{point, point}, [&](std::uint32_t rank) {
-        if (rank < top && contains(flat.objects[rank], point)) top = rank;
-    });
-    return top == media_stack::none ? nullptr : &flat.objects[top];
-}
-
-/// @throws usage_error  for a ray that would miss everything
-inline void check_ray(const ray& r, const char* caller) {
-    const vec3 along = abs(r.direction);
-    if (!is_finite(r.origin) || !is_finite(r.direction) || !(max(along.x, max(along.y, along.z)) > 1e-30F) ||
-        !is_number(r.min_distance) || !is_number(r.max_distance))
-        throw usage_error{std::string{caller} +
-                          ": the ray needs a finite origin, a finite direction that is not 0, and "
-                          "limits that are not NaN"};
-}
-
-} // namespace detail
-
-/// The object that gives the medium at a point; none in the background.
-/// @throws usage_error  for a point that is not finite, or a scene that was not built
-inline std::optional<object_id> object_at(const scene& body, vec3 point) {
-    detail::check_point(point, "object_at");
-    const object_view* one = detail::top_at(body.view_for_rays(exec::par), point);
-    return one == nullptr ? std::nullopt : std::optional{object_id{one->id}};
-}
-
-/// The medium at a point: that of `object_at`, or the background's.
-/// @throws usage_error  for a point that is not finite, or a scene that was not built
-inline medium medium_at(const scene& body, vec3 point) {
-    detail::check_point(point, "medium_at");
-    const scene_view flat = body.view_for_rays(exec::par);
-    const object_view* one = detail::top_at(flat, point);
-    return flat.media[one == nullptr ? 0 : one->medium];
-}
-
-/// The first surface along a ray, within its limits, from either side; none where there is none.
-///
-///     const auto skin = first_surface(body, {.origin = tip, .direction = {0, 0, 1}}, [&](object_id id) { return id != needle; });
-///
-/// Of surfaces that touch, any may be reported: their distances differ by rounding errors.
-/// @param accepts  bool(object_id): objects for which it returns false are passed through
-/// @throws usage_error  for an origin or a direction that is not finite, a direction of length 0, a limit that is NaN, or a
-///                      scene that was not built
-template <std::predicate<object_id> Filter = any_object>
-std::optional<surface_point> first_surface(const scene& body, const ray& r, const Filter& accepts = {}) {
-    detail::check_ray(r, "first_surface");
-    const scene_view flat = body.view_for_rays(exec::par);
-    hit first;
-    std::uint32_t rank = 0;
-    flat.boxes.for_each_hit(r, [&](const hit& box) {
-        const object_view& one = flat.objects[box.primitive];
-        if (box.distance > first.distance || !accepts(object_id{one.id})) return;
-        ray local = one.local(r);
-        local.max_distance = min(local.max_distance, first.distance);
-        const hit found = one.tree.closest(local);
-        if (!found || (first && !(found.distance < first.distance || box.primitive < rank))) return;
-        first = found;
-        rank = box.primitive;
-    });
-    if (!first) return std::nullopt;
-    return detail::surface_point_at(flat.objects[rank], first.primitive, first.distance, r.at(first.distance));
-}
-
-/// The point of an object's surface that is nearest to a point; none for an object without faces.
-/// @throws usage_error  for an unknown id, a point that is not finite, or a scene that was not built
-inline std::optional<surface_point> nearest_surface(const scene& body, object_id id, vec3 point) {
-    detail::check_point(point, "nearest_surface");
-    static_cast<void>(body[id]); // throws for an unknown id
-    const scene_view flat = body.view_for_rays(exec::par);
-    for (const object_view& one : flat.objects) {
-        if (one.id != static_cast<std::uint32_t>(id)) continue;
-        const detail::nearest_point found = detail::find_nearest(one.tree, one.at.local_point(point));
-        if (found.primitive == detail::nearest_point{}.primitive) return std::nullopt;
-        return detail::surface_point_at(one, found.primitive, std::sqrt(found.distance_squared),
-                                        one.at.point(found.point));
-    }
-    return std::nullopt;
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#ifndef INSONIFY_SCENE_SKIN_HEIGHTS_HPP
-#define INSONIFY_SCENE_SKIN_HEIGHTS_HPP
+#ifndef INSONIFY_MOTION_SKIN_HEIGHTS_HPP
+#define INSONIFY_MOTION_SKIN_HEIGHTS_HPP
 
 
 #include <algorithm>
@@ -24051,6 +23758,134 @@ class skin_heights {
 
 
 #endif
+#ifndef INSONIFY_SCENE_QUERIES_HPP
+#define INSONIFY_SCENE_QUERIES_HPP
+
+
+#include <concepts>
+#include <cstdint>
+#include <optional>
+
+/// Queries for contact, collision and placement. Distances are metres, points and directions in the world.
+///
+/// All may be called from many threads at once. The first query after objects have moved refits their trees.
+namespace insonify::inline INSONIFY_ABI {
+
+/// A point on the surface of an object.
+struct surface_point {
+    object_id object{};     ///< whose surface it is
+    std::uint32_t face = 0; ///< index into `object::surface.faces`
+    float distance = 0;     ///< from the origin of the ray, in units of its direction, or from the point of the query
+    vec3 point{0, 0, 0};    ///< in the world
+    vec3 normal{0, 0, 1};   ///< of the face, outwards, length 1
+};
+
+/// Accepts every object.
+struct any_object {
+    /// Always true.
+    constexpr bool operator()(object_id) const { return true; }
+};
+
+namespace detail {
+
+inline surface_point surface_point_at(const object_view& one, std::uint32_t face, float distance, vec3 point) {
+    const vec3 normal = unit_normal(one.surface[face], {0, 0, 1});
+    return {object_id{one.id}, face, distance, point, one.at.direction(normal)};
+}
+
+/// Whether an object contains a point: a half line from there crosses its surface an odd number of times.
+inline bool contains(const object_view& one, vec3 point) {
+    bool inside = false;
+    one.tree.for_each_hit(one.local({.origin = point}), [&](const hit&) { inside = !inside; });
+    return inside;
+}
+
+/// The object whose medium applies at a point; null in the background.
+inline const object_view* top_at(const scene_view& flat, vec3 point) {
+    std::uint32_t top = media_stack::none;
+    flat.boxes.for_each_overlap(aabb{point, point}, [&](std::uint32_t rank) {
+        if (rank < top && contains(flat.objects[rank], point)) top = rank;
+    });
+    return top == media_stack::none ? nullptr : &flat.objects[top];
+}
+
+/// @throws usage_error  for a ray that would miss everything
+inline void check_ray(const ray& r, const char* caller) {
+    const vec3 along = abs(r.direction);
+    if (!is_finite(r.origin) || !is_finite(r.direction) || !(max(along.x, max(along.y, along.z)) > 1e-30F) ||
+        !is_number(r.min_distance) || !is_number(r.max_distance))
+        throw usage_error{std::string{caller} +
+                          ": the ray needs a finite origin, a finite direction that is not 0, and "
+                          "limits that are not NaN"};
+}
+
+} // namespace detail
+
+/// The object that gives the medium at a point; none in the background.
+/// @throws usage_error  for a point that is not finite, or a scene that was not built
+inline std::optional<object_id> object_at(const scene& body, vec3 point) {
+    detail::check_point(point, "object_at");
+    const object_view* one = detail::top_at(body.view_for_rays(exec::par), point);
+    return one == nullptr ? std::nullopt : std::optional{object_id{one->id}};
+}
+
+/// The medium at a point: that of `object_at`, or the background's.
+/// @throws usage_error  for a point that is not finite, or a scene that was not built
+inline medium medium_at(const scene& body, vec3 point) {
+    detail::check_point(point, "medium_at");
+    const scene_view flat = body.view_for_rays(exec::par);
+    const object_view* one = detail::top_at(flat, point);
+    return flat.media[one == nullptr ? 0 : one->medium];
+}
+
+/// The first surface along a ray, within its limits, from either side; none where there is none.
+///
+///     const auto skin = first_surface(body, {.origin = tip, .direction = {0, 0, 1}}, [&](object_id id) { return id != needle; });
+///
+/// Of surfaces that touch, any may be reported: their distances differ by rounding errors.
+/// @param accepts  bool(object_id): objects for which it returns false are passed through
+/// @throws usage_error  for an origin or a direction that is not finite, a direction of length 0, a limit that is NaN, or a
+///                      scene that was not built
+template <std::predicate<object_id> Filter = any_object>
+std::optional<surface_point> first_surface(const scene& body, const ray& r, const Filter& accepts = {}) {
+    detail::check_ray(r, "first_surface");
+    const scene_view flat = body.view_for_rays(exec::par);
+    hit first;
+    std::uint32_t rank = 0;
+    flat.boxes.for_each_hit(r, [&](const hit& box) {
+        const object_view& one = flat.objects[box.primitive];
+        if (box.distance > first.distance || !accepts(object_id{one.id})) return;
+        ray local = one.local(r);
+        local.max_distance = min(local.max_distance, first.distance);
+        const hit found = one.tree.closest(local);
+        if (!found || (first && !(found.distance < first.distance || box.primitive < rank))) return;
+        first = found;
+        rank = box.primitive;
+    });
+    if (!first) return std::nullopt;
+    return detail::surface_point_at(flat.objects[rank], first.primitive, first.distance, r.at(first.distance));
+}
+
+/// The point of an object's surface that is nearest to a point; none for an object without faces.
+/// @throws usage_error  for an unknown id, a point that is not finite, or a scene that was not built
+inline std::optional<surface_point> nearest_surface(const scene& body, object_id id, vec3 point) {
+    detail::check_point(point, "nearest_surface");
+    static_cast<void>(body[id]); // throws for an unknown id
+    const scene_view flat = body.view_for_rays(exec::par);
+    for (const object_view& one : flat.objects) {
+        if (one.id != static_cast<std::uint32_t>(id)) continue;
+        const detail::nearest_point found = detail::find_nearest(one.tree, one.at.local_point(point));
+        if (found.primitive == detail::nearest_point{}.primitive) return std::nullopt;
+        return detail::surface_point_at(one, found.primitive, std::sqrt(found.distance_squared),
+                                        one.at.point(found.point));
+    }
+    return std::nullopt;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
 #include <concepts>
 #include <cstdint>
 #include <utility>
@@ -24077,176 +23912,796 @@ struct contact {
     pressed_face deformation{};        ///< for `scene::deform`
 };
 
-/// Memory of `press`, kept so that it allocates only while buffers grow.
-struct press_workspace {
-    contact touch{};             ///< the result
-    detail::skin_heights skin{}; ///< where the skin is
+/// `press`, frame after frame: holds the contact and memory, so that it allocates only while buffers grow.
+class presser {
+  public:
+    /// See `insonify::press`. @return valid until the next call
+    template <transducer Probe, std::predicate<object_id> Filter = any_object>
+    const contact& press(const scene& body, const Probe& probe, const pose& at, const press_settings& settings = {},
+                         const Filter& accepts = {}) {
+        constexpr float behind = 0.05e-3F;
+        probe.check();
+        body.require_built();
+        if (!is_rigid(at))
+            throw geometry_error{
+                "press: the pose is not a rigid transform; make it with look_at, or mend it with orthonormalised"};
+        if (!(settings.stiffness >= 0) || !(settings.gel >= 0) || !(settings.decay > 0) || !(settings.recovery > 0))
+            throw usage_error{"press: `stiffness` and `gel` must be at least 0, `decay` and `recovery` above 0"};
+        contact& found = touch_;
+        found.depth = 0;
+        found.touching = 0;
+        found.lines.clear();
+        pressed_face& face = found.deformation;
+        face.at = at;
+        face.decay = settings.decay;
+        face.recovery = settings.recovery;
+        const auto last = static_cast<float>(probe.lines) - 0.5F;
+        face.left = min(probe.beam(-0.5F).origin.x, probe.beam(last).origin.x);
+        face.right = max(probe.beam(-0.5F).origin.x, probe.beam(last).origin.x);
+        face.elevation = pressed_face{}.elevation;
+        if constexpr (requires { probe.elevation_height; }) face.elevation = probe.elevation_height;
+        for (std::size_t i = 0; i < pressed_face::columns; ++i)
+            face.height[i] = probe.beam(last * static_cast<float>(i) / (pressed_face::columns - 1))
+                                 .origin.z; // lines are evenly spaced
+        skin_.begin(face);
+        for (const object& one : body.objects())
+            if (accepts(one.id)) skin_.add(one.surface.faces, body.rest_positions(one.id), one.at);
+        skin_.finish();
+        float sum = 0, pressed = 0;
+        for (std::size_t row = 0; row < pressed_face::rows; ++row)
+            for (std::size_t i = 0; i < pressed_face::columns; ++i) {
+                const float depth = max(skin_.depth(row, i), 0);
+                found.depth = max(found.depth, depth);
+                sum += depth;
+                pressed += depth > 0 ? 1.0F : 0.0F;
+                face.depth[row][i] = max(depth - behind, 0);
+            }
+        if (!(found.depth < settings.decay))
+            throw usage_error{
+                detail::joined({"press: the face is ", detail::number_text(found.depth * 1e3F),
+                                " mm deep in the body, more than `decay`: tissue would fold over; raise the "
+                                "probe or `decay`"})};
+        constexpr auto points = static_cast<float>(pressed_face::rows * pressed_face::columns);
+        found.mean_depth = sum / points;
+        found.force = settings.stiffness * found.mean_depth;
+        const float area = (face.right - face.left) * face.elevation * pressed / points;
+        found.pressure = area > 0 ? found.force / area : 0;
+        for (std::uint32_t line = 0; line < probe.lines; ++line) {
+            const float x = probe.beam(static_cast<float>(line)).origin.x;
+            const bool touches = skin_.depth(pressed_face::rows / 2, face.nearest_column(x)) >= -settings.gel;
+            found.lines.push_back(touches ? 1 : 0);
+            found.touching += touches ? 1 : 0;
+        }
+        return found;
+    }
+
+  private:
+    contact touch_{};
+    detail::skin_heights skin_{}; // where the skin is
 };
 
 /// How a probe at a pose touches the body at rest, whatever the present deformation: how deep its face is in the body, what
 /// deformation that makes, and which lines touch.
 ///
-///     const contact& touch = press(body, probe, at, {}, any_object{}, own);
+///     const contact touch = press(body, probe, at);
 ///     body.deform(exec::par, touch.deformation);
 ///
 /// The body is what is inside of any object that is accepted, and not the background. Pressed skin comes to lie 0.05 mm behind
 /// the face, so that lines start in tissue. Costs one pass over the vertices and faces.
 /// @param accepts  bool(object_id): objects that belong to the body, such as all but the needle
-/// @param own      memory; pass it again with the next frame to avoid allocations
-/// @return         valid until `own` is used again
 /// @throws usage_error     for a probe or a setting out of range, or a scene that was not built
 /// @throws geometry_error  for a pose that is not rigid
-template <transducer Probe, std::predicate<object_id> Filter>
-const contact& press(const scene& body, const Probe& probe, const pose& at, const press_settings& settings,
-                     const Filter& accepts, press_workspace& own) {
-    constexpr float behind = 0.05e-3F;
-    probe.check();
-    body.require_built();
-    if (!is_rigid(at))
-        throw geometry_error{
-            "press: the pose is not a rigid transform; make it with look_at, or mend it with orthonormalised"};
-    if (!(settings.stiffness >= 0) || !(settings.gel >= 0) || !(settings.decay > 0) || !(settings.recovery > 0))
-        throw usage_error{"press: `stiffness` and `gel` must be at least 0, `decay` and `recovery` above 0"};
-    contact& found = own.touch;
-    found.depth = 0;
-    found.touching = 0;
-    found.lines.clear();
-    pressed_face& face = found.deformation;
-    face.at = at;
-    face.decay = settings.decay;
-    face.recovery = settings.recovery;
-    const auto last = static_cast<float>(probe.lines) - 0.5F;
-    face.left = min(probe.beam(-0.5F).origin.x, probe.beam(last).origin.x);
-    face.right = max(probe.beam(-0.5F).origin.x, probe.beam(last).origin.x);
-    face.elevation = pressed_face{}.elevation;
-    if constexpr (requires { probe.elevation_height; }) face.elevation = probe.elevation_height;
-    for (std::size_t i = 0; i < pressed_face::columns; ++i)
-        face.height[i] =
-            probe.beam(last * static_cast<float>(i) / (pressed_face::columns - 1)).origin.z; // lines are evenly spaced
-    detail::skin_heights& skin = own.skin;
-    skin.begin(face);
-    for (const object& one : body.objects())
-        if (accepts(one.id)) skin.add(one.surface.faces, body.rest_positions(one.id), one.at);
-    skin.finish();
-    float sum = 0, pressed = 0;
-    for (std::size_t row = 0; row < pressed_face::rows; ++row)
-        for (std::size_t i = 0; i < pressed_face::columns; ++i) {
-            const float depth = max(skin.depth(row, i), 0);
-            found.depth = max(found.depth, depth);
-            sum += depth;
-            pressed += depth > 0 ? 1.0F : 0.0F;
-            face.depth[row][i] = max(depth - behind, 0);
-        }
-    if (!(found.depth < settings.decay))
-        throw usage_error{detail::joined({"press: the face is ", detail::number_text(found.depth * 1e3F),
-                                          " mm deep in the body, more than `decay`: tissue would fold over; raise the "
-                                          "probe or `decay`"})};
-    constexpr auto points = static_cast<float>(pressed_face::rows * pressed_face::columns);
-    found.mean_depth = sum / points;
-    found.force = settings.stiffness * found.mean_depth;
-    const float area = (face.right - face.left) * face.elevation * pressed / points;
-    found.pressure = area > 0 ? found.force / area : 0;
-    for (std::uint32_t line = 0; line < probe.lines; ++line) {
-        const float x = probe.beam(static_cast<float>(line)).origin.x;
-        const bool touches = skin.depth(pressed_face::rows / 2, face.nearest_column(x)) >= -settings.gel;
-        found.lines.push_back(touches ? 1 : 0);
-        found.touching += touches ? 1 : 0;
-    }
-    return found;
-}
-/// The same for a single frame.
-///
-///     const contact touch = press(body, probe, at);
-///     body.deform(exec::par, touch.deformation);
-///
-/// @throws usage_error, geometry_error  as above
 template <transducer Probe, std::predicate<object_id> Filter = any_object>
 contact press(const scene& body, const Probe& probe, const pose& at, const press_settings& settings = {},
               const Filter& accepts = {}) {
-    press_workspace own;
-    press(body, probe, at, settings, accepts, own);
-    return std::move(own.touch);
+    return presser{}.press(body, probe, at, settings, accepts);
 }
 
 } // namespace insonify::inline INSONIFY_ABI
 
 
 #endif
-#ifndef INSONIFY_SCENE_VELOCITY_SAMPLES_HPP
-#define INSONIFY_SCENE_VELOCITY_SAMPLES_HPP
+
+#endif
+#ifndef INSONIFY_PAPER_HPP
+#define INSONIFY_PAPER_HPP
+
+/// The algorithm of Law et al. 2011: its acoustic model, its tracer and the stages of its picture.
+#ifndef INSONIFY_PAPER_BLUR_HPP
+#define INSONIFY_PAPER_BLUR_HPP
+
+
+#ifndef INSONIFY_PAPER_PROGRESSIVE_HPP
+#define INSONIFY_PAPER_PROGRESSIVE_HPP
+
+
+#include <cstdint>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Mean of the frames since the probe last moved.
+///
+/// Eq. 7 of the paper: the f-th frame c and the mean c' of those before it give c / f + (f - 1) / f c'. In double
+/// precision, so that it remains the arithmetic mean over many frames.
+class progressive {
+  public:
+    /// Adds a frame. Restarts where the pose of the probe or the size has changed since the previous frame.
+    /// @return `picture()`
+    template <exec::policy Policy>
+    const image& add(const Policy& policy, const image& frame, const pose& at) {
+        if (at != at_ || frame.size != picture_.size || frame.pixels.size() != mean_.size()) reset();
+        if (frames_ == 0) {
+            at_ = at;
+            picture_ = frame;
+            mean_.assign(frame.pixels.size(), 0.0);
+        }
+        ++frames_;
+        const double f = frames_;
+        exec::for_each_block(policy, mean_.size(), 4096, 1, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+                mean_[i] = static_cast<double>(frame.pixels[i]) / f + (f - 1) / f * mean_[i];
+                picture_.pixels[i] = static_cast<float>(mean_[i]);
+            }
+        });
+        return picture_;
+    }
+
+    /// The mean after the last `add`.
+    const image& picture() const { return picture_; }
+
+    /// Number of frames in the mean.
+    std::uint32_t frames() const { return frames_; }
+
+    /// Restarts with the next frame: for changes that the pose does not show.
+    void reset() { frames_ = 0; }
+
+  private:
+    pose at_;
+    image picture_;
+    std::vector<double> mean_;
+    std::uint32_t frames_ = 0;
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Displacements of the radial blur.
+struct radial_blur_settings {
+    float lines = 1.5F;       ///< largest displacement to either side, in lines
+    std::uint32_t frames = 9; ///< displaced frames, at the centres of equal parts of that range
+};
+
+namespace detail {
+
+/// Bilinear interpolation at pixel coordinates between those neighbours that lie in the field of view, so that the
+/// background does not bleed in; `otherwise` where there are none.
+inline float pixel_in_field(const image& picture, const scan_map& map, vec2 at, float otherwise) {
+    const float left = std::floor(at.x - 0.5F);
+    const float top = std::floor(at.y - 0.5F);
+    float sum = 0;
+    float weights = 0;
+    for (int corner = 0; corner < 4; ++corner) {
+        const float x = left + static_cast<float>(corner & 1);
+        const float y = top + static_cast<float>(corner >> 1);
+        if (!(x >= 0 && y >= 0 && x < static_cast<float>(map.size.x) && y < static_cast<float>(map.size.y))) continue;
+        const std::size_t i = static_cast<std::size_t>(y) * map.size.x + static_cast<std::size_t>(x);
+        if (map.first[i] == scan_map::outside) continue;
+        const float weight = (1 - std::fabs(at.x - 0.5F - x)) * (1 - std::fabs(at.y - 0.5F - y));
+        sum += weight * picture.pixels[i];
+        weights += weight;
+    }
+    return weights > 0 ? sum / weights : otherwise;
+}
+
+} // namespace detail
+
+/// Radial blur of the paper, section 3.4: the progressive mean of frames rotated about the apex of the probe.
+///
+/// Frames are displaced by lines instead of angles: a rotation for a sector, a translation for a linear array. Pixels
+/// outside the field of view are unchanged and do not bleed into it.
+/// @param map  the map that the image was made with
+/// @throws usage_error  where image, probe and map do not match, or a setting is out of range
+template <exec::policy Policy, transducer Probe>
+image radial_blur(const Policy& policy, const image& picture, const Probe& probe, const scan_map& map,
+                  const radial_blur_settings& settings = {}) {
+    probe.check();
+    if (picture.size != map.size || picture.pixels.size() != map.first.size() || probe.lines != map.count)
+        throw usage_error{"radial_blur: the image must have been made with this map, and the map for this probe"};
+    if (!is_finite(settings.lines) || !(settings.lines >= 0) || settings.frames == 0)
+        throw usage_error{"radial_blur: `lines` must be finite and not negative, and `frames` at least 1"};
+
+    std::vector<vec2> place(picture.pixels.size()); // line and depth of each pixel
+    exec::for_each_block(policy, map.size.y, 1, 15 * static_cast<float>(map.size.x), [&](std::size_t row, std::size_t) {
+        for (std::uint32_t x = 0; x < map.size.x; ++x)
+            place[row * map.size.x + x] = probe.locate(map.point(x, static_cast<std::uint32_t>(row)));
+    });
+
+    const float end = static_cast<float>(probe.lines) - 0.5F;
+    image displaced = picture;
+    progressive mean;
+    for (std::uint32_t frame = 0; frame < settings.frames; ++frame) {
+        const float shift =
+            2 * settings.lines * ((static_cast<float>(frame) + 0.5F) / static_cast<float>(settings.frames) - 0.5F);
+        exec::for_each_block(policy, place.size(), 1024, 30, [&](std::size_t first, std::size_t last) {
+            for (std::size_t i = first; i < last; ++i) {
+                if (map.first[i] == scan_map::outside) continue;
+                const vec3 from = probe.beam(clamp(place[i].x + shift, -0.5F, end)).at(place[i].y);
+                displaced.pixels[i] =
+                    detail::pixel_in_field(picture, map, map.pixel({from.x, from.z}), picture.pixels[i]);
+            }
+        });
+        mean.add(policy, displaced, pose{});
+    }
+    return mean.picture();
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#ifndef INSONIFY_PAPER_CAMERA_HPP
+#define INSONIFY_PAPER_CAMERA_HPP
+
+
+#include <concepts>
+#include <cstdint>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// A camera that views the slice, for `trace_pixels`: `size`, `through(pixel) -> ray`, `check()`.
+///
+/// Camera frame: x to the right of the image, y down, z into the scene, as `look_at` makes it. Pixel centres lie at half
+/// integers; (0, 0) is the top left corner of the image.
+template <class Camera>
+concept camera = requires(const Camera& c, vec2 pixel) {
+    { c.size } -> std::convertible_to<uvec2>;
+    { c.through(pixel) } -> std::same_as<ray>;
+    c.check();
+};
+
+namespace detail {
+
+/// @throws usage_error  for an image without pixels or of more than 2^28, or a pose that is not rigid
+inline void check_camera(uvec2 size, const pose& at) {
+    const std::uint64_t pixels = std::uint64_t{size.x} * size.y;
+    if (pixels == 0 || pixels > std::uint64_t{1} << 28U)
+        throw usage_error{"camera: `size` must be at least 1 x 1 and at most 2^28 pixels in all"};
+    if (!is_rigid(at))
+        throw usage_error{
+            "camera: its pose is not a rigid transform; make it with look_at, or mend it with orthonormalised"};
+}
+
+} // namespace detail
+
+/// Parallel rays: the slice at scale.
+struct orthographic_camera {
+    pose at{};               ///< camera to world
+    vec2 extent{0.1F, 0.1F}; ///< width and height of the image in the world, metres
+    uvec2 size{512, 512};    ///< columns, rows
+
+    /// The ray through a point of the image, in the world; its direction has length 1.
+    INSONIFY_FN ray through(vec2 pixel) const {
+        const vec2 fraction = pixel / vec2{size} - 0.5F;
+        return {.origin = at.point({fraction.x * extent.x, fraction.y * extent.y, 0}),
+                .direction = at.direction({0, 0, 1})};
+    }
+    /// @throws usage_error  naming the setting that is out of range
+    void check() const {
+        detail::check_camera(size, at);
+        if (!is_finite(extent.x) || !is_finite(extent.y) || !(extent.x > 0) || !(extent.y > 0))
+            throw usage_error{"camera: `extent` must be two finite lengths in metres above 0"};
+    }
+};
+
+/// Rays from one point.
+struct perspective_camera {
+    pose at{};                    ///< camera to world
+    float field_of_view = 60_deg; ///< across the image, radians
+    uvec2 size{512, 512};         ///< columns, rows
+
+    /// The ray through a point of the image, in the world; its direction has length 1.
+    INSONIFY_FN ray through(vec2 pixel) const {
+        const float scale = 2 * std::tan(0.5F * field_of_view) / static_cast<float>(size.x);
+        const vec2 from_centre = pixel - 0.5F * vec2{size};
+        return {.origin = at.translation,
+                .direction = at.direction(normalize(vec3{scale * from_centre.x, scale * from_centre.y, 1}))};
+    }
+    /// @throws usage_error  naming the setting that is out of range
+    void check() const {
+        detail::check_camera(size, at);
+        if (!(field_of_view > 0 && field_of_view < pi))
+            throw usage_error{"camera: `field_of_view` must lie between 0 and 180 degrees, such as 60_deg"};
+    }
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#ifndef INSONIFY_PAPER_LAW2011_HPP
+#define INSONIFY_PAPER_LAW2011_HPP
+
+
+#include <concepts>
+#include <cstddef>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// The acoustic model of Law et al. 2011: intensities along a beam, eqs. 1 to 6.
+///
+///     I(z)   = I_a I_t + I_r                                                                          (1)
+///     R      = ((Z2 - Z1) / (Z2 + Z1))^2,   I_r = R I_t  within `reflection_length` of an interface      (2)
+///     I_t    = product of 4 Z1 Z2 / (Z1 + Z2)^2 over the interfaces above z                           (3)
+///     I_a    = 10^(-sum of alpha d f / 20) over the media above z                                     (6)
+///
+/// z and d are depth and path length in a medium, in m; Z is impedance in rayl, alpha attenuation in dB/m at 1 MHz, f
+/// frequency in MHz. I is relative to the emitted intensity.
+///
+/// Eq. 3 is corrected: as printed, (4 Z1 Z2 / (Z1 + Z2))^2, it depends on the unit of impedance. Everything else
+/// follows the paper by default; each departure is an option. Incidence is assumed normal, and a bright band ends at
+/// the next interface.
+/// Source: Law et al., "Ultrasound image simulation with GPU-based ray tracing", 2011.
+struct law2011 {
+    using sample_type = float;                     ///< relative intensity
+    static constexpr bool normal_incidence = true; ///< angles are not computed
+    static constexpr float nanoseconds = 0.5F;     ///< per sample
+
+    /// Path of attenuation. With the paper's 20 log10, `two_way` is the loss of an echo's amplitude.
+    enum class travel { one_way, two_way };
+    /// Whether I_r of eq. 1 is attenuated on the path to the interface. As printed, it is not.
+    enum class reflection { bare, attenuated };
+    /// Side of an interface on which its bright band lies: towards the probe, as in the paper, or beyond, as an echo
+    /// does.
+    enum class band { before, after };
+    /// Growth of attenuation with frequency: as f, as in eq. 4, or as f^attenuation_power of each medium.
+    enum class spectrum { linear, power_law };
+    /// Meaning of I_a I_t in eq. 1: the incident field, as printed, or its backscatter by the medium.
+    enum class incident { field, backscattered };
+
+    float reflection_length = 1e-3F;               ///< metres
+    enum travel travel = travel::one_way;          ///< of attenuation
+    enum reflection reflection = reflection::bare; ///< attenuation of I_r
+    enum band band = band::before;                 ///< side of the bright band
+    enum spectrum spectrum = spectrum::linear;     ///< of attenuation
+    enum incident incident = incident::field;      ///< meaning of I_a I_t
+    float texture = 1.78e-3F; ///< with `backscattered`: level of the speckle of liver; 1.78e-3 is -55 dB
+
+    /// R: fraction of the intensity that an interface reflects, eq. 2.
+    INSONIFY_FN static float reflected(const medium& before, const medium& after) {
+        const float z1 = before.impedance(), z2 = after.impedance();
+        const float r = (z2 - z1) * (1 / (z1 + z2));
+        return r * r;
+    }
+
+    /// Fraction of the intensity that an interface transmits, 1 - R: eq. 3, corrected.
+    INSONIFY_FN static float transmitted(const medium& before, const medium& after) {
+        const float z1 = before.impedance(), z2 = after.impedance();
+        const float inverse_sum = 1 / (z1 + z2);
+        return 4 * (z1 * inverse_sum) * (z2 * inverse_sum);
+    }
+
+    /// Attenuation per metre of depth, dB/m, at a frequency in hertz; one way or two, depending on `travel`.
+    INSONIFY_FN float loss(const medium& m, float frequency) const {
+        const float megahertz = frequency * 1e-6F;
+        const float growth = spectrum == spectrum::linear ? megahertz : std::pow(megahertz, m.attenuation_power);
+        const float ways = travel == travel::two_way ? 2.0F : 1.0F;
+        constexpr float max_loss = 1e30F; // keeps sums finite
+        return min(m.attenuation * min(ways * growth, max_loss), max_loss);
+    }
+
+    /// Default number of samples of a line: four per wavelength at 1540 m/s, rounded up to a multiple of 64.
+    INSONIFY_FN std::uint32_t samples(float depth, float frequency) const {
+        const float blocks = std::ceil(4 * depth * frequency / 1540 / 64);
+        return 64 * static_cast<std::uint32_t>(clamp(blocks, 1, 1024));
+    }
+
+    /// The bright band of an interface below the last sample may extend up to it.
+    INSONIFY_FN float max_depth(float depth, view<const medium>) const { return depth + reflection_length; }
+
+    /// Reflected and transmitted fractions of the intensity, for `ground_truth`.
+    INSONIFY_FN response at_interface(const incidence& at) const {
+        return {.reflected = reflected(at.before, at.after), .transmitted = transmitted(at.before, at.after)};
+    }
+
+    /// The intensity at one depth of a line, metres: eq. 1.
+    INSONIFY_FN float at(const traced_line& line, float depth) const {
+        float total_loss = 0; // dB
+        float transmitted_here = 1;
+        interface_echo above{};
+        for (std::size_t i = 0;;) {
+            const std::size_t next = i + same_medium(line, i);
+            const medium& m = line.media[line.layers[i].medium];
+            const float begin = line.layers[i].begin, end = line.layers[next - 1].end;
+            const interface_echo below = next_interface(line, next, transmitted_here);
+            if (depth < end || next == line.layers.size()) {
+                total_loss += loss(m, line.frequency) * (depth - begin);
+                const float remaining = decay(total_loss);
+                const interface_echo& echo = band == band::before ? below : above;
+                const bool bright = std::fabs(echo.depth - depth) <= reflection_length;
+                const float echo_decay = reflection == reflection::attenuated ? remaining : 1.0F;
+                return remaining * transmitted_here * strength(m) + (bright ? echo.intensity * echo_decay : 0.0F);
+            }
+            total_loss += loss(m, line.frequency) * (end - begin);
+            transmitted_here *= transmitted(m, line.media[line.layers[next].medium]);
+            above = below;
+            i = next;
+        }
+    }
+
+    /// Writes the intensity at each sample of a line; sample k lies at depth (k + 1/2) * spacing metres.
+    /// @tparam Policy  unsequenced policies use SIMD along the line; results agree within rounding
+    template <class Policy>
+    INSONIFY_FN void operator()(const Policy&, const traced_line& line, float spacing, view<float> out) const {
+        float loss_above = 0;       // of the layers above, dB
+        float transmitted_here = 1; // I_t
+        interface_echo above{};
+        const auto count = static_cast<float>(out.size());
+        const auto samples_before = [&](float depth) { return clamp(std::ceil(depth / spacing - 0.5F), 0, count); };
+        float next_sample = 0;
+        for (std::size_t i = 0, next = 0; i < line.layers.size(); i = next) {
+            next = i + same_medium(line, i);
+            const medium& m = line.media[line.layers[i].medium];
+            const float begin = line.layers[i].begin, end = line.layers[next - 1].end;
+            const float slope = loss(m, line.frequency);
+            const interface_echo below = next_interface(line, next, transmitted_here);
+            const decay_segment field{.first = bits_per_db * (loss_above - slope * begin),
+                                      .step = bits_per_db * slope * spacing,
+                                      .strength = transmitted_here * strength(m)};
+            const float last_sample = max(next_sample, samples_before(end));
+            if (band == band::before) {
+                const float bright = clamp(samples_before(below.depth - reflection_length), next_sample, last_sample);
+                fill<Policy>(out, next_sample, bright, field, 0);
+                fill<Policy>(out, bright, last_sample, field, below.intensity);
+            } else {
+                const float bright = clamp(samples_before(above.depth + reflection_length), next_sample, last_sample);
+                fill<Policy>(out, next_sample, bright, field, above.intensity);
+                fill<Policy>(out, bright, last_sample, field, 0);
+            }
+            next_sample = last_sample;
+            if (next == line.layers.size()) break;
+            loss_above += slope * (end - begin);
+            transmitted_here *= transmitted(m, line.media[line.layers[next].medium]);
+            above = below;
+        }
+    }
+
+  private:
+    struct interface_echo {
+        float depth = -FLT_MAX;
+        float intensity = 0; // R I_t
+    };
+
+    // I_a I_t in one layer: strength * 2^(first + step (k + 1/2)) at sample k.
+    struct decay_segment {
+        float first = 0, step = 0;
+        float strength = 1;
+    };
+
+    static constexpr float bits_per_db = -0.166096404744F; // 10^(-x/20) = 2^(-x log2(10)/20)
+    INSONIFY_FN static float decay(float decibels) { return std::exp2(bits_per_db * decibels); }
+
+    // Number of consecutive layers with the medium of the first: there is no interface between them.
+    INSONIFY_FN static std::size_t same_medium(const traced_line& line, std::size_t first) {
+        std::size_t next = first + 1;
+        while (next < line.layers.size() && line.layers[next].medium == line.layers[first].medium) ++next;
+        return next - first;
+    }
+
+    // The echo of the interface at the beginning of layer `after`; none at the end of the line.
+    INSONIFY_FN static interface_echo next_interface(const traced_line& line, std::size_t after, float intensity) {
+        if (after == line.layers.size()) return {FLT_MAX, 0};
+        const medium &above = line.media[line.layers[after - 1].medium], &below = line.media[line.layers[after].medium];
+        return {line.layers[after].begin, intensity * reflected(above, below)};
+    }
+
+    INSONIFY_FN float strength(const medium& m) const {
+        return incident == incident::backscattered ? texture * m.backscatter : 1.0F;
+    }
+
+    // Fills the samples from `begin` to before `end`, both whole numbers.
+    template <class Policy>
+    INSONIFY_FN void fill(view<float> out, float begin, float end, const decay_segment& field, float echo) const {
+        if (begin >= end) return;
+        const float attenuated = reflection == reflection::attenuated ? echo : 0.0F;
+        const float bare = echo - attenuated, scale = field.strength + attenuated;
+        auto next = static_cast<std::size_t>(begin);
+        const auto last = static_cast<std::size_t>(end);
+#if !defined(INSONIFY_NO_SIMD)
+        if constexpr (exec::is_unsequenced_v<Policy>) {
+            constexpr int width = simd_width;
+            using floats = lanes<width>;
+            const floats ratio(last - next > width ? std::exp2(field.step * width) : 0.0F);
+            floats position =
+                each_lane<width>([](int lane) { return static_cast<float>(lane) + 0.5F; }) + floats(begin);
+            // May overrun the end of the segment, where the next one writes. Powers are computed for every fourth
+            // vector; the ratio between consecutive vectors is constant.
+            while (next < last && next + width <= out.size()) {
+                floats decayed = power_of_two<width>(position * floats(field.step) + floats(field.first));
+                for (int i = 0; i < 4 && next < last && next + width <= out.size(); ++i, next += width) {
+                    store(multiply_add(floats(scale), decayed, floats(bare)), out.data() + next);
+                    decayed = decayed * ratio;
+                }
+                position = position + floats(4 * width);
+            }
+        }
+#endif
+        for (; next < last; ++next)
+            out[next] = scale * std::exp2((static_cast<float>(next) + 0.5F) * field.step + field.first) + bare;
+    }
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#ifndef INSONIFY_PAPER_NOISE_HPP
+#define INSONIFY_PAPER_NOISE_HPP
+
+
+#include <cstddef>
+#include <cstdint>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Seed and strength of the image noise.
+struct noise_settings {
+    std::uint64_t seed = 1; ///< selects a realization
+    float strength = 1;     ///< 0: all pixels are 1; 1: the statistics of fully developed speckle
+};
+
+/// Noise image of the paper, section 3.4: made once, multiplied with every frame.
+///
+/// Pixels are independent factors with mean 1 and the Rayleigh distribution of the envelope of fully developed speckle
+/// (mean over standard deviation 1.913). A pixel depends only on the seed, its column and its row, so a larger image
+/// extends a smaller one.
+/// @throws usage_error  for a size or strength out of range
+template <exec::policy Policy>
+image make_noise(const Policy& policy, uvec2 size, const noise_settings& settings = {}) {
+    detail::check_size(size, "make_noise");
+    if (!is_finite(settings.strength) || settings.strength < 0 || settings.strength > 1)
+        throw usage_error{"make_noise: `strength` must be from 0 to 1"};
+    image noise{size};
+    exec::for_each_block(policy, size.y, 1, 15 * static_cast<float>(size.x), [&](std::size_t row, std::size_t) {
+        for (std::uint32_t column = 0; column < size.x; ++column) {
+            const std::uint64_t pixel = static_cast<std::uint64_t>(row) << 32U | column;
+            const float uniform = 1 - hash_uniform(settings.seed, pixel); // (0, 1]: the logarithm stays finite
+            const float rayleigh = std::sqrt(-4 / pi * std::log(uniform));
+            noise.pixels[row * size.x + column] = 1 + settings.strength * (rayleigh - 1);
+        }
+    });
+    return noise;
+}
+
+/// Multiplies an image by noise. In place: pass std::move(picture) to reuse the buffer.
+/// @throws usage_error  for noise of another size
+template <exec::policy Policy>
+image add_noise(const Policy& policy, image picture, const image& noise) {
+    if (picture.size != noise.size || picture.pixels.size() != noise.pixels.size())
+        throw usage_error{"add_noise: the noise must have the size of the image; make it with make_noise(policy, "
+                          "picture.size)"};
+    exec::for_each_block(policy, picture.pixels.size(), 4096, 0.3F, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) picture.pixels[i] *= noise.pixels[i];
+    });
+    return picture;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#ifndef INSONIFY_PAPER_PIXELS_HPP
+#define INSONIFY_PAPER_PIXELS_HPP
+
+
+
+namespace insonify::inline INSONIFY_ABI {
+
+namespace detail {
+
+/// The paper's two secondary rays of one point on the slice: r2 towards the transducer, for what reaches the point, and
+/// r3 away from it, for an interface within `reflection_length`. The crossings get their depths along the beam.
+///
+/// @param line   the beam through the point, in the world
+/// @param depth  of the point along it, metres
+/// @return       false where the crossings do not fit
+INSONIFY_FN inline bool find_pixel_crossings(const scene_view& scene, const ray& line, float depth,
+                                             float reflection_length, line_crossings& found) {
+    found.clear();
+    const vec3 point = line.at(depth);
+    scene.boxes.for_each_hit({line.origin, line.direction, 0, depth + reflection_length}, [&](const hit& box) {
+        const std::uint32_t rank = box.primitive;
+        const object_view& one = scene.objects[rank];
+        const float to_origin = one.box.contains(line.origin) ? FLT_MAX : depth;
+        const ray r2 = one.local({.origin = point, .direction = -line.direction, .max_distance = to_origin});
+        one.tree.for_each_hit(r2, [&](const hit& at) {
+            if (at.distance <= depth)
+                found.add({depth - at.distance, rank, at.primitive});
+            else
+                found.inside.toggle(rank);
+        });
+        const ray r3 = one.local({.origin = point, .direction = line.direction, .max_distance = reflection_length});
+        one.tree.for_each_hit(r3, [&](const hit& at) { found.add({depth + at.distance, rank, at.primitive}); });
+    });
+    found.sort();
+    return found.complete();
+}
+
+/// Traces points of the slice one by one, as the paper does: a slow reference for `trace_beams`.
+class pixel_tracer {
+  public:
+    /// @param frequency  hertz
+    pixel_tracer(const scene_view& scene, const law2011& model, float frequency)
+        : scene_{scene}, model_{model}, frequency_{frequency} {}
+
+    /// Intensity at `depth` metres along a beam in the world.
+    float operator()(const ray& line, float depth) {
+        for (;; memory_.grow()) {
+            line_scratch scratch = memory_.scratch();
+            if (!find_pixel_crossings(scene_, line, depth, model_.reflection_length, scratch.found)) continue;
+            const line_frame frame{.origin = line.origin, .along = line.direction};
+            const view<const layer> layers =
+                stack_layers(scene_, frame, depth + model_.reflection_length, scratch.found, scratch.layers, false);
+            if (!layers.empty())
+                return model_.at({.layers = layers, .media = scene_.media, .frequency = frequency_}, depth);
+        }
+    }
+
+  private:
+    const scene_view& scene_;
+    const law2011& model_;
+    float frequency_;
+    scratch_memory memory_{};
+};
+
+/// A (fractional) line of a probe in the world.
+template <transducer Probe>
+ray world_beam(const Probe& probe, const pose& at, float line) {
+    const ray local = probe.beam(line);
+    return {.origin = at.point(local.origin), .direction = at.direction(local.direction)};
+}
+
+} // namespace detail
+
+/// The paper's algorithm to the letter, on the probe's own grid: the same values as `trace_beams`, within rounding.
+/// @throws usage_error, geometry_error  as `trace_beams`
+template <exec::policy Policy, transducer Probe>
+scan_lines trace_pixels(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                        const law2011& model, const acquisition& settings) {
+    const std::uint32_t samples = detail::check_acquisition(body, probe, at, model, settings);
+    const scene_view scene = body.view_for_rays(policy);
+    scan_lines lines{probe.lines, samples, settings.depth};
+    const float spacing = settings.depth / static_cast<float>(samples);
+    exec::for_each_block(policy, lines.values.size(), 1024, 500, [&](std::size_t begin, std::size_t end) {
+        detail::pixel_tracer tracer{scene, model, probe.frequency};
+        for (std::size_t i = begin; i < end; ++i) {
+            const ray line = detail::world_beam(probe, at, static_cast<float>(i / samples));
+            lines.values[i] = tracer(line, (static_cast<float>(i % samples) + 0.5F) * spacing);
+        }
+    });
+    return lines;
+}
+
+/// The same for the pixels of a camera: r1 from the camera to the slice finds the point of each pixel.
+///
+/// @param seen_by  an `orthographic_camera` or a `perspective_camera`
+/// @return an image of the camera's size; black where r1 hits no point between the face and `settings.depth`
+/// @tparam Image    `image`; include image/image.hpp where this is called
+/// @throws usage_error, geometry_error  as `trace`
+template <exec::policy Policy, transducer Probe, camera Camera, class Image = image>
+Image trace_pixels(const Policy& policy, const scene& body, const Probe& probe, const pose& at, const law2011& model,
+                   const acquisition& settings, const Camera& seen_by) {
+    detail::check_acquisition(body, probe, at, model, settings);
+    const scene_view scene = body.view_for_rays(policy);
+    seen_by.check();
+    Image picture{seen_by.size};
+    exec::for_each_block(policy, picture.pixels.size(), 1024, 500, [&](std::size_t begin, std::size_t end) {
+        detail::pixel_tracer tracer{scene, model, probe.frequency};
+        for (std::size_t i = begin; i < end; ++i) {
+            const ray r1 = seen_by.through(
+                {static_cast<float>(i % picture.size.x) + 0.5F, static_cast<float>(i / picture.size.x) + 0.5F});
+            const vec3 from = at.local_point(r1.origin), along = at.local_direction(r1.direction);
+            const float distance = -from.y / along.y; // to the slice plane y = 0
+            if (!(distance >= 0) || !is_finite(distance)) continue;
+            const vec3 point = from + distance * along;
+            const vec2 place = probe.locate({point.x, point.z});
+            if (!(place.x >= -0.5F && place.x <= static_cast<float>(probe.lines) - 0.5F)) continue;
+            if (!(place.y >= 0 && place.y <= settings.depth)) continue;
+            picture.pixels[i] = tracer(detail::world_beam(probe, at, place.x), place.y);
+        }
+    });
+    return picture;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+
+#endif
+#ifndef INSONIFY_SCENE_DISPLAYED_DEPTH_HPP
+#define INSONIFY_SCENE_DISPLAYED_DEPTH_HPP
 
 
 #include <cmath>
-#include <cstddef>
 #include <string>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Velocities on a regular grid, as flow solvers give them: linear in space and time between the samples, 0 outside.
+namespace detail {
+
+/// Follows a straight line through the media of a scene: in_layer(length, stretch) is called for each layer, metres and displayed
+/// metres per metre, until it returns false.
+template <class InLayer>
+void follow_displayed(const scene& body, const ray& line, float depth, const char* caller, const InLayer& in_layer) {
+    const float size = length(line.direction);
+    if (!is_finite(line.origin) || !is_finite(line.direction) || !(size > 0))
+        throw usage_error{
+            std::string{caller} +
+            ": the line must have a finite origin and a direction that is not 0, such as that of `probe.beam(i)`"};
+    check_depth(depth, caller);
+    const scene_view flat = body.view_for_rays(exec::par);
+    const line_frame along{.origin = line.origin, .along = line.direction / size};
+    std::vector<crossing> crossings(64);
+    std::vector<std::uint32_t> inside(64);
+    std::vector<layer> room(64);
+    for (view<const layer> layers{}; layers.empty();) {
+        line_crossings found{.room = crossings, .inside = {.ranks = inside}};
+        if (find_crossings(flat, {along.origin, along.along}, depth, found))
+            layers = stack_layers(flat, along, depth, found, view<layer>{room}, false);
+        for (const layer& one : layers)
+            if (!in_layer(one.end - one.begin, displayed_stretch(flat.media[one.medium]))) return;
+        crossings.resize(2 * crossings.size());
+        inside.resize(2 * inside.size());
+        room.resize(2 * room.size());
+    }
+}
+
+} // namespace detail
+
+/// Depth at which an echo is displayed, metres: c0 t / 2 with c0 = 1540 m/s, as `physical` does, from the true depth along a
+/// straight line.
 ///
-/// Sample {x, y, z} of time step t is velocities[((t size.z + z) size.y + y) size.x + x] and lies at
-/// lower + spacing * {x, y, z}. The time steps repeat.
-struct velocity_samples {
-    object_id object{};                ///< whose tissue or blood moves
-    vec3 lower{0, 0, 0};               ///< of the first sample, in coordinates of the object, metres
-    vec3 spacing{1e-3F, 1e-3F, 1e-3F}; ///< metres
-    uvec3 size{0, 0, 0};               ///< samples along each axis, at least 2
-    std::vector<vec3> velocities{};    ///< m/s
-    std::uint32_t steps = 1;           ///< of time
-    float interval = 0;                ///< from step to step, seconds; 0 where there is one step
+///     shown = sum over the media along the line of d c0 / c
+///
+///     const float shown = displayed_depth(body, {at.point(beam.origin), at.direction(beam.direction)}, 20_mm);
+///
+/// Refraction and the shadows of obstacles are left out: see `physical`.
+/// @param line   from the face of the probe, in the world; its limits are not used
+/// @param depth  true one, metres along the line
+/// @throws usage_error  for a scene that was not built, a line or a depth out of range
+inline float displayed_depth(const scene& body, const ray& line, float depth) {
+    double shown = 0;
+    detail::follow_displayed(body, line, depth, "displayed_depth", [&](float part, float stretch) {
+        shown += static_cast<double>(part) * static_cast<double>(stretch);
+        return true;
+    });
+    return static_cast<float>(shown);
+}
 
-    /// See `velocity_field`.
-    vec3 operator()(object_id of, vec3 point, float time) const {
-        if (of != object) return {0, 0, 0};
-        const vec3 place = (point - lower) / spacing;
-        for (int axis = 0; axis < 3; ++axis)
-            if (!(place[axis] >= 0 && place[axis] <= static_cast<float>(size[axis] - 1))) return {0, 0, 0};
-        if (steps < 2) return at_step(0, place);
-        const float whole = static_cast<float>(steps), turns = time / (interval * whole);
-        const float step = (turns - std::floor(turns)) * whole;
-        const auto before = static_cast<std::uint32_t>(min(step, whole - 1));
-        const vec3 first = at_step(before, place);
-        return first + (step - static_cast<float>(before)) * (at_step((before + 1) % steps, place) - first);
-    }
-
-    /// @throws usage_error  for a setting out of range
-    void check() const {
-        if (size.x < 2 || size.y < 2 || size.z < 2 || steps < 1)
-            throw usage_error{"velocity_samples: `size` must be at least 2 samples along each axis, and `steps` 1"};
-        const std::size_t needed = std::size_t{size.x} * size.y * size.z * steps;
-        if (velocities.size() != needed)
-            throw usage_error{detail::joined({"velocity_samples: `size` and `steps` need ", std::to_string(needed),
-                                              " velocities, not ", std::to_string(velocities.size())})};
-        if (!is_finite(lower) || !is_finite(spacing) || !(spacing.x > 0 && spacing.y > 0 && spacing.z > 0))
-            throw usage_error{"velocity_samples: `lower` must be finite and `spacing` above 0, such as {1_mm, 1_mm, "
-                              "1_mm}"};
-        if (steps > 1 && !(is_finite(interval) && interval > 0))
-            throw usage_error{"velocity_samples: `interval` must be the seconds between two steps, such as 20_ms"};
-        for (const vec3& velocity : velocities)
-            if (!is_finite(velocity)) throw usage_error{"velocity_samples: a velocity is not finite"};
-    }
-
-  private:
-    // @param place  in samples, inside the grid
-    vec3 at_step(std::uint32_t step, vec3 place) const {
-        uvec3 cell;
-        vec3 weight;
-        for (int axis = 0; axis < 3; ++axis) {
-            cell[axis] = static_cast<std::uint32_t>(min(place[axis], static_cast<float>(size[axis] - 2)));
-            weight[axis] = place[axis] - static_cast<float>(cell[axis]);
-        }
-        vec3 sum{0, 0, 0};
-        for (std::uint32_t corner = 0; corner < 8; ++corner) {
-            const std::uint32_t x = corner & 1U, y = corner >> 1U & 1U, z = corner >> 2U;
-            const float share = (x == 1 ? weight.x : 1 - weight.x) * (y == 1 ? weight.y : 1 - weight.y) *
-                                (z == 1 ? weight.z : 1 - weight.z);
-            sum += share *
-                   velocities[((std::size_t{step} * size.z + cell.z + z) * size.y + cell.y + y) * size.x + cell.x + x];
-        }
-        return sum;
-    }
-};
+/// The inverse of `displayed_depth`: the true depth along a line of what a scanner displays at a depth, such as that of
+/// `scan_map::point`, metres.
+/// @throws usage_error  as `displayed_depth`
+inline float true_depth(const scene& body, const ray& line, float shown) {
+    check_depth(shown, "true_depth");
+    float fastest = display_speed;
+    for (const medium& m : body.media()) fastest = max(fastest, m.sound_speed);
+    double depth = 0, left = static_cast<double>(shown);
+    const float farthest = min(shown * fastest / display_speed * 1.001F, max_scan_depth);
+    detail::follow_displayed(body, line, farthest, "true_depth", [&](float part, float stretch) {
+        const double here = std::fmin(static_cast<double>(part), left / static_cast<double>(stretch));
+        depth += here;
+        left -= here * static_cast<double>(stretch);
+        return left > 0;
+    });
+    return static_cast<float>(depth);
+}
 
 } // namespace insonify::inline INSONIFY_ABI
 
@@ -24303,199 +24758,12 @@ scan_lines to_rf(const Policy& policy, const iq_lines& iq, float frequency) {
 
 
 #endif
-#ifndef INSONIFY_TRACING_GROUND_TRUTH_HPP
-#define INSONIFY_TRACING_GROUND_TRUTH_HPP
-
-
-#include <concepts>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Ground truth of every sample, as maps on one grid.
-struct ground_truth_lines {
-    label_lines label{};    ///< id of the object that it lies in, as `label` gives it; `background_label` outside all
-    label_lines medium{};   ///< index into `scene::media()`
-    label_lines surface{};  ///< id of the object whose surface lies in it; `background_label` where none does
-    scan_lines incidence{}; ///< radians between the beam and the normal of that surface; 0 where there is none
-    scan_lines
-        transmitted{};  ///< amplitude that arrives there along the line and returns, 0 to 1: the map of sharp shadows
-    scan_lines depth{}; ///< metres along the line, whatever the grid
-
-    friend bool operator==(const ground_truth_lines&, const ground_truth_lines&) = default;
-};
-
-/// A model that states its interface law and its attenuation: `physical` with any laws, and `law2011`.
-template <class Model>
-concept ground_truth_model = requires(const Model& model, const incidence& at, const medium& m, float frequency) {
-    { model.at_interface(at) } -> std::same_as<response>;
-    { model.loss(m, frequency) } -> std::convertible_to<float>;
-};
-
-namespace detail {
-
-struct truth_sample {
-    label_id label = background_label;
-    label_id medium = 0;
-    label_id surface = background_label;
-    float incidence = 0;
-    float transmitted = 0;
-    float depth = 0;
-};
-
-/// A model whose samples are ground truth, under the interface law and the attenuation of another.
-template <ground_truth_model Model>
-struct truth_model : label_axis {
-    using sample_type = truth_sample;
-    static constexpr float nanoseconds = 20;
-
-    Model model{};
-
-    template <class Policy>
-    INSONIFY_FN void operator()(const Policy&, const traced_line& line, float spacing, view<truth_sample> out) const {
-        float lost = 0;   // dB, to attenuation
-        float passed = 1; // through interfaces
-        line_refraction<Model> refraction{model, line};
-        this->for_each_stretch(line, out.size(), spacing, [&](std::size_t i, const label_stretch& part) {
-            const layer& here = line.layers[i];
-            const medium& m = line.media[here.medium];
-            const refracted_layer bent = refraction.next();
-            if (i > 0 && line.layers[i - 1].medium != here.medium) {
-                const layer& above = line.layers[i - 1];
-                passed *= model.at_interface({line.media[above.medium], m, bent.cosine, line.frequency}).transmitted;
-                const auto k = static_cast<std::size_t>(min(part.begin / spacing, static_cast<float>(out.size())));
-                if (k < out.size() && out[k].surface == background_label) {
-                    // Ranks, in which the background comes last: place 0 wraps around.
-                    out[k].surface = above.place - 1 < here.place - 1 ? above.object : here.object;
-                    // From the slopes, because a cosine loses its digits near normal incidence.
-                    out[k].incidence = std::atan(length(here.slope));
-                }
-            }
-            const float per_metre = model.loss(m, line.frequency);
-            for (std::size_t k = part.first; k < part.last; ++k) {
-                const float into = ((static_cast<float>(k) + 0.5F) * spacing - part.begin) / part.scale;
-                out[k].label = here.object;
-                out[k].medium = here.medium;
-                out[k].transmitted =
-                    passed * amplitude_of_decibels(-pulse_loss(model, line, lost + per_metre * bent.length(into)));
-                out[k].depth = here.begin + into;
-            }
-            lost += per_metre * bent.length(here.end - here.begin);
-        });
-    }
-    friend bool operator==(const truth_model&, const truth_model&) = default;
-};
-
-} // namespace detail
-
-/// Ground truth of a frame from one trace, for training data and tests.
-///
-///     transmitted = product of T over the interfaces above * 10^(-P(sum of loss * d over the media above) / 20)
-///
-/// T is the round-trip transmission of the model's own interface law, `loss` its attenuation in dB/m (there and back for
-/// `physical`, by its `travel` for `law2011`, whose result is a fraction of intensity), d the metres of the refracted ray, P
-/// what the peak of the pulse loses where the carrier loses so much (`physical::pulse_loss`; `law2011`: the same). It is the amplitude with which the model weights every echo of a line by itself, without the penumbra that the aperture gives
-/// to shadows (`straight_lines::directions`); 1 is what the probe sends.
-///
-/// A surface is where the medium changes: water in water has none. Where two objects meet it is that of the object that
-/// has precedence. Of several in one sample the one nearest to the probe is reported.
-/// @param at     probe to world: x lateral, y elevation, z depth
-/// @param model  the one that the picture is drawn with
-/// @return maps of `probe.lines` lines of `settings.samples` samples
-/// @throws usage_error     for a scene that was not built, or settings out of range
-/// @throws geometry_error  for a pose that is not rigid
-template <exec::policy Policy, transducer Probe, ground_truth_model Model = physical<>>
-ground_truth_lines ground_truth(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                                const label_settings& settings, const Model& model = {}) {
-    const detail::any_policy<false> any{policy};
-    const auto found = trace(any, body, probe, at, detail::truth_model<Model>{{settings.grid}, model},
-                             {.depth = settings.depth, .samples = settings.samples});
-    const label_lines labels{found.count, found.samples, found.depth};
-    const scan_lines numbers{found.count, found.samples, found.depth};
-    ground_truth_lines truth{labels, labels, labels, numbers, numbers, numbers};
-    exec::for_each_block(any, found.values.size(), 16384, 3, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            const detail::truth_sample& one = found.values[i];
-            truth.label.values[i] = one.label;
-            truth.medium.values[i] = one.medium;
-            truth.surface.values[i] = one.surface;
-            truth.incidence.values[i] = one.incidence;
-            truth.transmitted.values[i] = one.transmitted;
-            truth.depth.values[i] = one.depth;
-        }
-    });
-    return truth;
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#ifndef INSONIFY_TRACING_PATH_ESTIMATE_HPP
-#define INSONIFY_TRACING_PATH_ESTIMATE_HPP
-
-
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// The mean of independent random estimates of the same lines, with its standard error.
-///
-///     path_estimate echoes;
-///     for (std::uint64_t frame = 0; frame < 50; ++frame)
-///         echoes.add(policy, trace_paths(..., {.paths_per_line = 40, .seed = frame}));
-///
-/// Source of the update: Welford 1962.
-class path_estimate {
-  public:
-    /// @throws usage_error  where the shape of the lines differs from the former ones
-    template <exec::policy Policy>
-    void add(const Policy& policy, const iq_lines& lines) {
-        if (frames_ == 0) {
-            mean_ = iq_lines{lines.count, lines.samples, lines.depth};
-            squares_.assign(lines.values.size(), 0);
-        } else if (lines.count != mean_.count || lines.samples != mean_.samples || lines.depth != mean_.depth)
-            throw usage_error{"path_estimate: all frames must have the same lines, samples and depth"};
-        ++frames_;
-        exec::for_each_block(policy, lines.values.size(), 4096, 2, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) {
-                const vec2 before = lines.values[i] - mean_.values[i];
-                mean_.values[i] += before / static_cast<float>(frames_);
-                squares_[i] += dot(before, lines.values[i] - mean_.values[i]);
-            }
-        });
-    }
-
-    /// Number of estimates.
-    std::uint32_t frames() const { return frames_; }
-    /// Their mean, sample by sample.
-    const iq_lines& mean() const { return mean_; }
-
-    /// Standard error of the mean of each sample: the standard deviation of the complex value over the square root of the
-    /// number of frames; 0 before two frames.
-    scan_lines standard_error() const {
-        scan_lines error{mean_.count, mean_.samples, mean_.depth};
-        if (frames_ > 1)
-            for (std::size_t i = 0; i < squares_.size(); ++i)
-                error.values[i] =
-                    std::sqrt(squares_[i] / static_cast<float>(frames_ - 1) / static_cast<float>(frames_));
-        return error;
-    }
-
-  private:
-    std::uint32_t frames_ = 0;
-    iq_lines mean_;
-    std::vector<float> squares_;
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
 #ifndef INSONIFY_TRACING_PATHS_HPP
 #define INSONIFY_TRACING_PATHS_HPP
 
 
-#ifndef INSONIFY_TRACING_PATH_WALK_HPP
-#define INSONIFY_TRACING_PATH_WALK_HPP
+#ifndef INSONIFY_TRACING_PATHS_PATH_WALK_HPP
+#define INSONIFY_TRACING_PATHS_PATH_WALK_HPP
 
 
 
@@ -24796,7 +25064,7 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// Refraction and multiple reflection: a `tracer` for `trace` and `b_mode`.
 ///
-///     b_mode(exec::par_unseq, body, probe, at, {.depth = 40_mm}, physical{}, paths{});
+///     b_mode(exec::par_unseq, body, probe, at, physical{}, {.depth = 40_mm}, paths{});
 ///
 /// Sound goes out along a path and returns along the same one, so each surface on the way adds its echo, weakened
 /// by all that the path crosses twice. A plate thus gives the ladder of its reverberations, a mirror the image
@@ -24813,7 +25081,7 @@ struct paths {
     void check() const {
         if (!(settings.min_amplitude > 0) || !(std::fabs(settings.face_reflection) <= 1) || !(settings.rough_power > 0))
             throw usage_error{
-                "trace_paths: `min_amplitude` and `rough_power` must be above 0, `face_reflection` from -1 to 1"};
+                "paths: `min_amplitude` and `rough_power` must be above 0, `face_reflection` from -1 to 1"};
     }
 
     /// Traces one line: see `tracer`.
@@ -24833,222 +25101,179 @@ struct paths {
     friend bool operator==(const paths&, const paths&) = default;
 };
 
-/// `trace` with `paths`: echoes with refraction, multiple reflections, mirror images and reverberation; equal to
-/// `trace_beams` where nothing bends and nothing is reflected twice.
-///
-/// With `settings.paths_per_line` the paths are chosen at random and averaged; another seed gives an independent estimate
-/// of the lines with `pairs = false` (see `path_estimate`).
-/// @throws usage_error, geometry_error  as `trace`
-template <exec::policy Policy, transducer Probe, class... Laws>
-iq_lines trace_paths(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                     const physical<Laws...>& model, const acquisition& scan, const path_settings& settings = {}) {
-    return trace(detail::any_policy<false>{policy}, body, probe, at, model, scan, paths{settings});
-}
-
 } // namespace insonify::inline INSONIFY_ABI
 
 
 #endif
-#ifndef INSONIFY_TRACING_PIXELS_HPP
-#define INSONIFY_TRACING_PIXELS_HPP
+#ifndef INSONIFY_TRACING_PATHS_PATH_ESTIMATE_HPP
+#define INSONIFY_TRACING_PATHS_PATH_ESTIMATE_HPP
 
 
-#ifndef INSONIFY_TRACING_CAMERA_HPP
-#define INSONIFY_TRACING_CAMERA_HPP
-
-
-#include <concepts>
-#include <cstdint>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// A camera that views the slice, for `trace_pixels`: `size`, `through(pixel) -> ray`, `check()`.
+/// The mean of independent random estimates of the same lines, with its standard error.
 ///
-/// Camera frame: x to the right of the image, y down, z into the scene, as `look_at` makes it. Pixel centres lie at half
-/// integers; (0, 0) is the top left corner of the image.
-template <class Camera>
-concept camera = requires(const Camera& c, vec2 pixel) {
-    { c.size } -> std::convertible_to<uvec2>;
-    { c.through(pixel) } -> std::same_as<ray>;
-    c.check();
-};
-
-namespace detail {
-
-/// @throws usage_error  for an image without pixels or of more than 2^28, or a pose that is not rigid
-inline void check_camera(uvec2 size, const pose& at) {
-    const std::uint64_t pixels = std::uint64_t{size.x} * size.y;
-    if (pixels == 0 || pixels > std::uint64_t{1} << 28U)
-        throw usage_error{"camera: `size` must be at least 1 x 1 and at most 2^28 pixels in all"};
-    if (!is_rigid(at))
-        throw usage_error{
-            "camera: its pose is not a rigid transform; make it with look_at, or mend it with orthonormalised"};
-}
-
-} // namespace detail
-
-/// Parallel rays: the slice at scale.
-struct orthographic_camera {
-    pose at{};               ///< camera to world
-    vec2 extent{0.1F, 0.1F}; ///< width and height of the image in the world, metres
-    uvec2 size{512, 512};    ///< columns, rows
-
-    /// The ray through a point of the image, in the world; its direction has length 1.
-    INSONIFY_FN ray through(vec2 pixel) const {
-        const vec2 fraction = pixel / vec2{size} - 0.5F;
-        return {.origin = at.point({fraction.x * extent.x, fraction.y * extent.y, 0}),
-                .direction = at.direction({0, 0, 1})};
-    }
-    /// @throws usage_error  naming the setting that is out of range
-    void check() const {
-        detail::check_camera(size, at);
-        if (!is_finite(extent.x) || !is_finite(extent.y) || !(extent.x > 0) || !(extent.y > 0))
-            throw usage_error{"camera: `extent` must be two finite lengths in metres above 0"};
-    }
-};
-
-/// Rays from one point.
-struct perspective_camera {
-    pose at{};                    ///< camera to world
-    float field_of_view = 60_deg; ///< across the image, radians
-    uvec2 size{512, 512};         ///< columns, rows
-
-    /// The ray through a point of the image, in the world; its direction has length 1.
-    INSONIFY_FN ray through(vec2 pixel) const {
-        const float scale = 2 * std::tan(0.5F * field_of_view) / static_cast<float>(size.x);
-        const vec2 from_centre = pixel - 0.5F * vec2{size};
-        return {.origin = at.translation,
-                .direction = at.direction(normalize(vec3{scale * from_centre.x, scale * from_centre.y, 1}))};
-    }
-    /// @throws usage_error  naming the setting that is out of range
-    void check() const {
-        detail::check_camera(size, at);
-        if (!(field_of_view > 0 && field_of_view < pi))
-            throw usage_error{"camera: `field_of_view` must lie between 0 and 180 degrees, such as 60_deg"};
-    }
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-
-namespace insonify::inline INSONIFY_ABI {
-
-namespace detail {
-
-/// The paper's two secondary rays of one point on the slice: r2 towards the transducer, for what reaches the point, and
-/// r3 away from it, for an interface within `reflection_length`. The crossings get their depths along the beam.
+///     path_estimate echoes;
+///     for (std::uint64_t frame = 0; frame < 50; ++frame)
+///         echoes.add(policy, trace_paths(..., {.paths_per_line = 40, .seed = frame}));
 ///
-/// @param line   the beam through the point, in the world
-/// @param depth  of the point along it, metres
-/// @return       false where the crossings do not fit
-INSONIFY_FN inline bool find_pixel_crossings(const scene_view& scene, const ray& line, float depth,
-                                             float reflection_length, line_crossings& found) {
-    found.clear();
-    const vec3 point = line.at(depth);
-    scene.boxes.for_each_hit({line.origin, line.direction, 0, depth + reflection_length}, [&](const hit& box) {
-        const std::uint32_t rank = box.primitive;
-        const object_view& one = scene.objects[rank];
-        const float to_origin = one.box.contains(line.origin) ? FLT_MAX : depth;
-        const ray r2 = one.local({.origin = point, .direction = -line.direction, .max_distance = to_origin});
-        one.tree.for_each_hit(r2, [&](const hit& at) {
-            if (at.distance <= depth)
-                found.add({depth - at.distance, rank, at.primitive});
-            else
-                found.inside.toggle(rank);
-        });
-        const ray r3 = one.local({.origin = point, .direction = line.direction, .max_distance = reflection_length});
-        one.tree.for_each_hit(r3, [&](const hit& at) { found.add({depth + at.distance, rank, at.primitive}); });
-    });
-    found.sort();
-    return found.complete();
-}
-
-/// Traces points of the slice one by one, as the paper does: a slow reference for `trace_beams`.
-class pixel_tracer {
+/// Source of the update: Welford 1962.
+class path_estimate {
   public:
-    /// @param frequency  hertz
-    pixel_tracer(const scene_view& scene, const law2011& model, float frequency)
-        : scene_{scene}, model_{model}, frequency_{frequency} {}
+    /// @throws usage_error  where the shape of the lines differs from the former ones
+    template <exec::policy Policy>
+    void add(const Policy& policy, const iq_lines& lines) {
+        if (frames_ == 0) {
+            mean_ = iq_lines{lines.count, lines.samples, lines.depth};
+            squares_.assign(lines.values.size(), 0);
+        } else if (lines.count != mean_.count || lines.samples != mean_.samples || lines.depth != mean_.depth)
+            throw usage_error{"path_estimate: all frames must have the same lines, samples and depth"};
+        ++frames_;
+        exec::for_each_block(policy, lines.values.size(), 4096, 2, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+                const vec2 before = lines.values[i] - mean_.values[i];
+                mean_.values[i] += before / static_cast<float>(frames_);
+                squares_[i] += dot(before, lines.values[i] - mean_.values[i]);
+            }
+        });
+    }
 
-    /// Intensity at `depth` metres along a beam in the world.
-    float operator()(const ray& line, float depth) {
-        for (;; memory_.grow()) {
-            line_scratch scratch = memory_.scratch();
-            if (!find_pixel_crossings(scene_, line, depth, model_.reflection_length, scratch.found)) continue;
-            const line_frame frame{.origin = line.origin, .along = line.direction};
-            const view<const layer> layers =
-                stack_layers(scene_, frame, depth + model_.reflection_length, scratch.found, scratch.layers, false);
-            if (!layers.empty())
-                return model_.at({.layers = layers, .media = scene_.media, .frequency = frequency_}, depth);
-        }
+    /// Number of estimates.
+    std::uint32_t frames() const { return frames_; }
+    /// Their mean, sample by sample.
+    const iq_lines& mean() const { return mean_; }
+
+    /// Standard error of the mean of each sample: the standard deviation of the complex value over the square root of the
+    /// number of frames; 0 before two frames.
+    scan_lines standard_error() const {
+        scan_lines error{mean_.count, mean_.samples, mean_.depth};
+        if (frames_ > 1)
+            for (std::size_t i = 0; i < squares_.size(); ++i)
+                error.values[i] =
+                    std::sqrt(squares_[i] / static_cast<float>(frames_ - 1) / static_cast<float>(frames_));
+        return error;
     }
 
   private:
-    const scene_view& scene_;
-    const law2011& model_;
-    float frequency_;
-    scratch_memory memory_{};
+    std::uint32_t frames_ = 0;
+    iq_lines mean_;
+    std::vector<float> squares_;
 };
 
-/// A (fractional) line of a probe in the world.
-template <transducer Probe>
-ray world_beam(const Probe& probe, const pose& at, float line) {
-    const ray local = probe.beam(line);
-    return {.origin = at.point(local.origin), .direction = at.direction(local.direction)};
-}
+} // namespace insonify::inline INSONIFY_ABI
 
-} // namespace detail
 
-/// The paper's algorithm to the letter, on the probe's own grid: the same values as `trace_beams`, within rounding.
-/// @throws usage_error, geometry_error  as `trace_beams`
-template <exec::policy Policy, transducer Probe>
-scan_lines trace_pixels(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                        const law2011& model, const acquisition& settings) {
-    const std::uint32_t samples = detail::check_acquisition(body, probe, at, model, settings);
-    const scene_view scene = body.view_for_rays(policy);
-    scan_lines lines{probe.lines, samples, settings.depth};
-    const float spacing = settings.depth / static_cast<float>(samples);
-    exec::for_each_block(policy, lines.values.size(), 1024, 500, [&](std::size_t begin, std::size_t end) {
-        detail::pixel_tracer tracer{scene, model, probe.frequency};
-        for (std::size_t i = begin; i < end; ++i) {
-            const ray line = detail::world_beam(probe, at, static_cast<float>(i / samples));
-            lines.values[i] = tracer(line, (static_cast<float>(i % samples) + 0.5F) * spacing);
-        }
-    });
-    return lines;
-}
+#endif
+#ifndef INSONIFY_TRACING_READ_GROUND_TRUTH_HPP
+#define INSONIFY_TRACING_READ_GROUND_TRUTH_HPP
 
-/// The same for the pixels of a camera: r1 from the camera to the slice finds the point of each pixel.
+
+#include <concepts>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Ground truth of every sample, as maps on one grid.
+struct ground_truth_lines {
+    label_lines label{};    ///< id of the object that it lies in, as `label` gives it; `background_label` outside all
+    label_lines medium{};   ///< index into `scene::media()`
+    label_lines surface{};  ///< id of the object whose surface lies in it; `background_label` where none does
+    scan_lines incidence{}; ///< radians between the beam and the normal of that surface; 0 where there is none
+    scan_lines
+        transmitted{};  ///< amplitude that arrives there along the line and returns, 0 to 1: the map of sharp shadows
+    scan_lines depth{}; ///< metres along the line, whatever the grid
+
+    friend bool operator==(const ground_truth_lines&, const ground_truth_lines&) = default;
+};
+
+/// A model that states its interface law and its attenuation: `physical` with any laws, and `law2011`.
+template <class Model>
+concept ground_truth_model = requires(const Model& model, const incidence& at, const medium& m, float frequency) {
+    { model.at_interface(at) } -> std::same_as<response>;
+    { model.loss(m, frequency) } -> std::convertible_to<float>;
+};
+
+/// Ground truth of a frame, for training data and tests.
 ///
-/// @param seen_by  an `orthographic_camera` or a `perspective_camera`
-/// @return an image of the camera's size; black where r1 hits no point between the face and `settings.depth`
-/// @tparam Image    `image`; include image/image.hpp where this is called
-/// @throws usage_error, geometry_error  as `trace`
-template <exec::policy Policy, transducer Probe, camera Camera, class Image = image>
-Image trace_pixels(const Policy& policy, const scene& body, const Probe& probe, const pose& at, const law2011& model,
-                   const acquisition& settings, const Camera& seen_by) {
-    detail::check_acquisition(body, probe, at, model, settings);
-    const scene_view scene = body.view_for_rays(policy);
-    seen_by.check();
-    Image picture{seen_by.size};
-    exec::for_each_block(policy, picture.pixels.size(), 1024, 500, [&](std::size_t begin, std::size_t end) {
-        detail::pixel_tracer tracer{scene, model, probe.frequency};
-        for (std::size_t i = begin; i < end; ++i) {
-            const ray r1 = seen_by.through(
-                {static_cast<float>(i % picture.size.x) + 0.5F, static_cast<float>(i / picture.size.x) + 0.5F});
-            const vec3 from = at.local_point(r1.origin), along = at.local_direction(r1.direction);
-            const float distance = -from.y / along.y; // to the slice plane y = 0
-            if (!(distance >= 0) || !is_finite(distance)) continue;
-            const vec3 point = from + distance * along;
-            const vec2 place = probe.locate({point.x, point.z});
-            if (!(place.x >= -0.5F && place.x <= static_cast<float>(probe.lines) - 0.5F)) continue;
-            if (!(place.y >= 0 && place.y <= settings.depth)) continue;
-            picture.pixels[i] = tracer(detail::world_beam(probe, at, place.x), place.y);
-        }
-    });
-    return picture;
+///     transmitted = product of T over the interfaces above * 10^(-P(sum of loss * d over the media above) / 20)
+///
+/// T is the round-trip transmission of the model's own interface law, `loss` its attenuation in dB/m (there and back for
+/// `physical`, by its `travel` for `law2011`, whose result is a fraction of intensity), d the metres of the refracted ray, P
+/// what the peak of the pulse loses where the carrier loses so much (`physical::pulse_loss`; `law2011`: the same). It is the amplitude with which the model weights every echo of a line by itself, without the penumbra that the aperture gives
+/// to shadows (`straight_lines::directions`); 1 is what the probe sends.
+///
+/// A surface is where the medium changes: water in water has none. Where two objects meet it is that of the object that
+/// has precedence. Of several in one sample the one nearest to the probe is reported.
+/// @param at     probe to world: x lateral, y elevation, z depth
+/// @param model  the one that the picture is drawn with
+/// @return maps of `probe.lines` lines of `settings.samples` samples
+/// @throws usage_error     for a scene that was not built, or settings out of range
+/// @throws geometry_error  for a pose that is not rigid
+template <exec::policy Policy, transducer Probe, ground_truth_model Model>
+ground_truth_lines ground_truth(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                                const Model& model, const label_settings& settings) {
+    const detail::any_policy<false> any{policy};
+    if constexpr (requires { model.check(); }) model.check();
+    const line_layers found = detail::layers_for_labels(any, body, probe, at, settings, true, "ground_truth");
+    const std::uint32_t samples = detail::samples_of(settings, probe, "ground_truth");
+    const label_lines labels{probe.lines, samples, settings.depth};
+    const scan_lines numbers{probe.lines, samples, settings.depth};
+    ground_truth_lines truth{labels, labels, labels, numbers, numbers, numbers};
+    std::fill(truth.surface.values.begin(), truth.surface.values.end(), background_label);
+    const float spacing = settings.depth / static_cast<float>(samples);
+    exec::for_each_block(
+        any, found.lines, detail::lines_per_block, 20 * static_cast<float>(samples),
+        [&](std::size_t begin, std::size_t end) {
+            for (auto number = static_cast<std::uint32_t>(begin); number < end; ++number) {
+                const traced_line line{.layers = found(number),
+                                       .media = found.media,
+                                       .frequency = probe.frequency,
+                                       .frame = found.frame(number),
+                                       .pulse_sigma = nominal_pulse(probe).sigma_z(probe.frequency),
+                                       .bandwidth = fractional_bandwidth(probe)};
+                float lost = 0;   // dB, to attenuation
+                float passed = 1; // through interfaces
+                detail::line_refraction<Model> refraction{model, line};
+                const auto visit = [&](std::size_t i, const detail::label_stretch& part) {
+                    const layer& here = line.layers[i];
+                    const medium& m = line.media[here.medium];
+                    const refracted_layer bent = refraction.next();
+                    if (i > 0 && line.layers[i - 1].medium != here.medium) {
+                        const layer& above = line.layers[i - 1];
+                        passed *=
+                            model.at_interface({line.media[above.medium], m, bent.cosine, line.frequency}).transmitted;
+                        const auto k =
+                            static_cast<std::uint32_t>(min(part.begin / spacing, static_cast<float>(samples)));
+                        if (k < samples && truth.surface(number, k) == background_label) {
+                            // Ranks, in which the background comes last: place 0 wraps around.
+                            truth.surface(number, k) = above.place - 1 < here.place - 1 ? above.object : here.object;
+                            // From the slopes, because a cosine loses its digits near normal incidence.
+                            truth.incidence(number, k) = std::atan(length(here.slope));
+                        }
+                    }
+                    const float per_metre = model.loss(m, line.frequency);
+                    for (auto k = static_cast<std::uint32_t>(part.first); k < part.last; ++k) {
+                        const float into = ((static_cast<float>(k) + 0.5F) * spacing - part.begin) / part.scale;
+                        truth.label(number, k) = here.object;
+                        truth.medium(number, k) = here.medium;
+                        truth.transmitted(number, k) = passed * amplitude_of_decibels(-detail::pulse_loss(
+                                                                    model, line, lost + per_metre * bent.length(into)));
+                        truth.depth(number, k) = here.begin + into;
+                    }
+                    lost += per_metre * bent.length(here.end - here.begin);
+                };
+                detail::for_each_stretch(line.layers, line.media, settings.grid, samples, spacing, visit);
+            }
+        });
+    return truth;
+}
+
+/// The same under `physical`.
+/// @throws usage_error, geometry_error  as above
+template <exec::policy Policy, transducer Probe>
+ground_truth_lines ground_truth(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                                const label_settings& settings) {
+    return ground_truth(policy, body, probe, at, physical<>{}, settings);
 }
 
 } // namespace insonify::inline INSONIFY_ABI

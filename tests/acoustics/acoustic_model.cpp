@@ -1,5 +1,5 @@
 #include <insonify/acoustics/acoustic_model.hpp>
-#include <insonify/acoustics/law2011.hpp>
+#include <insonify/paper/law2011.hpp>
 #include <doctest/doctest.h>
 
 using namespace insonify;

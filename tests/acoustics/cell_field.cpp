@@ -1,4 +1,4 @@
-#include <insonify/acoustics/cell_field.hpp>
+#include <insonify/acoustics/scatterers/cell_field.hpp>
 #include <doctest/doctest.h>
 #include <vector>
 

@@ -1,4 +1,4 @@
-#include <insonify/acoustics/scatter_numbers.hpp>
+#include <insonify/acoustics/scatterers/scatter_numbers.hpp>
 #include <doctest/doctest.h>
 
 using namespace insonify;

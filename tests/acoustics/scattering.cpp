@@ -1,4 +1,4 @@
-#include <insonify/acoustics/scattering.hpp>
+#include <insonify/acoustics/scatterers/scattering.hpp>
 #include <doctest/doctest.h>
 
 using namespace insonify;

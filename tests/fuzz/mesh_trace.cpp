@@ -1,13 +1,13 @@
 // Arbitrary bits as vertices, faces, media and poses: what cannot be used is refused, and the rest is traced. Trees over
 // triangles answer as going through all of them does.
-#include <insonify/acoustics/law2011.hpp>
+#include <insonify/paper/law2011.hpp>
 #include <insonify/acoustics/physical.hpp>
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/bvh/bvh.hpp>
 #include <insonify/geometry/validate.hpp>
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
-#include <insonify/tracing/ground_truth.hpp>
+#include <insonify/tracing/read/ground_truth.hpp>
 #include <insonify/tracing/trace.hpp>
 #include "input.hpp"
 #include <algorithm>

@@ -17,12 +17,6 @@ scene& call(scene& body, const mesh& surface) {
     return body;
 }
 #endif
-#ifdef CALL_scene_compose
-composed<vec3 (*)(vec3), vec3 (*)(vec3)> call(vec3 (*first)(vec3), vec3 (*then)(vec3)) { return compose(first, then); }
-#endif
-#ifdef CALL_scene_press
-contact call(const scene& body) { return press(body, pencil{}, pose{}); }
-#endif
 #ifdef CALL_scene_tetrahedra
 vec3 call(const tetrahedra& map) { return map({0, 0, 0}); }
 #endif

@@ -2,7 +2,7 @@
 #include "pencil.hpp"
 using namespace insonify;
 
-#ifdef CALL_signal_axial_kernel
+#ifdef CALL_signal_kernel_axial_kernel
 void call(detail::axial_kernel& kernel, vec2* line) {
     kernel.lay_out(line, line);
     kernel.apply<1>(line, line);
@@ -26,7 +26,7 @@ scan_lines call(compounding<pencil>& looks) {
                  });
 }
 #endif
-#ifdef CALL_signal_convolve
+#ifdef CALL_signal_kernel_convolve
 iq_lines call(iq_lines echoes, convolver& own) {
     echoes = convolve(exec::seq, std::move(echoes), pulse{}, pencil{});
     return own.convolve(exec::par_unseq, std::move(echoes), pulse{}, pencil{}, {.decimation = 2});
@@ -49,7 +49,7 @@ scan_lines call(scan_lines lines, iq_lines echoes) {
 #ifdef CALL_signal_hilbert
 void call(const detail::hilbert_transform& transform, float* one, float* other) { transform.apply<1>(one, other); }
 #endif
-#ifdef CALL_signal_lateral_kernel
+#ifdef CALL_signal_kernel_lateral_kernel
 float call() {
     const detail::lateral_kernel kernel = detail::make_lateral_kernel(pencil{}, {.depth = 40_mm, .samples = 64});
     std::vector<float> amplitudes;
@@ -57,7 +57,7 @@ float call() {
         0, [](int) { return 1.0F; }, [](std::uint32_t) { return 1.0F; }, amplitudes);
 }
 #endif
-#ifdef CALL_signal_lateral_slab
+#ifdef CALL_signal_kernel_lateral_slab
 void call(detail::lateral_slab& slab, vec2* lines) {
     slab.weigh(0, 1);
     slab.copy(lines, 1, 1);
@@ -80,17 +80,6 @@ iq_lines call(const iq_lines& lines) { return resample_lines(exec::par, lines, p
 #ifdef CALL_signal_rf
 scan_lines call(const iq_lines& lines) { return to_rf(exec::par, lines, 5e6F); }
 #endif
-#ifdef CALL_signal_taps
+#ifdef CALL_signal_kernel_taps
 void call(const detail::tap& one, vec2* samples) { detail::sum_taps<1>({&one, 1}, samples, samples, 1); }
-#endif
-#ifdef CALL_signal_slow_time
-iq_ensemble call(const iq_ensemble& echoes) {
-    return filter_walls(exec::seq, filter_walls(exec::par_unseq, echoes, {}), {.type = wall_filter::kind::fir});
-}
-#endif
-#ifdef CALL_signal_autocorrelation
-flow_sample call(const iq_ensemble& echoes) { return flow_of(autocorrelate(exec::par, echoes)(0, 0), 1.0F); }
-#endif
-#ifdef CALL_signal_doppler_spectrum
-doppler_spectrum call(const std::vector<vec2>& echoes) { return spectrum_of(exec::par, echoes, 4e3F, 1, 0, {}); }
 #endif

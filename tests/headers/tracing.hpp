@@ -6,19 +6,19 @@ using namespace insonify;
 iq_lines call(const scene& body) { return trace(exec::par_unseq, body, pencil{}, pose{}, physical{}, {}); }
 iq_lines call_slice(const scene& body) { return trace(exec::seq, body, pencil{}, pose{}, physical{}, {}, straight_lines{line_search::slices}); }
 #endif
-#ifdef CALL_tracing_find_layers
+#ifdef CALL_tracing_find_find_layers
 line_layers call(const scene& body) { return find_layers(exec::par, body, pencil{}, pose{}, {.depth = 0.04F, .planes = 3}); }
 #endif
-#ifdef CALL_tracing_automatic_tgc
+#ifdef CALL_tracing_read_automatic_tgc
 float call(const scene& body) { return automatic_tgc(exec::par, body, pencil{}, pose{}, 0.04F); }
 #endif
-#ifdef CALL_tracing_label
+#ifdef CALL_tracing_read_label
 label_lines call(const scene& body) { return label(exec::par, body, pencil{}, pose{}, {.depth = 0.04F}); }
 #endif
-#ifdef CALL_tracing_ground_truth
+#ifdef CALL_tracing_read_ground_truth
 ground_truth_lines call(const scene& body) { return ground_truth(exec::par, body, pencil{}, pose{}, {.depth = 0.04F}); }
 #endif
-#ifdef CALL_tracing_near_field
+#ifdef CALL_tracing_read_near_field
 iq_lines call(iq_lines echoes, const scene& body) {
     return add_near_field(exec::par, std::move(echoes), body, pencil{}, pose{});
 }
@@ -26,9 +26,6 @@ iq_lines call(iq_lines echoes, const scene& body) {
 #ifdef CALL_tracing_paths
 iq_lines call(const scene& body) { return trace(exec::par, body, pencil{}, pose{}, physical{}, {}, paths{}); }
 #endif
-#ifdef CALL_tracing_path_estimate
+#ifdef CALL_tracing_paths_path_estimate
 void call(path_estimate& estimate, const iq_lines& lines) { estimate.add(exec::par, lines); }
-#endif
-#ifdef CALL_tracing_pixels
-scan_lines call(const scene& body) { return trace_pixels(exec::par, body, pencil{}, pose{}, law2011{}, {}); }
 #endif

@@ -2,7 +2,7 @@
 #include <insonify/core/random.hpp>
 #include <insonify/core/units.hpp>
 #include <insonify/geometry/shapes.hpp>
-#include <insonify/scene/displacement_grid.hpp>
+#include <insonify/motion/displacement_grid.hpp>
 #include <insonify/scene/scene.hpp>
 #include <array>
 #include <cmath>

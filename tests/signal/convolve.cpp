@@ -2,7 +2,7 @@
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/probe/phased_array.hpp>
 #include <insonify/probe/radial_array.hpp>
-#include <insonify/signal/convolve.hpp>
+#include <insonify/signal/kernel/convolve.hpp>
 #include <insonify/signal/envelope.hpp>
 #include "convolve_lines.hpp"
 #include <algorithm>

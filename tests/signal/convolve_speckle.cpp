@@ -1,5 +1,5 @@
 #include <insonify/probe/linear_array.hpp>
-#include <insonify/signal/convolve.hpp>
+#include <insonify/signal/kernel/convolve.hpp>
 #include <insonify/signal/envelope.hpp>
 #include "convolve_lines.hpp"
 #include <cmath>

@@ -1,6 +1,6 @@
 #include <insonify/core/random.hpp>
 #include <insonify/probe/linear_array.hpp>
-#include <insonify/signal/convolve.hpp>
+#include <insonify/signal/kernel/convolve.hpp>
 #include <insonify/signal/envelope.hpp>
 #include <insonify/signal/rf.hpp>
 #include <cmath>

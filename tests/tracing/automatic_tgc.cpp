@@ -3,7 +3,7 @@
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/diagnose.hpp>
-#include <insonify/tracing/automatic_tgc.hpp>
+#include <insonify/tracing/read/automatic_tgc.hpp>
 #include <doctest/doctest.h>
 
 using namespace insonify;

@@ -1,4 +1,4 @@
-#include <insonify/scene/collapse.hpp>
+#include <insonify/motion/collapse.hpp>
 #include "deformed_frames.hpp"
 #include <doctest/doctest.h>
 

@@ -1,8 +1,8 @@
 #include <insonify/bvh/bvh.hpp>
 #include <insonify/core/random.hpp>
 #include <insonify/geometry/shapes.hpp>
-#include <insonify/tracing/cut_faces.hpp>
-#include <insonify/tracing/mixed_faces.hpp>
+#include <insonify/tracing/find/cut_faces.hpp>
+#include <insonify/tracing/find/mixed_faces.hpp>
 #include <algorithm>
 #include <bit>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include <insonify/scene/displacement_grid.hpp>
+#include <insonify/motion/displacement_grid.hpp>
 #include "deformed_frames.hpp"
 #include <array>
 #include <doctest/doctest.h>

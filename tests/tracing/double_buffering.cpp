@@ -1,4 +1,4 @@
-#include <insonify/scene/body_motion.hpp>
+#include <insonify/motion/body_motion.hpp>
 #include "deformed_frames.hpp"
 #include <atomic>
 #include <doctest/doctest.h>

@@ -1,12 +1,12 @@
-#include <insonify/acoustics/law2011.hpp>
+#include <insonify/paper/law2011.hpp>
 #include <insonify/acoustics/physical.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/probe/phased_array.hpp>
 #include <insonify/probe/radial_array.hpp>
-#include <insonify/signal/convolve.hpp>
-#include <insonify/tracing/elevation.hpp>
+#include <insonify/signal/kernel/convolve.hpp>
+#include <insonify/signal/kernel/elevation.hpp>
 #include <insonify/tracing/trace.hpp>
 #include <doctest/doctest.h>
 

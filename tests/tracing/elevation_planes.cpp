@@ -2,8 +2,8 @@
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/probe/presets.hpp>
 #include <insonify/probe/radial_array.hpp>
-#include <insonify/tracing/elevation.hpp>
-#include <insonify/tracing/frame_lines.hpp>
+#include <insonify/signal/kernel/elevation.hpp>
+#include <insonify/tracing/plan/frame_lines.hpp>
 #include <doctest/doctest.h>
 
 using namespace insonify;

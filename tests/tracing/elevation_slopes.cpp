@@ -1,8 +1,8 @@
 #include <insonify/acoustics/physical.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/probe/linear_array.hpp>
-#include <insonify/signal/convolve.hpp>
-#include <insonify/tracing/elevation.hpp>
+#include <insonify/signal/kernel/convolve.hpp>
+#include <insonify/signal/kernel/elevation.hpp>
 #include <insonify/tracing/trace.hpp>
 #include <doctest/doctest.h>
 #include <vector>

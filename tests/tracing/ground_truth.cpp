@@ -1,8 +1,8 @@
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
-#include <insonify/tracing/ground_truth.hpp>
-#include <insonify/tracing/pixels.hpp>
+#include <insonify/tracing/read/ground_truth.hpp>
+#include <insonify/paper/pixels.hpp>
 #include "ground_truth_scenes.hpp"
 #include "solids.hpp"
 #include <cmath>

@@ -3,7 +3,7 @@
 
 #include <insonify/core/units.hpp>
 #include <insonify/probe/linear_array.hpp>
-#include <insonify/tracing/ground_truth.hpp>
+#include <insonify/tracing/read/ground_truth.hpp>
 #include <cmath>
 
 /// Media and scenes of the tests of ground truth.

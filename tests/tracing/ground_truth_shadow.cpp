@@ -1,6 +1,6 @@
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/geometry/shapes.hpp>
-#include <insonify/tracing/ground_truth.hpp>
+#include <insonify/tracing/read/ground_truth.hpp>
 #include "ground_truth_scenes.hpp"
 #include <cmath>
 #include <doctest/doctest.h>

@@ -2,8 +2,8 @@
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/probe/phased_array.hpp>
-#include <insonify/tracing/label.hpp>
-#include <insonify/tracing/pixels.hpp>
+#include <insonify/tracing/read/label.hpp>
+#include <insonify/paper/pixels.hpp>
 #include "solids.hpp"
 #include <doctest/doctest.h>
 #include <limits>

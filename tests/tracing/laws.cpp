@@ -1,8 +1,8 @@
-#include <insonify/acoustics/law2011.hpp>
+#include <insonify/paper/law2011.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/probe/linear_array.hpp>
-#include <insonify/signal/convolve.hpp>
-#include <insonify/tracing/ground_truth.hpp>
+#include <insonify/signal/kernel/convolve.hpp>
+#include <insonify/tracing/read/ground_truth.hpp>
 #include <insonify/tracing/paths.hpp>
 #include <cmath>
 #include <doctest/doctest.h>

@@ -1,10 +1,10 @@
-#include <insonify/acoustics/law2011.hpp>
+#include <insonify/paper/law2011.hpp>
 #include <insonify/core/units.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/probe/linear_array.hpp>
-#include <insonify/tracing/label.hpp>
+#include <insonify/tracing/read/label.hpp>
 #include <insonify/tracing/paths.hpp>
-#include <insonify/tracing/pixels.hpp>
+#include <insonify/paper/pixels.hpp>
 #include <algorithm>
 #include <cmath>
 #include <doctest/doctest.h>

@@ -1,8 +1,8 @@
-#include <insonify/acoustics/law2011.hpp>
+#include <insonify/paper/law2011.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
-#include <insonify/tracing/pixels.hpp>
+#include <insonify/paper/pixels.hpp>
 #include <insonify/tracing/trace.hpp>
 #include <cmath>
 #include <doctest/doctest.h>

@@ -1,7 +1,7 @@
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/probe/linear_array.hpp>
-#include <insonify/tracing/path_estimate.hpp>
+#include <insonify/tracing/paths/path_estimate.hpp>
 #include <insonify/tracing/paths.hpp>
 #include <doctest/doctest.h>
 

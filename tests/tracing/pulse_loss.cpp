@@ -1,10 +1,10 @@
 #include <insonify/acoustics/physical.hpp>
 #include <insonify/b_mode.hpp>
-#include <insonify/doppler_ensemble.hpp>
+#include <insonify/doppler/doppler_ensemble.hpp>
 #include <insonify/geometry/shapes.hpp>
-#include <insonify/scene/velocity_field.hpp>
-#include <insonify/signal/convolve.hpp>
-#include <insonify/tracing/ground_truth.hpp>
+#include <insonify/doppler/velocity_field.hpp>
+#include <insonify/signal/kernel/convolve.hpp>
+#include <insonify/tracing/read/ground_truth.hpp>
 #include <insonify/tracing/paths.hpp>
 #include <insonify/tracing/trace.hpp>
 #include "physical_scenes.hpp"

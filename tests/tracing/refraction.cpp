@@ -1,7 +1,7 @@
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/probe/linear_array.hpp>
-#include <insonify/tracing/ground_truth.hpp>
+#include <insonify/tracing/read/ground_truth.hpp>
 #include <insonify/tracing/trace.hpp>
 #include <algorithm>
 #include <cmath>

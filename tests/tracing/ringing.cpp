@@ -1,7 +1,7 @@
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/geometry/needle.hpp>
 #include <insonify/probe/linear_array.hpp>
-#include <insonify/signal/convolve.hpp>
+#include <insonify/signal/kernel/convolve.hpp>
 #include <insonify/signal/envelope.hpp>
 #include <insonify/tracing/paths.hpp>
 #include <algorithm>

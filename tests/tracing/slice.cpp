@@ -3,7 +3,7 @@
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/probe/phased_array.hpp>
-#include <insonify/tracing/pixels.hpp>
+#include <insonify/paper/pixels.hpp>
 #include "../scene/line_memory.hpp"
 #include "random_scenes.hpp"
 #include "reference.hpp"

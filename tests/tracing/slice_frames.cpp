@@ -1,10 +1,10 @@
-#include <insonify/acoustics/law2011.hpp>
+#include <insonify/paper/law2011.hpp>
 #include <insonify/acoustics/physical.hpp>
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
-#include <insonify/tracing/pixels.hpp>
+#include <insonify/paper/pixels.hpp>
 #include <insonify/tracing/trace.hpp>
 #include "random_scenes.hpp"
 #include "reference.hpp"

@@ -2,7 +2,7 @@
 #define INSONIFY_TESTS_TRACING_SPECKLE_FRAMES_HPP
 
 #include <insonify/acoustics/physical.hpp>
-#include <insonify/signal/convolve.hpp>
+#include <insonify/signal/kernel/convolve.hpp>
 #include <insonify/tracing/trace.hpp>
 #include <cmath>
 #include <vector>

@@ -1,13 +1,13 @@
-#include <insonify/acoustics/law2011.hpp>
+#include <insonify/paper/law2011.hpp>
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/b_mode.hpp>
 #include <insonify/core/error.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/probe/linear_array.hpp>
-#include <insonify/tracing/label.hpp>
+#include <insonify/tracing/read/label.hpp>
 #include <insonify/tracing/paths.hpp>
 #include <insonify/tracing/trace.hpp>
-#include <insonify/tracing/tracer.hpp>
+#include <insonify/tracing/emit/tracer.hpp>
 #include <atomic>
 #include <cmath>
 #include <doctest/doctest.h>

@@ -1,10 +1,10 @@
-#include <insonify/acoustics/law2011.hpp>
+#include <insonify/paper/law2011.hpp>
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/bvh/bvh.hpp>
 #include <insonify/core/random.hpp>
 #include <insonify/geometry/validate.hpp>
 #include <insonify/probe/linear_array.hpp>
-#include <insonify/tracing/label.hpp>
+#include <insonify/tracing/read/label.hpp>
 #include <insonify/tracing/trace.hpp>
 #include <algorithm>
 #include <cstdint>

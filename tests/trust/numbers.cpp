@@ -6,7 +6,7 @@
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/scene/scene.hpp>
-#include <insonify/tracing/label.hpp>
+#include <insonify/tracing/read/label.hpp>
 #include <algorithm>
 #include <chrono>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include <insonify/acoustics/law2011.hpp>
+#include <insonify/paper/law2011.hpp>
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/core/units.hpp>
 #include <insonify/execution/for_each.hpp>

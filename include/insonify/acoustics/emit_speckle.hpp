@@ -6,7 +6,7 @@
 #include <insonify/acoustics/echo_line.hpp>
 #include <insonify/acoustics/echo_path.hpp>
 #include <insonify/acoustics/propagation.hpp>
-#include <insonify/acoustics/straightened.hpp>
+#include <insonify/acoustics/scatterers/straightened.hpp>
 #include <insonify/core/decibels.hpp>
 
 namespace insonify::inline INSONIFY_ABI::detail {

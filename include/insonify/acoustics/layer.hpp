@@ -3,11 +3,11 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/acoustics/displacement_view.hpp>
 #include <insonify/acoustics/medium.hpp>
-#include <insonify/acoustics/placed_structure.hpp>
 #include <insonify/core/view.hpp>
 #include <insonify/geometry/pose.hpp>
+#include <insonify/tissue/displacement_view.hpp>
+#include <insonify/tissue/placed_structure.hpp>
 #include <cstdint>
 
 namespace insonify::inline INSONIFY_ABI {

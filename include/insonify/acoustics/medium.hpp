@@ -3,9 +3,9 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/acoustics/structure.hpp>
 #include <insonify/core/math.hpp>
 #include <insonify/core/units.hpp>
+#include <insonify/tissue/structure.hpp>
 
 namespace insonify::inline INSONIFY_ABI {
 

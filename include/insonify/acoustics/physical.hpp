@@ -3,7 +3,6 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/acoustics/cell_field.hpp>
 #include <insonify/acoustics/echo_line.hpp>
 #include <insonify/acoustics/echo_path.hpp>
 #include <insonify/acoustics/emit_speckle.hpp>
@@ -12,6 +11,7 @@
 #include <insonify/acoustics/propagation.hpp>
 #include <insonify/acoustics/ringing.hpp>
 #include <insonify/acoustics/roughness.hpp>
+#include <insonify/acoustics/scatterers/cell_field.hpp>
 #include <insonify/acoustics/specular.hpp>
 #include <insonify/core/decibels.hpp>
 #include <insonify/core/error.hpp>

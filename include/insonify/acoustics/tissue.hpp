@@ -4,8 +4,8 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/acoustics/medium.hpp>
-#include <insonify/acoustics/tissue_structure.hpp>
 #include <insonify/core/decibels.hpp>
+#include <insonify/tissue/tissue_structure.hpp>
 #include <optional>
 #include <string_view>
 

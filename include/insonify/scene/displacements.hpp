@@ -3,9 +3,9 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/acoustics/displacement_view.hpp>
 #include <insonify/scene/kept_map.hpp>
 #include <insonify/scene/object_state.hpp>
+#include <insonify/tissue/displacement_view.hpp>
 #include <algorithm>
 #include <vector>
 

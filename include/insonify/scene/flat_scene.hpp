@@ -3,10 +3,10 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/acoustics/placed_structure.hpp>
 #include <insonify/bvh/bvh.hpp>
 #include <insonify/scene/object_state.hpp>
 #include <insonify/scene/scene_view.hpp>
+#include <insonify/tissue/placed_structure.hpp>
 #include <atomic>
 #include <cstddef>
 #include <mutex>

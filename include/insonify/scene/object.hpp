@@ -7,7 +7,7 @@
 #include <insonify/core/units.hpp>
 #include <insonify/geometry/mesh.hpp>
 #include <insonify/geometry/pose.hpp>
-#include <insonify/scene/fibre_directions.hpp>
+#include <insonify/tissue/fibre_directions.hpp>
 #include <cstdint>
 #include <string>
 

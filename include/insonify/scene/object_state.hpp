@@ -3,16 +3,16 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/acoustics/placed_structure.hpp>
 #include <insonify/bvh/bvh.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <insonify/geometry/face_groups.hpp>
-#include <insonify/scene/fibre_grid.hpp>
 #include <insonify/scene/object.hpp>
 #include <insonify/scene/point_bounds.hpp>
 #include <insonify/scene/smooth_surface.hpp>
-#include <insonify/scene/structure_axes.hpp>
 #include <insonify/scene/tetrahedral_mesh.hpp>
+#include <insonify/tissue/fibre_grid.hpp>
+#include <insonify/tissue/placed_structure.hpp>
+#include <insonify/tissue/structure_axes.hpp>
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>

@@ -3,15 +3,15 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/acoustics/displacement_view.hpp>
 #include <insonify/acoustics/medium.hpp>
-#include <insonify/acoustics/placed_structure.hpp>
 #include <insonify/bvh/traverse.hpp>
 #include <insonify/core/view.hpp>
 #include <insonify/geometry/face_groups.hpp>
 #include <insonify/geometry/mesh.hpp>
 #include <insonify/geometry/pose.hpp>
 #include <insonify/geometry/smooth_normals.hpp>
+#include <insonify/tissue/displacement_view.hpp>
+#include <insonify/tissue/placed_structure.hpp>
 #include <cstdint>
 
 namespace insonify::inline INSONIFY_ABI {

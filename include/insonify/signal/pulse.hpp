@@ -7,7 +7,7 @@
 #include <insonify/core/error.hpp>
 #include <insonify/core/text.hpp>
 #include <insonify/probe/transducer.hpp>
-#include <insonify/signal/taps.hpp>
+#include <insonify/signal/kernel/taps.hpp>
 #include <string>
 
 namespace insonify::inline INSONIFY_ABI {

@@ -6,12 +6,12 @@
 #include <insonify/execution/any_policy.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/scene/scene.hpp>
-#include <insonify/tracing/check.hpp>
-#include <insonify/tracing/frame_displacements.hpp>
-#include <insonify/tracing/frame_plan.hpp>
+#include <insonify/tracing/emit/trace_line.hpp>
+#include <insonify/tracing/plan/check.hpp>
+#include <insonify/tracing/plan/frame_displacements.hpp>
+#include <insonify/tracing/plan/frame_plan.hpp>
 #include <insonify/tracing/scratch_memory.hpp>
 #include <insonify/tracing/straight_lines.hpp>
-#include <insonify/tracing/trace_line.hpp>
 #include <concepts>
 #include <utility>
 #include <vector>

@@ -4,7 +4,7 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/core/error.hpp>
-#include <insonify/tracing/path_walk.hpp>
+#include <insonify/tracing/paths/path_walk.hpp>
 #include <insonify/tracing/trace.hpp>
 
 namespace insonify::inline INSONIFY_ABI {

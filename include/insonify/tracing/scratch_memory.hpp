@@ -3,7 +3,8 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/tracing/tracer.hpp>
+#include <insonify/tracing/emit/tracer.hpp>
+#include <insonify/tracing/paths/path_branch.hpp>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI::detail {

@@ -3,9 +3,9 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/tracing/aperture_shading.hpp>
-#include <insonify/tracing/layer_finder.hpp>
-#include <insonify/tracing/tracer.hpp>
+#include <insonify/tracing/aperture/aperture_shading.hpp>
+#include <insonify/tracing/emit/tracer.hpp>
+#include <insonify/tracing/find/layer_finder.hpp>
 #include <string>
 
 namespace insonify::inline INSONIFY_ABI {

@@ -1,0 +1,162 @@
+#ifndef INSONIFY_DOPPLER_SLOW_TIME_HPP
+#define INSONIFY_DOPPLER_SLOW_TIME_HPP
+
+#include <insonify/core/save_macros.hpp>
+
+#include <insonify/core/error.hpp>
+#include <insonify/core/text.hpp>
+#include <insonify/execution/for_each.hpp>
+#include <insonify/execution/simd.hpp>
+#include <insonify/probe/line_grid.hpp>
+#include <cmath>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+/// Slow time: the echoes of successive pulses along the same lines, from which velocities are estimated.
+namespace insonify::inline INSONIFY_ABI {
+
+/// Echoes of successive pulses, all of one shape.
+struct iq_ensemble {
+    float prf = 0;                  ///< pulse repetition frequency, hertz
+    std::vector<iq_lines> pulses{}; ///< one after the other
+};
+
+/// High-pass filter along slow time, which removes the echoes of tissue: the wall filter.
+struct wall_filter {
+    /// `polynomial`: subtracts the best polynomial of degree `order` in time, for each sample. Keeps the number of pulses.
+    /// `fir`: the difference to a low-pass filter of `order` + 1 taps (Hamming window, no gain at 0 Hz). The first
+    /// `order` pulses are lost.
+    enum class kind { none, polynomial, fir };
+    kind type = kind::polynomial; ///< none: the echoes of tissue stay, for tissue Doppler
+    std::uint32_t order = 1;      ///< of the polynomial; of the FIR filter, even
+    float cutoff = 0.1F;          ///< of the FIR filter, as a fraction of the pulse repetition frequency
+
+    /// @param pulses  that will be filtered
+    /// @throws usage_error  for a setting out of range
+    void check(std::size_t pulses) const {
+        if (type == kind::none) return;
+        if (order + 2 > pulses)
+            throw usage_error{detail::joined({"wall_filter: order ", std::to_string(order), " needs at least ",
+                                              std::to_string(std::uint64_t{order} + 2), " pulses, not ",
+                                              std::to_string(pulses), "; lower it or raise the ensemble"})};
+        if (type == kind::polynomial && order > 8)
+            throw usage_error{"wall_filter: the order of a polynomial is at most 8; 1 or 2 is usual"};
+        if (type == kind::fir && (order < 2 || order % 2 != 0 || !(cutoff > 0 && cutoff < 0.5F)))
+            throw usage_error{"wall_filter: a FIR filter needs an even order, such as 4, and a cutoff above 0 and "
+                              "below 0.5 of the prf, such as 0.1"};
+    }
+
+    friend bool operator==(const wall_filter&, const wall_filter&) = default;
+};
+
+namespace detail {
+
+/// The values of polynomials of degree 0 to `order` at equal steps, orthonormal by Gram-Schmidt.
+inline std::vector<std::vector<double>> orthonormal_polynomials(std::size_t count, std::uint32_t order) {
+    std::vector<std::vector<double>> basis(std::size_t{order} + 1, std::vector<double>(count));
+    for (std::uint32_t degree = 0; degree <= order; ++degree) {
+        std::vector<double>& own = basis[degree];
+        for (std::size_t k = 0; k < count; ++k)
+            own[k] = std::pow(2 * static_cast<double>(k) / static_cast<double>(count - 1) - 1, degree);
+        for (int twice = 0; twice < 2; ++twice)
+            for (std::uint32_t lower = 0; lower < degree; ++lower) {
+                double common = 0;
+                for (std::size_t k = 0; k < count; ++k) common += own[k] * basis[lower][k];
+                for (std::size_t k = 0; k < count; ++k) own[k] -= common * basis[lower][k];
+            }
+        double power = 0;
+        for (const double value : own) power += value * value;
+        for (double& value : own) value /= std::sqrt(power);
+    }
+    return basis;
+}
+
+} // namespace detail
+
+/// The filter as a matrix, row by row: result j is the sum over k of element j * pulses + k times pulse k.
+/// @throws usage_error  as `wall_filter::check`
+inline std::vector<float> wall_filter_matrix(const wall_filter& filter, std::size_t pulses) {
+    filter.check(pulses);
+    if (filter.type == wall_filter::kind::fir) {
+        const std::size_t taps = std::size_t{filter.order} + 1, results = pulses - filter.order;
+        std::vector<double> tap(taps);
+        double sum = 0;
+        for (std::size_t i = 0; i < taps; ++i) {
+            const double turn = 2 * 3.14159265358979323846, x = static_cast<double>(i) - 0.5 * filter.order;
+            const double sinc = x == 0 ? 2.0 * static_cast<double>(filter.cutoff)
+                                       : std::sin(turn * static_cast<double>(filter.cutoff) * x) / (0.5 * turn * x);
+            tap[i] = sinc * (0.54 - 0.46 * std::cos(turn * static_cast<double>(i) / filter.order));
+            sum += tap[i];
+        }
+        std::vector<float> matrix(results * pulses);
+        for (std::size_t j = 0; j < results; ++j)
+            for (std::size_t i = 0; i < taps; ++i)
+                matrix[j * pulses + j + i] = static_cast<float>((i == filter.order / 2 ? 1.0 : 0.0) - tap[i] / sum);
+        return matrix;
+    }
+    std::vector<double> matrix(pulses * pulses); // the identity less the projections on orthonormal polynomials
+    for (std::size_t k = 0; k < pulses; ++k) matrix[k * pulses + k] = 1;
+    if (filter.type == wall_filter::kind::polynomial)
+        for (const std::vector<double>& one : detail::orthonormal_polynomials(pulses, filter.order))
+            for (std::size_t j = 0; j < pulses; ++j)
+                for (std::size_t k = 0; k < pulses; ++k) matrix[j * pulses + k] -= one[j] * one[k];
+    return {matrix.begin(), matrix.end()};
+}
+
+namespace detail {
+
+/// @throws usage_error  for an ensemble whose pulses differ in shape, or without a prf
+inline void check_ensemble(const iq_ensemble& echoes, const char* caller) {
+    if (!is_finite(echoes.prf) || !(echoes.prf > 0))
+        throw usage_error{joined({caller, ": the prf must be a frequency above 0, such as 4_kHz"})};
+    for (const iq_lines& each : echoes.pulses)
+        if (each.count != echoes.pulses[0].count || each.samples != echoes.pulses[0].samples ||
+            each.depth != echoes.pulses[0].depth || each.values.size() != std::size_t{each.count} * each.samples)
+            throw usage_error{joined({caller, ": all pulses must have the same lines, samples and depth"})};
+}
+
+} // namespace detail
+
+/// Filters every sample along slow time.
+/// @param recycled  an ensemble whose memory is reused
+/// @throws usage_error  for settings out of range, and pulses that differ in shape
+template <exec::policy Policy>
+iq_ensemble filter_walls(const Policy& policy, const iq_ensemble& echoes, const wall_filter& filter,
+                         iq_ensemble recycled = {}) {
+    detail::check_ensemble(echoes, "filter_walls");
+    const std::size_t pulses = echoes.pulses.size();
+    const std::vector<float> matrix = wall_filter_matrix(filter, pulses);
+    recycled.prf = echoes.prf;
+    recycled.pulses.resize(pulses == 0 ? 0 : matrix.size() / pulses);
+    if (recycled.pulses.empty()) return recycled;
+    const iq_lines& first = echoes.pulses[0];
+    for (iq_lines& each : recycled.pulses) each.reshape(first.count, first.samples, first.depth);
+    constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
+    constexpr std::size_t step = 1024; // floats
+    const auto time = 0.2F * static_cast<float>(matrix.size());
+    exec::for_each_block(policy, 2 * first.values.size(), step, time, [&](std::size_t begin, std::size_t end) {
+        const auto floats = [](const iq_lines& lines) { return reinterpret_cast<const float*>(lines.values.data()); };
+        for (std::size_t j = 0; j < recycled.pulses.size(); ++j) {
+            auto* const to = reinterpret_cast<float*>(recycled.pulses[j].values.data());
+            std::size_t i = begin;
+            for (; i + width <= end; i += width) {
+                lanes<width> sum(0.0F);
+                for (std::size_t k = 0; k < pulses; ++k)
+                    sum = sum + lanes<width>(matrix[j * pulses + k]) * load<width>(floats(echoes.pulses[k]) + i);
+                store(sum, to + i);
+            }
+            for (; i < end; ++i) {
+                to[i] = 0;
+                for (std::size_t k = 0; k < pulses; ++k) to[i] += matrix[j * pulses + k] * floats(echoes.pulses[k])[i];
+            }
+        }
+    });
+    return recycled;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
+#endif

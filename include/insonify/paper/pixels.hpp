@@ -1,0 +1,133 @@
+#ifndef INSONIFY_PAPER_PIXELS_HPP
+#define INSONIFY_PAPER_PIXELS_HPP
+
+#include <insonify/core/save_macros.hpp>
+
+#include <insonify/fwd.hpp>
+#include <insonify/paper/camera.hpp>
+#include <insonify/paper/law2011.hpp>
+#include <insonify/tracing/trace.hpp>
+
+namespace insonify::inline INSONIFY_ABI {
+
+namespace detail {
+
+/// The paper's two secondary rays of one point on the slice: r2 towards the transducer, for what reaches the point, and
+/// r3 away from it, for an interface within `reflection_length`. The crossings get their depths along the beam.
+///
+/// @param line   the beam through the point, in the world
+/// @param depth  of the point along it, metres
+/// @return       false where the crossings do not fit
+INSONIFY_FN inline bool find_pixel_crossings(const scene_view& scene, const ray& line, float depth,
+                                             float reflection_length, line_crossings& found) {
+    found.clear();
+    const vec3 point = line.at(depth);
+    scene.boxes.for_each_hit({line.origin, line.direction, 0, depth + reflection_length}, [&](const hit& box) {
+        const std::uint32_t rank = box.primitive;
+        const object_view& one = scene.objects[rank];
+        const float to_origin = one.box.contains(line.origin) ? FLT_MAX : depth;
+        const ray r2 = one.local({.origin = point, .direction = -line.direction, .max_distance = to_origin});
+        one.tree.for_each_hit(r2, [&](const hit& at) {
+            if (at.distance <= depth)
+                found.add({depth - at.distance, rank, at.primitive});
+            else
+                found.inside.toggle(rank);
+        });
+        const ray r3 = one.local({.origin = point, .direction = line.direction, .max_distance = reflection_length});
+        one.tree.for_each_hit(r3, [&](const hit& at) { found.add({depth + at.distance, rank, at.primitive}); });
+    });
+    found.sort();
+    return found.complete();
+}
+
+/// Traces points of the slice one by one, as the paper does: a slow reference for `trace_beams`.
+class pixel_tracer {
+  public:
+    /// @param frequency  hertz
+    pixel_tracer(const scene_view& scene, const law2011& model, float frequency)
+        : scene_{scene}, model_{model}, frequency_{frequency} {}
+
+    /// Intensity at `depth` metres along a beam in the world.
+    float operator()(const ray& line, float depth) {
+        for (;; memory_.grow()) {
+            line_scratch scratch = memory_.scratch();
+            if (!find_pixel_crossings(scene_, line, depth, model_.reflection_length, scratch.found)) continue;
+            const line_frame frame{.origin = line.origin, .along = line.direction};
+            const view<const layer> layers =
+                stack_layers(scene_, frame, depth + model_.reflection_length, scratch.found, scratch.layers, false);
+            if (!layers.empty())
+                return model_.at({.layers = layers, .media = scene_.media, .frequency = frequency_}, depth);
+        }
+    }
+
+  private:
+    const scene_view& scene_;
+    const law2011& model_;
+    float frequency_;
+    scratch_memory memory_{};
+};
+
+/// A (fractional) line of a probe in the world.
+template <transducer Probe>
+ray world_beam(const Probe& probe, const pose& at, float line) {
+    const ray local = probe.beam(line);
+    return {.origin = at.point(local.origin), .direction = at.direction(local.direction)};
+}
+
+} // namespace detail
+
+/// The paper's algorithm to the letter, on the probe's own grid: the same values as `trace_beams`, within rounding.
+/// @throws usage_error, geometry_error  as `trace_beams`
+template <exec::policy Policy, transducer Probe>
+scan_lines trace_pixels(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                        const law2011& model, const acquisition& settings) {
+    const std::uint32_t samples = detail::check_acquisition(body, probe, at, model, settings);
+    const scene_view scene = body.view_for_rays(policy);
+    scan_lines lines{probe.lines, samples, settings.depth};
+    const float spacing = settings.depth / static_cast<float>(samples);
+    exec::for_each_block(policy, lines.values.size(), 1024, 500, [&](std::size_t begin, std::size_t end) {
+        detail::pixel_tracer tracer{scene, model, probe.frequency};
+        for (std::size_t i = begin; i < end; ++i) {
+            const ray line = detail::world_beam(probe, at, static_cast<float>(i / samples));
+            lines.values[i] = tracer(line, (static_cast<float>(i % samples) + 0.5F) * spacing);
+        }
+    });
+    return lines;
+}
+
+/// The same for the pixels of a camera: r1 from the camera to the slice finds the point of each pixel.
+///
+/// @param seen_by  an `orthographic_camera` or a `perspective_camera`
+/// @return an image of the camera's size; black where r1 hits no point between the face and `settings.depth`
+/// @tparam Image    `image`; include image/image.hpp where this is called
+/// @throws usage_error, geometry_error  as `trace`
+template <exec::policy Policy, transducer Probe, camera Camera, class Image = image>
+Image trace_pixels(const Policy& policy, const scene& body, const Probe& probe, const pose& at, const law2011& model,
+                   const acquisition& settings, const Camera& seen_by) {
+    detail::check_acquisition(body, probe, at, model, settings);
+    const scene_view scene = body.view_for_rays(policy);
+    seen_by.check();
+    Image picture{seen_by.size};
+    exec::for_each_block(policy, picture.pixels.size(), 1024, 500, [&](std::size_t begin, std::size_t end) {
+        detail::pixel_tracer tracer{scene, model, probe.frequency};
+        for (std::size_t i = begin; i < end; ++i) {
+            const ray r1 = seen_by.through(
+                {static_cast<float>(i % picture.size.x) + 0.5F, static_cast<float>(i / picture.size.x) + 0.5F});
+            const vec3 from = at.local_point(r1.origin), along = at.local_direction(r1.direction);
+            const float distance = -from.y / along.y; // to the slice plane y = 0
+            if (!(distance >= 0) || !is_finite(distance)) continue;
+            const vec3 point = from + distance * along;
+            const vec2 place = probe.locate({point.x, point.z});
+            if (!(place.x >= -0.5F && place.x <= static_cast<float>(probe.lines) - 0.5F)) continue;
+            if (!(place.y >= 0 && place.y <= settings.depth)) continue;
+            picture.pixels[i] = tracer(detail::world_beam(probe, at, place.x), place.y);
+        }
+    });
+    return picture;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
+#endif

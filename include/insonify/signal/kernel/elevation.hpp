@@ -1,0 +1,307 @@
+#ifndef INSONIFY_SIGNAL_KERNEL_ELEVATION_HPP
+#define INSONIFY_SIGNAL_KERNEL_ELEVATION_HPP
+
+#include <insonify/core/save_macros.hpp>
+
+#include <insonify/core/error.hpp>
+#include <insonify/core/view.hpp>
+#include <insonify/execution/for_each.hpp>
+#include <insonify/signal/beam.hpp>
+#include <insonify/signal/kernel/elevation_plane.hpp>
+#include <cmath>
+#include <string>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Maximum number of elevation planes of a frame.
+inline constexpr std::uint32_t max_elevation_planes = 7;
+
+namespace detail {
+
+/// Whether the planes of a probe can follow its beam with the depth z: all lines within 60 degrees of z.
+template <transducer Probe>
+bool lines_follow_depth(const Probe& probe) {
+    for (std::uint32_t i = 0; i < probe.lines; ++i)
+        if (!(probe.beam(static_cast<float>(i)).direction.z > 0.5F)) return false;
+    return true;
+}
+
+/// The heights of a pair of planes: see `elevation_planes`.
+struct elevation_pair {
+    float delta = 0;
+    float psi = 0; ///< radians
+};
+
+/// The pairs of 3, 5 or 7 planes; none for another count.
+inline view<const elevation_pair> elevation_pairs(std::uint32_t count) {
+    static constexpr elevation_pair pairs[][3] = {{{0.92F, 109_deg}},
+                                                  {{1.104F, 115.4_deg}, {1.625F, 28.7_deg}},
+                                                  {{0.93F, 182.5_deg}, {2.562F, 181.4_deg}, {1.361F, 96.8_deg}}};
+    if (count < 3 || count > max_elevation_planes) return {};
+    return {pairs[count / 2 - 1], count / 2};
+}
+
+/// Planes that sample the thickness of the slice: the slice plane, and pairs to both sides of it that follow the beam.
+///
+/// The variance of the beam is sigma_f^2 + g(z)^2, of diffraction and of the aperture's shadow g (see `beam_model`). A pair
+/// lies at the heights
+///
+///     y = +- delta (sigma_f cos psi + g(z) sin psi)
+///
+/// which are linear in z: both are planes. With psi near 0 they sample the diffraction and hardly tilt; near 90 degrees they
+/// follow the shadow and cross at the focus. Depth is measured along z: where lines diverge, along the middle one. On
+/// a line at an angle t to z the heights change cos t times as fast with the depth along the line, which no plane that serves all
+/// lines can avoid; the weights are those of the heights that the planes have there: see `along`.
+/// Source: numerical searches by random steps for a small error in the echoes of half spaces that begin at any height, for
+/// linear, convex and phased arrays. The pairs of 5 and 7 planes are a choice among what was found, such that an anechoic sphere
+/// of 3 mm at the elevation focus fills as in the beam within 2 dB, the rms height is the beam's within a tenth, and half
+/// spaces, steep rough surfaces and the lines of sectors stay within the limits of `tests/tracing/elevation*.cpp`; the last change, by
+/// less than a degree, was made by hand. No program returns these numbers: `bench/studies/elevation_planes.cpp` prints their errors
+/// beside the smallest that it finds, without conditions and with those on the sphere and the rms height.
+class elevation_planes {
+  public:
+    /// @param count  1, 3, 5 or 7: the middle one, and pairs
+    /// @param depth  of the image, metres
+    /// @param tilted  whether planes follow the beam; else they are parallel, at the heights of half the depth
+    /// @throws usage_error  for another count
+    elevation_planes(const beam_model& beam, std::uint32_t count, float depth, bool tilted)
+        : elevation_planes{beam, count, elevation_pairs(count), depth, tilted} {}
+
+    /// The same with other pairs, (count - 1) / 2 of them.
+    elevation_planes(const beam_model& beam, std::uint32_t count, view<const elevation_pair> pairs, float depth,
+                     bool tilted)
+        : beam_{beam}, count_{count}, spacing_{depth / depths} {
+        if (count % 2 == 0 || count > max_elevation_planes)
+            throw usage_error{"trace: `planes` is " + std::to_string(count) +
+                              "; it must be 1, 3, 5 or 7: the slice plane, and pairs to both sides of it"};
+        for (std::uint32_t i = 1; i < count; ++i) {
+            const elevation_pair& own = pairs[(i - 1) / 2];
+            const float side = i % 2 == 0 ? own.delta : -own.delta;
+            const float at_focus = side * std::cos(own.psi) * beam.elevation_diffraction();
+            const auto height = [&](float z) { return at_focus + side * std::sin(own.psi) * beam.elevation_shadow(z); };
+            planes_[i] = tilted ? elevation_plane{height(0), (height(depth) - height(0)) / depth}
+                                : elevation_plane{height(0.5F * depth), 0};
+        }
+        make_table();
+    }
+
+    /// The same planes by the depth along a line, with the weights that belong to their heights there.
+    /// @param begin   z of its origin, metres
+    /// @param cosine  of its angle to z
+    elevation_planes along(float begin, float cosine) const {
+        elevation_planes line = *this;
+        for (elevation_plane& one : line.planes_) one = {one.height(begin), one.slope * cosine};
+        line.make_table();
+        return line;
+    }
+
+    std::uint32_t count() const { return count_; }
+    /// The slice plane, then pairs.
+    const elevation_plane& operator[](std::size_t plane) const { return planes_[plane]; }
+
+    /// Height of the cells of the scatterer field out of the slice, metres: half the aperture's for a single plane. For several
+    /// planes 0.7 of it, with a correlation length as that of the beam twice as deep as its focus; nearer to the focus,
+    /// `phase_spread` shortens it. It is the same at all depths, so that speckle stays the same as tissue moves in depth.
+    float scatterer_height() const { return (count_ > 1 ? 0.7F : 0.5F) * beam_.elevation_height; }
+
+    /// How fast the phases of the scatterers of one place come apart as the probe moves out of the slice: rms, rad/m.
+    ///
+    /// The echoes of a Gaussian beam of standard deviation sigma have the correlation
+    ///
+    ///     rho(d) = integral of w(y) w(y + d) dy / integral of w(y)^2 dy = exp(-d^2 / (4 sigma^2)),   w = exp(-y^2 / (2 sigma^2))
+    ///
+    /// after a shift by d. Cells of height H, linear from one to the next, have exp(-2.5 d^2 / (2 H^2)); phases of rms s a metre
+    /// have exp(-s^2 d^2 / 2). The product is rho where s^2 = 1 / (2 sigma^2) - 2.5 / H^2. A single plane has its cells alone.
+    float phase_spread(float depth) const {
+        if (count_ == 1) return 0;
+        const float sigma = beam_.elevation_sigma(depth), height = scatterer_height();
+        return std::sqrt(max(0.5F / (sigma * sigma) - 2.5F / (height * height), 0));
+    }
+
+    /// Half height s of the strip of the beam that each plane stands for at a depth, metres: its power exp(-y^2 / s^2) and the
+    /// distances between the planes together have the variance of the beam's.
+    float strip(float depth) const {
+        const float sigma = beam_.elevation_sigma(depth);
+        const weights parts = at(depth);
+        float apart = 0;
+        for (std::uint32_t i = 0; i < count_; ++i) {
+            const float height = parts.random[i] * planes_[i].height(depth);
+            apart += height * height;
+        }
+        return std::sqrt(max(sigma * sigma - 2 * apart, 0));
+    }
+
+    /// The fraction of an echo that each plane adds at one depth.
+    struct weights {
+        float coherent[max_elevation_planes] = {}; ///< echoes of surfaces add by amplitude; the sum is 1
+        float random[max_elevation_planes] = {};   ///< independent echoes add by power; the sum of squares is 1
+        /// The strip of tissue that each plane represents: its lower and upper end, metres from the height of the plane, with
+        /// the mean and variance of the beam power that the plane represents. That of a single plane is empty.
+        vec2 strip[max_elevation_planes] = {};
+    };
+
+    /// At a depth in metres: linear between the depths of a table.
+    weights at(float depth) const {
+        const float place = clamp(depth / spacing_ - 0.5F, 0, static_cast<float>(depths - 1));
+        const auto above = static_cast<std::uint32_t>(place);
+        const weights &a = table_[above], &b = table_[above + 1 < depths ? above + 1 : above];
+        const float part = place - static_cast<float>(above);
+        weights found;
+        for (std::uint32_t i = 0; i < count_; ++i) {
+            found.coherent[i] = a.coherent[i] + part * (b.coherent[i] - a.coherent[i]);
+            found.random[i] = a.random[i] + part * (b.random[i] - a.random[i]);
+            found.strip[i] = a.strip[i] + part * (b.strip[i] - a.strip[i]);
+        }
+        return found;
+    }
+
+    /// Appends the coherent weights of every sample of a line: plane after plane, each with `samples` weights.
+    void weights_of_samples(std::uint32_t samples, float spacing, std::vector<float>& all) const {
+        const std::size_t begin = all.size();
+        all.resize(begin + std::size_t{count_} * samples);
+        for (std::uint32_t k = 0; k < samples; ++k) {
+            const weights here = at((static_cast<float>(k) + 0.5F) * spacing);
+            for (std::uint32_t i = 0; i < count_; ++i) all[begin + std::size_t{i} * samples + k] = here.coherent[i];
+        }
+    }
+
+  private:
+    static constexpr std::uint32_t depths = 128; // parts of the depth of the image
+
+    void make_table() {
+        for (std::uint32_t k = 0; k < depths; ++k) table_[k] = integrate((static_cast<float>(k) + 0.5F) * spacing_);
+    }
+
+    // Each plane represents the strip of the beam that is nearest to it: by the integral of the two-way amplitude
+    // exp(-y^2 / 2 sigma^2) over it for coherent echoes, of its square for the power of independent ones. Borders between
+    // strips are soft, by about a quarter of sigma where planes are close: those that cross share a strip, so that weights
+    // are continuous.
+    weights integrate(float depth) const {
+        constexpr float step = 0.25F, softness = 0.25F; // standard deviations
+        constexpr int steps = 16;
+        const float sigma = beam_.elevation_sigma(depth);
+        float height[max_elevation_planes];
+        for (std::uint32_t i = 0; i < count_; ++i) height[i] = planes_[i].height(depth) / sigma;
+        weights found;
+        float coherent = 0, power = 0;
+        vec2 moment[max_elevation_planes] = {}; // first and second, of the power
+        for (int k = 0; k < steps; ++k) {       // below the slice is the mirror image
+            const float y = (static_cast<float>(k) + 0.5F) * step;
+            float share[max_elevation_planes], nearest = FLT_MAX, shares = 0;
+            for (std::uint32_t i = 0; i < count_; ++i) {
+                share[i] = (y - height[i]) * (y - height[i]);
+                nearest = min(nearest, share[i]);
+            }
+            for (std::uint32_t i = 0; i < count_; ++i)
+                shares += share[i] = std::exp((nearest - share[i]) / (2 * softness * softness));
+            const float amplitude = std::exp(-0.5F * y * y);
+            for (std::uint32_t i = 0; i < count_; ++i) {
+                found.coherent[i] += amplitude * share[i] / shares;
+                const float part = amplitude * amplitude * share[i] / shares;
+                found.random[i] += part;
+                moment[i] += part * vec2{y, y * y};
+            }
+            coherent += amplitude;
+            power += amplitude * amplitude;
+        }
+        for (std::uint32_t i = 0; i < count_; i += i == 0 ? 1 : 2) {
+            for (float* const each : {found.coherent, found.random})
+                if (i > 0) each[i] = each[i + 1] = 0.5F * (each[i] + each[i + 1]);
+            if (i == 0) moment[0].x = 0;
+            if (i > 0) moment[i] = 0.5F * vec2{moment[i].x - moment[i + 1].x, moment[i].y + moment[i + 1].y};
+            if (i > 0) moment[i + 1] = {-moment[i].x, moment[i].y};
+        }
+        limit_variance(found.coherent, height, 1);
+        limit_variance(found.random, height, 0.5F);
+        for (std::uint32_t i = 0; i < count_; ++i) {
+            const vec2 mean = moment[i] / max(found.random[i], 1e-12F);
+            const float half = count_ == 1 ? 0 : std::sqrt(3 * max(mean.y - mean.x * mean.x, 0));
+            found.strip[i] = sigma * (vec2{mean.x - half, mean.x + half} - height[i]);
+            found.coherent[i] /= coherent;
+            found.random[i] = std::sqrt(found.random[i] / power);
+        }
+        return found;
+    }
+
+    // Where the planes spread further than the beam, those far out lose weight to those near the middle, as by a narrower Gaussian:
+    // each times exp(-g h^2), with the least g >= 0 by Newton's method. The sum of the weights stays.
+    // @param height, variance  in standard deviations of the beam
+    void limit_variance(float (&weight)[max_elevation_planes], const float (&height)[max_elevation_planes],
+                        float variance) const {
+        float narrower = 0;
+        for (int round = 0; round < 6; ++round) {
+            float all = 0, kept = 0, second = 0, fourth = 0;
+            for (std::uint32_t i = 0; i < count_; ++i) {
+                const float squared = height[i] * height[i], part = weight[i] * std::exp(-narrower * squared);
+                all += weight[i];
+                kept += part;
+                second += part * squared;
+                fourth += part * squared * squared;
+            }
+            second /= kept;
+            const float steepness = fourth / kept - second * second;
+            const bool last = round == 5 || !(second > 1.0001F * variance) || !(steepness > 0);
+            if (last)
+                for (std::uint32_t i = 0; i < count_; ++i)
+                    weight[i] *= std::exp(-narrower * height[i] * height[i]) * all / kept;
+            if (last) return;
+            narrower += (second - variance) / steepness;
+        }
+    }
+
+    beam_model beam_;
+    std::uint32_t count_;
+    float spacing_;
+    elevation_plane planes_[max_elevation_planes] = {};
+    weights table_[depths] = {};
+};
+
+/// The elevation planes along each line of a probe. Lines at nearly the same angle share them. Keeps its memory.
+class planes_of_lines {
+  public:
+    planes_of_lines() = default;
+    template <class Policy, transducer Probe>
+    planes_of_lines(const Policy& policy, const Probe& probe, const elevation_planes& planes) {
+        assign(policy, probe, planes);
+    }
+
+    template <class Policy, transducer Probe>
+    void assign(const Policy& policy, const Probe& probe, const elevation_planes& planes) {
+        set_of_line_.assign(probe.lines, 0);
+        angles_.clear();
+        lines_.clear();
+        const bool tilted = lines_follow_depth(probe) && planes.count() > 1;
+        for (std::uint32_t i = 0; i < probe.lines; ++i) {
+            const ray line = probe.beam(static_cast<float>(i));
+            const int angle = tilted ? static_cast<int>(std::lround(200 * (1 - line.direction.z))) : 0;
+            std::size_t set = 0;
+            while (set < angles_.size() && angles_[set] != angle) ++set;
+            set_of_line_[i] = static_cast<std::uint32_t>(set);
+            if (set < angles_.size()) continue;
+            angles_.push_back(angle);
+            lines_.push_back({line.origin.z, line.direction.z});
+        }
+        sets_.assign(angles_.size(), planes);
+        if (tilted)
+            for_each_index(policy, sets_.size(),
+                           [&](std::size_t set) { sets_[set] = planes.along(lines_[set].x, lines_[set].y); });
+    }
+
+    const std::vector<std::uint32_t>& set_of_line() const { return set_of_line_; }
+    std::size_t sets() const { return sets_.size(); }
+    const elevation_planes& operator[](std::size_t set) const { return sets_[set]; }
+
+  private:
+    std::vector<std::uint32_t> set_of_line_{};
+    std::vector<elevation_planes> sets_{};
+    std::vector<int> angles_{}; // of the sets
+    std::vector<vec2> lines_{}; // of the sets: z of the origin and of the direction
+};
+
+} // namespace detail
+} // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
+#endif

@@ -1,0 +1,238 @@
+#ifndef INSONIFY_SIGNAL_KERNEL_KERNEL_COMPENSATION_HPP
+#define INSONIFY_SIGNAL_KERNEL_KERNEL_COMPENSATION_HPP
+
+#include <insonify/core/save_macros.hpp>
+
+#include <insonify/acoustics/echo_line.hpp>
+#include <insonify/acoustics/roughness.hpp>
+#include <insonify/core/view.hpp>
+#include <insonify/signal/kernel/curved_kernel.hpp>
+#include <insonify/signal/kernel/surface_strip.hpp>
+#include <cstddef>
+
+/// The acoustic model computes physics only: it emits the echo that the probe receives. `convolve` then averages
+/// neighbouring lines, and elevation planes are averaged too, which weakens echoes that differ from line to line. Here
+/// echoes are raised beforehand by the same amount, so that their levels are those of the model. Planes are averaged with the
+/// weights of coherent echoes; independent ones, which add by power, have weights of their own, and are multiplied by the
+/// ratio.
+namespace insonify::inline INSONIFY_ABI {
+
+/// What the lateral kernel and the elevation planes do to echoes at one depth of a line.
+struct kernel_sample {
+    float lateral_sigma = 0;   ///< of the Gaussian that `convolve` applies across the lines, metres; 0: none
+    float elevation_sigma = 0; ///< of the beam out of the slice plane, metres; 0: unknown
+    float line_spacing = 0;    ///< metres to the next line
+    float divergence = 0;      ///< of neighbouring lines: angle over distance, 1/m
+    float speckle_gain = 1;    ///< keeps the rms of speckle
+    vec2 speckle_spread{0, 0}; ///< m^2: mean square distance between correlated speckle, across lines and planes
+    float speckle_loss =
+        0; ///< m^4: the next term of the loss on a slope, across lines; see `compensated_echoes::scatterers`
+    float surface_gain = 1;      ///< keeps the rms of the diffuse echoes of surfaces
+    vec2 surface_spread{0, 0};   ///< m^2: the same for these
+    float uncorrelated_gain = 1; ///< keeps the rms of echoes that are independent from line to line
+};
+
+/// The kernels along one line, by displayed depth.
+struct line_kernels {
+    view<const kernel_sample> samples{}; ///< for equal parts of the displayed depth, from the face on
+    float spacing = 1;                   ///< metres of displayed depth to each part
+    std::uint32_t planes = 1;            ///< elevation planes
+    std::uint32_t plane = 0;             ///< of the line
+    view<const float> plane_heights{};   ///< for each part those of all planes, metres out of the slice plane
+    view<const float> plane_weights{};   ///< for each part those of all planes; their sum is 1
+    view<const float> random_weights{};  ///< of this plane for each part: for independent echoes, over its plane weight
+    view<const vec2> plane_strips{};     ///< of this plane for each part: see `elevation_planes::weights::strip`
+
+    /// The part that a displayed depth lies in, metres.
+    INSONIFY_FN std::size_t index(float depth) const {
+        return static_cast<std::size_t>(clamp(depth / spacing, 0, static_cast<float>(samples.size() - 1)));
+    }
+    /// Of independent echoes, at a displayed depth, metres: linear between the parts, as `elevation_planes::at`.
+    INSONIFY_FN float random_weight(float depth) const {
+        if (random_weights.empty()) return 1;
+        const float place = clamp(depth / spacing - 0.5F, 0, static_cast<float>(random_weights.size() - 1));
+        const auto above = static_cast<std::size_t>(place);
+        const float a = random_weights[above],
+                    b = random_weights[above + 1 < random_weights.size() ? above + 1 : above];
+        return a + (place - static_cast<float>(above)) * (b - a);
+    }
+    /// The kernels at a displayed depth, metres; without effect where there are none.
+    INSONIFY_FN kernel_sample at(float depth) const {
+        return samples.empty() ? kernel_sample{} : samples[index(depth)];
+    }
+};
+
+/// An `echo_line` that compensates for the kernels before it writes.
+class compensated_echoes {
+  public:
+    /// @param pulse_sigma  standard deviation of the pulse envelope, metres of displayed depth
+    INSONIFY_FN compensated_echoes(const echo_line& echoes, const line_kernels& kernels, float frequency,
+                                   float pulse_sigma)
+        : echoes_{echoes}, kernels_{kernels}, frequency_{frequency}, sigma_{pulse_sigma},
+          phase_per_metre_{4 * pi * frequency / display_speed} {}
+
+    /// As `echo_line::depth`.
+    INSONIFY_FN float depth() const { return echoes_.depth(); }
+    /// As `echo_line::add`: an echo without compensation.
+    INSONIFY_FN void add(float depth, vec2 amplitude) const { echoes_.add(depth, amplitude); }
+
+    /// The specular law already contains the loss of a tilted surface, so the part that the kernels would take again is
+    /// divided out.
+    INSONIFY_FN void surface(float depth, float amplitude, vec2 slope) const {
+        echoes_.surface(depth, amplitude / (lateral_transfer(depth, slope.x) * elevation_transfer(depth, slope.y)),
+                        slope);
+    }
+
+    /// The echo of a surface that turns from line to line, or from plane to plane, with its repetitions. Every plane that
+    /// meets it emits the echo of the whole, where the surface is nearest to the probe.
+    INSONIFY_FN void curved_surface(const curved_echo& one) const {
+        const kernel_sample here = kernels_.at(one.depth);
+        // Depth is measured along the lines: their divergence adds to the curvature that is seen from line to line, but does
+        // not weaken the echo.
+        const detail::curved_kernel own{phase_per_metre_, one.slope.x, one.curvature.x, here.lateral_sigma},
+            across{phase_per_metre_, one.slope.x, one.curvature.x + here.divergence, here.lateral_sigma},
+            out_of_slice{phase_per_metre_, one.slope.y, one.curvature.y, here.elevation_sigma};
+        const float in_lines = across.strength(), in_planes = out_of_slice.strength();
+        const auto repeat = [&](float first, vec2 amplitude) {
+            one.for_each_repetition(
+                depth() - first, [&](float deeper, float factor) { echoes_.add(first + deeper, factor * amplitude); });
+        };
+        const auto add = [&](float first, vec2 of_line) {
+            if (in_planes < 1)
+                repeat(first, ((1 - in_planes) * raised(one.collected.y, elevation_transfer(one.depth, one.slope.y))) *
+                                  of_line);
+            if (in_planes > 0) {
+                const vec2 nearest = out_of_slice.to_nearest();
+                repeat(first + nearest.y, in_planes * product(of_line, of_planes(one.depth, out_of_slice, nearest.x)));
+            }
+        };
+        if (in_lines < 1)
+            add(one.depth,
+                {one.amplitude * (1 - in_lines) * raised(one.collected.x, lateral_transfer(one.depth, one.slope.x)),
+                 0});
+        if (in_lines > 0)
+            add(one.depth + across.to_nearest().y,
+                (one.amplitude * in_lines * own.at_middle() / across.at_middle()) * across.of_line(here.line_spacing));
+    }
+
+    /// The rms of speckle is kept. On a slope s the echoes of neighbouring lines differ in phase, q a metre: two lines d
+    /// apart by q d; what they have in common counts by the cosine. So the power is
+    ///
+    ///     exp(-(spread q^2 / 2 + loss q^4)),   q = 4 pi f0 s / c0
+    INSONIFY_FN void scatterers(scatterer_echoes run) const {
+        const auto gain = [&](float depth) {
+            const kernel_sample here = kernels_.at(depth);
+            const vec2 q_squared = square(phase_per_metre_) * run.slope * run.slope,
+                       lost = 0.5F * q_squared * here.speckle_spread;
+            return here.speckle_gain * kernels_.random_weight(depth) *
+                   std::exp(0.5F * min(lost.x + lost.y + here.speckle_loss * q_squared.x * q_squared.x, 2));
+        };
+        constexpr float max_level = 1e20F; // keeps sums finite
+        run.first_level = min(run.first_level * gain(run.depth), max_level);
+        run.last_level = min(run.last_level * gain(run.depth + run.step * static_cast<float>(run.count)), max_level);
+        echoes_.scatterers(run);
+    }
+
+    /// A sloping rough surface covers a range of depths within the width of the line and the strip of its plane: it is
+    /// divided into independent parts over that range, of the same total power. A steep surface would else look like stairs.
+    ///
+    /// On neighbouring lines the surface is s d deeper, with other values of its field. Their correlation falls by
+    /// exp(-(s d)^2 (1 / l^2 + k^2) / 2), where l = 0.632 grains is the correlation length of the field and k
+    /// the phase a metre; far apart they are independent.
+    template <class Value>
+    INSONIFY_FN void rough_surface(float depth, float amplitude, vec2 slope, vec3 curvature, const Value& value) const {
+        const kernel_sample here = kernels_.at(depth);
+        const float per_metre = 1 / square(0.632F * surface_grain(frequency_)) + square(phase_per_metre_);
+        const vec2 decorrelation = vec2{1, 1} + slope * slope * here.surface_spread * per_metre;
+        const detail::surface_strip strip{slope.y, curvature.y,
+                                          kernels_.plane_strips.empty() ? vec2{0, 0}
+                                                                        : kernels_.plane_strips[kernels_.index(depth)]};
+        const float range = min(here.line_spacing * std::fabs(slope.x) + strip.range(), 3e-3F);
+        const float part = max(0.5F * sigma_, 1e-6F), steps = std::ceil(range / part);
+        const float gain =
+            min(here.surface_gain * std::sqrt(std::sqrt(decorrelation.x * decorrelation.y)), here.uncorrelated_gain);
+        const float level = amplitude * gain / std::sqrt(steps + 1);
+        const float along_strip = strip.deeper(1) > strip.deeper(0) ? 1.0F : -1.0F,
+                    across = along_strip * max(steps * part - strip.range(), 0);
+        for (int i = 0; i <= static_cast<int>(steps); ++i) {
+            const float place = steps > 0 ? static_cast<float>(i) / steps : 0.5F;
+            const float deeper = strip.deeper(place) + (place - 0.5F) * across;
+            echoes_.add(depth + deeper, value(deeper) * (level * kernels_.random_weight(depth + deeper)));
+        }
+    }
+
+  private:
+    // Limits the gain: the echo of a small or curved surface is weakened less than that of a plane.
+    static constexpr float min_transfer = 0.15F;
+
+    // The part of an echo that the aperture collects, over what the kernels keep of it. Limited to twice the echo itself, because
+    // the lines and planes that meet the edge of a steep surface are too few to weaken it.
+    INSONIFY_FN static float raised(float collected, float transfer) { return min(collected / transfer, 2); }
+
+    // Fraction of a sloping surface's echo that `convolve` keeps. The Gaussian across the lines, narrowed to where the
+    // pulse still overlaps, 1 / sigma'^2 = 1 / sigma_x^2 + s^2 / sigma_z^2, and its spectrum at the phase gradient
+    // 4 pi f0 s / c0 and at the nearest aliases of the line spacing.
+    INSONIFY_FN float lateral_transfer(float depth, float slope) const {
+        const kernel_sample here = kernels_.at(depth);
+        if (!(here.lateral_sigma > 0) || !(here.line_spacing > 0)) return 1;
+        const float narrowed = 1 / std::sqrt(1 + square(here.lateral_sigma * slope / sigma_));
+        const float phase = phase_per_metre_ * slope, alias = 2 * pi / here.line_spacing;
+        const float nearest = phase - alias * std::floor(phase / alias + 0.5F);
+        float kept = 0, all = 0;
+        for (int i = -1; i <= 1; ++i) {
+            const float shift = static_cast<float>(i) * alias;
+            kept += std::exp(-0.5F * square(narrowed * here.lateral_sigma * (nearest + shift)));
+            all += std::exp(-0.5F * square(here.lateral_sigma * shift));
+        }
+        return max(narrowed * kept / all, min_transfer);
+    }
+
+    // The same for the planes of the slice: the sum of their weights, each as high on the pulse and turned by as much
+    // phase as the surface is deeper there.
+    INSONIFY_FN float elevation_transfer(float depth, float slope) const {
+        if (kernels_.plane_heights.empty() || slope == 0) return 1;
+        const std::size_t first = kernels_.index(depth) * kernels_.planes;
+        float sum = 0;
+        for (std::size_t i = first; i < first + kernels_.planes; ++i) {
+            const float deeper = slope * kernels_.plane_heights[i], sigmas = deeper / sigma_;
+            sum += kernels_.plane_weights[i] * std::exp(-0.5F * sigmas * sigmas) * std::cos(phase_per_metre_ * deeper);
+        }
+        return max(std::fabs(sum), min_transfer);
+    }
+
+    // What a plane that meets a curved surface emits: the whole, over the weight of all planes that do. Those that meet it
+    // obliquely, where its radius is uncertain, are used where there are no others.
+    INSONIFY_FN vec2 of_planes(float depth, const detail::curved_kernel& surface, float to_nearest) const {
+        if (kernels_.plane_heights.empty()) return surface.whole(to_nearest);
+        const std::size_t first = kernels_.index(depth) * kernels_.planes;
+        const float* const height = kernels_.plane_heights.data() + first;
+        const float middle = height[kernels_.plane] + to_nearest, radius = surface.radius();
+        constexpr float oblique = 0.85F;
+        const bool is_oblique = std::fabs(to_nearest) > oblique * radius;
+        float well = 0, obliquely = 0; // met
+        for (std::uint32_t i = 0; i < kernels_.planes; ++i) {
+            const float apart = std::fabs(height[i] - middle), weight = kernels_.plane_weights[first + i];
+            if (i == kernels_.plane ? !is_oblique : apart <= oblique * radius)
+                well += weight;
+            else if (i == kernels_.plane || apart < radius)
+                obliquely += weight;
+        }
+        if (is_oblique && well > 0) return {0, 0};
+        return surface.whole(middle) / max(is_oblique ? obliquely : well, 1e-3F);
+    }
+
+    INSONIFY_FN static float square(float x) { return x * x; }
+    INSONIFY_FN static vec2 product(vec2 a, vec2 b) { return {a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x}; }
+
+    echo_line echoes_;
+    line_kernels kernels_;
+    float frequency_;
+    float sigma_;
+    float phase_per_metre_;
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
+#endif

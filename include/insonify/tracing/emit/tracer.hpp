@@ -1,0 +1,78 @@
+#ifndef INSONIFY_TRACING_EMIT_TRACER_HPP
+#define INSONIFY_TRACING_EMIT_TRACER_HPP
+
+#include <insonify/core/save_macros.hpp>
+
+#include <insonify/acoustics/acoustic_model.hpp>
+#include <insonify/acoustics/physical.hpp>
+#include <insonify/scene/layers.hpp>
+#include <insonify/signal/kernel/kernel_compensation.hpp>
+#include <concepts>
+
+namespace insonify::inline INSONIFY_ABI {
+
+struct path_branch;
+struct path_arrival;
+
+/// Memory of fixed capacity in which one line is traced. If it is too small, the tracer returns false, and the line is
+/// traced again with more.
+struct line_scratch {
+    line_crossings found{};               ///< crossings and containing objects of the line
+    view<layer> layers{};                 ///< room for its layers
+    view<path_branch> branches{};         ///< room for paths that are yet to be followed
+    view<std::uint32_t> branch_objects{}; ///< room for the ranks of the objects that contain them, branch after branch
+    view<path_arrival> arrivals{};        ///< room for where paths met surfaces
+};
+
+/// One line of one elevation plane: what a tracer is given.
+struct line_task {
+    scene_view scene{};       ///< all objects
+    traced_line line{};       ///< as the model will see it, without layers yet
+    std::uint32_t number = 0; ///< of the line
+    std::uint32_t plane = 0;  ///< of the slice's planes, the middle one first
+    std::uint32_t planes = 1; ///< that there are
+    float max_depth = 0;      ///< how far the line is to be followed, metres
+    float spacing = 0;        ///< metres from sample to sample
+    line_kernels kernels{};   ///< of the stages that follow
+
+    /// The line as a ray in the world; distances along it are those along the line, even if its plane is tilted.
+    INSONIFY_FN ray beam() const { return {.origin = line.frame.origin, .direction = line.frame.path()}; }
+
+    /// Writes emitted echoes, compensated so that later stages do not change their levels.
+    INSONIFY_FN compensated_echoes echoes(view<vec2> out) const {
+        return {echo_line{out, spacing, line.frequency}, kernels, line.frequency, line.pulse_sigma};
+    }
+
+    /// Lets the model write the samples of this line, once its layers are known.
+    template <class Policy, acoustic_model Model>
+    INSONIFY_FN void apply(const Policy& policy, const Model& model, view<const layer> layers,
+                           view<typename Model::sample_type> out) const {
+        traced_line traced = line;
+        traced.layers = layers;
+        if constexpr (requires { model.emit(traced, echoes(out)); })
+            model.emit(traced, echoes(out));
+        else
+            model(policy, traced, spacing, out);
+    }
+};
+
+/// How sound travels: `straight_lines` (the default), `paths`, or one of your own. A tracer turns one line into samples:
+///
+///     template <class Policy, acoustic_model Model>
+///     INSONIFY_FN bool operator()(const Policy& policy, const line_task& task, const Model& model, line_scratch& scratch,
+///                                 view<typename Model::sample_type> out) const;
+///
+/// It adds to samples that start at 0 and returns false where the scratch is too small, and only then. One that finds layers
+/// passes them to `task.apply`; one that needs no mesh may compute them from its own data. It must not throw. It is called
+/// from many threads at once, and on a device where it is marked INSONIFY_FN.
+template <class Tracer, class Model = physical<>>
+concept tracer = acoustic_model<Model> && requires(const Tracer& trace_one, const line_task& task, const Model& model,
+                                                   line_scratch& scratch, view<typename Model::sample_type> out) {
+    { trace_one(exec::seq, task, model, scratch, out) } -> std::same_as<bool>;
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
+#endif

@@ -1,0 +1,141 @@
+#ifndef INSONIFY_TRACING_FIND_LAYER_FINDER_HPP
+#define INSONIFY_TRACING_FIND_LAYER_FINDER_HPP
+
+#include <insonify/core/save_macros.hpp>
+
+#include <insonify/scene/layers.hpp>
+#include <insonify/scene/scene.hpp>
+#include <insonify/tracing/find/cut_normals.hpp>
+#include <insonify/tracing/find/line_layers.hpp>
+#include <insonify/tracing/find/line_memory.hpp>
+#include <insonify/tracing/find/slice_finder.hpp>
+#include <insonify/tracing/plan/frame_lines.hpp>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// How the crossings of straight lines with surfaces are found. All find the same, except on lines within rounding error of a
+/// vertex or an edge.
+enum class line_search {
+    best,   ///< for each object whichever is faster
+    rays,   ///< one ray for each line and plane, through the trees
+    slices, ///< by slices, which need no trees; rays where the lines are neither parallel nor from one point
+};
+
+namespace detail {
+
+/// Finds the layers of all lines of a frame. All lines of a plane lie in one slice of the scene: an object is cut by the slices
+/// once and the segments are distributed over the lines, or a ray is traced for each line. Keeps its memory from frame to frame.
+class layer_finder {
+  public:
+    /// Takes over the lines of a probe. @return whether slices contain them: see `slice_finder`
+    template <transducer Probe>
+    bool assign(const Probe& probe) {
+        can_cut_ = slices_.assign(probe);
+        return can_cut_;
+    }
+
+    /// Chooses how each object is found, after `assign`, and cuts those for which slices pay.
+    /// @param directions  in which each line is traced
+    /// @param keep_all    also keep segments that cross no line
+    /// @param beyond      other lines that segments are kept for
+    template <exec::policy Policy, transducer Probe>
+    void prepare(const Policy& policy, const scene& body, const frame_lines<Probe>& frame, line_search how,
+                 std::uint32_t directions = 1, bool keep_all = false, const outer_lines& beyond = {}) {
+        const view<const elevation_plane> planes{frame.plane, frame.planes};
+        sliced_ = false;
+        if (how != line_search::rays && can_cut_) {
+            scene_ = body.view_for_slices(policy);
+            sliced_ = slices_.choose(scene_, frame.at, planes, how == line_search::slices, directions);
+        }
+        if (sliced_) {
+            slices_.cut(policy, scene_, frame.at, planes, frame.max_depth, keep_all, beyond);
+            normals_.compute(policy, scene_, slices_.segments());
+        } else {
+            scene_ = body.view_for_rays(policy);
+        }
+        if (memory_.size() < blocks_of(frame.probe.lines)) memory_.resize(blocks_of(frame.probe.lines));
+    }
+
+    /// The scene as `prepare` has seen it.
+    const scene_view& scene_seen() const { return scene_; }
+    /// The slices, where some objects were cut; else null: then everything is found by rays.
+    const slice_finder* slices() const { return sliced_ ? &slices_ : nullptr; }
+    const line_fan& fan() const { return slices_.fan(); }
+
+    /// Nanoseconds to find the layers of a line, roughly.
+    float search_time() const {
+        const auto objects = static_cast<float>(scene_.objects.size());
+        const float by_rays = !sliced_ || slices_.leaves_rays() ? 300 + 20 * min(objects, 64) : 0.0F;
+        return by_rays + (sliced_ ? slices_.search_time() : 0.0F);
+    }
+
+    /// Finds the layers of the block of lines that begins with one; different blocks on any threads.
+    /// @param incident  whether to compute how lines meet surfaces: see `stack_layers`
+    template <transducer Probe>
+    void find_block(const frame_lines<Probe>& frame, std::size_t begin, bool incident, line_layers& found) {
+        block_memory& own = memory_[begin / lines_per_block];
+        layer_block& into = found.block_at(begin);
+        into.clear();
+        if (sliced_) slices_.find_block(begin, own.sliced);
+        const auto count = static_cast<std::uint32_t>(begin) + lines_per_block;
+        for (auto line = static_cast<std::uint32_t>(begin); line < frame.probe.lines && line < count; ++line)
+            for (std::uint32_t plane = 0; plane < frame.planes; ++plane)
+                while (!find_line(frame, line, plane, incident, own, into)) own.line.grow();
+    }
+
+    /// Finds those of all lines.
+    template <exec::policy Policy, transducer Probe>
+    void find(const Policy& policy, const frame_lines<Probe>& frame, bool incident, line_layers& found) {
+        found.begin(frame.probe.lines, frame.planes, scene_.media);
+        exec::for_each_block(policy, frame.probe.lines, lines_per_block,
+                             search_time() * static_cast<float>(frame.planes),
+                             [&](std::size_t begin, std::size_t) { find_block(frame, begin, incident, found); });
+    }
+
+  private:
+    // In which the lines of one block are found.
+    struct block_memory {
+        slice_finder::block_crossings sliced{};
+        line_memory line{};
+        std::vector<std::uint32_t> behind_face{};
+    };
+
+    template <transducer Probe>
+    bool find_line(const frame_lines<Probe>& frame, std::uint32_t number, std::uint32_t plane, bool incident,
+                   block_memory& own, layer_block& into) const {
+        const line_frame line = frame.line(number, plane);
+        line_crossings found = own.line.found();
+        const crossing_collector collector{
+            scene_, {line.origin, line.path(), 0, frame.max_depth}, frame.max_depth, found};
+        const auto add = [&](const crossing& one) { collector.add(one); };
+        if (sliced_) slices_.view_of(own.sliced).find(number, plane, add);
+        if (!sliced_ || slices_.leaves_rays())
+            collector.trace(sliced_ ? slices_.chosen() : view<const std::uint8_t>{}, add);
+        found.sort();
+        if (!found.complete()) return false;
+        own.behind_face.resize(own.line.inside.size());
+        media_stack behind_face{.ranks = own.behind_face};
+        behind_face.assign(found.inside);
+        for (std::uint32_t i = 0; i < found.count && found.room[i].distance <= touching_distance; ++i)
+            behind_face.toggle(found.room[i].rank);
+        if (behind_face.overflow) return false;
+        const view<const layer> layers =
+            stack_layers(scene_, line, frame.max_depth, found, view<layer>{own.line.layers}, incident);
+        if (!layers.empty()) into.add(line, layers, {behind_face.ranks.data(), behind_face.count});
+        return !layers.empty();
+    }
+
+    bool can_cut_ = false, sliced_ = false;
+    scene_view scene_{};
+    slice_finder slices_{};
+    cut_normals normals_{};
+    std::vector<block_memory> memory_{}; // of each block of lines
+};
+
+} // namespace detail
+} // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
+#endif

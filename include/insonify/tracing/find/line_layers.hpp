@@ -1,0 +1,107 @@
+#ifndef INSONIFY_TRACING_FIND_LINE_LAYERS_HPP
+#define INSONIFY_TRACING_FIND_LINE_LAYERS_HPP
+
+#include <insonify/core/save_macros.hpp>
+
+#include <insonify/acoustics/layer.hpp>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+namespace detail {
+
+/// Number of lines in a block of work.
+inline constexpr std::uint32_t lines_per_block = 8;
+
+constexpr std::size_t blocks_of(std::uint32_t lines) { return (lines + lines_per_block - 1) / lines_per_block; }
+
+/// The layers of a block of lines, by line and plane. Keeps its memory.
+class layer_block {
+  public:
+    void clear() {
+        layers_.clear();
+        ends_.clear();
+        objects_.clear();
+        object_ends_.clear();
+        frames_.clear();
+    }
+    /// Adds the next line.
+    void add(const line_frame& frame, view<const layer> layers, view<const std::uint32_t> objects) {
+        layers_.insert(layers_.end(), layers.begin(), layers.end());
+        ends_.push_back(static_cast<std::uint32_t>(layers_.size()));
+        objects_.insert(objects_.end(), objects.begin(), objects.end());
+        object_ends_.push_back(static_cast<std::uint32_t>(objects_.size()));
+        frames_.push_back(frame);
+    }
+
+    view<const layer> layers(std::size_t number) const { return part(layers_, ends_, number); }
+    view<const std::uint32_t> objects(std::size_t number) const { return part(objects_, object_ends_, number); }
+    const line_frame& frame(std::size_t number) const { return frames_[number]; }
+
+  private:
+    template <class T>
+    static view<const T> part(const std::vector<T>& all, const std::vector<std::uint32_t>& ends, std::size_t number) {
+        const std::uint32_t begin = number == 0 ? 0 : ends[number - 1];
+        return {all.data() + begin, ends[number] - begin};
+    }
+
+    std::vector<layer> layers_{};
+    std::vector<std::uint32_t> ends_{};        // of each line, in `layers_`
+    std::vector<std::uint32_t> objects_{};     // ranks
+    std::vector<std::uint32_t> object_ends_{}; // of each line, in `objects_`
+    std::vector<line_frame> frames_{};
+};
+
+} // namespace detail
+
+/// What lies along every line of every elevation plane, as `find_layers` found it. A value: the scene may change afterwards.
+///
+///     const line_layers found = find_layers(exec::par_unseq, body, probe, at, {.depth = 40_mm, .planes = 5});
+///     float in_bone = 0; // metres, on line 32 of the slice plane
+///     for (const layer& one : found(32))
+///         if (one.object == static_cast<label_id>(bone)) in_bone += one.end - one.begin;
+class line_layers {
+  public:
+    std::uint32_t lines = 0;     ///< of the probe
+    std::uint32_t planes = 0;    ///< elevation planes: the slice plane, then pairs to both sides of it
+    std::vector<medium> media{}; ///< of the scene, the background first: what `layer::medium` is an index of
+
+    /// From the probe face on, without gaps: each layer begins where the one before ends.
+    view<const layer> operator()(std::uint32_t line, std::uint32_t plane = 0) const {
+        return block_of(line).layers(number_in_block(line, plane));
+    }
+    /// Where a line runs, in the world: `frame(line).at(one.begin)` is the point at which a layer begins.
+    const line_frame& frame(std::uint32_t line, std::uint32_t plane = 0) const {
+        return block_of(line).frame(number_in_block(line, plane));
+    }
+
+    /// Ranks of the objects that contain the origin of a line, just behind the face; ascending.
+    view<const std::uint32_t> objects_behind_face(std::uint32_t line, std::uint32_t plane) const {
+        return block_of(line).objects(number_in_block(line, plane));
+    }
+
+    /// Forgets all lines, and keeps their memory: those of each block are then to be added, for each line those of all planes.
+    void begin(std::uint32_t new_lines, std::uint32_t new_planes, view<const medium> of_scene) {
+        lines = new_lines;
+        planes = new_planes;
+        media.assign(of_scene.begin(), of_scene.end());
+        if (blocks_.size() < detail::blocks_of(lines)) blocks_.resize(detail::blocks_of(lines));
+    }
+    detail::layer_block& block_at(std::size_t line) { return blocks_[line / detail::lines_per_block]; }
+
+  private:
+    const detail::layer_block& block_of(std::uint32_t line) const { return blocks_[line / detail::lines_per_block]; }
+    std::size_t number_in_block(std::uint32_t line, std::uint32_t plane) const {
+        return std::size_t{line % detail::lines_per_block} * planes + plane;
+    }
+
+    std::vector<detail::layer_block> blocks_{};
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
+#endif

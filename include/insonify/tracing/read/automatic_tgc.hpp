@@ -1,0 +1,84 @@
+#ifndef INSONIFY_TRACING_READ_AUTOMATIC_TGC_HPP
+#define INSONIFY_TRACING_READ_AUTOMATIC_TGC_HPP
+
+#include <insonify/core/save_macros.hpp>
+
+#include <insonify/acoustics/attenuation.hpp>
+#include <insonify/tracing/find/find_layers.hpp>
+#include <algorithm>
+#include <cmath>
+
+namespace insonify::inline INSONIFY_ABI {
+
+namespace detail {
+
+/// What the middle lines of a probe pass, down to the first medium that blocks sound. Medians over the lines.
+struct path_survey {
+    static constexpr int lines = 15; ///< evenly over the middle half of the field of view
+    float attenuation = 0;           ///< mean along the path, dB/m at 1 MHz, one way
+    float loss_db = 0;               ///< of an echo from the end of the path, there and back
+    float length = 0;                ///< of the path, metres
+};
+
+/// @param frequency  hertz
+/// @param depth      where paths end, metres
+inline path_survey survey_paths(const line_layers& found, float frequency, float depth) {
+    float attenuation[path_survey::lines], loss[path_survey::lines], length[path_survey::lines];
+    int count = 0;
+    for (int i = 0; i < path_survey::lines; ++i) {
+        const float fraction = (static_cast<float>(i) + 0.5F) / (2 * path_survey::lines) - 0.25F;
+        const float nearest = std::round(line_at_fraction(fraction, found.lines));
+        float path = 0, mean = 0, decibels = 0;
+        for (const layer& here : found(static_cast<std::uint32_t>(max(nearest, 0)))) {
+            const medium& m = found.media[here.medium];
+            if (here.begin >= depth || blocks_sound(m)) break;
+            const float part = min(here.end, depth) - here.begin;
+            if (!(part > 0)) continue;
+            path += part;
+            mean += (m.attenuation - mean) * (part / path); // exact in a single medium
+            decibels += part * echo_loss(m, frequency);
+        }
+        if (!(path > 0)) continue;
+        attenuation[count] = mean;
+        loss[count] = decibels;
+        length[count++] = path;
+    }
+    if (count == 0) return {};
+    const auto median = [count](float* values) {
+        std::nth_element(values, values + count / 2, values + count);
+        return values[count / 2];
+    };
+    return {.attenuation = median(attenuation), .loss_db = median(loss), .length = median(length)};
+}
+
+} // namespace detail
+
+/// Attenuation that time-gain compensation (TGC) has to make up for, dB/m at 1 MHz, one way: `b_mode` uses it where its
+/// `tgc` is 0.
+///
+/// Each of 15 lines in the middle half of the field of view has a mean attenuation, down to the first medium that blocks
+/// sound, such as bone or air. The result is the median of the 15, within 50 to 100, as scanners assume (0.5 to 1
+/// dB/(cm MHz)).
+/// @param found  what lies along the lines of the probe
+/// @param depth  of the picture, metres
+inline float automatic_tgc(const line_layers& found, float depth) {
+    constexpr float any_frequency = 1e6F; // of losses, which have no part in it
+    const detail::path_survey passed = detail::survey_paths(found, any_frequency, depth);
+    return clamp(passed.length > 0 ? passed.attenuation : found.media[0].attenuation, 50, 100);
+}
+/// The same in a scene, whose layers are found.
+/// @throws usage_error     for a scene that is not built, or a setting out of range
+/// @throws geometry_error  for a pose that is not rigid
+template <exec::policy Policy, transducer Probe>
+float automatic_tgc(const Policy& policy, const scene& body, const Probe& probe, const pose& at, float depth) {
+    detail::check_lines(body, probe, at, depth, "automatic_tgc");
+    return automatic_tgc(
+        detail::find_layers_to(detail::any_policy<false>{policy}, body, probe, at, {.depth = depth}, depth, false),
+        depth);
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
+#endif

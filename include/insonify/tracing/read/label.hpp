@@ -1,0 +1,133 @@
+#ifndef INSONIFY_TRACING_READ_LABEL_HPP
+#define INSONIFY_TRACING_READ_LABEL_HPP
+
+#include <insonify/core/save_macros.hpp>
+
+#include <insonify/acoustics/echo_line.hpp>
+#include <insonify/probe/line_grid.hpp>
+#include <insonify/signal/pulse.hpp>
+#include <insonify/tracing/find/find_layers.hpp>
+#include <algorithm>
+#include <cstddef>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Depth and sampling of labels, and the meaning of depth.
+struct label_settings {
+    /// What the depth of a sample means.
+    enum class grid {
+        geometric, ///< metres along the line: where things are
+        displayed, ///< c0 t / 2, where t is the travel time there and back: where a picture by `physical` shows them
+    };
+    float depth = 0.08F;              ///< metres, of the grid
+    std::uint32_t samples = 0;        ///< along each line; 0: as many as a picture by `physical` has
+    enum grid grid = grid::geometric; ///< what a depth means
+};
+
+namespace detail {
+
+/// The samples of a line that lie in one of its layers: `first` up to, but without, `last`.
+struct label_stretch {
+    float begin = 0;       ///< of the layer, in metres of the grid
+    float scale = 1;       ///< metres of the grid a metre of the layer
+    std::size_t first = 0; ///< sample
+    std::size_t last = 0;  ///< sample after the last one
+};
+
+/// Number of samples of a label grid: by default two for each standard deviation of the pulse, a multiple of 64.
+template <transducer Probe>
+std::uint32_t samples_of(const label_settings& settings, const Probe& probe, const char* caller) {
+    const float sigma = pulse{}.sigma_z(probe.frequency);
+    return checked_samples(probe.lines, settings.samples != 0 ? settings.samples : samples_for(settings.depth, sigma),
+                           caller);
+}
+
+/// How far lines are followed, metres: fast media below `depth` are displayed above it.
+inline float max_depth_of(const label_settings& settings, view<const medium> media) {
+    float fastest = display_speed;
+    for (const medium& m : media) fastest = max(fastest, m.sound_speed);
+    return settings.grid == label_settings::grid::displayed ? settings.depth * (fastest / display_speed)
+                                                            : settings.depth;
+}
+
+/// Maps the layers of a line to a grid: calls visit(i, stretch) for layer i, starting at the face.
+///
+/// Each sample, at (k + 1/2) * spacing metres, is in one stretch; the last layer takes all that are left.
+template <class Visit>
+void for_each_stretch(view<const layer> layers, view<const medium> media, enum label_settings::grid grid,
+                      std::size_t samples, float spacing, const Visit& visit) {
+    std::size_t next = 0;
+    float begin = 0;
+    for (std::size_t i = 0; i < layers.size(); ++i) {
+        const layer& here = layers[i];
+        const bool displayed = grid == label_settings::grid::displayed;
+        const float scale = displayed ? displayed_stretch(media[here.medium]) : 1.0F;
+        const float end = begin + scale * (here.end - here.begin);
+        const float before_end = clamp(std::ceil(end / spacing - 0.5F), 0, static_cast<float>(samples));
+        const std::size_t last = i + 1 == layers.size() ? samples : static_cast<std::size_t>(before_end);
+        visit(i, label_stretch{begin, scale, next, last});
+        next = last;
+        begin = end;
+    }
+}
+
+/// The layers that labels are read from: of one plane.
+template <exec::policy Policy, transducer Probe>
+line_layers layers_for_labels(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                              const label_settings& settings, bool incident, const char* caller) {
+    check_lines(body, probe, at, settings.depth, caller);
+    return find_layers_to(policy, body, probe, at, {.depth = settings.depth}, max_depth_of(settings, body.media()),
+                          incident);
+}
+
+} // namespace detail
+
+/// The object that each sample of lines lies in, whose layers have been found.
+/// @param found     layers; those of the slice plane are read
+/// @param settings  `samples` must not be 0
+/// @param recycled  labels whose memory is reused
+template <exec::policy Policy>
+label_lines label(const Policy& policy, const line_layers& found, const label_settings& settings,
+                  label_lines recycled = {}) {
+    const std::uint32_t samples = settings.samples;
+    recycled.reshape(found.lines, samples, settings.depth);
+    const float spacing = settings.depth / static_cast<float>(samples);
+    exec::for_each_block(policy, found.lines, detail::lines_per_block, 0.2F * static_cast<float>(samples),
+                         [&](std::size_t begin, std::size_t end) {
+                             for (auto line = static_cast<std::uint32_t>(begin); line < end; ++line) {
+                                 const view<const layer> layers = found(line);
+                                 label_id* const out = recycled.values.data() + std::size_t{line} * samples;
+                                 detail::for_each_stretch(layers, found.media, settings.grid, samples, spacing,
+                                                          [&](std::size_t i, const detail::label_stretch& part) {
+                                                              std::fill(out + part.first, out + part.last,
+                                                                        layers[i].object);
+                                                          });
+                             }
+                         });
+    return recycled;
+}
+
+/// The object that each sample lies in: its id, and `background_label` outside all.
+///
+///     label_lines truth = label(exec::par, body, probe, at, {.depth = 40_mm, .samples = 400});
+///     bool in_bone = truth(line, sample) == static_cast<label_id>(bone);
+///
+/// Of nested and overlapping objects the one that gives the medium, as `scene` says. Lines are straight and without
+/// thickness: those of the middle plane.
+/// @param at  probe to world: x lateral, y elevation, z depth
+/// @return `probe.lines` lines of `settings.samples` samples
+/// @throws usage_error     for a scene that was not built, or settings out of range
+/// @throws geometry_error  for a pose that is not rigid
+template <exec::policy Policy, transducer Probe>
+label_lines label(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                  const label_settings& settings) {
+    const detail::any_policy<false> any{policy};
+    const line_layers found = detail::layers_for_labels(any, body, probe, at, settings, false, "label");
+    return label(any, found, {settings.depth, detail::samples_of(settings, probe, "label"), settings.grid});
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
+#endif

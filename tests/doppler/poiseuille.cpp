@@ -1,0 +1,121 @@
+#include <insonify/core/units.hpp>
+#include <insonify/doppler/poiseuille.hpp>
+#include <insonify/doppler/velocity_samples.hpp>
+#include <cmath>
+#include <doctest/doctest.h>
+
+using namespace insonify;
+
+namespace poiseuille_test {
+namespace {
+
+const object_id vessel{3};
+const poiseuille stream{.object = vessel,
+                        .from = {-10_mm, 2_mm, 20_mm},
+                        .to = {30_mm, 2_mm, 50_mm}, // along {0.8, 0, 0.6}
+                        .radius = 4_mm,
+                        .peak_velocity = 0.5_m_per_s,
+                        .waveform = {.heart_rate = 1.2_Hz, .resistive_index = 0.7F, .delay = 0.3F}};
+
+} // namespace
+
+TEST_CASE("pulsatile: the resistive index and the mean are those of the samples over a beat") {
+    for (const float index : {0.0F, 0.7F, 1.3F}) {
+        const pulsatile waveform{.heart_rate = 1.2_Hz, .resistive_index = index, .systole = 0.12F, .delay = 0.1F};
+        double most = -10, least = 10, sum = 0;
+        constexpr int count = 10000;
+        for (int i = 0; i < count; ++i) {
+            const auto now = static_cast<double>(waveform(0.1F + (static_cast<float>(i) + 0.5F) / (1.2F * count)));
+            most = std::max(most, now);
+            least = std::min(least, now);
+            sum += now / count;
+        }
+        MESSAGE("resistive index ", (most - least) / most, ", expected ", index, "; mean ", sum, " and ",
+                waveform.mean());
+        CHECK(most == doctest::Approx(1).epsilon(1e-4));
+        CHECK((most - least) / most == doctest::Approx(static_cast<double>(index)).epsilon(1e-3));
+        CHECK(sum == doctest::Approx(static_cast<double>(waveform.mean())).epsilon(1e-3));
+        CHECK(waveform(0.4F) == doctest::Approx(waveform(0.4F + 5 / 1.2F)).epsilon(1e-4)); // periodic
+    }
+    CHECK(pulsatile{}(7.0F) == 1);
+}
+
+TEST_CASE(
+    "poiseuille: a parabola along the axis, zero at the wall, outside and in other objects; its flow by integration") {
+    const vec3 along{0.8F, 0, 0.6F}, across{0, 1, 0}, on_axis{6_mm, 2_mm, 32_mm};
+    const float systole = 0.3F + 0.15F / 1.2F;
+    double flow = 0;
+    constexpr int rings = 400;
+    for (int i = 0; i < rings; ++i) {
+        const float r = 4_mm * (static_cast<float>(i) + 0.5F) / rings;
+        const vec3 v = stream(vessel, on_axis + r * across, systole);
+        CHECK(length(v - 0.5F * (1 - r * r / 16e-6F) * along) < 1e-4F);
+        flow += static_cast<double>(2 * pi * r * 4_mm / rings * dot(v, along));
+    }
+    MESSAGE("volume flow ", flow * 1e6, " ml/s, expected ", stream.volume_flow(systole) * 1e6F);
+    CHECK(flow == doctest::Approx(static_cast<double>(stream.volume_flow(systole))).epsilon(1e-3).scale(1e-30));
+    CHECK(stream(vessel, on_axis + 4.001F * 1_mm * across, systole) == vec3{0, 0, 0});
+    CHECK(stream(object_id{4}, on_axis, systole) == vec3{0, 0, 0});
+    CHECK(dot(stream(vessel, on_axis, 0.3F), along) == doctest::Approx(0.15).epsilon(0.01)); // the end of diastole
+}
+
+TEST_CASE("velocity samples: linear between samples of space and time, zero outside, periodic") {
+    velocity_samples grid{.object = vessel,
+                          .lower = {-1_mm, -1_mm, 0},
+                          .spacing = {1_mm, 0.5_mm, 2_mm},
+                          .size = {3, 5, 4},
+                          .steps = 2,
+                          .interval = 0.1F};
+    const auto velocity = [](vec3 p, float t) {
+        return vec3{p.x * 100, 1 + p.y * 50 - p.z * 20, p.x * p.z * 1e4F} * (1 + t);
+    };
+    for (std::uint32_t t = 0; t < 2; ++t)
+        for (std::uint32_t z = 0; z < 4; ++z)
+            for (std::uint32_t y = 0; y < 5; ++y)
+                for (std::uint32_t x = 0; x < 3; ++x)
+                    grid.velocities.push_back(
+                        velocity(grid.lower + grid.spacing * vec3{uvec3{x, y, z}}, static_cast<float>(t)));
+    grid.check();
+    const vec3 point{0.3_mm, 0.7_mm, 3.3_mm};
+    CHECK(length(grid(vessel, point, 0) - velocity(point, 0)) < 1e-5F);
+    CHECK(length(grid(vessel, point, 0.025F) - velocity(point, 0.25F)) < 1e-5F);
+    CHECK(length(grid(vessel, point, 0.15F) - velocity(point, 0.5F)) < 1e-5F); // on the way back to the first
+    CHECK(length(grid(vessel, point, -0.175F) - velocity(point, 0.25F)) < 1e-5F);
+    CHECK(length(grid(vessel, {1_mm, 1_mm, 6_mm}, 0) - velocity({1_mm, 1_mm, 6_mm}, 0)) < 1e-5F); // the last corner
+    CHECK(grid(vessel, {1.01_mm, 0, 0}, 0) == vec3{0, 0, 0});
+    CHECK(grid(object_id{1}, point, 0) == vec3{0, 0, 0});
+}
+
+TEST_CASE("velocity fields: settings out of range are refused") {
+    CHECK_THROWS_AS((poiseuille{.radius = 4_mm}).check(), usage_error);
+    poiseuille wrong = stream;
+    wrong.radius = 0;
+    CHECK_THROWS_WITH(wrong.check(), "poiseuille: `radius` must be a finite number of metres above 0, such as 4_mm");
+    wrong = stream;
+    wrong.peak_velocity = 400;
+    CHECK_THROWS_AS(wrong.check(), usage_error);
+    wrong = stream;
+    wrong.waveform.heart_rate = 72;
+    CHECK_THROWS_WITH(wrong.check(), "pulsatile: `heart_rate` is 72 Hz; it must be 0 (steady flow) to 20 beats per "
+                                     "second, such as 1.2_Hz");
+    wrong.waveform = {.resistive_index = -1};
+    CHECK_THROWS_AS(wrong.check(), usage_error);
+    wrong.waveform = {.systole = 0.5F};
+    CHECK_THROWS_AS(wrong.check(), usage_error);
+    velocity_samples grid{.size = {2, 2, 2}};
+    CHECK_THROWS_WITH(grid.check(), "velocity_samples: `size` and `steps` need 8 velocities, not 0");
+    grid.velocities.resize(8);
+    CHECK_NOTHROW(grid.check());
+    grid.spacing.x = 0;
+    CHECK_THROWS_AS(grid.check(), usage_error);
+    grid.spacing.x = 1;
+    grid.velocities[3].y = std::nanf("");
+    CHECK_THROWS_AS(grid.check(), usage_error);
+    grid.velocities.resize(16);
+    grid.steps = 2;
+    CHECK_THROWS_AS(grid.check(), usage_error);
+    grid.size = {1, 2, 2};
+    CHECK_THROWS_AS(grid.check(), usage_error);
+}
+
+} // namespace poiseuille_test

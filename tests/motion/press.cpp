@@ -1,0 +1,141 @@
+#include <insonify/acoustics/tissue.hpp>
+#include <insonify/core/units.hpp>
+#include <insonify/geometry/shapes.hpp>
+#include <insonify/probe/convex_array.hpp>
+#include <insonify/probe/linear_array.hpp>
+#include <insonify/motion/body_motion.hpp>
+#include <insonify/motion/compose.hpp>
+#include <insonify/motion/press.hpp>
+#include <cmath>
+#include <doctest/doctest.h>
+
+using namespace insonify;
+
+namespace press_test {
+namespace {
+
+constexpr medium air{.density = 1.2F, .sound_speed = 343};
+constexpr linear_array probe{.lines = 96, .width = 30_mm};
+
+/// A limb: a cylinder along y whose skin is at z = 0 on its top, of fat around muscle.
+scene limb(float radius) {
+    scene body{air};
+    body.add(make_cylinder({0, -60_mm, radius}, {0, 60_mm, radius}, radius, 256, 64), tissue::fat, {.name = "skin"});
+    body.add(make_cylinder({0, -50_mm, radius}, {0, 50_mm, radius}, 0.8F * radius, 128, 32), tissue::muscle);
+    body.build(exec::par);
+    return body;
+}
+/// Two layers that touch, with flat skin at z = 0.
+scene layers() {
+    scene body{air};
+    body.add(make_box({-60_mm, -30_mm, 0}, {60_mm, 30_mm, 3_mm}, 6), tissue::fat);
+    body.add(make_box({-60_mm, -30_mm, 3_mm}, {60_mm, 30_mm, 60_mm}, 6), tissue::muscle);
+    body.build(exec::par);
+    return body;
+}
+
+} // namespace
+} // namespace press_test
+
+TEST_CASE("press: depth, force and lines of a flat face on flat skin") {
+    const scene body = press_test::layers();
+    for (const float depth : {-2_mm, 1_mm, 5_mm}) { // 5 mm is past the first layer
+        const contact touch = press(body, press_test::probe, {.translation = {0, 0, depth}}, {.stiffness = 400});
+        MESSAGE("face at ", depth * 1e3F, " mm: ", touch.depth * 1e3F, " mm deep, ", touch.force, " N, ",
+                touch.touching, " lines of 96 touch");
+        CHECK(std::fabs(touch.depth - max(depth, 0)) < 1_um);
+        CHECK(std::fabs(touch.force - 400 * max(depth, 0)) < 1e-3F);
+        CHECK(touch.pressure ==
+              doctest::Approx(400 * max(depth, 0) / (30_mm * press_test::probe.elevation_height)).epsilon(1e-3));
+        CHECK(touch.touching == (depth > 0 ? 96 : 0));
+    }
+    // Within the gel, lines touch though nothing is pressed.
+    const contact on_gel = press(body, press_test::probe, {.translation = {0, 0, -0.3_mm}});
+    CHECK(on_gel.depth == 0);
+    CHECK(on_gel.touching == 96);
+    CHECK_THROWS_AS(press(body, press_test::probe, {.translation = {0, 0, 25_mm}}), usage_error);
+}
+
+TEST_CASE("press on a limb: the skin lies on the face where it is pressed, and only there") {
+    scene body = press_test::limb(40_mm);
+    const float depth = 1.5_mm;
+    const contact touch = press(body, press_test::probe, {.translation = {0, 0, depth}});
+    // Where the circle is above the face: |x| < sqrt(R^2 - (R - d)^2).
+    const float half = std::sqrt(40_mm * 40_mm - 38.5_mm * 38.5_mm);
+    int expected = 0;
+    for (int i = 0; i < 96; ++i) expected += std::fabs(30_mm * ((static_cast<float>(i) + 0.5F) / 96 - 0.5F)) < half;
+    MESSAGE(touch.touching, " lines touch, expected ", expected, " and those within the gel; depth ",
+            touch.depth * 1e3F, " mm, expected 1.5");
+    CHECK(std::fabs(touch.depth - depth) < 0.02_mm);
+    CHECK(touch.touching >= static_cast<std::uint32_t>(expected));
+    CHECK(touch.touching <= 96U);
+    body.deform(exec::par, touch.deformation);
+    const object_id skin = *body.find("skin");
+    float worst = 0;
+    for (float x = -11_mm; x <= 11_mm; x += 0.5_mm) {
+        // From outside the body along the lines: where is the skin now?
+        const auto met = first_surface(body, {.origin = {x, 0.3_mm, -20_mm}}, [&](object_id id) { return id == skin; });
+        REQUIRE(met.has_value());
+        const float z = met->point.z - depth; // above the face where below 0
+        if (std::fabs(x) > 10_mm) continue;
+        worst = max(worst, std::fabs(z));
+        CHECK(z < 0); // behind the face: lines start in tissue
+        CHECK(object_at(body, {x, 0.3_mm, depth}) == skin);
+    }
+    MESSAGE("pressed skin is within ", worst * 1e3F, " mm of the face, expected below 0.1");
+    CHECK(worst < 0.1_mm);
+    const auto beside = first_surface(body, {.origin = {20_mm, 0, -20_mm}}, [&](object_id id) { return id == skin; });
+    CHECK(std::fabs(beside->point.z - depth) > 1_mm);
+    // The next frame presses the body at rest, not the one that is pressed already.
+    const contact again = press(body, press_test::probe, {.translation = {0, 0, depth}});
+    CHECK(again.deformation == touch.deformation);
+}
+
+TEST_CASE("press: a curved face, and objects that do not belong to the body") {
+    scene body = press_test::layers();
+    const object_id needle = body.add(make_cylinder({0, 0, -30_mm}, {0, 0, 20_mm}, 0.5_mm, 16), tissue::steel);
+    body.build(exec::par);
+    const convex_array probe{};
+    const contact touch =
+        press(body, probe, {.translation = {0, 0, 2_mm}}, {}, [&](object_id id) { return id != needle; });
+    MESSAGE("a curved face 2 mm deep: ", touch.touching, " of ", probe.lines, " lines touch");
+    CHECK(std::fabs(touch.depth - 2_mm) < 0.05_mm);
+    CHECK(touch.touching < probe.lines);
+    CHECK(touch.lines[probe.lines / 2] == 1);
+    CHECK(touch.lines[0] == 0);
+    CHECK_THROWS_AS(press(body, probe, {}, {.decay = 0}), usage_error);
+}
+
+TEST_CASE("what a probe touches stays in touch, whatever else deforms and in whatever order") {
+    using namespace press_test;
+    const scene bodies[] = {layers(), limb(60_mm)};
+    for (const scene& at_rest : bodies) {
+        scene body = at_rest;
+        for (const float beside : {1_mm, 3_mm, 6_mm}) {
+            const pose at{.translation = {0, 0, 4_mm}};
+            const contact touch = press(body, probe, at);
+            CHECK(touch.touching == probe.lines);
+            const vec3 entry{-0.5F * probe.width - beside, 0, at_rest.box().lower.z + 1_mm};
+            const needle_drag drag{.entry = entry, .tip = entry + vec3{20_mm, 0, 15_mm}};
+            const breathing chest{.amplitude = 5_mm, .time = 1};
+            const auto in_air = [&](const auto& map) {
+                body.deform(exec::par, map);
+                int lines = 0;
+                for (std::uint32_t line = 0; line < probe.lines; ++line)
+                    lines += object_at(body, at.point(probe.beam(static_cast<float>(line)).origin)) ? 0 : 1;
+                return lines;
+            };
+            const auto own = [&](vec3 rest) { return drag(touch.deformation(rest)); };
+            const int found[] = {in_air(touch.deformation),
+                                 in_air(compose(drag, touch.deformation)),
+                                 in_air(compose(touch.deformation, drag)),
+                                 in_air(compose(chest, drag, touch.deformation)),
+                                 in_air(compose(touch.deformation, chest, drag)),
+                                 in_air(keep_contact(own, touch.deformation))};
+            for (const int lines : found) {
+                MESSAGE((beside * 1e3F), " mm beside the face: ", lines, " of 96 lines start in air, expected 0");
+                CHECK(lines == 0);
+            }
+        }
+    }
+}
