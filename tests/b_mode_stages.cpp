@@ -49,7 +49,7 @@ image by_stages(const scene& body, const Probe& probe, const pose& at, const b_m
                                   {.level_db = knobs.noise.level_db, .seed = knobs.noise.seed, .frame = knobs.frame});
     scan_lines lines =
         tgc(policy, envelope(policy, echoes), probe.frequency,
-            {.attenuation = knobs.tgc > 0 ? knobs.tgc : automatic_tgc(policy, body, probe, at, knobs.depth),
+            {.attenuation = knobs.tgc > 0 ? knobs.tgc : automatic_tgc(policy, body, traced, at, knobs.depth),
              .max_db = knobs.time_gain.max_db,
              .sliders = knobs.time_gain.sliders,
              .curve = knobs.time_gain.curve,

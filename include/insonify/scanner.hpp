@@ -286,8 +286,8 @@ const label_image& scanner<Probe, Model, Tracer>::labels(const Policy& policy, c
     if (shown_ == 0 && label_look_)
         label_lines_ = label(any, tracers_[*label_look_].layers(), grid, std::move(label_lines_));
     else
-        label_lines_ = label(any, detail::layers_for_labels(any, body, *frame.probe, frame.at, grid, false, "scanner"),
-                             grid, std::move(label_lines_));
+        label_lines_ = label(any, detail::layers_for_labels(any, body, *frame.probe, frame.at, grid, false), grid,
+                             std::move(label_lines_));
     labels_ = scan_convert(policy, label_lines_, map(), std::move(labels_));
     return labels_;
 }

@@ -22,6 +22,9 @@ struct counted {
     std::uint32_t samples(float, float) const { return 128; }
     template <class Policy>
     void operator()(const Policy&, const traced_line&, float, view<vec2>) const {}
+    template <class Echoes>
+    void emit(const traced_line&, const Echoes&) const {}
+    static constexpr bool sharp_shadows = true;
     float covariance(float apart, float) const {
         ++covariances;
         if (broken) throw std::runtime_error{"covariance"};

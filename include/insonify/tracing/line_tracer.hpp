@@ -134,6 +134,8 @@ class line_driver {
 ///     for (;;) echoes = lines.trace(exec::par_unseq, body, probe, at, physical{}, scan, {}, std::move(echoes));
 template <transducer Probe, acoustic_model Model = physical<>, tracer<Model> Tracer = straight_lines>
 class line_tracer {
+    static_assert(detail::model_check<Model>::passed);
+
   public:
     using sample_type = typename Model::sample_type; ///< that the model makes
 

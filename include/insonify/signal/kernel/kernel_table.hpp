@@ -3,6 +3,7 @@
 
 #include <insonify/core/save_macros.hpp>
 
+#include <insonify/acoustics/acoustic_model.hpp>
 #include <insonify/bvh/large_array.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <insonify/signal/beam.hpp>
@@ -244,7 +245,7 @@ class kernel_table {
 template <class Policy, transducer Probe, class Model>
 void compute_kernel_table(const Policy& policy, const Probe& probe, float depth, const planes_of_lines& planes,
                           const Model& model, kernel_table& table) {
-    if constexpr (requires { model.covariance(depth, depth); })
+    if constexpr (states_covariance<Model>)
         table.compute(
             policy, probe, depth, planes,
             [&](vec2 apart, float turned) {
@@ -253,7 +254,7 @@ void compute_kernel_table(const Policy& policy, const Probe& probe, float depth,
                 return model.covariance(apart.x + apart.y, turned);
             },
             [&](vec2 apart, float turned) {
-                if constexpr (requires { model.surface_covariance(apart.x, turned); })
+                if constexpr (states_surface_covariance<Model>)
                     return model.surface_covariance(apart.x + apart.y, turned);
                 else
                     return model.covariance(apart.x + apart.y, turned);

@@ -9,12 +9,6 @@
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// A model from which `aperture_gains` can be computed: see `physical::arrivals`.
-template <class Model>
-concept states_arrivals = requires(const Model& model, const traced_line& line, view<vec2> out) {
-    model.arrivals(line, 1.0F, out);
-};
-
 /// What arrives at one depth of a line.
 struct sound_at_depth {
     float amplitude = 0;     ///< one way

@@ -49,7 +49,7 @@ struct line_task {
                            view<typename Model::sample_type> out) const {
         traced_line traced = line;
         traced.layers = layers;
-        if constexpr (requires { model.emit(traced, echoes(out)); })
+        if constexpr (emits_echoes<Model>)
             model.emit(traced, echoes(out));
         else
             model(policy, traced, spacing, out);

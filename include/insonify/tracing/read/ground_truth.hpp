@@ -54,8 +54,8 @@ ground_truth_lines ground_truth(const Policy& policy, const scene& body, const P
                                 const Model& model, const label_settings& settings) {
     const detail::any_policy<false> any{policy};
     if constexpr (requires { model.check(); }) model.check();
-    const line_layers found = detail::layers_for_labels(any, body, probe, at, settings, true, "ground_truth");
-    const std::uint32_t samples = detail::samples_of(settings, probe, "ground_truth");
+    const std::uint32_t samples = detail::check_labels(body, probe, at, settings, "ground_truth");
+    const line_layers found = detail::layers_for_labels(any, body, probe, at, settings, true);
     const label_lines labels{probe.lines, samples, settings.depth};
     const scan_lines numbers{probe.lines, samples, settings.depth};
     ground_truth_lines truth{labels, labels, labels, numbers, numbers, numbers};

@@ -34,9 +34,12 @@ struct label_stretch {
     std::size_t last = 0;  ///< sample after the last one
 };
 
-/// Number of samples of a label grid: by default two for each standard deviation of the pulse, a multiple of 64.
+/// Checks the arguments of `label`.
+/// @return the number of samples of the grid: by default two for each standard deviation of the pulse, a multiple of 64
 template <transducer Probe>
-std::uint32_t samples_of(const label_settings& settings, const Probe& probe, const char* caller) {
+std::uint32_t check_labels(const scene& body, const Probe& probe, const pose& at, const label_settings& settings,
+                           const char* caller) {
+    check_lines(body, probe, at, settings.depth, caller);
     const float sigma = pulse{}.sigma_z(probe.frequency);
     return checked_samples(probe.lines, settings.samples != 0 ? settings.samples : samples_for(settings.depth, sigma),
                            caller);
@@ -74,8 +77,7 @@ void for_each_stretch(view<const layer> layers, view<const medium> media, enum l
 /// The layers that labels are read from: of one plane.
 template <exec::policy Policy, transducer Probe>
 line_layers layers_for_labels(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                              const label_settings& settings, bool incident, const char* caller) {
-    check_lines(body, probe, at, settings.depth, caller);
+                              const label_settings& settings, bool incident) {
     return find_layers_to(policy, body, probe, at, {.depth = settings.depth}, max_depth_of(settings, body.media()),
                           incident);
 }
@@ -122,8 +124,9 @@ template <exec::policy Policy, transducer Probe>
 label_lines label(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                   const label_settings& settings) {
     const detail::any_policy<false> any{policy};
-    const line_layers found = detail::layers_for_labels(any, body, probe, at, settings, false, "label");
-    return label(any, found, {settings.depth, detail::samples_of(settings, probe, "label"), settings.grid});
+    const std::uint32_t samples = detail::check_labels(body, probe, at, settings, "label");
+    return label(any, detail::layers_for_labels(any, body, probe, at, settings, false),
+                 {settings.depth, samples, settings.grid});
 }
 
 } // namespace insonify::inline INSONIFY_ABI
