@@ -102,8 +102,8 @@ void measure_rays(table& into, const std::string& name, const mesh& m, const std
 // The lines of `fan_rays`, frame by frame, each cut at once.
 void cut_fans(detail::slice_finder& finder, const scene_view& flat, const std::vector<ray>& rays, std::uint32_t lines,
               std::vector<std::vector<crossing>>& found) {
-    const elevation_plane middle{};
-    const view<const elevation_plane> planes{&middle, 1};
+    const detail::elevation_plane middle{};
+    const view<const detail::elevation_plane> planes{&middle, 1};
     detail::slice_finder::block_crossings own;
     std::vector<crossing> room(4096);
     for (std::uint32_t fan = 0; fan * lines < rays.size(); ++fan) {

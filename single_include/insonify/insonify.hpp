@@ -29,8 +29,8 @@
 #define INSONIFY_ACOUSTICS_ACOUSTIC_MODEL_HPP
 
 
-#ifndef INSONIFY_ACOUSTICS_LAYER_HPP
-#define INSONIFY_ACOUSTICS_LAYER_HPP
+#ifndef INSONIFY_ACOUSTICS_ECHO_LINE_HPP
+#define INSONIFY_ACOUSTICS_ECHO_LINE_HPP
 
 
 #ifndef INSONIFY_ACOUSTICS_MEDIUM_HPP
@@ -536,128 +536,8 @@ struct view {
 
 
 #endif
-#ifndef INSONIFY_GEOMETRY_POSE_HPP
-#define INSONIFY_GEOMETRY_POSE_HPP
-
-
-#ifndef INSONIFY_CORE_ERROR_HPP
-#define INSONIFY_CORE_ERROR_HPP
-
-
-#include <stdexcept>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// A file could not be read or written, or its content is invalid. The message names the file and the line or object.
-struct io_error : std::runtime_error {
-    using std::runtime_error::runtime_error;
-};
-
-/// An invalid mesh, pose or primitive. `validate` reports the defects of a mesh.
-struct geometry_error : std::runtime_error {
-    using std::runtime_error::runtime_error;
-};
-
-/// A setting that is out of range, or a call out of order, such as tracing a scene that was not built.
-struct usage_error : std::logic_error {
-    using std::logic_error::logic_error;
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Rigid transform from local to world coordinates: the rotation, then the translation.
-struct pose {
-    mat3 rotation{1};          ///< its columns are the local x, y and z axes in the world
-    vec3 translation{0, 0, 0}; ///< local origin in the world, metres
-
-    /// From local to world coordinates.
-    /// @{
-    INSONIFY_FN vec3 point(vec3 p) const { return rotation * p + translation; }
-    INSONIFY_FN vec3 direction(vec3 v) const { return rotation * v; }
-    /// @}
-
-    /// From world to local coordinates; precise far from the origin as well.
-    INSONIFY_FN vec3 local_point(vec3 p) const { return local_direction(p - translation); }
-    /// The same for a direction: the translation is ignored.
-    INSONIFY_FN vec3 local_direction(vec3 v) const {
-        return {dot(rotation[0], v), dot(rotation[1], v), dot(rotation[2], v)};
-    }
-
-    friend bool operator==(const pose&, const pose&) = default;
-};
-
-/// The inverse transform.
-INSONIFY_FN inline pose inverse(const pose& p) { return {transpose(p.rotation), -p.local_direction(p.translation)}; }
-
-/// Composition: `inner` first, then `outer`.
-INSONIFY_FN inline pose operator*(const pose& outer, const pose& inner) {
-    return {outer.rotation * inner.rotation, outer.point(inner.translation)};
-}
-
-/// Largest coordinate of a translation or shape, metres; further out the spacing of floats exceeds the size of a probe.
-inline constexpr float max_translation = 1e6F;
-
-/// True for an orthonormal rotation (within 1e-4, without reflection) and a translation within `max_translation`.
-INSONIFY_FN inline bool is_rigid(const pose& p) {
-    const mat3& r = p.rotation;
-    const auto near_to = [](float a, float b) { return std::fabs(a - b) < 1e-4F; };
-    return is_finite(r[0]) && is_finite(r[1]) && is_finite(r[2]) && is_finite(p.translation) &&
-           abs(p.translation) == min(abs(p.translation), vec3{max_translation}) && near_to(dot(r[0], r[0]), 1) &&
-           near_to(dot(r[1], r[1]), 1) && near_to(dot(r[2], r[2]), 1) && near_to(dot(r[0], r[1]), 0) &&
-           near_to(dot(r[1], r[2]), 0) && near_to(dot(r[2], r[0]), 0) && determinant(r) > 0;
-}
-
-/// The pose with an orthonormal rotation, the nearest to one that rounding has made inexact: of a pose that is multiplied many
-/// times, such as that of a robot's arm.
-///
-///     at = orthonormalised(at * step); // each time
-///
-/// @throws geometry_error  for a rotation that is not nearly one: stretched, mirrored or not finite
-inline pose orthonormalised(const pose& p) {
-    mat3 r = p.rotation;
-    // Newton's iteration for the polar decomposition: Higham 1986, SIAM J. Sci. Stat. Comput. 7, 1160.
-    for (int i = 0; i < 4; ++i)
-        if (determinant(r) > 0.1F) r = (r + transpose(inverse(r))) * 0.5F;
-    const pose nearest{r, p.translation};
-    const mat3 change = r - p.rotation;
-    if (!is_rigid(nearest) ||
-        !(dot(change[0], change[0]) + dot(change[1], change[1]) + dot(change[2], change[2]) < 0.1F))
-        throw geometry_error{
-            "orthonormalised: the pose is not nearly a rigid transform: its axes must be of length 1 and "
-            "at right angles to within 0.1, not mirrored, its translation within 1000 km of the origin"};
-    return nearest;
-}
-
-/// Pose of a probe (or tool, or camera) at `from` that faces `towards` a point, its array along `lateral`.
-///
-/// z = towards - from, x = lateral made orthogonal to z, y = z cross x, normalized; the inverse of glm::lookAt.
-/// @throws geometry_error  where `lateral` is parallel to the line of sight, or the two points coincide
-inline pose look_at(vec3 from, vec3 towards, vec3 lateral) {
-    const vec3 sight = towards - from;
-    const float distance = length(sight);
-    const float width = length(lateral);
-    if (!is_rigid({mat3{1}, from}) || !is_finite(distance) || !is_finite(width) || !(distance > 0) || !(width > 0))
-        throw geometry_error{"look_at: `from` and `towards` must be different points within 1000 km of the origin, "
-                             "and `lateral` a direction other than zero"};
-    const vec3 z = sight / distance;
-    const vec3 across = lateral / width - dot(lateral / width, z) * z;
-    if (!(length(across) > 1e-5F))
-        throw geometry_error{"look_at: `lateral` is parallel to the line of sight; choose a direction across it"};
-    const vec3 x = normalize(across);
-    return {mat3{x, cross(z, x), z}, from};
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#ifndef INSONIFY_TISSUE_DISPLACEMENT_VIEW_HPP
-#define INSONIFY_TISSUE_DISPLACEMENT_VIEW_HPP
+#ifndef INSONIFY_EXECUTION_SIMD_BITS_HPP
+#define INSONIFY_EXECUTION_SIMD_BITS_HPP
 
 
 #ifndef INSONIFY_EXECUTION_SIMD_HPP
@@ -1227,6 +1107,431 @@ INSONIFY_FN INSONIFY_INLINE Lanes difference_of_products(const Lanes& a, const L
 
 #endif
 
+/// `bit_lanes<N>` holds N 32-bit unsigned integers beside the floats of `lanes<N>`, for hashes and exponents, with the
+/// operators of one; `load_bits`, `store_bits`, and conversions to and from floats.
+namespace insonify::inline INSONIFY_ABI {
+
+#if !defined(INSONIFY_NO_SIMD) // else in simd_scalar.hpp
+
+// Not std::experimental::simd: some of its integer operations are not inlined.
+template <int N>
+using bit_lanes = detail::vector<std::uint32_t, N>;
+
+/// Integers to floats; those above 2^31 - 1 become negative.
+template <int N>
+INSONIFY_INLINE lanes<N> floats_of(bit_lanes<N> bits) {
+    return __builtin_bit_cast(lanes<N>,
+                              __builtin_convertvector((detail::vector<std::int32_t, N>)bits, detail::vector<float, N>));
+}
+
+/// Floats within +-2^31 to integers, truncated towards zero, negative ones in two's complement.
+template <int N>
+INSONIFY_INLINE bit_lanes<N> bits_of_whole(const lanes<N>& x) {
+    return (bit_lanes<N>)__builtin_convertvector(__builtin_bit_cast(detail::vector<float, N>, x),
+                                                 detail::vector<std::int32_t, N>);
+}
+
+template <int N>
+INSONIFY_INLINE void store_bits(bit_lanes<N> bits, std::uint32_t* to) {
+    __builtin_memcpy(to, &bits, sizeof bits);
+}
+template <int N>
+INSONIFY_INLINE bit_lanes<N> load_bits(const std::uint32_t* from) {
+    bit_lanes<N> bits;
+    __builtin_memcpy(&bits, from, sizeof bits);
+    return bits;
+}
+
+#endif
+
+/// first, first + step, first + 2 step, ...
+template <int N>
+INSONIFY_FN INSONIFY_INLINE bit_lanes<N> steps_of_bits(std::uint32_t first, std::uint32_t step) {
+    bit_lanes<N> numbers{};
+    for (int i = 0; i < N; ++i) numbers[i] = static_cast<std::uint32_t>(i);
+    return numbers * step + first;
+}
+
+/// The 32 bits of each float, and back.
+template <int N>
+INSONIFY_FN INSONIFY_INLINE bit_lanes<N> raw_bits(const lanes<N>& floats) {
+    return __builtin_bit_cast(bit_lanes<N>, floats);
+}
+template <int N>
+INSONIFY_FN INSONIFY_INLINE lanes<N> raw_floats(const bit_lanes<N>& bits) {
+    return __builtin_bit_cast(lanes<N>, bits);
+}
+
+/// a where the mask is set, b elsewhere.
+template <int N>
+INSONIFY_FN INSONIFY_INLINE bit_lanes<N> select_bits(const lane_mask<N>& mask, const bit_lanes<N>& a,
+                                                     const bit_lanes<N>& b) {
+    return raw_bits<N>(select(mask, raw_floats<N>(a), raw_floats<N>(b)));
+}
+
+/// Highest bit set for infinities and NaN. Tests the bits, so it holds under -ffast-math; several results combine by |.
+template <int N>
+INSONIFY_FN INSONIFY_INLINE bit_lanes<N> not_finite(const lanes<N>& floats) {
+    return (raw_bits<N>(floats) & 0x7F800000U) + 0x00800000U;
+}
+
+/// Likewise, for NaN only.
+template <int N>
+INSONIFY_FN INSONIFY_INLINE bit_lanes<N> not_number(const lanes<N>& floats) {
+    return bit_lanes<N>{} + 0x7F800000U - (raw_bits<N>(floats) & 0x7FFFFFFFU);
+}
+
+/// `mix_bits` of each lane.
+template <int N>
+INSONIFY_FN INSONIFY_INLINE bit_lanes<N> mix_lanes(bit_lanes<N> h) {
+    h = (h ^ (h >> 16)) * 0x7FEB352DU;
+    h = (h ^ (h >> 15)) * 0x846CA68BU;
+    return h ^ (h >> 16);
+}
+
+/// floor(x) as integers, for x within +-2^31.
+template <int N>
+INSONIFY_FN INSONIFY_INLINE bit_lanes<N> floor_bits(const lanes<N>& x) {
+    const bit_lanes<N> cut = bits_of_whole<N>(x);
+    const lanes<N> left = x - floats_of<N>(cut) + lanes<N>(0.0F); // turns -0 into 0
+    return cut - (raw_bits<N>(left) >> 31);                       // one less where truncation rounded up
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Echoes of scatterers at equal steps of displayed depth. The level changes exponentially along the run, but grows by 24 dB at
+/// most from one scatterer to the next.
+struct scatterer_echoes {
+    float depth = 0;                  ///< of the first echo, metres
+    float step = 0;                   ///< metres, 0 or more
+    std::uint32_t count = 0;          ///< number of scatterers
+    const float* real = nullptr;      ///< real parts of the amplitudes
+    const float* imaginary = nullptr; ///< imaginary parts
+    float first_level = 0;            ///< factor on the amplitudes at the first scatterer ...
+    float last_level = 0;             ///< ... and one step after its last scatterer
+    vec2 slope{0, 0}; ///< change of displayed depth per metre across the line: in the slice plane, out of it
+};
+
+/// The specular echo of a plane or curved surface, with its repetitions where sound goes to and fro in a thin layer above it.
+struct curved_echo {
+    float depth = 0;     ///< displayed, metres
+    float amplitude = 0; ///< of the whole echo, before the aperture has its part
+    vec2 collected{
+        1, 1}; ///< fraction that the aperture collects of a plane of this slope, in the slice plane and out of it
+    vec2 slope{0, 0};        ///< change of displayed depth per metre across the line, in the slice plane and out of it
+    vec3 curvature{0, 0, 0}; ///< second derivatives of displayed depth, 1/m, as in `layer`
+    float repeat_ratio = 0;  ///< of the amplitudes of each repetition and the echo before it; 0: not repeated
+    float repeat_step = 0;   ///< from one to the next, metres of displayed depth
+
+    /// Calls visit(deeper, factor) for the echo itself and for each repetition until they have fallen by 60 dB.
+    /// @param range  metres of displayed depth after which they end
+    template <class Visit>
+    INSONIFY_FN void for_each_repetition(float range, const Visit& visit) const {
+        constexpr std::uint32_t most = 256;
+        float factor = 1;
+        for (std::uint32_t i = 0; i < most && std::fabs(factor) > 1e-3F; ++i) {
+            const float deeper = static_cast<float>(i) * repeat_step;
+            if (i > 0 && !(deeper < range)) return;
+            visit(deeper, factor);
+            factor *= repeat_ratio;
+        }
+    }
+};
+
+/// Writes echoes into one line of complex samples at baseband.
+///
+///     s += a exp(-j 4 pi f0 z / c0)
+///
+/// for an echo of amplitude a at displayed depth z, in metres, f0 in hertz and c0 = `display_speed` in m/s; it is
+/// divided linearly between the two neighbouring samples. Sample k lies at depth (k + 1/2) * spacing. The phase is
+/// reduced in cycles, in double precision, so it is accurate at any depth.
+///
+/// Models call `surface`, `rough_surface` and `scatterers`, and receive any type with these three and `depth`; those with
+/// `curved_surface` receive specular echoes there instead, unless all incidence is normal. The tracer substitutes one that
+/// compensates for the kernels of later stages.
+/// Source: demodulation to baseband of an echo with delay 2 z / c0.
+class echo_line {
+  public:
+    /// @param samples    to which echoes are added
+    /// @param spacing    metres of displayed depth from sample to sample
+    /// @param frequency  of the carrier, hertz
+    INSONIFY_FN echo_line(view<vec2> samples, float spacing, float frequency)
+        : samples_{samples}, per_spacing_{1 / spacing}, spacing_{spacing}, cycles_{2.0 *
+                                                                                   static_cast<double>(frequency) /
+                                                                                   static_cast<double>(display_speed)} {
+    }
+
+    /// Metres to the end of the last sample.
+    INSONIFY_FN float depth() const { return spacing_ * static_cast<float>(samples_.size()); }
+
+    /// Adds one echo at a displayed depth, metres. Echoes beyond the ends of the line are dropped.
+    INSONIFY_FN void add(float depth, vec2 amplitude) const { write(depth, product(amplitude, phase(depth))); }
+
+    /// Adds the specular echo of a surface. The third argument is the change of its displayed depth per metre across the
+    /// line, in the slice plane and out of it.
+    INSONIFY_FN void surface(float depth, float amplitude, vec2 /* slope */) const { add(depth, {amplitude, 0}); }
+
+    /// Adds the specular echo of a curved surface, as if it were plane, with its repetitions.
+    INSONIFY_FN void curved_surface(const curved_echo& one) const {
+        const float amplitude = one.amplitude * one.collected.x * one.collected.y;
+        one.for_each_repetition(depth() - one.depth, [&](float deeper, float factor) {
+            surface(one.depth + deeper, factor * amplitude, one.slope);
+        });
+    }
+
+    /// Adds the diffuse echo of a rough surface: the same one, whatever its slope and its curvature (see `layer`).
+    /// @param amplitude  rms
+    /// @param value      vec2(float offset): the surface's random field, of power 1, `offset` metres deeper
+    template <class Value>
+    INSONIFY_FN void rough_surface(float depth, float amplitude, vec2 /* slope */, vec3 /* curvature */,
+                                   const Value& value) const {
+        add(depth, value(0.0F) * amplitude);
+    }
+
+    /// Adds the echoes of scatterers.
+    INSONIFY_FN void scatterers(const scatterer_echoes& run) const {
+        constexpr float min_level = 1e-15F, // -300 dB
+            max_log_ratio = 4;              // 24 dB from one to the next: higher powers could overflow
+        const float ratio =
+            run.first_level > min_level && run.last_level > 0
+                ? std::exp2(
+                      min(std::log2(run.last_level / run.first_level) / static_cast<float>(run.count), max_log_ratio))
+                : 1.0F;
+        add(run.depth, run.step, run.count, run.real, run.imaginary, run.first_level, ratio);
+    }
+
+  private:
+    // Echo i lies at depth + i * step, with its amplitude times scale * ratio^i.
+    INSONIFY_FN void add(float depth, float step, std::uint32_t count, const float* real, const float* imaginary,
+                         float scale, float ratio) const {
+        constexpr int width = max_simd_width;
+        using floats = lanes<width>;
+        // Of the first register, and the factor from each register to the next.
+        float carrier[2][width];
+        const vec2 first_carrier = scale * phase(depth);
+        carrier[0][0] = first_carrier.x;
+        carrier[1][0] = first_carrier.y;
+        vec2 factor = ratio * phase(step);
+        for (int known = 1; known < width; known *= 2) {
+            for (int i = 0; i < known; ++i) {
+                const vec2 next = product({carrier[0][i], carrier[1][i]}, factor);
+                carrier[0][known + i] = next.x;
+                carrier[1][known + i] = next.y;
+            }
+            factor = product(factor, factor);
+        }
+        floats carrier_x = load<width>(carrier[0]), carrier_y = load<width>(carrier[1]);
+        const auto last = static_cast<std::uint32_t>(samples_.size()) - 1;
+        const floats factor_x(factor.x), factor_y(factor.y), one(1.0F);
+        for (std::uint32_t first = 0; first < count; first += width) {
+            const floats x = load_some(real + first, count - first), y = load_some(imaginary + first, count - first);
+            const floats value_x = x * carrier_x - y * carrier_y, value_y = x * carrier_y + y * carrier_x;
+            const floats index = floats_of<width>(steps_of_bits<width>(first, 1));
+            const floats position = (floats(depth) + index * floats(step)) * floats(per_spacing_) - floats(0.5F);
+            const bit_lanes<width> below = floor_bits<width>(
+                min(max(position, floats(-2.0F)), floats(static_cast<float>(samples_.size()) + 1.0F)));
+            const floats weight = position - floats_of<width>(below);
+            vec2 here[width], next[width];
+            store_pairs((one - weight) * value_x, (one - weight) * value_y, here);
+            store_pairs(weight * value_x, weight * value_y, next);
+            std::uint32_t sample[width];
+            store_bits<width>(below, sample);
+            if (count - first >= width && sample[0] < last && sample[width - 1] < last)
+                for (int i = 0; i < width; ++i) {
+                    samples_[sample[i]] += here[i];
+                    samples_[sample[i] + 1] += next[i];
+                }
+            else
+                for (std::uint32_t i = 0; i < width && i < count - first; ++i) add_pair(sample[i], here[i], next[i]);
+            if (count - first <= width) return;
+            const floats next_x = carrier_x * factor_x - carrier_y * factor_y;
+            carrier_y = carrier_x * factor_y + carrier_y * factor_x;
+            carrier_x = next_x;
+        }
+    }
+
+    INSONIFY_FN static vec2 product(vec2 a, vec2 b) { return {a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x}; }
+
+    INSONIFY_FN vec2 phase(float depth) const {
+        const double cycles = cycles_ * static_cast<double>(depth);
+        const auto fraction = static_cast<float>(cycles - std::floor(cycles));
+        return {std::cos(2 * pi * fraction), -std::sin(2 * pi * fraction)};
+    }
+
+    INSONIFY_FN void write(float depth, vec2 value) const {
+        const float position = clamp(depth * per_spacing_ - 0.5F, -2.0F, static_cast<float>(samples_.size()) + 1.0F);
+        const float below = std::floor(position);
+        const float weight = position - below;
+        add_pair(static_cast<std::uint32_t>(static_cast<std::int32_t>(below)), (1 - weight) * value, weight * value);
+    }
+
+    // Loads `count` floats, at most a register; the other lanes are 0.
+    INSONIFY_FN INSONIFY_INLINE static lanes<max_simd_width> load_some(const float* from, std::uint32_t count) {
+        if (count >= max_simd_width) return load<max_simd_width>(from);
+        float some[max_simd_width] = {};
+        for (std::uint32_t i = 0; i < count; ++i) some[i] = from[i];
+        return load<max_simd_width>(some);
+    }
+
+    template <class Lanes>
+    INSONIFY_FN INSONIFY_INLINE static void store_pairs(const Lanes& x, const Lanes& y, vec2* to) {
+        float apart[2][max_simd_width];
+        store(x, apart[0]);
+        store(y, apart[1]);
+        for (int i = 0; i < max_simd_width; ++i) to[i] = {apart[0][i], apart[1][i]};
+    }
+
+    // Adds to a sample and the next one; an index below 0 wraps around.
+    INSONIFY_FN void add_pair(std::uint32_t sample, vec2 here, vec2 next) const {
+        const auto end = static_cast<std::uint32_t>(samples_.size());
+        if (sample < end) samples_[sample] += here;
+        if (sample + 1 < end) samples_[sample + 1] += next;
+    }
+
+    view<vec2> samples_;
+    float per_spacing_;
+    float spacing_;
+    double cycles_;
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#ifndef INSONIFY_ACOUSTICS_LAYER_HPP
+#define INSONIFY_ACOUSTICS_LAYER_HPP
+
+
+#ifndef INSONIFY_GEOMETRY_POSE_HPP
+#define INSONIFY_GEOMETRY_POSE_HPP
+
+
+#ifndef INSONIFY_CORE_ERROR_HPP
+#define INSONIFY_CORE_ERROR_HPP
+
+
+#include <stdexcept>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// A file could not be read or written, or its content is invalid. The message names the file and the line or object.
+struct io_error : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
+/// An invalid mesh, pose or primitive. `validate` reports the defects of a mesh.
+struct geometry_error : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
+/// A setting that is out of range, or a call out of order, such as tracing a scene that was not built.
+struct usage_error : std::logic_error {
+    using std::logic_error::logic_error;
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Rigid transform from local to world coordinates: the rotation, then the translation.
+struct pose {
+    mat3 rotation{1};          ///< its columns are the local x, y and z axes in the world
+    vec3 translation{0, 0, 0}; ///< local origin in the world, metres
+
+    /// From local to world coordinates.
+    /// @{
+    INSONIFY_FN vec3 point(vec3 p) const { return rotation * p + translation; }
+    INSONIFY_FN vec3 direction(vec3 v) const { return rotation * v; }
+    /// @}
+
+    /// From world to local coordinates; precise far from the origin as well.
+    INSONIFY_FN vec3 local_point(vec3 p) const { return local_direction(p - translation); }
+    /// The same for a direction: the translation is ignored.
+    INSONIFY_FN vec3 local_direction(vec3 v) const {
+        return {dot(rotation[0], v), dot(rotation[1], v), dot(rotation[2], v)};
+    }
+
+    friend bool operator==(const pose&, const pose&) = default;
+};
+
+/// The inverse transform.
+INSONIFY_FN inline pose inverse(const pose& p) { return {transpose(p.rotation), -p.local_direction(p.translation)}; }
+
+/// Composition: `inner` first, then `outer`.
+INSONIFY_FN inline pose operator*(const pose& outer, const pose& inner) {
+    return {outer.rotation * inner.rotation, outer.point(inner.translation)};
+}
+
+/// Largest coordinate of a translation or shape, metres; further out the spacing of floats exceeds the size of a probe.
+inline constexpr float max_translation = 1e6F;
+
+/// True for an orthonormal rotation (within 1e-4, without reflection) and a translation within `max_translation`.
+INSONIFY_FN inline bool is_rigid(const pose& p) {
+    const mat3& r = p.rotation;
+    const auto near_to = [](float a, float b) { return std::fabs(a - b) < 1e-4F; };
+    return is_finite(r[0]) && is_finite(r[1]) && is_finite(r[2]) && is_finite(p.translation) &&
+           abs(p.translation) == min(abs(p.translation), vec3{max_translation}) && near_to(dot(r[0], r[0]), 1) &&
+           near_to(dot(r[1], r[1]), 1) && near_to(dot(r[2], r[2]), 1) && near_to(dot(r[0], r[1]), 0) &&
+           near_to(dot(r[1], r[2]), 0) && near_to(dot(r[2], r[0]), 0) && determinant(r) > 0;
+}
+
+/// The pose with an orthonormal rotation, the nearest to one that rounding has made inexact: of a pose that is multiplied many
+/// times, such as that of a robot's arm.
+///
+///     at = orthonormalised(at * step); // each time
+///
+/// @throws geometry_error  for a rotation that is not nearly one: stretched, mirrored or not finite
+inline pose orthonormalised(const pose& p) {
+    mat3 r = p.rotation;
+    // Newton's iteration for the polar decomposition: Higham 1986, SIAM J. Sci. Stat. Comput. 7, 1160.
+    for (int i = 0; i < 4; ++i)
+        if (determinant(r) > 0.1F) r = (r + transpose(inverse(r))) * 0.5F;
+    const pose nearest{r, p.translation};
+    const mat3 change = r - p.rotation;
+    if (!is_rigid(nearest) ||
+        !(dot(change[0], change[0]) + dot(change[1], change[1]) + dot(change[2], change[2]) < 0.1F))
+        throw geometry_error{
+            "orthonormalised: the pose is not nearly a rigid transform: its axes must be of length 1 and "
+            "at right angles to within 0.1, not mirrored, its translation within 1000 km of the origin"};
+    return nearest;
+}
+
+/// Pose of a probe (or tool, or camera) at `from` that faces `towards` a point, its array along `lateral`.
+///
+/// z = towards - from, x = lateral made orthogonal to z, y = z cross x, normalized; the inverse of glm::lookAt.
+/// @throws geometry_error  where `lateral` is parallel to the line of sight, or the two points coincide
+inline pose look_at(vec3 from, vec3 towards, vec3 lateral) {
+    const vec3 sight = towards - from;
+    const float distance = length(sight);
+    const float width = length(lateral);
+    if (!is_rigid({mat3{1}, from}) || !is_finite(distance) || !is_finite(width) || !(distance > 0) || !(width > 0))
+        throw geometry_error{"look_at: `from` and `towards` must be different points within 1000 km of the origin, "
+                             "and `lateral` a direction other than zero"};
+    const vec3 z = sight / distance;
+    const vec3 across = lateral / width - dot(lateral / width, z) * z;
+    if (!(length(across) > 1e-5F))
+        throw geometry_error{"look_at: `lateral` is parallel to the line of sight; choose a direction across it"};
+    const vec3 x = normalize(across);
+    return {mat3{x, cross(z, x), z}, from};
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#ifndef INSONIFY_TISSUE_DISPLACEMENT_VIEW_HPP
+#define INSONIFY_TISSUE_DISPLACEMENT_VIEW_HPP
+
+
+
 namespace insonify::inline INSONIFY_ABI {
 
 /// Displacements of tissue from its present position to rest, on a regular grid and trilinear in between, as lines in one
@@ -1689,6 +1994,8 @@ struct aperture_gains {
     }
 };
 
+namespace detail {
+
 /// The `aperture_gains` of one layer. Steps within `clearance` of a surface are left out, since rounding decides on which side
 /// they lie. At the first surface of the layer, those of the layer above apply.
 struct layer_gains {
@@ -1735,6 +2042,8 @@ struct layer_gains {
         return own;
     }
 };
+
+} // namespace detail
 
 /// One traced line, the input of an acoustic model: its layers, frame, pulse and aperture.
 struct traced_line {
@@ -2156,45 +2465,89 @@ namespace insonify::inline INSONIFY_ABI {
 ///     void operator()(const auto& policy, const traced_line& line, float spacing, view<sample_type> samples) const;
 ///
 /// The last writes the samples of one line, which start at 0; sample k lies at depth (k + 1/2) * spacing metres. It
-/// must not throw. All other members are optional. If samples depend on what lies beyond `depth`, the length of the
-/// line to trace, in metres:
+/// must not throw. All other members are optional, and each has a concept: `follows_lines_deeper`, `emits_echoes`,
+/// `states_covariance`, `states_surface_covariance`, `states_arrivals`. A tracer refuses to compile a model that has a member of
+/// such a name with another signature. Beside them,
 ///
-///     float max_depth(float depth, view<const medium> media) const;
-///
-/// For complex echoes that `convolve` follows, a model may emit them to an `echo_line` instead of writing samples; the
-/// tracer then compensates their levels for the kernels. Such a model also gives the covariance of its random
-/// echoes on two lines, 1 at distance 0, by their distance in metres and the angle between them in radians. It may also give
-/// that of rough surfaces, if it differs, and state that speckle is independent from elevation plane to plane:
-///
-///     template <class Echoes> void emit(const traced_line& line, const Echoes& echoes) const;
-///     float covariance(float distance, float angle) const;
-///     float surface_covariance(float distance, float angle) const;
-///     static constexpr bool independent_planes = true;
-///
-/// For a model whose shadows are to have a penumbra, what arrives along a line; it then applies `traced_line::gains`, which
-/// the tracer computes from that. See `physical::arrivals`:
-///
-///     void arrivals(const traced_line& line, float spacing, view<vec2> out) const;
-///
-/// For a model that assumes normal incidence, angles (`layer::cosine`, `layer::slope`) are not computed:
-///
-///     static constexpr bool normal_incidence = true;
-///
-/// Nanoseconds per sample, if far from 5; short frames are not divided among threads:
-///
-///     static constexpr float nanoseconds = 0.5F;
+///     static constexpr bool normal_incidence = true;    // angles (`layer::cosine`, `layer::slope`) are not computed
+///     static constexpr bool independent_planes = true;  // speckle is independent from elevation plane to plane
+///     static constexpr float nanoseconds = 0.5F;        // per sample, if far from 5: short frames are not divided among threads
+///     void check() const;                               // throws `usage_error` for settings out of range
 template <class Model>
 concept acoustic_model = requires(const Model& model, const traced_line& line, view<typename Model::sample_type> out) {
     { model.samples(0.1F, 5e6F) } -> std::convertible_to<std::uint32_t>;
     model(exec::seq, line, 1e-3F, out);
 };
 
+/// A model whose samples depend on what lies beyond their depth: it states the length of the line to trace, metres.
+template <class Model>
+concept follows_lines_deeper = requires(const Model& model, view<const medium> media) {
+    { model.max_depth(0.1F, media) } -> std::convertible_to<float>;
+};
+
+/// A model that makes complex echoes for `convolve`. It emits them to an `echo_line`, or to another sink with its members, which
+/// compensates their levels for what follows, or distributes them over the pulses of a train:
+///
+///     template <class Echoes> void emit(const traced_line& line, const Echoes& echoes) const;
+template <class Model>
+concept emits_echoes = requires(const Model& model, const traced_line& line, const echo_line& echoes) {
+    model.emit(line, echoes);
+};
+
+/// A model that states the covariance of its speckle on two lines: 1 at distance 0, metres, at an angle in radians.
+template <class Model>
+concept states_covariance = requires(const Model& model) {
+    { model.covariance(1e-3F, 0.1F) } -> std::convertible_to<float>;
+};
+
+/// The same for the echoes of rough surfaces, where it differs.
+template <class Model>
+concept states_surface_covariance = requires(const Model& model) {
+    { model.surface_covariance(1e-3F, 0.1F) } -> std::convertible_to<float>;
+};
+
+/// A model whose shadows have a penumbra: it states what arrives along a line, and applies `traced_line::gains`, which are
+/// computed from that. See `physical::arrivals`.
+///
+///     void arrivals(const traced_line& line, float spacing, view<vec2> out) const;
+template <class Model>
+concept states_arrivals = requires(const Model& model, const traced_line& line, view<vec2> out) {
+    model.arrivals(line, 1e-3F, out);
+};
+
 namespace detail {
+
+/// Finds members that were meant to be optional ones of an `acoustic_model`, and are not.
+template <acoustic_model Model>
+struct model_check {
+    static_assert(
+        !requires { &Model::max_depth; } || follows_lines_deeper<Model>,
+        "acoustic model: `max_depth` must be float max_depth(float depth, view<const medium> media) const");
+    static_assert(
+        !requires { &Model::covariance; } || states_covariance<Model>,
+        "acoustic model: `covariance` must be float covariance(float distance, float angle) const");
+    static_assert(
+        !requires { &Model::surface_covariance; } || states_surface_covariance<Model>,
+        "acoustic model: `surface_covariance` must be float surface_covariance(float distance, float angle) const");
+    static_assert(
+        !requires { &Model::arrivals; } || states_arrivals<Model>,
+        "acoustic model: `arrivals` must be void arrivals(const traced_line&, float spacing, view<vec2> out) const");
+    static_assert(emits_echoes<Model> || !states_covariance<Model>,
+                  "acoustic model: `covariance` has an effect on models with `emit` only: is it misspelt?");
+    static_assert(
+        !emits_echoes<Model> || states_covariance<Model>,
+        "acoustic model: a model with `emit` needs `covariance`, by which its levels are kept: is it misspelt?");
+    static_assert(
+        !emits_echoes<Model> || states_arrivals<Model> || requires { Model::sharp_shadows; },
+        "acoustic model: a model with `emit` needs `arrivals`, from which its shadows have a penumbra: is it "
+        "misspelt? If shadows are to be sharp, add static constexpr bool sharp_shadows = true");
+    static constexpr bool passed = true;
+};
 
 /// Length of the line to trace for samples down to `depth`, metres.
 template <acoustic_model Model>
 float max_depth_of(const Model& model, float depth, view<const medium> media) {
-    if constexpr (requires { model.max_depth(depth, media); })
+    if constexpr (follows_lines_deeper<Model>)
         return model.max_depth(depth, media);
     else
         return depth;
@@ -2227,311 +2580,6 @@ constexpr float nanoseconds_of() {
 #define INSONIFY_ACOUSTICS_PHYSICAL_HPP
 
 
-#ifndef INSONIFY_ACOUSTICS_ECHO_LINE_HPP
-#define INSONIFY_ACOUSTICS_ECHO_LINE_HPP
-
-
-#ifndef INSONIFY_EXECUTION_SIMD_BITS_HPP
-#define INSONIFY_EXECUTION_SIMD_BITS_HPP
-
-
-
-/// `bit_lanes<N>` holds N 32-bit unsigned integers beside the floats of `lanes<N>`, for hashes and exponents, with the
-/// operators of one; `load_bits`, `store_bits`, and conversions to and from floats.
-namespace insonify::inline INSONIFY_ABI {
-
-#if !defined(INSONIFY_NO_SIMD) // else in simd_scalar.hpp
-
-// Not std::experimental::simd: some of its integer operations are not inlined.
-template <int N>
-using bit_lanes = detail::vector<std::uint32_t, N>;
-
-/// Integers to floats; those above 2^31 - 1 become negative.
-template <int N>
-INSONIFY_INLINE lanes<N> floats_of(bit_lanes<N> bits) {
-    return __builtin_bit_cast(lanes<N>,
-                              __builtin_convertvector((detail::vector<std::int32_t, N>)bits, detail::vector<float, N>));
-}
-
-/// Floats within +-2^31 to integers, truncated towards zero, negative ones in two's complement.
-template <int N>
-INSONIFY_INLINE bit_lanes<N> bits_of_whole(const lanes<N>& x) {
-    return (bit_lanes<N>)__builtin_convertvector(__builtin_bit_cast(detail::vector<float, N>, x),
-                                                 detail::vector<std::int32_t, N>);
-}
-
-template <int N>
-INSONIFY_INLINE void store_bits(bit_lanes<N> bits, std::uint32_t* to) {
-    __builtin_memcpy(to, &bits, sizeof bits);
-}
-template <int N>
-INSONIFY_INLINE bit_lanes<N> load_bits(const std::uint32_t* from) {
-    bit_lanes<N> bits;
-    __builtin_memcpy(&bits, from, sizeof bits);
-    return bits;
-}
-
-#endif
-
-/// first, first + step, first + 2 step, ...
-template <int N>
-INSONIFY_FN INSONIFY_INLINE bit_lanes<N> steps_of_bits(std::uint32_t first, std::uint32_t step) {
-    bit_lanes<N> numbers{};
-    for (int i = 0; i < N; ++i) numbers[i] = static_cast<std::uint32_t>(i);
-    return numbers * step + first;
-}
-
-/// The 32 bits of each float, and back.
-template <int N>
-INSONIFY_FN INSONIFY_INLINE bit_lanes<N> raw_bits(const lanes<N>& floats) {
-    return __builtin_bit_cast(bit_lanes<N>, floats);
-}
-template <int N>
-INSONIFY_FN INSONIFY_INLINE lanes<N> raw_floats(const bit_lanes<N>& bits) {
-    return __builtin_bit_cast(lanes<N>, bits);
-}
-
-/// a where the mask is set, b elsewhere.
-template <int N>
-INSONIFY_FN INSONIFY_INLINE bit_lanes<N> select_bits(const lane_mask<N>& mask, const bit_lanes<N>& a,
-                                                     const bit_lanes<N>& b) {
-    return raw_bits<N>(select(mask, raw_floats<N>(a), raw_floats<N>(b)));
-}
-
-/// Highest bit set for infinities and NaN. Tests the bits, so it holds under -ffast-math; several results combine by |.
-template <int N>
-INSONIFY_FN INSONIFY_INLINE bit_lanes<N> not_finite(const lanes<N>& floats) {
-    return (raw_bits<N>(floats) & 0x7F800000U) + 0x00800000U;
-}
-
-/// Likewise, for NaN only.
-template <int N>
-INSONIFY_FN INSONIFY_INLINE bit_lanes<N> not_number(const lanes<N>& floats) {
-    return bit_lanes<N>{} + 0x7F800000U - (raw_bits<N>(floats) & 0x7FFFFFFFU);
-}
-
-/// `mix_bits` of each lane.
-template <int N>
-INSONIFY_FN INSONIFY_INLINE bit_lanes<N> mix_lanes(bit_lanes<N> h) {
-    h = (h ^ (h >> 16)) * 0x7FEB352DU;
-    h = (h ^ (h >> 15)) * 0x846CA68BU;
-    return h ^ (h >> 16);
-}
-
-/// floor(x) as integers, for x within +-2^31.
-template <int N>
-INSONIFY_FN INSONIFY_INLINE bit_lanes<N> floor_bits(const lanes<N>& x) {
-    const bit_lanes<N> cut = bits_of_whole<N>(x);
-    const lanes<N> left = x - floats_of<N>(cut) + lanes<N>(0.0F); // turns -0 into 0
-    return cut - (raw_bits<N>(left) >> 31);                       // one less where truncation rounded up
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Echoes of scatterers at equal steps of displayed depth. The level changes exponentially along the run, but grows by 24 dB at
-/// most from one scatterer to the next.
-struct scatterer_echoes {
-    float depth = 0;                  ///< of the first echo, metres
-    float step = 0;                   ///< metres, 0 or more
-    std::uint32_t count = 0;          ///< number of scatterers
-    const float* real = nullptr;      ///< real parts of the amplitudes
-    const float* imaginary = nullptr; ///< imaginary parts
-    float first_level = 0;            ///< factor on the amplitudes at the first scatterer ...
-    float last_level = 0;             ///< ... and one step after its last scatterer
-    vec2 slope{0, 0}; ///< change of displayed depth per metre across the line: in the slice plane, out of it
-};
-
-/// The specular echo of a plane or curved surface, with its repetitions where sound goes to and fro in a thin layer above it.
-struct curved_echo {
-    float depth = 0;     ///< displayed, metres
-    float amplitude = 0; ///< of the whole echo, before the aperture has its part
-    vec2 collected{
-        1, 1}; ///< fraction that the aperture collects of a plane of this slope, in the slice plane and out of it
-    vec2 slope{0, 0};        ///< change of displayed depth per metre across the line, in the slice plane and out of it
-    vec3 curvature{0, 0, 0}; ///< second derivatives of displayed depth, 1/m, as in `layer`
-    float repeat_ratio = 0;  ///< of the amplitudes of each repetition and the echo before it; 0: not repeated
-    float repeat_step = 0;   ///< from one to the next, metres of displayed depth
-
-    /// Calls visit(deeper, factor) for the echo itself and for each repetition until they have fallen by 60 dB.
-    /// @param range  metres of displayed depth after which they end
-    template <class Visit>
-    INSONIFY_FN void for_each_repetition(float range, const Visit& visit) const {
-        constexpr std::uint32_t most = 256;
-        float factor = 1;
-        for (std::uint32_t i = 0; i < most && std::fabs(factor) > 1e-3F; ++i) {
-            const float deeper = static_cast<float>(i) * repeat_step;
-            if (i > 0 && !(deeper < range)) return;
-            visit(deeper, factor);
-            factor *= repeat_ratio;
-        }
-    }
-};
-
-/// Writes echoes into one line of complex samples at baseband.
-///
-///     s += a exp(-j 4 pi f0 z / c0)
-///
-/// for an echo of amplitude a at displayed depth z, in metres, f0 in hertz and c0 = `display_speed` in m/s; it is
-/// divided linearly between the two neighbouring samples. Sample k lies at depth (k + 1/2) * spacing. The phase is
-/// reduced in cycles, in double precision, so it is accurate at any depth.
-///
-/// Models call `surface`, `rough_surface` and `scatterers`, and receive any type with these three and `depth`; those with
-/// `curved_surface` receive specular echoes there instead, unless all incidence is normal. The tracer substitutes one that
-/// compensates for the kernels of later stages.
-/// Source: demodulation to baseband of an echo with delay 2 z / c0.
-class echo_line {
-  public:
-    /// @param samples    to which echoes are added
-    /// @param spacing    metres of displayed depth from sample to sample
-    /// @param frequency  of the carrier, hertz
-    INSONIFY_FN echo_line(view<vec2> samples, float spacing, float frequency)
-        : samples_{samples}, per_spacing_{1 / spacing}, spacing_{spacing}, cycles_{2.0 *
-                                                                                   static_cast<double>(frequency) /
-                                                                                   static_cast<double>(display_speed)} {
-    }
-
-    /// Metres to the end of the last sample.
-    INSONIFY_FN float depth() const { return spacing_ * static_cast<float>(samples_.size()); }
-
-    /// Adds one echo at a displayed depth, metres. Echoes beyond the ends of the line are dropped.
-    INSONIFY_FN void add(float depth, vec2 amplitude) const { write(depth, product(amplitude, phase(depth))); }
-
-    /// Adds the specular echo of a surface. The third argument is the change of its displayed depth per metre across the
-    /// line, in the slice plane and out of it.
-    INSONIFY_FN void surface(float depth, float amplitude, vec2 /* slope */) const { add(depth, {amplitude, 0}); }
-
-    /// Adds the specular echo of a curved surface, as if it were plane, with its repetitions.
-    INSONIFY_FN void curved_surface(const curved_echo& one) const {
-        const float amplitude = one.amplitude * one.collected.x * one.collected.y;
-        one.for_each_repetition(depth() - one.depth, [&](float deeper, float factor) {
-            surface(one.depth + deeper, factor * amplitude, one.slope);
-        });
-    }
-
-    /// Adds the diffuse echo of a rough surface: the same one, whatever its slope and its curvature (see `layer`).
-    /// @param amplitude  rms
-    /// @param value      vec2(float offset): the surface's random field, of power 1, `offset` metres deeper
-    template <class Value>
-    INSONIFY_FN void rough_surface(float depth, float amplitude, vec2 /* slope */, vec3 /* curvature */,
-                                   const Value& value) const {
-        add(depth, value(0.0F) * amplitude);
-    }
-
-    /// Adds the echoes of scatterers.
-    INSONIFY_FN void scatterers(const scatterer_echoes& run) const {
-        constexpr float min_level = 1e-15F, // -300 dB
-            max_log_ratio = 4;              // 24 dB from one to the next: higher powers could overflow
-        const float ratio =
-            run.first_level > min_level && run.last_level > 0
-                ? std::exp2(
-                      min(std::log2(run.last_level / run.first_level) / static_cast<float>(run.count), max_log_ratio))
-                : 1.0F;
-        add(run.depth, run.step, run.count, run.real, run.imaginary, run.first_level, ratio);
-    }
-
-  private:
-    // Echo i lies at depth + i * step, with its amplitude times scale * ratio^i.
-    INSONIFY_FN void add(float depth, float step, std::uint32_t count, const float* real, const float* imaginary,
-                         float scale, float ratio) const {
-        constexpr int width = max_simd_width;
-        using floats = lanes<width>;
-        // Of the first register, and the factor from each register to the next.
-        float carrier[2][width];
-        const vec2 first_carrier = scale * phase(depth);
-        carrier[0][0] = first_carrier.x;
-        carrier[1][0] = first_carrier.y;
-        vec2 factor = ratio * phase(step);
-        for (int known = 1; known < width; known *= 2) {
-            for (int i = 0; i < known; ++i) {
-                const vec2 next = product({carrier[0][i], carrier[1][i]}, factor);
-                carrier[0][known + i] = next.x;
-                carrier[1][known + i] = next.y;
-            }
-            factor = product(factor, factor);
-        }
-        floats carrier_x = load<width>(carrier[0]), carrier_y = load<width>(carrier[1]);
-        const auto last = static_cast<std::uint32_t>(samples_.size()) - 1;
-        const floats factor_x(factor.x), factor_y(factor.y), one(1.0F);
-        for (std::uint32_t first = 0; first < count; first += width) {
-            const floats x = load_some(real + first, count - first), y = load_some(imaginary + first, count - first);
-            const floats value_x = x * carrier_x - y * carrier_y, value_y = x * carrier_y + y * carrier_x;
-            const floats index = floats_of<width>(steps_of_bits<width>(first, 1));
-            const floats position = (floats(depth) + index * floats(step)) * floats(per_spacing_) - floats(0.5F);
-            const bit_lanes<width> below = floor_bits<width>(
-                min(max(position, floats(-2.0F)), floats(static_cast<float>(samples_.size()) + 1.0F)));
-            const floats weight = position - floats_of<width>(below);
-            vec2 here[width], next[width];
-            store_pairs((one - weight) * value_x, (one - weight) * value_y, here);
-            store_pairs(weight * value_x, weight * value_y, next);
-            std::uint32_t sample[width];
-            store_bits<width>(below, sample);
-            if (count - first >= width && sample[0] < last && sample[width - 1] < last)
-                for (int i = 0; i < width; ++i) {
-                    samples_[sample[i]] += here[i];
-                    samples_[sample[i] + 1] += next[i];
-                }
-            else
-                for (std::uint32_t i = 0; i < width && i < count - first; ++i) add_pair(sample[i], here[i], next[i]);
-            if (count - first <= width) return;
-            const floats next_x = carrier_x * factor_x - carrier_y * factor_y;
-            carrier_y = carrier_x * factor_y + carrier_y * factor_x;
-            carrier_x = next_x;
-        }
-    }
-
-    INSONIFY_FN static vec2 product(vec2 a, vec2 b) { return {a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x}; }
-
-    INSONIFY_FN vec2 phase(float depth) const {
-        const double cycles = cycles_ * static_cast<double>(depth);
-        const auto fraction = static_cast<float>(cycles - std::floor(cycles));
-        return {std::cos(2 * pi * fraction), -std::sin(2 * pi * fraction)};
-    }
-
-    INSONIFY_FN void write(float depth, vec2 value) const {
-        const float position = clamp(depth * per_spacing_ - 0.5F, -2.0F, static_cast<float>(samples_.size()) + 1.0F);
-        const float below = std::floor(position);
-        const float weight = position - below;
-        add_pair(static_cast<std::uint32_t>(static_cast<std::int32_t>(below)), (1 - weight) * value, weight * value);
-    }
-
-    // Loads `count` floats, at most a register; the other lanes are 0.
-    INSONIFY_FN INSONIFY_INLINE static lanes<max_simd_width> load_some(const float* from, std::uint32_t count) {
-        if (count >= max_simd_width) return load<max_simd_width>(from);
-        float some[max_simd_width] = {};
-        for (std::uint32_t i = 0; i < count; ++i) some[i] = from[i];
-        return load<max_simd_width>(some);
-    }
-
-    template <class Lanes>
-    INSONIFY_FN INSONIFY_INLINE static void store_pairs(const Lanes& x, const Lanes& y, vec2* to) {
-        float apart[2][max_simd_width];
-        store(x, apart[0]);
-        store(y, apart[1]);
-        for (int i = 0; i < max_simd_width; ++i) to[i] = {apart[0][i], apart[1][i]};
-    }
-
-    // Adds to a sample and the next one; an index below 0 wraps around.
-    INSONIFY_FN void add_pair(std::uint32_t sample, vec2 here, vec2 next) const {
-        const auto end = static_cast<std::uint32_t>(samples_.size());
-        if (sample < end) samples_[sample] += here;
-        if (sample + 1 < end) samples_[sample + 1] += next;
-    }
-
-    view<vec2> samples_;
-    float per_spacing_;
-    float spacing_;
-    double cycles_;
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
 #ifndef INSONIFY_ACOUSTICS_ECHO_PATH_HPP
 #define INSONIFY_ACOUSTICS_ECHO_PATH_HPP
 
@@ -2764,6 +2812,8 @@ struct fresnel {
 /// parallel layer. Behind a layer that is not parallel, such as a rib, other rays reach the line.
 namespace insonify::inline INSONIFY_ABI {
 
+namespace detail {
+
 /// How refraction changes a layer of a straight line.
 struct refracted_layer {
     float cosine = 1;         ///< of the angle of incidence at its beginning
@@ -2778,8 +2828,6 @@ struct refracted_layer {
         return max(whole - enters_at, min(whole, 0));
     }
 };
-
-namespace detail {
 
 /// The propagation direction behind an interface: by the law's own `refracted(direction, normal, before, after)` where it
 /// has one, else by Snell's; {0, 0, 0} where it is totally reflected.
@@ -2798,10 +2846,10 @@ class line_refraction {
     INSONIFY_FN line_refraction(const Model& model, const traced_line& line) : model_{model}, line_{line} {}
 
     /// The next layer; called once for each, from the face on.
-    INSONIFY_FN refracted_layer next() {
+    INSONIFY_FN detail::refracted_layer next() {
         const std::size_t i = next_++;
         const layer& here = line_.layers[i];
-        refracted_layer found{.cosine = here.cosine, .before = line_.layers[i == 0 ? 0 : i - 1].medium};
+        detail::refracted_layer found{.cosine = here.cosine, .before = line_.layers[i == 0 ? 0 : i - 1].medium};
         if constexpr (requires(const medium& m) { model_.refracted(vec3{}, vec3{}, m, m); }) {
             if (found.before != here.medium) cross(i, found);
             if (straight() && ahead_ == vec3{0, 0, 0}) return found;
@@ -2824,7 +2872,7 @@ class line_refraction {
     INSONIFY_FN bool straight() const { return direction_.x == 0 && direction_.y == 0; }
 
     // The ray crosses the surface at the beginning of a layer.
-    INSONIFY_FN void cross(std::size_t i, refracted_layer& found) {
+    INSONIFY_FN void cross(std::size_t i, detail::refracted_layer& found) {
         const medium &before = line_.media[found.before], &after = line_.media[line_.layers[i].medium];
         const vec3 normal = normal_of(i), arriving = direction_;
         if (!straight()) found.cosine = min(std::fabs(dot(normal, arriving)), 1);
@@ -2879,11 +2927,11 @@ enum class pulse_bandwidth { narrow, broad };
 
 /// State of the wave at a point of its path.
 struct echo_path {
-    float shown = 0;              ///< displayed depth, metres
-    float lost_db = 0;            ///< attenuation so far, there and back, dB
-    float passed = 1;             ///< factor on amplitude of the interfaces so far, there and back
-    refracted_layer refraction{}; ///< of the present layer
-    layer_gains gains{};          ///< of the present layer
+    float shown = 0;                      ///< displayed depth, metres
+    float lost_db = 0;                    ///< attenuation so far, there and back, dB
+    float passed = 1;                     ///< factor on amplitude of the interfaces so far, there and back
+    detail::refracted_layer refraction{}; ///< of the present layer
+    detail::layer_gains gains{};          ///< of the present layer
 
     /// Attenuation there and back, down to a point of the line, dB.
     /// @param along      metres below the beginning of the present layer
@@ -3379,9 +3427,13 @@ INSONIFY_FN inline float rms_height(const incidence& at) {
     return at.roughness < 0 ? rms_height(at.before, at.after) : at.roughness;
 }
 
+namespace detail {
+
 /// Distance at which the diffuse echoes of a rough surface are independent, metres along the line: an eighth of the wavelength
 /// c0 / f0. Convention.
 INSONIFY_FN constexpr float surface_grain(float frequency) { return display_speed / (8 * frequency); }
+
+} // namespace detail
 
 /// A roughness law: law.coherent(incidence) is the factor on the amplitude of the specular echo, and
 /// law.diffuse(incidence) the fraction of the reflected energy that is scattered diffusely; both 0 to 1.
@@ -3420,6 +3472,8 @@ struct kirchhoff {
     friend bool operator==(const kirchhoff&, const kirchhoff&) = default;
 };
 
+namespace detail {
+
 /// Power that a diffuse surface scatters per steradian, over incident intensity times area: cos i cos s / pi.
 ///
 /// @param cosine_in   of the angle of incidence i, 0 to 1
@@ -3444,6 +3498,8 @@ INSONIFY_FN inline vec3 perturbed_normal(vec3 normal, float exponent, vec2 unifo
     const detail::orthonormal_basis axes{normal};
     return cosine * normal + sine * (std::cos(azimuth) * axes.first + std::sin(azimuth) * axes.second);
 }
+
+} // namespace detail
 
 } // namespace insonify::inline INSONIFY_ABI
 
@@ -3580,6 +3636,8 @@ INSONIFY_FN inline vec2 hash_normal(std::uint64_t seed, std::uint64_t index) {
 /// The contents of the cells of a `cell_field`: complex random numbers of mean power 1, computed from an index.
 namespace insonify::inline INSONIFY_ABI {
 
+namespace detail {
+
 /// One complex number per lane.
 template <int N>
 struct complex_lanes {
@@ -3587,13 +3645,15 @@ struct complex_lanes {
     lanes<N> imaginary{}; ///< imaginary parts
 };
 
+} // namespace detail
+
 /// Fully developed speckle: many scatterers per resolution cell, whose sum is complex Gaussian and whose envelope is
 /// Rayleigh distributed.
 /// Source: Goodman, Speckle Phenomena in Optics, 2007, chapter 3.
 struct gaussian_numbers {
     /// @param index  hashes of the cells
     template <int N>
-    INSONIFY_FN INSONIFY_INLINE complex_lanes<N> operator()(const bit_lanes<N>& index, float, float) const {
+    INSONIFY_FN INSONIFY_INLINE detail::complex_lanes<N> operator()(const bit_lanes<N>& index, float, float) const {
         // Each part is the sum of four uniform 4-bit numbers, with mean 0 and variance 1/2; interpolation and
         // convolution make the distribution Gaussian. Both sums are computed at once, in the halves of a word.
         constexpr float scale = 0.076696499F; // sqrt(1/2) / sqrt(4 (16^2 - 1) / 12)
@@ -3630,7 +3690,8 @@ struct poisson_numbers {
     /// @param volume             of a cell, m^3
     /// @param scatterer_density  of the medium, per m^3; 0: `density`
     template <int N>
-    INSONIFY_FN complex_lanes<N> operator()(const bit_lanes<N>& index, float volume, float scatterer_density) const {
+    INSONIFY_FN detail::complex_lanes<N> operator()(const bit_lanes<N>& index, float volume,
+                                                    float scatterer_density) const {
         const float mean = (scatterer_density > 0 ? scatterer_density : density) * volume;
         if (mean > 32) return gaussian_numbers{}.operator()<N>(index, volume, scatterer_density); // indistinguishable
         std::uint32_t each[N];
@@ -3825,8 +3886,8 @@ struct cell_layout {
     /// @param offset      slots from the origin to the centre of each
     /// @param numbers     the contents of the cells, such as `gaussian_numbers`
     template <int N, bool Linear = false, class Numbers>
-    INSONIFY_FN INSONIFY_INLINE complex_lanes<N> values(std::uint32_t first_slot, const lanes<N>& offset,
-                                                        const Numbers& numbers) const {
+    INSONIFY_FN INSONIFY_INLINE detail::complex_lanes<N> values(std::uint32_t first_slot, const lanes<N>& offset,
+                                                                const Numbers& numbers) const {
         using floats = lanes<N>;
         using bits = bit_lanes<N>;
         constexpr std::uint32_t next_column = 0x85EBCA6BU, next_row = 0xC2B2AE35U;
@@ -3843,18 +3904,19 @@ struct cell_layout {
         const floats left = lateral_weight<N, Linear>(past_column),
                      right = lateral_weight<N, Linear>(one - past_column);
         const bits index = slot_hash + column * next_column + row * next_row + 0x51ED270BU;
-        const complex_lanes<N> a = numbers.template operator()<N>(index, volume, scatterer_density),
-                               b = numbers.template operator()<N>(index + next_column, volume, scatterer_density),
-                               c = numbers.template operator()<N>(index + next_row, volume, scatterer_density),
-                               d = numbers.template operator()<N>(index + (next_column + next_row), volume,
-                                                                  scatterer_density);
+        const detail::complex_lanes<N> a = numbers.template operator()<N>(index, volume, scatterer_density),
+                                       b = numbers.template operator()<N>(index + next_column, volume,
+                                                                          scatterer_density),
+                                       c = numbers.template operator()<N>(index + next_row, volume, scatterer_density),
+                                       d = numbers.template operator()<N>(index + (next_column + next_row), volume,
+                                                                          scatterer_density);
         const floats scale = (Linear ? unit_power_scale<N>(past_column) : floats(level)) * unit_power_scale<N>(upper);
-        const auto row_of = [&](const complex_lanes<N>& at_left, const complex_lanes<N>& at_right,
+        const auto row_of = [&](const detail::complex_lanes<N>& at_left, const detail::complex_lanes<N>& at_right,
                                 const floats& weight) {
-            return complex_lanes<N>{weight * (left * at_left.real + right * at_right.real),
-                                    weight * (left * at_left.imaginary + right * at_right.imaginary)};
+            return detail::complex_lanes<N>{weight * (left * at_left.real + right * at_right.real),
+                                            weight * (left * at_left.imaginary + right * at_right.imaginary)};
         };
-        complex_lanes<N> one_row = row_of(a, b, lower), next = row_of(c, d, upper);
+        detail::complex_lanes<N> one_row = row_of(a, b, lower), next = row_of(c, d, upper);
         if (!Linear && (turns.x != 0 || turns.y != 0)) {
             // Phases of rms 1 whose mean of cos(q x) is exp(-x^2 / 2) within 0.02: a normal distribution's, from uniform numbers.
             const floats uniform = floats_of<N>(slot_hash >> 16) * floats(0x1p-15F) - one, squared = uniform * uniform;
@@ -3877,7 +3939,8 @@ struct cell_layout {
 
     // A number times exp(2 pi j turns), by the half angle within a quarter turn, to 5e-5.
     template <int N>
-    INSONIFY_FN INSONIFY_INLINE static complex_lanes<N> turned(const complex_lanes<N>& value, const lanes<N>& turns) {
+    INSONIFY_FN INSONIFY_INLINE static detail::complex_lanes<N> turned(const detail::complex_lanes<N>& value,
+                                                                       const lanes<N>& turns) {
         const lanes<N> part = turns - floats_of<N>(floor_bits<N>(turns + lanes<N>(0.5F))), squared = part * part;
         const lanes<N> sine =
                            part * polynomial<N>(squared, 0.0821459F, -0.5992645F, 2.5501640F, -5.1677128F, 3.1415927F),
@@ -4834,7 +4897,7 @@ struct cell_field {
         INSONIFY_FN void compute_from(std::int64_t slot) {
             first_ = slot;
             const auto offset = static_cast<float>(static_cast<double>(slot) + 0.5 - cells_.slot);
-            const complex_lanes<room> some = cells_.template values<room, true>(
+            const detail::complex_lanes<room> some = cells_.template values<room, true>(
                 static_cast<std::uint32_t>(slot), floats_of<room>(steps_of_bits<room>(0, 1)) + lanes<room>(offset),
                 field_.numbers);
             store(some.real, real_);
@@ -5387,7 +5450,7 @@ struct physical {
             material_line inside = in_object(line.frame, at_place, below.object);
             inside.displacement = line.displacement(below.place);
             const gaussian_field field = surface_field();
-            gaussian_field::surface_values values{field, inside, surface_grain(line.frequency)};
+            gaussian_field::surface_values values{field, inside, detail::surface_grain(line.frequency)};
             const float stretch = detail::displayed_stretch(timing, before);
             echoes.rough_surface(shown, diffuse, slope, coherent.curvature,
                                  [&](float x) { return values(below.begin + x / stretch); });
@@ -7568,6 +7631,8 @@ inline constexpr std::uint32_t free_levels = 24;
 template <int Width>
 inline constexpr std::uint32_t max_levels = free_levels + 33 / width_bits<Width>;
 
+namespace detail {
+
 /// Boxes as structure of arrays: rows of lower x, y, z, then of upper x, y, z.
 template <int Width>
 struct box_rows {
@@ -7593,9 +7658,11 @@ struct box_rows {
     }
 };
 
+} // namespace detail
+
 /// Boxes and references of the children. 256 bytes at width 8: four cache lines.
 template <int Width>
-struct alignas(64) tree_node : box_rows<Width> {
+struct alignas(64) tree_node : detail::box_rows<Width> {
     static_assert(std::has_single_bit(static_cast<unsigned>(Width)), "the width of a tree must be a power of two");
     std::uint32_t child[Width];
 };
@@ -8706,6 +8773,8 @@ inline constexpr pack_orders pack_order{};
 
 namespace insonify::inline INSONIFY_ABI {
 
+namespace detail {
+
 /// Stores the lanes whose bit is set contiguously, without branches. @return their number
 /// @param to  room for N values; those beyond the returned number are unspecified
 template <int N>
@@ -8727,6 +8796,8 @@ INSONIFY_FN INSONIFY_INLINE std::uint32_t pack_lanes(const bit_lanes<N>& values,
     return count;
 }
 
+} // namespace detail
+
 } // namespace insonify::inline INSONIFY_ABI
 
 
@@ -8740,7 +8811,7 @@ INSONIFY_FN INSONIFY_INLINE std::uint32_t pack_lanes(const bit_lanes<N>& values,
 ///     pop(limit)            the top of the stack is next; false if the stack is empty
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Capacity: each level pops one reference and pushes at most Width, and `pack_lanes` always writes Width.
+/// Capacity: each level pops one reference and pushes at most Width, and `detail::pack_lanes` always writes Width.
 template <int Width>
 inline constexpr std::uint32_t max_stack = max_levels<Width>*(Width - 1) + 1;
 
@@ -8763,8 +8834,8 @@ struct nearest_first {
             lowest_bit(tied | 1U << (Width - 1)); // never out of range, whatever the numbers are
         next = node.child[nearest];
         met &= ~(1U << nearest);
-        pack_lanes<Width>(raw_bits<Width>(distance), met, distances + size);
-        size += pack_lanes<Width>(load_bits<Width>(node.child), met, references + size);
+        detail::pack_lanes<Width>(raw_bits<Width>(distance), met, distances + size);
+        size += detail::pack_lanes<Width>(load_bits<Width>(node.child), met, references + size);
     }
 
     INSONIFY_FN INSONIFY_INLINE bool pop(float limit) {
@@ -8790,7 +8861,7 @@ struct any_order {
 
     /// @param met  a bit for each child that is hit
     INSONIFY_FN INSONIFY_INLINE void descend(const tree_node<Width>& node, const lanes<Width>&, std::uint32_t met) {
-        size += pack_lanes<Width>(load_bits<Width>(node.child), met, references + size);
+        size += detail::pack_lanes<Width>(load_bits<Width>(node.child), met, references + size);
         next = references[--size];
     }
 
@@ -9037,6 +9108,8 @@ inline double enclosed_volume(const mesh_view& m) {
 
 namespace insonify::inline INSONIFY_ABI {
 
+namespace detail {
+
 /// `face_groups` in flat arrays. Trivially copyable.
 struct face_groups_view {
     static constexpr std::size_t size = 64; ///< faces in each group but the last
@@ -9053,8 +9126,6 @@ struct face_groups_view {
     }
 };
 
-namespace detail {
-
 /// The distinct vertices of every 64 consecutive faces, so that a pass over a mesh reads each vertex once instead of three
 /// to six times.
 ///
@@ -9064,11 +9135,11 @@ class face_groups {
   public:
     face_groups() = default;
     explicit face_groups(const mesh_view& surface)
-        : ends_((surface.faces.size() + face_groups_view::size - 1) / face_groups_view::size) {
+        : ends_((surface.faces.size() + detail::face_groups_view::size - 1) / detail::face_groups_view::size) {
         std::vector<std::uint32_t> last_group(surface.positions.size(), ~0U);
         vertices_.reserve(surface.faces.size());
         for (std::size_t i = 0; i < surface.faces.size(); ++i) {
-            const auto group = static_cast<std::uint32_t>(i / face_groups_view::size);
+            const auto group = static_cast<std::uint32_t>(i / detail::face_groups_view::size);
             for (const std::uint32_t vertex : {surface.faces[i].x, surface.faces[i].y, surface.faces[i].z})
                 if (last_group[vertex] != group) {
                     last_group[vertex] = group;
@@ -9080,7 +9151,7 @@ class face_groups {
     }
 
     bool empty() const { return ends_.empty(); }
-    face_groups_view view_of() const { return {ends_, vertices_}; }
+    detail::face_groups_view view_of() const { return {ends_, vertices_}; }
 
   private:
     std::vector<std::size_t> ends_;
@@ -9123,6 +9194,8 @@ struct face_normals {
                dot(gradient[2], along) * corner[2];
     }
 };
+
+namespace detail {
 
 /// Normals that are continuous across the smooth edges of a mesh, in flat arrays. Trivially copyable.
 struct smooth_normals_view {
@@ -9187,6 +9260,8 @@ struct smooth_normals_view {
     }
 };
 
+} // namespace detail
+
 } // namespace insonify::inline INSONIFY_ABI
 
 
@@ -9197,15 +9272,15 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// An object as tracers see it. Trivially copyable; refers to the scene's arrays.
 struct object_view {
-    mesh_view surface{};           ///< in object coordinates
-    bvh_view<mesh_view> tree{};    ///< over `surface`; without nodes where it is out of date
-    face_groups_view groups{};     ///< for slicing where the tree is out of date
-    smooth_normals_view normals{}; ///< of `surface`
-    pose at{};                     ///< object to world
-    aabb box{};                    ///< in the world
-    std::uint32_t id = 0;          ///< its `object_id` as a number
-    std::uint32_t medium = 0;      ///< index into `scene_view::media`
-    bool tree_is_current = false;  ///< rays can be traced
+    mesh_view surface{};                   ///< in object coordinates
+    bvh_view<mesh_view> tree{};            ///< over `surface`; without nodes where it is out of date
+    detail::face_groups_view groups{};     ///< for slicing where the tree is out of date
+    detail::smooth_normals_view normals{}; ///< of `surface`
+    pose at{};                             ///< object to world
+    aabb box{};                            ///< in the world
+    std::uint32_t id = 0;                  ///< its `object_id` as a number
+    std::uint32_t medium = 0;              ///< index into `scene_view::media`
+    bool tree_is_current = false;          ///< rays can be traced
 
     /// A world ray in object coordinates; distances along it are the same.
     INSONIFY_FN ray local(const ray& r) const {
@@ -9213,10 +9288,13 @@ struct object_view {
     }
 };
 
+namespace detail {
+
 /// The world box of an object as a primitive of the scene's own tree.
 struct object_box {
     aabb box{}; ///< in the world
 };
+
 /// The box itself.
 INSONIFY_FN inline aabb bounds(const object_box& o) { return o.box; }
 /// Where the ray enters the box; conservative, so that rounding never misses one.
@@ -9232,16 +9310,18 @@ INSONIFY_FN inline hit intersect(const ray& r, const object_box& o) {
     return {.distance = in <= out * 1.000001F ? min(in, r.max_distance) : FLT_MAX};
 }
 
+} // namespace detail
+
 /// A scene in flat arrays, as tracers and devices see it. Trivially copyable; valid until the scene changes.
 ///
 /// Objects are ordered by rank: where several contain a point, the first one's medium applies.
 struct scene_view {
-    view<const object_view> objects{};             ///< by rank
-    bvh_view<view<const object_box>> boxes{};      ///< the objects' world boxes, by rank
-    view<const medium> media{};                    ///< the background first
-    view<const pose> places{};                     ///< object to world: of the background (identity), then by rank
-    view<const placed_structure> structures{};     ///< of the medium of each place
-    view<const displacement_view> displacements{}; ///< of the tissue of each place, for one frame; empty: at rest
+    view<const object_view> objects{};                ///< by rank
+    bvh_view<view<const detail::object_box>> boxes{}; ///< the objects' world boxes, by rank
+    view<const medium> media{};                       ///< the background first
+    view<const pose> places{};                        ///< object to world: of the background (identity), then by rank
+    view<const placed_structure> structures{};        ///< of the medium of each place
+    view<const displacement_view> displacements{};    ///< of the tissue of each place, for one frame; empty: at rest
 };
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -12124,7 +12204,7 @@ struct vertex_groups {
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// The arrays behind a `smooth_normals_view`. Which edges are smooth is decided once, from the mesh as it is then.
+/// The arrays behind a `detail::smooth_normals_view`. Which edges are smooth is decided once, from the mesh as it is then.
 class smooth_surface {
   public:
     smooth_surface() = default;
@@ -12137,7 +12217,7 @@ class smooth_surface {
     template <class Policy>
     void compute(const Policy& policy, const mesh_view& surface) {
         normals_.resize(groups_.ends.size());
-        const smooth_normals_view groups = view_without_normals();
+        const detail::smooth_normals_view groups = view_without_normals();
         exec::for_each_block(policy, normals_.size(), 1024, 100, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i)
                 normals_[i] = groups.computed(surface, static_cast<std::uint32_t>(i));
@@ -12145,9 +12225,11 @@ class smooth_surface {
     }
 
     /// While the vertices are where they were for `compute`.
-    smooth_normals_view view_of() const { return {groups_.corners, groups_.ends, groups_.slots, normals_}; }
+    detail::smooth_normals_view view_of() const { return {groups_.corners, groups_.ends, groups_.slots, normals_}; }
     /// Where they have moved since: normals are computed as they are needed.
-    smooth_normals_view view_without_normals() const { return {groups_.corners, groups_.ends, groups_.slots, {}}; }
+    detail::smooth_normals_view view_without_normals() const {
+        return {groups_.corners, groups_.ends, groups_.slots, {}};
+    }
 
   private:
     vertex_groups groups_{};
@@ -12862,7 +12944,7 @@ class flat_scene {
             places_.push_back(one.at);
             structures_.push_back(state.placed());
         }
-        const view<const object_box> boxes{boxes_};
+        const view<const detail::object_box> boxes{boxes_};
         if (tree_size_ == boxes_.size() && tree_size_ > 0)
             tree_.update(policy, boxes);
         else
@@ -12874,7 +12956,7 @@ class flat_scene {
 
     scene_view view_of() const {
         return {.objects = objects_,
-                .boxes = tree_.view_of(view<const object_box>{boxes_}),
+                .boxes = tree_.view_of(view<const detail::object_box>{boxes_}),
                 .media = media_,
                 .places = places_,
                 .structures = structures_,
@@ -12883,10 +12965,10 @@ class flat_scene {
 
   private:
     std::vector<object_view> objects_{};
-    std::vector<object_box> boxes_{};
+    std::vector<detail::object_box> boxes_{};
     std::vector<pose> places_{};
     std::vector<placed_structure> structures_{};
-    bvh_storage<view<const object_box>, simd_width, build_morton> tree_{};
+    bvh_storage<view<const detail::object_box>, simd_width, build_morton> tree_{};
     std::size_t tree_size_ = 0;
     view<const medium> media_{};
     bool all_current_ = true;
@@ -13397,6 +13479,8 @@ void scene::deform_those(const threads& policy, const Map& map, const Follows& f
 
 namespace insonify::inline INSONIFY_ABI {
 
+namespace detail {
+
 /// A plane in the coordinates of a probe, y = offset + slope z: the slice plane, or one above or below it that is tilted about
 /// the lateral axis.
 struct elevation_plane {
@@ -13406,6 +13490,8 @@ struct elevation_plane {
     /// Metres out of the slice plane at a depth in metres.
     INSONIFY_FN float height(float depth) const { return offset + slope * depth; }
 };
+
+} // namespace detail
 
 } // namespace insonify::inline INSONIFY_ABI
 
@@ -13434,7 +13520,7 @@ struct slice_frame {
     /// @param probe_at  whose coordinates the planes are in
     /// @param planes    at most `max_slices`
     /// @param fan       coordinates of positions in the slice plane, to those of the probe
-    slice_frame(const pose& probe_at, view<const elevation_plane> planes, const pose& fan = {})
+    slice_frame(const pose& probe_at, view<const detail::elevation_plane> planes, const pose& fan = {})
         : count{static_cast<std::uint32_t>(planes.size())} {
         const pose at = probe_at * fan;
         origin = at.translation;
@@ -13986,7 +14072,7 @@ inline void find_levels(const slice_frame& frame, view<const vec3> points, std::
 /// Calls visit(i) for the faces of the groups [begin, end) whose corners differ in level. Most groups are on one side of all
 /// slices, so the branches predict well.
 template <class Visit>
-void for_each_mixed(view<const uvec3> faces, const face_groups_view& groups, std::size_t begin, std::size_t end,
+void for_each_mixed(view<const uvec3> faces, const detail::face_groups_view& groups, std::size_t begin, std::size_t end,
                     const std::uint8_t* levels, Visit&& visit) {
     for (std::size_t group = begin; group < end; ++group) {
         const view<const std::uint32_t> vertices = groups[group];
@@ -13994,8 +14080,8 @@ void for_each_mixed(view<const uvec3> faces, const face_groups_view& groups, std
         unsigned different = 0;
         for (const std::uint32_t vertex : vertices) different |= levels[vertex] ^ first;
         if (different == 0) continue;
-        const std::size_t last = std::min((group + 1) * face_groups_view::size, faces.size());
-        for (std::size_t i = group * face_groups_view::size; i < last; ++i) {
+        const std::size_t last = std::min((group + 1) * detail::face_groups_view::size, faces.size());
+        for (std::size_t i = group * detail::face_groups_view::size; i < last; ++i) {
             const uvec3 corner = faces[i];
             const unsigned a = levels[corner.x], b = levels[corner.y], c = levels[corner.z];
             if (((a ^ b) | (a ^ c)) != 0) visit(static_cast<std::uint32_t>(i));
@@ -14079,7 +14165,7 @@ class slice_cut {
     /// @param beyond     lines that the segments are kept for, too
     template <exec::policy Policy>
     void cut(const Policy& policy, const scene_view& scene, view<const std::uint8_t> chosen, const line_fan& fan,
-             const pose& probe_at, view<const elevation_plane> planes, float max_depth, bool keep_all,
+             const pose& probe_at, view<const detail::elevation_plane> planes, float max_depth, bool keep_all,
              const outer_lines& beyond) {
         keep_all_ = keep_all;
         plan(scene, chosen, fan, probe_at, planes, max_depth, beyond);
@@ -14104,7 +14190,7 @@ class slice_cut {
 
   private:
     static constexpr std::uint32_t block = 8192; // vertices or faces that one thread processes at a time
-    static constexpr std::uint32_t groups_of_block = block / face_groups_view::size;
+    static constexpr std::uint32_t groups_of_block = block / detail::face_groups_view::size;
 
     static constexpr std::size_t max_subtrees = 32; // that one object's tree is divided into, roughly
 
@@ -14118,10 +14204,10 @@ class slice_cut {
 
     // Collects the work items, in the order in which `for_each_segment` visits their results.
     void plan(const scene_view& scene, view<const std::uint8_t> chosen, const line_fan& fan, const pose& probe_at,
-              view<const elevation_plane> planes, float max_depth, const outer_lines& beyond) {
+              view<const detail::elevation_plane> planes, float max_depth, const outer_lines& beyond) {
         const float beside = beyond.shift;
         aabb face; // of the probe
-        for (const elevation_plane& plane : planes)
+        for (const detail::elevation_plane& plane : planes)
             for (const float x : {fan.extent().min.x - beside, fan.extent().max.x + beside})
                 for (const float y : {fan.extent().min.y - beside, fan.extent().max.y + beside}) {
                     const vec3 corner = fan.upright().point({x, 0, y});
@@ -14498,7 +14584,7 @@ class slice_finder {
     /// @param all         cut all objects
     /// @param directions  in which each line is traced
     /// @return whether any is cut
-    bool choose(const scene_view& scene, const pose& at, view<const elevation_plane> planes, bool all,
+    bool choose(const scene_view& scene, const pose& at, view<const detail::elevation_plane> planes, bool all,
                 std::uint32_t directions) {
         const slice_frame frame{at, planes, fan_.upright()};
         chosen_.resize(scene.objects.size());
@@ -14530,7 +14616,7 @@ class slice_finder {
 
     /// Cuts the objects that were chosen, of the same scene: see `slice_cut::cut`.
     template <exec::policy Policy>
-    void cut(const Policy& policy, const scene_view& scene, const pose& at, view<const elevation_plane> planes,
+    void cut(const Policy& policy, const scene_view& scene, const pose& at, view<const detail::elevation_plane> planes,
              float depth, bool keep_all, const outer_lines& beyond = {}) {
         slices_ = planes.size();
         cut_.cut(policy, scene, view<const std::uint8_t>{chosen_}, fan_, at, planes, depth, keep_all, beyond);
@@ -14721,8 +14807,8 @@ class elevation_planes {
             const float side = i % 2 == 0 ? own.delta : -own.delta;
             const float at_focus = side * std::cos(own.psi) * beam.elevation_diffraction();
             const auto height = [&](float z) { return at_focus + side * std::sin(own.psi) * beam.elevation_shadow(z); };
-            planes_[i] = tilted ? elevation_plane{height(0), (height(depth) - height(0)) / depth}
-                                : elevation_plane{height(0.5F * depth), 0};
+            planes_[i] = tilted ? detail::elevation_plane{height(0), (height(depth) - height(0)) / depth}
+                                : detail::elevation_plane{height(0.5F * depth), 0};
         }
         make_table();
     }
@@ -14732,14 +14818,14 @@ class elevation_planes {
     /// @param cosine  of its angle to z
     elevation_planes along(float begin, float cosine) const {
         elevation_planes line = *this;
-        for (elevation_plane& one : line.planes_) one = {one.height(begin), one.slope * cosine};
+        for (detail::elevation_plane& one : line.planes_) one = {one.height(begin), one.slope * cosine};
         line.make_table();
         return line;
     }
 
     std::uint32_t count() const { return count_; }
     /// The slice plane, then pairs.
-    const elevation_plane& operator[](std::size_t plane) const { return planes_[plane]; }
+    const detail::elevation_plane& operator[](std::size_t plane) const { return planes_[plane]; }
 
     /// Height of the cells of the scatterer field out of the slice, metres: half the aperture's for a single plane. For several
     /// planes 0.7 of it, with a correlation length as that of the beam twice as deep as its focus; nearer to the focus,
@@ -14894,7 +14980,7 @@ class elevation_planes {
     beam_model beam_;
     std::uint32_t count_;
     float spacing_;
-    elevation_plane planes_[max_elevation_planes] = {};
+    detail::elevation_plane planes_[max_elevation_planes] = {};
     weights table_[depths] = {};
 };
 
@@ -14948,15 +15034,17 @@ class planes_of_lines {
 
 namespace insonify::inline INSONIFY_ABI {
 
+namespace detail {
+
 /// The lines of a frame in all of its elevation planes. Trivially copyable where the probe is.
 template <transducer Probe>
 struct frame_lines {
-    Probe probe{};                                    ///< that sends and receives
-    pose at{};                                        ///< probe to world
-    float depth = 0;                                  ///< of the last sample's end, metres
-    float max_depth = 0;                              ///< how far lines are followed, metres
-    std::uint32_t planes = 1;                         ///< that represent the thickness of the slice
-    elevation_plane plane[max_elevation_planes] = {}; ///< the slice plane, then pairs to both sides of it
+    Probe probe{};                                            ///< that sends and receives
+    pose at{};                                                ///< probe to world
+    float depth = 0;                                          ///< of the last sample's end, metres
+    float max_depth = 0;                                      ///< how far lines are followed, metres
+    std::uint32_t planes = 1;                                 ///< that represent the thickness of the slice
+    detail::elevation_plane plane[max_elevation_planes] = {}; ///< the slice plane, then pairs to both sides of it
 
     /// A line of the probe in one of the planes, in the world: displaced in elevation alone, so the distance along it stays the
     /// displayed one.
@@ -14974,6 +15062,8 @@ struct frame_lines {
         return plane[of_plane].slope * dot(direction, at.direction({0, 0, 1}));
     }
 };
+
+} // namespace detail
 
 } // namespace insonify::inline INSONIFY_ABI
 
@@ -15009,9 +15099,9 @@ class layer_finder {
     /// @param keep_all    also keep segments that cross no line
     /// @param beyond      other lines that segments are kept for
     template <exec::policy Policy, transducer Probe>
-    void prepare(const Policy& policy, const scene& body, const frame_lines<Probe>& frame, line_search how,
+    void prepare(const Policy& policy, const scene& body, const detail::frame_lines<Probe>& frame, line_search how,
                  std::uint32_t directions = 1, bool keep_all = false, const outer_lines& beyond = {}) {
-        const view<const elevation_plane> planes{frame.plane, frame.planes};
+        const view<const detail::elevation_plane> planes{frame.plane, frame.planes};
         sliced_ = false;
         if (how != line_search::rays && can_cut_) {
             scene_ = body.view_for_slices(policy);
@@ -15042,7 +15132,7 @@ class layer_finder {
     /// Finds the layers of the block of lines that begins with one; different blocks on any threads.
     /// @param incident  whether to compute how lines meet surfaces: see `stack_layers`
     template <transducer Probe>
-    void find_block(const frame_lines<Probe>& frame, std::size_t begin, bool incident, line_layers& found) {
+    void find_block(const detail::frame_lines<Probe>& frame, std::size_t begin, bool incident, line_layers& found) {
         block_memory& own = memory_[begin / lines_per_block];
         layer_block& into = found.block_at(begin);
         into.clear();
@@ -15055,7 +15145,7 @@ class layer_finder {
 
     /// Finds those of all lines.
     template <exec::policy Policy, transducer Probe>
-    void find(const Policy& policy, const frame_lines<Probe>& frame, bool incident, line_layers& found) {
+    void find(const Policy& policy, const detail::frame_lines<Probe>& frame, bool incident, line_layers& found) {
         found.begin(frame.probe.lines, frame.planes, scene_.media);
         exec::for_each_block(policy, frame.probe.lines, lines_per_block,
                              search_time() * static_cast<float>(frame.planes),
@@ -15071,7 +15161,7 @@ class layer_finder {
     };
 
     template <transducer Probe>
-    bool find_line(const frame_lines<Probe>& frame, std::uint32_t number, std::uint32_t plane, bool incident,
+    bool find_line(const detail::frame_lines<Probe>& frame, std::uint32_t number, std::uint32_t plane, bool incident,
                    block_memory& own, layer_block& into) const {
         const line_frame line = frame.line(number, plane);
         line_crossings found = own.line.found();
@@ -15173,7 +15263,7 @@ namespace detail {
 template <exec::policy Policy, transducer Probe>
 line_layers find_layers_to(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                            const acquisition& scan, float max_depth, bool incident) {
-    frame_lines<Probe> frame{
+    detail::frame_lines<Probe> frame{
         .probe = probe, .at = at, .depth = scan.depth, .max_depth = max_depth, .planes = scan.planes};
     const elevation_planes planes{beam_of(probe, scan.depth), scan.planes, scan.depth, lines_follow_depth(probe)};
     for (std::uint32_t i = 0; i < scan.planes; ++i) frame.plane[i] = planes[i];
@@ -16743,6 +16833,8 @@ class surface_strip {
 /// ratio.
 namespace insonify::inline INSONIFY_ABI {
 
+namespace detail {
+
 /// What the lateral kernel and the elevation planes do to echoes at one depth of a line.
 struct kernel_sample {
     float lateral_sigma = 0;   ///< of the Gaussian that `convolve` applies across the lines, metres; 0: none
@@ -16752,7 +16844,7 @@ struct kernel_sample {
     float speckle_gain = 1;    ///< keeps the rms of speckle
     vec2 speckle_spread{0, 0}; ///< m^2: mean square distance between correlated speckle, across lines and planes
     float speckle_loss =
-        0; ///< m^4: the next term of the loss on a slope, across lines; see `compensated_echoes::scatterers`
+        0; ///< m^4: the next term of the loss on a slope, across lines; see `detail::compensated_echoes::scatterers`
     float surface_gain = 1;      ///< keeps the rms of the diffuse echoes of surfaces
     vec2 surface_spread{0, 0};   ///< m^2: the same for these
     float uncorrelated_gain = 1; ///< keeps the rms of echoes that are independent from line to line
@@ -16760,14 +16852,14 @@ struct kernel_sample {
 
 /// The kernels along one line, by displayed depth.
 struct line_kernels {
-    view<const kernel_sample> samples{}; ///< for equal parts of the displayed depth, from the face on
-    float spacing = 1;                   ///< metres of displayed depth to each part
-    std::uint32_t planes = 1;            ///< elevation planes
-    std::uint32_t plane = 0;             ///< of the line
-    view<const float> plane_heights{};   ///< for each part those of all planes, metres out of the slice plane
-    view<const float> plane_weights{};   ///< for each part those of all planes; their sum is 1
-    view<const float> random_weights{};  ///< of this plane for each part: for independent echoes, over its plane weight
-    view<const vec2> plane_strips{};     ///< of this plane for each part: see `elevation_planes::weights::strip`
+    view<const detail::kernel_sample> samples{}; ///< for equal parts of the displayed depth, from the face on
+    float spacing = 1;                           ///< metres of displayed depth to each part
+    std::uint32_t planes = 1;                    ///< elevation planes
+    std::uint32_t plane = 0;                     ///< of the line
+    view<const float> plane_heights{};           ///< for each part those of all planes, metres out of the slice plane
+    view<const float> plane_weights{};           ///< for each part those of all planes; their sum is 1
+    view<const float> random_weights{}; ///< of this plane for each part: for independent echoes, over its plane weight
+    view<const vec2> plane_strips{};    ///< of this plane for each part: see `elevation_planes::weights::strip`
 
     /// The part that a displayed depth lies in, metres.
     INSONIFY_FN std::size_t index(float depth) const {
@@ -16783,8 +16875,8 @@ struct line_kernels {
         return a + (place - static_cast<float>(above)) * (b - a);
     }
     /// The kernels at a displayed depth, metres; without effect where there are none.
-    INSONIFY_FN kernel_sample at(float depth) const {
-        return samples.empty() ? kernel_sample{} : samples[index(depth)];
+    INSONIFY_FN detail::kernel_sample at(float depth) const {
+        return samples.empty() ? detail::kernel_sample{} : samples[index(depth)];
     }
 };
 
@@ -16792,7 +16884,7 @@ struct line_kernels {
 class compensated_echoes {
   public:
     /// @param pulse_sigma  standard deviation of the pulse envelope, metres of displayed depth
-    INSONIFY_FN compensated_echoes(const echo_line& echoes, const line_kernels& kernels, float frequency,
+    INSONIFY_FN compensated_echoes(const echo_line& echoes, const detail::line_kernels& kernels, float frequency,
                                    float pulse_sigma)
         : echoes_{echoes}, kernels_{kernels}, frequency_{frequency}, sigma_{pulse_sigma},
           phase_per_metre_{4 * pi * frequency / display_speed} {}
@@ -16812,7 +16904,7 @@ class compensated_echoes {
     /// The echo of a surface that turns from line to line, or from plane to plane, with its repetitions. Every plane that
     /// meets it emits the echo of the whole, where the surface is nearest to the probe.
     INSONIFY_FN void curved_surface(const curved_echo& one) const {
-        const kernel_sample here = kernels_.at(one.depth);
+        const detail::kernel_sample here = kernels_.at(one.depth);
         // Depth is measured along the lines: their divergence adds to the curvature that is seen from line to line, but does
         // not weaken the echo.
         const detail::curved_kernel own{phase_per_metre_, one.slope.x, one.curvature.x, here.lateral_sigma},
@@ -16847,7 +16939,7 @@ class compensated_echoes {
     ///     exp(-(spread q^2 / 2 + loss q^4)),   q = 4 pi f0 s / c0
     INSONIFY_FN void scatterers(scatterer_echoes run) const {
         const auto gain = [&](float depth) {
-            const kernel_sample here = kernels_.at(depth);
+            const detail::kernel_sample here = kernels_.at(depth);
             const vec2 q_squared = square(phase_per_metre_) * run.slope * run.slope,
                        lost = 0.5F * q_squared * here.speckle_spread;
             return here.speckle_gain * kernels_.random_weight(depth) *
@@ -16867,8 +16959,8 @@ class compensated_echoes {
     /// the phase a metre; far apart they are independent.
     template <class Value>
     INSONIFY_FN void rough_surface(float depth, float amplitude, vec2 slope, vec3 curvature, const Value& value) const {
-        const kernel_sample here = kernels_.at(depth);
-        const float per_metre = 1 / square(0.632F * surface_grain(frequency_)) + square(phase_per_metre_);
+        const detail::kernel_sample here = kernels_.at(depth);
+        const float per_metre = 1 / square(0.632F * detail::surface_grain(frequency_)) + square(phase_per_metre_);
         const vec2 decorrelation = vec2{1, 1} + slope * slope * here.surface_spread * per_metre;
         const detail::surface_strip strip{slope.y, curvature.y,
                                           kernels_.plane_strips.empty() ? vec2{0, 0}
@@ -16899,7 +16991,7 @@ class compensated_echoes {
     // pulse still overlaps, 1 / sigma'^2 = 1 / sigma_x^2 + s^2 / sigma_z^2, and its spectrum at the phase gradient
     // 4 pi f0 s / c0 and at the nearest aliases of the line spacing.
     INSONIFY_FN float lateral_transfer(float depth, float slope) const {
-        const kernel_sample here = kernels_.at(depth);
+        const detail::kernel_sample here = kernels_.at(depth);
         if (!(here.lateral_sigma > 0) || !(here.line_spacing > 0)) return 1;
         const float narrowed = 1 / std::sqrt(1 + square(here.lateral_sigma * slope / sigma_));
         const float phase = phase_per_metre_ * slope, alias = 2 * pi / here.line_spacing;
@@ -16951,11 +17043,13 @@ class compensated_echoes {
     INSONIFY_FN static vec2 product(vec2 a, vec2 b) { return {a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x}; }
 
     echo_line echoes_;
-    line_kernels kernels_;
+    detail::line_kernels kernels_;
     float frequency_;
     float sigma_;
     float phase_per_metre_;
 };
+
+} // namespace detail
 
 } // namespace insonify::inline INSONIFY_ABI
 
@@ -16965,35 +17059,37 @@ class compensated_echoes {
 
 namespace insonify::inline INSONIFY_ABI {
 
+namespace detail {
 struct path_branch;
 struct path_arrival;
+} // namespace detail
 
 /// Memory of fixed capacity in which one line is traced. If it is too small, the tracer returns false, and the line is
 /// traced again with more.
 struct line_scratch {
-    line_crossings found{};               ///< crossings and containing objects of the line
-    view<layer> layers{};                 ///< room for its layers
-    view<path_branch> branches{};         ///< room for paths that are yet to be followed
-    view<std::uint32_t> branch_objects{}; ///< room for the ranks of the objects that contain them, branch after branch
-    view<path_arrival> arrivals{};        ///< room for where paths met surfaces
+    line_crossings found{};                ///< crossings and containing objects of the line
+    view<layer> layers{};                  ///< room for its layers
+    view<detail::path_branch> branches{};  ///< room for paths that are yet to be followed
+    view<std::uint32_t> branch_objects{};  ///< room for the ranks of the objects that contain them, branch after branch
+    view<detail::path_arrival> arrivals{}; ///< room for where paths met surfaces
 };
 
 /// One line of one elevation plane: what a tracer is given.
 struct line_task {
-    scene_view scene{};       ///< all objects
-    traced_line line{};       ///< as the model will see it, without layers yet
-    std::uint32_t number = 0; ///< of the line
-    std::uint32_t plane = 0;  ///< of the slice's planes, the middle one first
-    std::uint32_t planes = 1; ///< that there are
-    float max_depth = 0;      ///< how far the line is to be followed, metres
-    float spacing = 0;        ///< metres from sample to sample
-    line_kernels kernels{};   ///< of the stages that follow
+    scene_view scene{};             ///< all objects
+    traced_line line{};             ///< as the model will see it, without layers yet
+    std::uint32_t number = 0;       ///< of the line
+    std::uint32_t plane = 0;        ///< of the slice's planes, the middle one first
+    std::uint32_t planes = 1;       ///< that there are
+    float max_depth = 0;            ///< how far the line is to be followed, metres
+    float spacing = 0;              ///< metres from sample to sample
+    detail::line_kernels kernels{}; ///< of the stages that follow
 
     /// The line as a ray in the world; distances along it are those along the line, even if its plane is tilted.
     INSONIFY_FN ray beam() const { return {.origin = line.frame.origin, .direction = line.frame.path()}; }
 
     /// Writes emitted echoes, compensated so that later stages do not change their levels.
-    INSONIFY_FN compensated_echoes echoes(view<vec2> out) const {
+    INSONIFY_FN detail::compensated_echoes echoes(view<vec2> out) const {
         return {echo_line{out, spacing, line.frequency}, kernels, line.frequency, line.pulse_sigma};
     }
 
@@ -17003,7 +17099,7 @@ struct line_task {
                            view<typename Model::sample_type> out) const {
         traced_line traced = line;
         traced.layers = layers;
-        if constexpr (requires { model.emit(traced, echoes(out)); })
+        if constexpr (emits_echoes<Model>)
             model.emit(traced, echoes(out));
         else
             model(policy, traced, spacing, out);
@@ -17235,14 +17331,16 @@ lateral_kernel make_lateral_kernel(const Probe& probe, const acquisition& scan, 
 
 namespace insonify::inline INSONIFY_ABI {
 
+namespace detail {
+
 /// `kernel_table` in flat arrays. Trivially copyable.
 struct kernel_table_view {
     static constexpr std::uint32_t depths = 128; ///< parts of the displayed depth
 
-    view<const kernel_sample>
+    view<const detail::kernel_sample>
         samples{}; ///< by distance of the line from the border, then by depth; empty: no compensation
     view<const std::uint32_t> sets{};   ///< of each line, the number of its set of planes
-    view<const float> plane_heights{};  ///< for each set and part those of all planes: see `line_kernels`
+    view<const float> plane_heights{};  ///< for each set and part those of all planes: see `detail::line_kernels`
     view<const float> plane_weights{};  ///< for each set and part those of all planes
     view<const float> random_weights{}; ///< of each set and plane those of all parts
     view<const vec2> plane_strips{};    ///< of each set and plane those of all parts
@@ -17252,7 +17350,7 @@ struct kernel_table_view {
     float spacing = 1;                  ///< metres to each part
 
     /// The kernels along one line of one plane.
-    INSONIFY_FN line_kernels of_line(std::uint32_t line, std::uint32_t plane) const {
+    INSONIFY_FN detail::line_kernels of_line(std::uint32_t line, std::uint32_t plane) const {
         if (samples.empty()) return {};
         const std::uint32_t other_end = lines - 1 - line, nearer = line < other_end ? line : other_end;
         const std::uint32_t row = nearer < border ? nearer : border;
@@ -17268,8 +17366,6 @@ struct kernel_table_view {
                 .plane_strips = {plane_strips.data() + of_plane, depths}};
     }
 };
-
-namespace detail {
 
 /// The kernels of `convolve` and of the planes, for every line of a probe, with the gains that keep the levels.
 ///
@@ -17346,7 +17442,7 @@ class kernel_table {
         });
     }
 
-    kernel_table_view view_of() const {
+    detail::kernel_table_view view_of() const {
         return {.samples = {samples_.data(), samples_.size()},
                 .sets = sets_,
                 .plane_heights = plane_heights_,
@@ -17360,7 +17456,7 @@ class kernel_table {
     }
 
   private:
-    static constexpr std::uint32_t depths = kernel_table_view::depths;
+    static constexpr std::uint32_t depths = detail::kernel_table_view::depths;
     static constexpr float max_slope = 0.25F; // to which the loss of speckle on a slope is fitted: 14 degrees
 
     // By distance from the border.
@@ -17452,7 +17548,7 @@ class kernel_table {
     std::uint32_t lines_ = 0;
     std::uint32_t border_ = 0;
     float spacing_ = 1;
-    large_array<kernel_sample> samples_;
+    large_array<detail::kernel_sample> samples_;
     std::vector<std::uint32_t> sets_;
     std::vector<float> plane_heights_, plane_weights_, random_weights_;
     std::vector<vec2> plane_strips_;
@@ -17464,7 +17560,7 @@ class kernel_table {
 template <class Policy, transducer Probe, class Model>
 void compute_kernel_table(const Policy& policy, const Probe& probe, float depth, const planes_of_lines& planes,
                           const Model& model, kernel_table& table) {
-    if constexpr (requires { model.covariance(depth, depth); })
+    if constexpr (states_covariance<Model>)
         table.compute(
             policy, probe, depth, planes,
             [&](vec2 apart, float turned) {
@@ -17473,7 +17569,7 @@ void compute_kernel_table(const Policy& policy, const Probe& probe, float depth,
                 return model.covariance(apart.x + apart.y, turned);
             },
             [&](vec2 apart, float turned) {
-                if constexpr (requires { model.surface_covariance(apart.x, turned); })
+                if constexpr (states_surface_covariance<Model>)
                     return model.surface_covariance(apart.x + apart.y, turned);
                 else
                     return model.covariance(apart.x + apart.y, turned);
@@ -17491,9 +17587,11 @@ void compute_kernel_table(const Policy& policy, const Probe& probe, float depth,
 
 namespace insonify::inline INSONIFY_ABI {
 
+namespace detail {
+
 /// What the function of one line reads of a frame: its lines, sampling and kernels. Trivially copyable where the probe is.
 template <transducer Probe>
-struct frame_view : frame_lines<Probe> {
+struct frame_view : detail::frame_lines<Probe> {
     float spacing = 0;                      ///< metres from sample to sample
     float pulse_sigma = 0;                  ///< standard deviation of the pulse envelope, metres of displayed depth
     float bandwidth = 0;                    ///< see `traced_line`
@@ -17501,7 +17599,7 @@ struct frame_view : frame_lines<Probe> {
     view<const std::uint32_t> plane_sets{}; ///< of each line, the number of its set of plane weights
     view<const float> plane_weights{};      ///< for each set, plane after plane, one weight for each sample
     line_aperture aperture{};               ///< that receives
-    kernel_table_view kernels{};            ///< of the stages that follow
+    detail::kernel_table_view kernels{};    ///< of the stages that follow
     std::uint32_t frame_number = 0;         ///< speckle of flowing media depends on it
 
     /// The weights of the samples of a line in one of the planes; where there are several.
@@ -17510,8 +17608,6 @@ struct frame_view : frame_lines<Probe> {
     }
 };
 
-namespace detail {
-
 /// All that follows from probe, acquisition and model alone: kept between frames, recomputed where one of them changes.
 template <transducer Probe, acoustic_model Model>
 class frame_plan {
@@ -17519,16 +17615,16 @@ class frame_plan {
     /// @param samples  along each line, chosen
     /// @throws usage_error  for a number of planes other than 1, 3, 5 or 7
     template <class Policy>
-    frame_view<Probe> view_of(const Policy& policy, const Probe& probe, const pose& at, const Model& model,
-                              const acquisition& scan, std::uint32_t samples, view<const medium> media) {
+    detail::frame_view<Probe> view_of(const Policy& policy, const Probe& probe, const pose& at, const Model& model,
+                                      const acquisition& scan, std::uint32_t samples, view<const medium> media) {
         const tables& made =
             tables_([&](tables& t) { t.compute(policy, probe, scan.depth, samples, scan.planes, model); }, probe,
                     scan.depth, samples, scan.planes, model);
-        frame_view<Probe> frame{frame_lines<Probe>{.probe = probe,
-                                                   .at = at,
-                                                   .depth = scan.depth,
-                                                   .max_depth = max_depth_of(model, scan.depth, media),
-                                                   .planes = scan.planes}};
+        detail::frame_view<Probe> frame{detail::frame_lines<Probe>{.probe = probe,
+                                                                   .at = at,
+                                                                   .depth = scan.depth,
+                                                                   .max_depth = max_depth_of(model, scan.depth, media),
+                                                                   .planes = scan.planes}};
         frame.spacing = scan.depth / static_cast<float>(samples);
         frame.pulse_sigma = nominal_pulse(probe).sigma_z(probe.frequency);
         frame.bandwidth = fractional_bandwidth(probe);
@@ -17544,7 +17640,7 @@ class frame_plan {
 
   private:
     struct tables {
-        std::vector<elevation_plane> plane{};
+        std::vector<detail::elevation_plane> plane{};
         std::vector<std::uint32_t> plane_sets{};
         std::vector<float> plane_weights{}, fnumbers{}, strips{}, phase_spreads{};
         float fnumber_spacing = 1, elevation_fnumber = 4, height = 0;
@@ -17564,7 +17660,7 @@ class frame_plan {
             for (std::size_t set = 0; count > 1 && set < of_lines.sets(); ++set)
                 of_lines[set].weights_of_samples(samples, depth / static_cast<float>(samples), plane_weights);
             compute_kernel_table(policy, probe, depth, of_lines, model, kernels);
-            constexpr std::uint32_t parts = kernel_table_view::depths;
+            constexpr std::uint32_t parts = detail::kernel_table_view::depths;
             fnumber_spacing = depth / parts;
             fnumbers.clear();
             strips.clear();
@@ -17601,7 +17697,7 @@ inline constexpr bool is_average_v = std::same_as<Sample, float> || std::same_as
 
 /// The task of a tracer: one line of one plane.
 template <transducer Probe>
-INSONIFY_FN line_task task_of(const frame_view<Probe>& frame, const scene_view& scene, std::uint32_t number,
+INSONIFY_FN line_task task_of(const detail::frame_view<Probe>& frame, const scene_view& scene, std::uint32_t number,
                               std::uint32_t plane) {
     return {.scene = scene,
             .line = {.media = scene.media,
@@ -17642,8 +17738,8 @@ INSONIFY_FN void add_weighted(view<Sample> samples, const float* weights, view<S
 ///                another; false where it cannot
 /// @return        false where `trace` did; the samples are then undefined
 template <transducer Probe, class Sample, class OutOf, class Trace>
-INSONIFY_FN bool sum_planes(const frame_view<Probe>& frame, std::uint32_t number, std::size_t grids, view<Sample> room,
-                            const OutOf& out_of, const Trace& trace) {
+INSONIFY_FN bool sum_planes(const detail::frame_view<Probe>& frame, std::uint32_t number, std::size_t grids,
+                            view<Sample> room, const OutOf& out_of, const Trace& trace) {
     for (std::size_t grid = 0; grid < grids; ++grid)
         for (Sample& sample : out_of(grid)) sample = Sample{};
     if (frame.planes == 1 && grids == 1) return trace(0U, out_of(0));
@@ -17681,7 +17777,8 @@ class frame_displacements {
   public:
     /// @throws geometry_error  where the map that deforms the scene folds over in the field of view
     template <class Policy, transducer Probe>
-    view<const displacement_view> compute(const Policy& policy, const scene& body, const frame_view<Probe>& frame) {
+    view<const displacement_view> compute(const Policy& policy, const scene& body,
+                                          const detail::frame_view<Probe>& frame) {
         const displacement_lattice where = lattice_of(frame);
         const view<const displacement_view> found = body.displacements(policy, where, nodes_, places_);
         for (std::size_t i = 0; !found.empty() && i < where.count(); ++i)
@@ -17694,14 +17791,14 @@ class frame_displacements {
     static constexpr float max_cells = 64;      // along an axis
 
     template <transducer Probe>
-    static bool is_seen(const frame_view<Probe>& frame, vec3 point) {
+    static bool is_seen(const detail::frame_view<Probe>& frame, vec3 point) {
         const vec3 local = frame.at.local_point(point);
         const vec2 place = frame.probe.locate({local.x, local.z}); // line, depth
         return place.x > -1 && place.x < static_cast<float>(frame.probe.lines) && place.y > 0 && place.y < frame.depth;
     }
 
     template <transducer Probe>
-    static displacement_lattice lattice_of(const frame_view<Probe>& frame) {
+    static displacement_lattice lattice_of(const detail::frame_view<Probe>& frame) {
         aabb box;
         for (std::uint32_t plane = 0; plane < frame.planes; ++plane)
             for (std::uint32_t i = 0; i < frame.probe.lines; ++i) {
@@ -17799,8 +17896,6 @@ class ray_tube {
     mat3 bend_{0}; // K
 };
 
-} // namespace detail
-
 /// A path that has not been followed yet: see `paths`.
 struct path_branch {
     line_frame frame{};      ///< where its next piece begins, and along what
@@ -17825,6 +17920,8 @@ struct path_arrival {
     bool inverted = false;     ///< an odd number of the reflections turned the sign of the pressure
     bool at_face = false;      ///< the surface is the face of the probe
 };
+
+} // namespace detail
 
 } // namespace insonify::inline INSONIFY_ABI
 
@@ -17863,9 +17960,9 @@ class scratch_memory {
     std::vector<crossing> crossings_ = std::vector<crossing>(128);
     std::vector<std::uint32_t> inside_ = std::vector<std::uint32_t>(16);
     std::vector<layer> layers_ = std::vector<layer>(64);
-    std::vector<path_branch> branches_ = std::vector<path_branch>(32);
+    std::vector<detail::path_branch> branches_ = std::vector<detail::path_branch>(32);
     std::vector<std::uint32_t> branch_objects_ = std::vector<std::uint32_t>(128);
-    std::vector<path_arrival> arrivals_ = std::vector<path_arrival>(128);
+    std::vector<detail::path_arrival> arrivals_ = std::vector<detail::path_arrival>(128);
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
@@ -18205,12 +18302,6 @@ class slice_segments {
 #include <cmath>
 
 namespace insonify::inline INSONIFY_ABI::detail {
-
-/// A model from which `aperture_gains` can be computed: see `physical::arrivals`.
-template <class Model>
-concept states_arrivals = requires(const Model& model, const traced_line& line, view<vec2> out) {
-    model.arrivals(line, 1.0F, out);
-};
 
 /// What arrives at one depth of a line.
 struct sound_at_depth {
@@ -18619,8 +18710,8 @@ class aperture_shading {
     /// @param found   the layers of the lines of the probe, in `scene`
     /// @param slices  that they were found by; null: by rays, as everything else then is
     template <exec::policy Policy, transducer Probe, states_arrivals Model>
-    void compute(const Policy& policy, const scene_view& scene, const frame_view<Probe>& frame, const Model& model,
-                 std::uint32_t directions, const line_layers& found, const slice_finder* slices) {
+    void compute(const Policy& policy, const scene_view& scene, const detail::frame_view<Probe>& frame,
+                 const Model& model, std::uint32_t directions, const line_layers& found, const slice_finder* slices) {
         const std::uint32_t points = points_.size();
         points_.planes = frame.planes;
         // To the depth of the picture as if all sound had the display's speed; deeper, the last gain holds.
@@ -18667,7 +18758,7 @@ class aperture_shading {
 
     /// The lines beyond those of the probe for which slices must be cut: those of a phased array; none for others.
     template <transducer Probe>
-    outer_lines beyond(const frame_view<Probe>& frame) const {
+    outer_lines beyond(const detail::frame_view<Probe>& frame) const {
         if (!is_point()) return {};
         return {&points_.fan, max_shift(frame)};
     }
@@ -18690,7 +18781,7 @@ class aperture_shading {
     // lines are accurate: the tangent on a plane face, at most 0.9 of that of a line along the face, the angle on a round one,
     // the shift along the face of a phased array.
     template <transducer Probe>
-    float widest(const frame_view<Probe>& frame) const {
+    float widest(const detail::frame_view<Probe>& frame) const {
         const float radius = points_.shape.radius, incline = std::fabs(points_.shape.incline);
         if (is_point()) return max_shift(frame);
         float most = 0;
@@ -18706,7 +18797,7 @@ class aperture_shading {
         return min(most, radius == 0 ? min(3, 0.9F / max(incline, 0.1F)) : 1.3F);
     }
     template <transducer Probe>
-    static float max_shift(const frame_view<Probe>& frame) {
+    static float max_shift(const detail::frame_view<Probe>& frame) {
         return half_aperture(frame, frame.depth);
     }
     std::uint32_t nearest_point(std::uint32_t line) const {
@@ -18715,7 +18806,7 @@ class aperture_shading {
     // A line of the fan in one plane. Those beyond the lines of the probe are like the nearest of these, but for their
     // direction.
     template <transducer Probe>
-    line_task task_along(const frame_view<Probe>& frame, const scene_view& scene, std::uint32_t line,
+    line_task task_along(const detail::frame_view<Probe>& frame, const scene_view& scene, std::uint32_t line,
                          std::uint32_t plane) const {
         const std::uint32_t point = nearest_point(line);
         line_task task = task_of(frame, scene, points_.line_of(point), plane);
@@ -18726,14 +18817,14 @@ class aperture_shading {
         return task;
     }
     template <transducer Probe>
-    static float half_aperture(const frame_view<Probe>& frame, float depth) {
+    static float half_aperture(const detail::frame_view<Probe>& frame, float depth) {
         return 0.5F * depth / frame.aperture.fnumber(depth);
     }
     bool is_point() const { return points_.shape.form == face_shape::form::point; }
     float depth_of(std::uint32_t step) const { return static_cast<float>(step + 1) * spacing_; }
 
     template <transducer Probe>
-    void turn_lines(const frame_view<Probe>& frame, std::uint32_t count) {
+    void turn_lines(const detail::frame_view<Probe>& frame, std::uint32_t count) {
         const float radius = points_.shape.radius, most = widest(frame);
         const auto turned_by = [&](float part) -> line_turn { // -1 to 1
             if (is_point()) return {.shift = part * most, .is_shift = true};
@@ -18885,7 +18976,7 @@ class line_driver {
     /// @param sinks      grids that receive the samples; planes are weighted and added
     /// @param emit       emit(block, task, layers, samples): adds to samples that are 0, those of one sink after those of another
     template <exec::policy Policy, transducer Probe, acoustic_model Model, class Emit>
-    void emit_lines(const Policy& policy, const scene& body, const frame_view<Probe>& frame, const Model& model,
+    void emit_lines(const Policy& policy, const scene& body, const detail::frame_view<Probe>& frame, const Model& model,
                     const straight_lines& how, float line_time, view<line_grid<Sample>* const> sinks,
                     const Emit& emit) {
         constexpr bool incident = !takes_normal_incidence<Model>();
@@ -18924,8 +19015,8 @@ class line_driver {
 
     /// The same for a tracer that makes the samples of a line itself.
     template <exec::policy Policy, transducer Probe, acoustic_model Model, tracer<Model> Tracer>
-    void trace_lines(const Policy& policy, const scene& body, const frame_view<Probe>& frame, const Model& model,
-                     const Tracer& how, line_grid<Sample>& lines) {
+    void trace_lines(const Policy& policy, const scene& body, const detail::frame_view<Probe>& frame,
+                     const Model& model, const Tracer& how, line_grid<Sample>& lines) {
         constexpr float line_time = 1e6F;
         scene_view seen = body.view_for_rays(policy);
         seen.displacements = displacements_.compute(policy, body, frame);
@@ -18947,7 +19038,7 @@ class line_driver {
 
   private:
     template <exec::policy Policy, transducer Probe, class BeginBlock, class Trace>
-    void sum_blocks(const Policy& policy, const frame_view<Probe>& frame, float line_time,
+    void sum_blocks(const Policy& policy, const detail::frame_view<Probe>& frame, float line_time,
                     view<line_grid<Sample>* const> sinks, const BeginBlock& begin_block, const Trace& trace) {
         if (rooms_.size() < blocks_of(frame.probe.lines)) rooms_.resize(blocks_of(frame.probe.lines));
         line_time *= static_cast<float>(frame.planes);
@@ -18989,6 +19080,8 @@ class line_driver {
 ///     for (;;) echoes = lines.trace(exec::par_unseq, body, probe, at, physical{}, scan, {}, std::move(echoes));
 template <transducer Probe, acoustic_model Model = physical<>, tracer<Model> Tracer = straight_lines>
 class line_tracer {
+    static_assert(detail::model_check<Model>::passed);
+
   public:
     using sample_type = typename Model::sample_type; ///< that the model makes
 
@@ -19004,7 +19097,7 @@ class line_tracer {
         if (scan.planes > 1 && !detail::is_average_v<sample_type>)
             throw usage_error{"trace: samples of this model's type cannot be averaged over `planes`; use one plane"};
         if constexpr (requires { how.check(); }) how.check();
-        const frame_view<Probe> frame = plan_.view_of(policy, probe, at, model, scan, samples, body.media());
+        const detail::frame_view<Probe> frame = plan_.view_of(policy, probe, at, model, scan, samples, body.media());
         recycled.reshape(probe.lines, samples, scan.depth);
         line_grid<sample_type>* const sink = &recycled;
         if constexpr (std::same_as<Tracer, straight_lines>)
@@ -19049,7 +19142,7 @@ struct pulse_echoes {
     const std::uint32_t& current; ///< the pulse, or `moving_scatterers::all_pulses`
     bool has_surfaces;            ///< else the echoes of surfaces are dropped
 
-    compensated_echoes now() const {
+    detail::compensated_echoes now() const {
         const std::size_t slot = current + 1U; // 0 for all pulses
         return task.echoes({out.data() + slot * samples, samples});
     }
@@ -19107,7 +19200,7 @@ class ensemble_tracer {
     void trace(const Policy& policy, const scene& body, const Probe& probe, const pose& at, const Model& model,
                const Field& field, const acquisition& scan, const pulse_train& pulses, ensemble_echoes& out) {
         const std::uint32_t samples = detail::check_acquisition(body, probe, at, model, scan);
-        frame_view<Probe> frame = plan_.view_of(policy, probe, at, model, scan, samples, body.media());
+        detail::frame_view<Probe> frame = plan_.view_of(policy, probe, at, model, scan, samples, body.media());
         pulse sent = nominal_pulse(probe);
         sent.burst = pulses.burst;
         frame.bandwidth = sent.bandwidth_at_peak();
@@ -20636,9 +20729,12 @@ struct label_stretch {
     std::size_t last = 0;  ///< sample after the last one
 };
 
-/// Number of samples of a label grid: by default two for each standard deviation of the pulse, a multiple of 64.
+/// Checks the arguments of `label`.
+/// @return the number of samples of the grid: by default two for each standard deviation of the pulse, a multiple of 64
 template <transducer Probe>
-std::uint32_t samples_of(const label_settings& settings, const Probe& probe, const char* caller) {
+std::uint32_t check_labels(const scene& body, const Probe& probe, const pose& at, const label_settings& settings,
+                           const char* caller) {
+    check_lines(body, probe, at, settings.depth, caller);
     const float sigma = pulse{}.sigma_z(probe.frequency);
     return checked_samples(probe.lines, settings.samples != 0 ? settings.samples : samples_for(settings.depth, sigma),
                            caller);
@@ -20676,8 +20772,7 @@ void for_each_stretch(view<const layer> layers, view<const medium> media, enum l
 /// The layers that labels are read from: of one plane.
 template <exec::policy Policy, transducer Probe>
 line_layers layers_for_labels(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                              const label_settings& settings, bool incident, const char* caller) {
-    check_lines(body, probe, at, settings.depth, caller);
+                              const label_settings& settings, bool incident) {
     return find_layers_to(policy, body, probe, at, {.depth = settings.depth}, max_depth_of(settings, body.media()),
                           incident);
 }
@@ -20724,8 +20819,9 @@ template <exec::policy Policy, transducer Probe>
 label_lines label(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                   const label_settings& settings) {
     const detail::any_policy<false> any{policy};
-    const line_layers found = detail::layers_for_labels(any, body, probe, at, settings, false, "label");
-    return label(any, found, {settings.depth, detail::samples_of(settings, probe, "label"), settings.grid});
+    const std::uint32_t samples = detail::check_labels(body, probe, at, settings, "label");
+    return label(any, detail::layers_for_labels(any, body, probe, at, settings, false),
+                 {settings.depth, samples, settings.grid});
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -21032,8 +21128,8 @@ const label_image& scanner<Probe, Model, Tracer>::labels(const Policy& policy, c
     if (shown_ == 0 && label_look_)
         label_lines_ = label(any, tracers_[*label_look_].layers(), grid, std::move(label_lines_));
     else
-        label_lines_ = label(any, detail::layers_for_labels(any, body, *frame.probe, frame.at, grid, false, "scanner"),
-                             grid, std::move(label_lines_));
+        label_lines_ = label(any, detail::layers_for_labels(any, body, *frame.probe, frame.at, grid, false), grid,
+                             std::move(label_lines_));
     labels_ = scan_convert(policy, label_lines_, map(), std::move(labels_));
     return labels_;
 }
@@ -24782,6 +24878,8 @@ struct path_settings {
     friend bool operator==(const path_settings&, const path_settings&) = default;
 };
 
+namespace detail {
+
 /// Models whose echoes can be computed layer by layer and surface by surface: `physical`, with any laws.
 template <class Model>
 concept path_model = acoustic_model<Model> && requires(const Model& m, const traced_line& line, const layer& one,
@@ -24792,11 +24890,9 @@ concept path_model = acoustic_model<Model> && requires(const Model& m, const tra
     { m.refracted(vec3{}, vec3{}, at.before, at.after) } -> std::convertible_to<vec3>;
 };
 
-namespace detail {
-
 /// Follows all paths of one line: a stack of branches, each of which ends at the next change of medium, where its
 /// reflected and transmitted parts begin.
-template <path_model Model>
+template <detail::path_model Model>
 class path_walk {
   public:
     /// @param random  numbers the random paths: a different stream for each
@@ -24835,7 +24931,7 @@ class path_walk {
         return max(dot(at.origin - face_.origin, face_.along), 0) / towards;
     }
 
-    INSONIFY_FN bool follow(path_branch now) {
+    INSONIFY_FN bool follow(detail::path_branch now) {
         const float face = to_face(now.frame);
         const float limit = min(range(now.path.shown), face);
         const bool complete =
@@ -24866,7 +24962,7 @@ class path_walk {
     }
 
     // Curved mirrors on the way spread the sound: its amplitude along the present piece of the path, as `aperture_gains`.
-    INSONIFY_FN void spread_sound(path_branch& now, float length, aperture_gain (&spread)[spread_steps]) {
+    INSONIFY_FN void spread_sound(detail::path_branch& now, float length, aperture_gain (&spread)[spread_steps]) {
         line_.gains = {};
         now.path.gains = {};
         if (now.tube.plane()) return;
@@ -24878,7 +24974,7 @@ class path_walk {
         line_.gains = {{spread, spread_steps}, step};
     }
     // A path at the end of a piece.
-    INSONIFY_FN static path_branch arrived_at(path_branch now, float distance) {
+    INSONIFY_FN static detail::path_branch arrived_at(detail::path_branch now, float distance) {
         now.path.passed *= now.tube.amplitude(distance);
         now.path.gains = {};
         now.tube = now.tube.after(distance);
@@ -24886,10 +24982,10 @@ class path_walk {
     }
 
     // Splits a path at a surface into a transmitted and a reflected branch.
-    INSONIFY_FN void split(const path_branch& arriving, const layer_walk<>& walk, const layer& above,
+    INSONIFY_FN void split(const detail::path_branch& arriving, const layer_walk<>& walk, const layer& above,
                            const layer& below) {
         const medium &before = line_.media[above.medium], &after = line_.media[below.medium];
-        const path_branch now = arriving.tube.plane() ? arriving : arrived_at(arriving, below.begin);
+        const detail::path_branch now = arriving.tube.plane() ? arriving : arrived_at(arriving, below.begin);
         const vec3 smooth = walk.met().normal, flat = walk.met().flat;
         // Wave fronts are not tilted; but a surface along the slice is crossed only because of the tilt, which then counts.
         line_frame frame = now.frame;
@@ -24902,8 +24998,8 @@ class path_walk {
         const incidence at{before, after, walk.met().cosine, line_.frequency, below.roughness};
         if (random && rms_height(at) > 0) {
             const float first = uniform();
-            facet =
-                perturbed_normal(dot(smooth, along) > 0 ? -smooth : smooth, settings_.rough_power, {first, uniform()});
+            facet = detail::perturbed_normal(dot(smooth, along) > 0 ? -smooth : smooth, settings_.rough_power,
+                                             {first, uniform()});
         }
         const response met = model_.add_interface(line_, above, below, now.path, echoes_);
         if (keeps_arrivals()) record(now, below.begin, walk.met().normal, above, below);
@@ -24925,7 +25021,7 @@ class path_walk {
         if (crosses(reflected)) reflected = mirrored_by(flat);
 
         const vec3 point = now.frame.at(below.begin);
-        path_branch on = now, off = now;
+        detail::path_branch on = now, off = now;
         const bool straight_on = length(onwards - along) < 1e-6F;
         on.frame = straight_on ? turned(now.frame, point, now.frame.along) : turned(frame, point, onwards);
         off.frame = turned(frame, point, reflected);
@@ -24953,7 +25049,7 @@ class path_walk {
     }
 
     // Ends a path at the face of the probe, and starts its reflection there if the face reflects.
-    INSONIFY_FN void return_from_face(path_branch now, float distance) {
+    INSONIFY_FN void return_from_face(detail::path_branch now, float distance) {
         constexpr float min_cosine = 0.5F; // beyond 60 degrees no sound that is reflected again comes back to the array
         if (settings_.face_reflection == 0 || -dot(now.frame.along, face_.along) < min_cosine) return;
         if (!now.tube.plane()) now = arrived_at(now, distance);
@@ -24979,7 +25075,7 @@ class path_walk {
 
     INSONIFY_FN bool keeps_arrivals() const { return settings_.pairs && settings_.paths_per_line == 0; }
 
-    INSONIFY_FN void record(const path_branch& now, float distance, vec3 normal, const layer& above,
+    INSONIFY_FN void record(const detail::path_branch& now, float distance, vec3 normal, const layer& above,
                             const layer& below) {
         overflow_ = overflow_ || arrived_ == arrivals_.size();
         if (overflow_) return;
@@ -24993,7 +25089,7 @@ class path_walk {
     INSONIFY_FN void add_pairs() {
         for (std::uint32_t i = 0; i < arrived_; ++i)
             for (std::uint32_t j = i + 1; j < arrived_; ++j) {
-                const path_arrival &out = arrivals_[i], &home = arrivals_[j];
+                const detail::path_arrival &out = arrivals_[i], &home = arrivals_[j];
                 if (out.bounces != home.bounces || out.at_face != home.at_face) continue;
                 if (out.above.object != home.above.object || out.below.object != home.below.object) continue;
                 const float sign = out.inverted == home.inverted ? 2.0F : -2.0F;
@@ -25012,13 +25108,13 @@ class path_walk {
 
     // How much of what arrives along one path returns along the other: all where they meet at one point from one direction.
     // An estimate: it falls linearly to 0 at 3 degrees and at half a millimetre, on the same surface within 20 um.
-    INSONIFY_FN static float in_common(const path_arrival& a, const path_arrival& b) {
+    INSONIFY_FN static float in_common(const detail::path_arrival& a, const detail::path_arrival& b) {
         const vec3 between = a.point - b.point;
         const float radians = length(a.frame.along - b.frame.along), height = std::fabs(dot(between, a.normal));
         return max(1 - radians / 0.05F, 0) * max(1 - length(between) / 0.5e-3F, 0) * max(1 - height / 20e-6F, 0);
     }
 
-    INSONIFY_FN void push(path_branch next, const media_stack& inside) {
+    INSONIFY_FN void push(detail::path_branch next, const media_stack& inside) {
         const float amplitude = next.path.passed * amplitude_of_decibels(-pulse_loss(model_, line_, next.path.lost_db));
         if (next.frame.along == vec3{0, 0, 0} || !(amplitude >= settings_.min_amplitude)) return;
         if (next.bounces > settings_.bounces || next.path.shown >= max_shown()) return;
@@ -25042,11 +25138,11 @@ class path_walk {
     const path_settings& settings_;
     traced_line line_;
     line_frame face_;
-    compensated_echoes echoes_;
+    detail::compensated_echoes echoes_;
     line_crossings& found_;
-    view<path_branch> branches_;
+    view<detail::path_branch> branches_;
     view<std::uint32_t> branch_objects_;
-    view<path_arrival> arrivals_;
+    view<detail::path_arrival> arrivals_;
     std::uint64_t random_;
     float fastest_ = display_speed;
     std::uint32_t count_ = 0, objects_ = 0; // branches, and the objects that contain them
@@ -25085,7 +25181,7 @@ struct paths {
     }
 
     /// Traces one line: see `tracer`.
-    template <class Policy, path_model Model>
+    template <class Policy, detail::path_model Model>
     INSONIFY_FN bool operator()(const Policy&, const line_task& task, const Model& model, line_scratch& scratch,
                                 view<vec2> out) const {
         const std::uint32_t times = settings.paths_per_line > 0 ? settings.paths_per_line : 1;
@@ -25214,8 +25310,8 @@ ground_truth_lines ground_truth(const Policy& policy, const scene& body, const P
                                 const Model& model, const label_settings& settings) {
     const detail::any_policy<false> any{policy};
     if constexpr (requires { model.check(); }) model.check();
-    const line_layers found = detail::layers_for_labels(any, body, probe, at, settings, true, "ground_truth");
-    const std::uint32_t samples = detail::samples_of(settings, probe, "ground_truth");
+    const std::uint32_t samples = detail::check_labels(body, probe, at, settings, "ground_truth");
+    const line_layers found = detail::layers_for_labels(any, body, probe, at, settings, true);
     const label_lines labels{probe.lines, samples, settings.depth};
     const scan_lines numbers{probe.lines, samples, settings.depth};
     ground_truth_lines truth{labels, labels, labels, numbers, numbers, numbers};
@@ -25237,7 +25333,7 @@ ground_truth_lines ground_truth(const Policy& policy, const scene& body, const P
                 const auto visit = [&](std::size_t i, const detail::label_stretch& part) {
                     const layer& here = line.layers[i];
                     const medium& m = line.media[here.medium];
-                    const refracted_layer bent = refraction.next();
+                    const detail::refracted_layer bent = refraction.next();
                     if (i > 0 && line.layers[i - 1].medium != here.medium) {
                         const layer& above = line.layers[i - 1];
                         passed *=

@@ -73,7 +73,8 @@ TEST_CASE("roughness: Lambert's law conserves energy over the half space") {
         constexpr int rings = 1000;
         for (int i = 0; i < rings; ++i) { // of equal solid angle
             const double cosine_out = (i + 0.5) / rings;
-            power += static_cast<double>(lambert_lobe(static_cast<float>(cosine_in), static_cast<float>(cosine_out))) *
+            power += static_cast<double>(
+                         detail::lambert_lobe(static_cast<float>(cosine_in), static_cast<float>(cosine_out))) *
                      2 * 3.14159265358979 / rings;
         }
         CHECK(power == doctest::Approx(cosine_in).epsilon(1e-5).scale(1e-30));
@@ -92,7 +93,7 @@ TEST_CASE("roughness: perturbed normals follow the cosine power distribution aro
             std::vector<double> quantiles(count); // (cos a)^(s + 1), uniform if the density is right
             for (std::size_t i = 0; i < count; ++i) {
                 const vec2 uniform{hash_uniform(seed, 2 * i), hash_uniform(seed, 2 * i + 1)};
-                const vec3 facet = perturbed_normal(normal, exponent, uniform);
+                const vec3 facet = detail::perturbed_normal(normal, exponent, uniform);
                 REQUIRE(std::fabs(length(facet) - 1) < 1e-6F);
                 REQUIRE(dot(facet, normal) >= -1e-6F);
                 sum += facet;
@@ -112,9 +113,9 @@ TEST_CASE("roughness: perturbed normals follow the cosine power distribution aro
 
 TEST_CASE("roughness: a large exponent keeps the normal, and a random number of 0 is valid") {
     const vec3 normal = normalize(vec3{1, 2, 3});
-    CHECK(length(perturbed_normal(normal, 1e12F, {0.3F, 0.6F}) - normal) < 1e-5F);
+    CHECK(length(detail::perturbed_normal(normal, 1e12F, {0.3F, 0.6F}) - normal) < 1e-5F);
     for (const float exponent : {0.0F, 1.0F, 100.0F}) {
-        const vec3 facet = perturbed_normal(normal, exponent, {0, 0});
+        const vec3 facet = detail::perturbed_normal(normal, exponent, {0, 0});
         CHECK(is_finite(facet));
         CHECK(length(facet) == doctest::Approx(1).scale(1e-30));
     }

@@ -86,7 +86,7 @@ TEST_CASE_TEMPLATE("the stack has room for the deepest tree with full nodes", Or
     Order stack;
     stack.start();
     for (std::uint32_t level = 1; level <= max_levels<width>; ++level) {
-        CHECK(stack.size + width <= max_stack<width>); // pack_lanes writes a whole register
+        CHECK(stack.size + width <= max_stack<width>); // detail::pack_lanes writes a whole register
         stack.descend(node_of(100 * level), lanes<width>(0.0F), all);
     }
     std::uint32_t back = 0;

@@ -14,7 +14,7 @@ using namespace insonify;
 using tree_view = bvh_view<mesh_view>;
 
 static_assert(std::is_trivially_copyable_v<tree_view> && std::is_trivially_copyable_v<traced_line>);
-static_assert(std::is_trivially_copyable_v<frame_view<linear_array>> && std::is_trivially_copyable_v<scene_view>);
+static_assert(std::is_trivially_copyable_v<detail::frame_view<linear_array>> && std::is_trivially_copyable_v<scene_view>);
 static_assert(std::is_trivially_copyable_v<line_scratch>);
 
 void check(cudaError_t code) {
@@ -31,7 +31,7 @@ __global__ void nearest(tree_view tree, view<const ray> rays, view<hit> hits) {
 // A whole frame by one kernel: each thread traces a line, from crossings to samples, in scratch of its own. Lines that did
 // not fit are marked, for the host to trace again.
 template <class Tracer, class Model>
-__global__ void frame(frame_view<linear_array> plan, scene_view scene, Model model, Tracer how,
+__global__ void frame(detail::frame_view<linear_array> plan, scene_view scene, Model model, Tracer how,
                       view<line_scratch> scratch, view<typename Model::sample_type> plane_samples,
                       view<typename Model::sample_type> samples, view<bool> fits) {
     const std::uint32_t line = blockIdx.x * blockDim.x + threadIdx.x;

@@ -12,7 +12,7 @@ void check() {
     for (std::uint32_t bits = 0; bits < 1U << static_cast<unsigned>(N); ++bits) {
         std::uint32_t packed[2 * N], expected = 0;
         for (std::uint32_t& one : packed) one = 5;
-        const std::uint32_t count = pack_lanes<N>(values, bits, packed + N / 2);
+        const std::uint32_t count = detail::pack_lanes<N>(values, bits, packed + N / 2);
         for (std::uint32_t lane = 0; lane < N; ++lane)
             if ((bits >> lane & 1U) != 0) wrong += packed[N / 2 + expected++] != 100 + 7 * lane;
         wrong += count != expected;

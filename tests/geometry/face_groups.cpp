@@ -9,7 +9,7 @@ using detail::face_groups;
 TEST_CASE("a group has each vertex of its 64 faces once, and no other") {
     for (const mesh& m : {make_box({0, 0, 0}, {1, 1, 1}), make_sphere({0, 0, 0}, 1, 4)}) {
         const face_groups owner{m};
-        const face_groups_view groups = owner.view_of();
+        const detail::face_groups_view groups = owner.view_of();
         REQUIRE(groups.count() == (m.faces.size() + 63) / 64);
         for (std::size_t i = 0; i < groups.count(); ++i) {
             std::set<std::uint32_t> expected;

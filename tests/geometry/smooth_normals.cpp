@@ -17,8 +17,8 @@ struct smooth {
     detail::vertex_groups groups;
     smooth(mesh shape, float crease_angle) : surface{std::move(shape)}, groups{mesh_view{surface}, crease_angle} {}
     face_normals of_face(std::uint32_t face) const {
-        return smooth_normals_view{groups.corners, groups.ends, groups.slots, {}}.of_face(mesh_view{surface}, face,
-                                                                                          {0, 0, 1});
+        return detail::smooth_normals_view{groups.corners, groups.ends, groups.slots, {}}.of_face(mesh_view{surface},
+                                                                                                  face, {0, 0, 1});
     }
     vec3 middle(std::uint32_t face) const {
         const triangle t = mesh_view{surface}[face];

@@ -13,7 +13,7 @@ using namespace insonify;
 namespace smooth_surfaces_test {
 namespace {
 
-static_assert(std::is_trivially_copyable_v<smooth_normals_view>);
+static_assert(std::is_trivially_copyable_v<detail::smooth_normals_view>);
 
 constexpr acquisition scan{.depth = 40_mm, .samples = 1600, .planes = 3};
 const linear_array probe{.lines = 64};

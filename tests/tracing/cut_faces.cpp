@@ -16,7 +16,7 @@ using namespace insonify::detail;
 namespace cut_faces_test {
 namespace {
 
-slice_frame random_frame(std::uint64_t seed, view<const elevation_plane> planes) {
+slice_frame random_frame(std::uint64_t seed, view<const detail::elevation_plane> planes) {
     const auto at = [&](std::uint64_t k) {
         return vec3{hash_uniform(seed, k) - 0.5F, hash_uniform(seed, k + 1) - 0.5F, hash_uniform(seed, k + 2) - 0.5F};
     };
@@ -52,7 +52,7 @@ void cut_all(const slice_frame& frame, const mesh_view& surface, const Visit& vi
 
 TEST_CASE("the cut of a closed surface is closed: each of its points ends two segments, bit for bit") {
     std::size_t segments = 0;
-    const elevation_plane planes[] = {{0, 0.2F}, {0.1F}, {-0.3F, -0.1F}};
+    const detail::elevation_plane planes[] = {{0, 0.2F}, {0.1F}, {-0.3F, -0.1F}};
     for (std::uint64_t seed = 0; seed < 30; ++seed) {
         mesh ball = make_sphere({0, 0, 0}, 1, 3);
         for (uvec3& face : ball.faces) // whichever corner a face begins with
@@ -71,7 +71,7 @@ TEST_CASE("the cut of a closed surface is closed: each of its points ends two se
 }
 
 TEST_CASE("a face is cut where the plane meets its edges, to double precision's rounding in floats") {
-    const elevation_plane planes[] = {{0.02F}, {-0.05F, 0.3F}};
+    const detail::elevation_plane planes[] = {{0.02F}, {-0.05F, 0.3F}};
     for (std::uint64_t seed = 0; seed < 2000; ++seed) {
         const slice_frame frame = cut_faces_test::random_frame(seed, planes);
         triangle t;
@@ -81,11 +81,11 @@ TEST_CASE("a face is cut where the plane meets its edges, to double precision's 
                        hash_uniform(seed, k + 2) - 0.5F};
         }
         const glm::dvec3 across{frame.across}, along{frame.along}, origin{frame.origin}, up = glm::cross(along, across);
-        const auto height_in = [](const elevation_plane& plane, double depth) {
+        const auto height_in = [](const detail::elevation_plane& plane, double depth) {
             return static_cast<double>(plane.offset) + static_cast<double>(plane.slope) * depth;
         };
         std::size_t expected = 0, found = 0;
-        for (const elevation_plane& plane : planes) {
+        for (const detail::elevation_plane& plane : planes) {
             const auto height = [&](vec3 corner) {
                 const glm::dvec3 p = glm::dvec3{corner} - origin;
                 return glm::dot(up, p) - height_in(plane, glm::dot(along, p));
@@ -115,7 +115,8 @@ TEST_CASE("a face is cut where the plane meets its edges, to double precision's 
 }
 
 TEST_CASE("faces whose corners differ in level are those that are cut, asked by vertices or by leaves of a tree") {
-    const elevation_plane planes[] = {{0}, {0.1F, 0.1F}, {0.11F, -0.2F}, {-0.3F}, {0.7F}, {-0.9F, 0.3F}, {0.5F}};
+    const detail::elevation_plane planes[] = {{0},    {0.1F, 0.1F},  {0.11F, -0.2F}, {-0.3F},
+                                              {0.7F}, {-0.9F, 0.3F}, {0.5F}};
     for (std::size_t slices = 1; slices <= 7; ++slices) {
         const mesh ball = make_sphere({0.1F, 0, 0}, 1, 4);
         const slice_frame frame = cut_faces_test::random_frame(slices, {planes, slices});
@@ -134,7 +135,7 @@ TEST_CASE("faces whose corners differ in level are those that are cut, asked by 
         find_levels(frame, ball.positions, levels.data());
         for (std::uint32_t i = 0; i < levels.size(); ++i) REQUIRE(levels[i] == level(i));
         const face_groups owner{ball};
-        const face_groups_view groups = owner.view_of();
+        const detail::face_groups_view groups = owner.view_of();
         for_each_mixed(ball.faces, groups, 0, groups.count(), levels.data(),
                        [&](std::uint32_t face) { by_vertices.push_back(face); });
         CHECK(by_vertices == expected);
@@ -166,7 +167,7 @@ TEST_CASE("a slice through faces that shrink and shrink towards some corners fin
                     shrinking.positions.push_back(at + size * way);
                 shrinking.faces.push_back({first, first + 1, first + 2});
             }
-    const elevation_plane middle{};
+    const detail::elevation_plane middle{};
     slice_region everywhere;
     everywhere.frame = slice_frame{pose{}, {&middle, 1}};
     const auto find_all = [&](const auto& tree) {

@@ -1,9 +1,9 @@
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/geometry/shapes.hpp>
+#include <insonify/paper/pixels.hpp>
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/probe/phased_array.hpp>
-#include <insonify/paper/pixels.hpp>
 #include "../scene/line_memory.hpp"
 #include "random_scenes.hpp"
 #include "reference.hpp"
@@ -22,13 +22,13 @@ namespace {
 using line_lists = std::vector<std::vector<crossing>>;
 
 template <class Probe>
-line_lists by_slices(const scene& body, const Probe& probe, const pose& at, const std::vector<elevation_plane>& planes,
-                     float depth) {
+line_lists by_slices(const scene& body, const Probe& probe, const pose& at,
+                     const std::vector<detail::elevation_plane>& planes, float depth) {
     slice_finder slices;
     REQUIRE(slices.assign(probe));
     const scene_view flat = body.view_for_slices(exec::par);
-    slices.choose(flat, at, view<const elevation_plane>{planes}, true, 1);
-    slices.cut(exec::par, flat, at, view<const elevation_plane>{planes}, depth, false);
+    slices.choose(flat, at, view<const detail::elevation_plane>{planes}, true, 1);
+    slices.cut(exec::par, flat, at, view<const detail::elevation_plane>{planes}, depth, false);
     line_lists lists;
     slice_finder::block_crossings own;
     line_memory memory;
@@ -48,13 +48,13 @@ line_lists by_slices(const scene& body, const Probe& probe, const pose& at, cons
 }
 
 template <class Probe>
-line_lists by_rays(const scene& body, const Probe& probe, const pose& at, const std::vector<elevation_plane>& planes,
-                   float depth) {
+line_lists by_rays(const scene& body, const Probe& probe, const pose& at,
+                   const std::vector<detail::elevation_plane>& planes, float depth) {
     line_lists lists;
     line_memory memory;
     const scene_view flat = body.view_for_rays(exec::par);
     for (std::uint32_t i = 0; i < probe.lines; ++i)
-        for (const elevation_plane& plane : planes) {
+        for (const detail::elevation_plane& plane : planes) {
             ray beam = probe.beam(static_cast<float>(i));
             beam.origin.y += plane.height(beam.origin.z);
             beam.direction.y += plane.slope * beam.direction.z;
@@ -90,8 +90,8 @@ void compare(const line_lists& a, const line_lists& b, comparison& seen) {
     }
 }
 
-std::vector<elevation_plane> random_planes(std::uint64_t seed) {
-    std::vector<elevation_plane> planes(1 + seed % 7);
+std::vector<detail::elevation_plane> random_planes(std::uint64_t seed) {
+    std::vector<detail::elevation_plane> planes(1 + seed % 7);
     for (std::size_t i = 0; i < planes.size(); ++i)
         planes[i] = {4_mm * hash_uniform(seed, 50 + i) - 2_mm, 0.3F * hash_uniform(seed, 60 + i) - 0.15F};
     return planes;
@@ -111,7 +111,7 @@ TEST_CASE(
         const scene body = random_scene(seed), treeless = treeless_scene(seed);
         const vec3 face = 8_mm * random_point(seed, 7);
         const pose at = look_at(face, {0, 0, 30_mm}, random_point(seed, 8));
-        const std::vector<elevation_plane> planes = random_planes(seed);
+        const std::vector<detail::elevation_plane> planes = random_planes(seed);
         with_every_probe([&](const auto& probe) {
             const line_lists slices = by_slices(body, probe, at, planes, 60_mm);
             CHECK(by_slices(treeless, probe, at, planes, 60_mm) == slices); // tree or none: the very same
@@ -165,7 +165,7 @@ TEST_CASE("every line crosses a closed surface in and out by turns, also through
     const scene_view flat = body.view_for_rays(exec::par);
     const linear_array grid{.lines = 81, .width = 40.5_mm}; // a line each half millimetre, on the vertices
     std::size_t lines = 0, crossings = 0;
-    const auto check = [&](const auto& probe, const pose& at, const std::vector<elevation_plane>& planes) {
+    const auto check = [&](const auto& probe, const pose& at, const std::vector<detail::elevation_plane>& planes) {
         const line_lists lists = by_slices(body, probe, at, planes, 1.0F);
         for (std::size_t i = 0; i < lists.size(); ++i) {
             const ray beam = world_beam(probe, at, static_cast<float>(i / planes.size()));

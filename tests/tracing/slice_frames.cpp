@@ -1,10 +1,10 @@
-#include <insonify/paper/law2011.hpp>
 #include <insonify/acoustics/physical.hpp>
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/geometry/shapes.hpp>
+#include <insonify/paper/law2011.hpp>
+#include <insonify/paper/pixels.hpp>
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
-#include <insonify/paper/pixels.hpp>
 #include <insonify/tracing/trace.hpp>
 #include "random_scenes.hpp"
 #include "reference.hpp"
@@ -24,8 +24,10 @@ TEST_CASE("slices, beams and pixels make the same samples") {
         const scene body = random_scene(seed);
         const pose at = look_at(8_mm * random_point(seed, 7), {0, 0, 30_mm}, random_point(seed, 8));
         with_every_probe([&](const auto& probe) {
-            const scan_lines slices = trace(exec::par_unseq, body, probe, at, law2011{}, scan, straight_lines{line_search::slices});
-            const scan_lines beams = trace(exec::par_unseq, body, probe, at, law2011{}, scan, straight_lines{line_search::rays});
+            const scan_lines slices =
+                trace(exec::par_unseq, body, probe, at, law2011{}, scan, straight_lines{line_search::slices});
+            const scan_lines beams =
+                trace(exec::par_unseq, body, probe, at, law2011{}, scan, straight_lines{line_search::rays});
             const scan_lines pixels = trace_pixels(exec::par, body, probe, at, law2011{}, scan);
             for (std::size_t i = 0; i < slices.values.size(); ++i)
                 for (const float other : {beams.values[i], pixels.values[i]})
@@ -49,9 +51,11 @@ TEST_CASE("slices are bit-equal on any number of threads, with trees and without
             for (const object& one : body.objects()) body.positions(one.id);
             body.update(exec::par);
         }
-        const iq_lines reference = trace(exec::seq, body, probe, pose{}, physical<>{}, scan, straight_lines{line_search::slices});
+        const iq_lines reference =
+            trace(exec::seq, body, probe, pose{}, physical<>{}, scan, straight_lines{line_search::slices});
         for (const std::uint32_t threads : {1U, 2U, 3U, 8U})
-            CHECK(trace(exec::par.threads(threads), body, probe, pose{}, physical<>{}, scan, straight_lines{line_search::slices}) == reference);
+            CHECK(trace(exec::par.threads(threads), body, probe, pose{}, physical<>{}, scan,
+                        straight_lines{line_search::slices}) == reference);
     }
 }
 
@@ -67,7 +71,8 @@ TEST_CASE("after vertices have moved, slices need no tree, and rays bring it up 
     body.update(exec::par);
     const linear_array probe{};
     const acquisition scan{.depth = 60_mm, .samples = 300};
-    const scan_lines expected = trace(exec::par, fresh, probe, pose{}, law2011{}, scan, straight_lines{line_search::slices});
+    const scan_lines expected =
+        trace(exec::par, fresh, probe, pose{}, law2011{}, scan, straight_lines{line_search::slices});
     CHECK(trace(exec::par, body, probe, pose{}, law2011{}, scan, straight_lines{line_search::slices}) == expected);
     CHECK(trace(exec::par, body, probe, pose{}, law2011{}, scan) == expected);
     CHECK_FALSE(body.view_for_slices(exec::par).objects[0].tree_is_current);
@@ -92,12 +97,12 @@ TEST_CASE("lines that are no fan are traced as beams") {
 
 TEST_CASE(
     "slices are cut for many lines, and where a tree is out of date; rays are traced for a few lines on a fine mesh") {
-    const elevation_plane middle{};
+    const detail::elevation_plane middle{};
     const auto cuts = [&middle](std::uint32_t lines, const scene& body) {
         slice_finder slices;
         REQUIRE(slices.assign(linear_array{.lines = lines, .width = 30_mm}));
-        return slices.choose(body.view_for_slices(exec::seq), pose{}, view<const elevation_plane>{&middle, 1}, false,
-                             1);
+        return slices.choose(body.view_for_slices(exec::seq), pose{}, view<const detail::elevation_plane>{&middle, 1},
+                             false, 1);
     };
     scene body{tissue::muscle};
     body.add(make_sphere({0, 0, 30_mm}, 20_mm, 5), tissue::bone);
@@ -116,15 +121,17 @@ TEST_CASE("where some objects are cut and rays are traced through others, lines 
     body.build(exec::seq);
     const linear_array probe{.lines = 48, .width = 30_mm};
     slice_finder slices;
-    const elevation_plane middle{};
+    const detail::elevation_plane middle{};
     REQUIRE(slices.assign(probe));
-    REQUIRE(slices.choose(body.view_for_slices(exec::seq), pose{}, view<const elevation_plane>{&middle, 1}, false, 1));
+    REQUIRE(slices.choose(body.view_for_slices(exec::seq), pose{}, view<const detail::elevation_plane>{&middle, 1},
+                          false, 1));
     REQUIRE(slices.leaves_rays());
     REQUIRE(slices.chosen()[0] == 1); // by rank: the box has priority
     REQUIRE(slices.chosen()[1] == 0);
     const acquisition settings{.depth = 60_mm, .samples = 600};
     const scan_lines mixed = trace(exec::seq, body, probe, pose{}, law2011{}, settings);
-    const scan_lines rays = trace(exec::seq, body, probe, pose{}, law2011{}, settings, straight_lines{line_search::rays});
+    const scan_lines rays =
+        trace(exec::seq, body, probe, pose{}, law2011{}, settings, straight_lines{line_search::rays});
     std::size_t apart = 0;
     for (std::size_t i = 0; i < rays.values.size(); ++i)
         apart += std::fabs(mixed.values[i] - rays.values[i]) > 1e-5F * std::fabs(rays.values[i]);
@@ -158,11 +165,12 @@ TEST_CASE("a vertex at the end of what floats hold does not disturb the choice b
     const pose turned = look_at({0, 0, 0}, {1, 0, 1}, {1, 0, -1});
     for (const std::uint32_t lines : {1U, 5U, 200U}) {
         slice_finder slices;
-        const elevation_plane middle{};
+        const detail::elevation_plane middle{};
         REQUIRE(slices.assign(linear_array{.lines = lines, .width = 30_mm}));
-        slices.choose(body.view_for_slices(exec::seq), turned, view<const elevation_plane>{&middle, 1}, false,
+        slices.choose(body.view_for_slices(exec::seq), turned, view<const detail::elevation_plane>{&middle, 1}, false,
                       1); // under sanitizers
         REQUIRE(slices.assign(convex_array{.lines = lines + 1}));
-        slices.choose(body.view_for_slices(exec::seq), turned, view<const elevation_plane>{&middle, 1}, false, 1);
+        slices.choose(body.view_for_slices(exec::seq), turned, view<const detail::elevation_plane>{&middle, 1}, false,
+                      1);
     }
 }

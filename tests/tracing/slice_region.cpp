@@ -11,7 +11,7 @@ using namespace insonify;
 using namespace insonify::detail;
 
 TEST_CASE("the level of a point has a bit for each slice below it, and one in a slice lies below it") {
-    const elevation_plane planes[] = {{0}, {-2_mm}, {2_mm}, {1_mm}};
+    const detail::elevation_plane planes[] = {{0}, {-2_mm}, {2_mm}, {1_mm}};
     const slice_frame frame{pose{}, planes};
     const std::vector<vec3> points{{0, -3_mm, 0},  {0, -2_mm, 0},  {0, -1_mm, 0}, {0, 0, 0},
                                    {0, 0.5_mm, 0}, {0, 1.5_mm, 0}, {0, 9_mm, 0}};
@@ -19,7 +19,7 @@ TEST_CASE("the level of a point has a bit for each slice below it, and one in a 
     find_levels(frame, points, levels.data());
     CHECK(levels == std::vector<std::uint8_t>{0, 0, 0b10, 0b10, 0b11, 0b1011, 0b1111});
 
-    const elevation_plane crossing[] = {{1_mm, -0.1F}, {-1_mm, 0.1F}}; // at 10 mm
+    const detail::elevation_plane crossing[] = {{1_mm, -0.1F}, {-1_mm, 0.1F}}; // at 10 mm
     const std::vector<vec3> between{{0, 0, 0}, {0, 0, 20_mm}, {0, 2_mm, 9_mm}};
     levels.resize(between.size());
     find_levels({pose{}, crossing}, between, levels.data());
@@ -29,7 +29,7 @@ TEST_CASE("the level of a point has a bit for each slice below it, and one in a 
 TEST_CASE("slices seen from a placed object are where they are in the world") {
     const pose at = look_at({3_mm, 1_mm, 4_mm}, {10_mm, -5_mm, 9_mm}, {1, 2, 3});
     const pose object = look_at({-30_mm, 12_mm, 44_mm}, {1_mm, 5_mm, -9_mm}, {0, 1, 0});
-    const elevation_plane planes[] = {{}, {1_mm, 0.1F}};
+    const detail::elevation_plane planes[] = {{}, {1_mm, 0.1F}};
     const slice_frame world{at, planes}, local = world.local(object);
     for (std::uint64_t i = 0; i < 100; ++i) {
         const vec3 p = 50_mm * vec3{hash_uniform(1, 3 * i), hash_uniform(1, 3 * i + 1), hash_uniform(1, 3 * i + 2)};
@@ -43,7 +43,7 @@ TEST_CASE("slices seen from a placed object are where they are in the world") {
 }
 
 TEST_CASE("a box that a line of a slice goes through overlaps the region, one far from all of them does not") {
-    const elevation_plane planes[] = {{-1_mm, 0.04F}, {0.5_mm, -0.02F}};
+    const detail::elevation_plane planes[] = {{-1_mm, 0.04F}, {0.5_mm, -0.02F}};
     std::size_t inside = 0, outside = 0;
     const auto check = [&](const auto& probe) {
         detail::line_fan fan;

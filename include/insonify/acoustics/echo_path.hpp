@@ -21,11 +21,11 @@ enum class pulse_bandwidth { narrow, broad };
 
 /// State of the wave at a point of its path.
 struct echo_path {
-    float shown = 0;              ///< displayed depth, metres
-    float lost_db = 0;            ///< attenuation so far, there and back, dB
-    float passed = 1;             ///< factor on amplitude of the interfaces so far, there and back
-    refracted_layer refraction{}; ///< of the present layer
-    layer_gains gains{};          ///< of the present layer
+    float shown = 0;                      ///< displayed depth, metres
+    float lost_db = 0;                    ///< attenuation so far, there and back, dB
+    float passed = 1;                     ///< factor on amplitude of the interfaces so far, there and back
+    detail::refracted_layer refraction{}; ///< of the present layer
+    detail::layer_gains gains{};          ///< of the present layer
 
     /// Attenuation there and back, down to a point of the line, dB.
     /// @param along      metres below the beginning of the present layer

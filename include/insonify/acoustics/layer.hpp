@@ -103,6 +103,8 @@ struct aperture_gains {
     }
 };
 
+namespace detail {
+
 /// The `aperture_gains` of one layer. Steps within `clearance` of a surface are left out, since rounding decides on which side
 /// they lie. At the first surface of the layer, those of the layer above apply.
 struct layer_gains {
@@ -149,6 +151,8 @@ struct layer_gains {
         return own;
     }
 };
+
+} // namespace detail
 
 /// One traced line, the input of an acoustic model: its layers, frame, pulse and aperture.
 struct traced_line {

@@ -14,6 +14,8 @@
 /// parallel layer. Behind a layer that is not parallel, such as a rib, other rays reach the line.
 namespace insonify::inline INSONIFY_ABI {
 
+namespace detail {
+
 /// How refraction changes a layer of a straight line.
 struct refracted_layer {
     float cosine = 1;         ///< of the angle of incidence at its beginning
@@ -28,8 +30,6 @@ struct refracted_layer {
         return max(whole - enters_at, min(whole, 0));
     }
 };
-
-namespace detail {
 
 /// The propagation direction behind an interface: by the law's own `refracted(direction, normal, before, after)` where it
 /// has one, else by Snell's; {0, 0, 0} where it is totally reflected.
@@ -48,10 +48,10 @@ class line_refraction {
     INSONIFY_FN line_refraction(const Model& model, const traced_line& line) : model_{model}, line_{line} {}
 
     /// The next layer; called once for each, from the face on.
-    INSONIFY_FN refracted_layer next() {
+    INSONIFY_FN detail::refracted_layer next() {
         const std::size_t i = next_++;
         const layer& here = line_.layers[i];
-        refracted_layer found{.cosine = here.cosine, .before = line_.layers[i == 0 ? 0 : i - 1].medium};
+        detail::refracted_layer found{.cosine = here.cosine, .before = line_.layers[i == 0 ? 0 : i - 1].medium};
         if constexpr (requires(const medium& m) { model_.refracted(vec3{}, vec3{}, m, m); }) {
             if (found.before != here.medium) cross(i, found);
             if (straight() && ahead_ == vec3{0, 0, 0}) return found;
@@ -74,7 +74,7 @@ class line_refraction {
     INSONIFY_FN bool straight() const { return direction_.x == 0 && direction_.y == 0; }
 
     // The ray crosses the surface at the beginning of a layer.
-    INSONIFY_FN void cross(std::size_t i, refracted_layer& found) {
+    INSONIFY_FN void cross(std::size_t i, detail::refracted_layer& found) {
         const medium &before = line_.media[found.before], &after = line_.media[line_.layers[i].medium];
         const vec3 normal = normal_of(i), arriving = direction_;
         if (!straight()) found.cosine = min(std::fabs(dot(normal, arriving)), 1);

@@ -261,7 +261,7 @@ struct physical {
             material_line inside = in_object(line.frame, at_place, below.object);
             inside.displacement = line.displacement(below.place);
             const gaussian_field field = surface_field();
-            gaussian_field::surface_values values{field, inside, surface_grain(line.frequency)};
+            gaussian_field::surface_values values{field, inside, detail::surface_grain(line.frequency)};
             const float stretch = detail::displayed_stretch(timing, before);
             echoes.rough_surface(shown, diffuse, slope, coherent.curvature,
                                  [&](float x) { return values(below.begin + x / stretch); });

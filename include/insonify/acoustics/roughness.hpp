@@ -19,9 +19,13 @@ INSONIFY_FN inline float rms_height(const incidence& at) {
     return at.roughness < 0 ? rms_height(at.before, at.after) : at.roughness;
 }
 
+namespace detail {
+
 /// Distance at which the diffuse echoes of a rough surface are independent, metres along the line: an eighth of the wavelength
 /// c0 / f0. Convention.
 INSONIFY_FN constexpr float surface_grain(float frequency) { return display_speed / (8 * frequency); }
+
+} // namespace detail
 
 /// A roughness law: law.coherent(incidence) is the factor on the amplitude of the specular echo, and
 /// law.diffuse(incidence) the fraction of the reflected energy that is scattered diffusely; both 0 to 1.
@@ -60,6 +64,8 @@ struct kirchhoff {
     friend bool operator==(const kirchhoff&, const kirchhoff&) = default;
 };
 
+namespace detail {
+
 /// Power that a diffuse surface scatters per steradian, over incident intensity times area: cos i cos s / pi.
 ///
 /// @param cosine_in   of the angle of incidence i, 0 to 1
@@ -84,6 +90,8 @@ INSONIFY_FN inline vec3 perturbed_normal(vec3 normal, float exponent, vec2 unifo
     const detail::orthonormal_basis axes{normal};
     return cosine * normal + sine * (std::cos(azimuth) * axes.first + std::sin(azimuth) * axes.second);
 }
+
+} // namespace detail
 
 } // namespace insonify::inline INSONIFY_ABI
 

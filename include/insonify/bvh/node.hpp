@@ -33,6 +33,8 @@ inline constexpr std::uint32_t free_levels = 24;
 template <int Width>
 inline constexpr std::uint32_t max_levels = free_levels + 33 / width_bits<Width>;
 
+namespace detail {
+
 /// Boxes as structure of arrays: rows of lower x, y, z, then of upper x, y, z.
 template <int Width>
 struct box_rows {
@@ -58,9 +60,11 @@ struct box_rows {
     }
 };
 
+} // namespace detail
+
 /// Boxes and references of the children. 256 bytes at width 8: four cache lines.
 template <int Width>
-struct alignas(64) tree_node : box_rows<Width> {
+struct alignas(64) tree_node : detail::box_rows<Width> {
     static_assert(std::has_single_bit(static_cast<unsigned>(Width)), "the width of a tree must be a power of two");
     std::uint32_t child[Width];
 };

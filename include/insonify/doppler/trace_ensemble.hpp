@@ -26,7 +26,7 @@ struct pulse_echoes {
     const std::uint32_t& current; ///< the pulse, or `moving_scatterers::all_pulses`
     bool has_surfaces;            ///< else the echoes of surfaces are dropped
 
-    compensated_echoes now() const {
+    detail::compensated_echoes now() const {
         const std::size_t slot = current + 1U; // 0 for all pulses
         return task.echoes({out.data() + slot * samples, samples});
     }
@@ -84,7 +84,7 @@ class ensemble_tracer {
     void trace(const Policy& policy, const scene& body, const Probe& probe, const pose& at, const Model& model,
                const Field& field, const acquisition& scan, const pulse_train& pulses, ensemble_echoes& out) {
         const std::uint32_t samples = detail::check_acquisition(body, probe, at, model, scan);
-        frame_view<Probe> frame = plan_.view_of(policy, probe, at, model, scan, samples, body.media());
+        detail::frame_view<Probe> frame = plan_.view_of(policy, probe, at, model, scan, samples, body.media());
         pulse sent = nominal_pulse(probe);
         sent.burst = pulses.burst;
         frame.bandwidth = sent.bandwidth_at_peak();

@@ -33,6 +33,8 @@ inline constexpr pack_orders pack_order{};
 
 namespace insonify::inline INSONIFY_ABI {
 
+namespace detail {
+
 /// Stores the lanes whose bit is set contiguously, without branches. @return their number
 /// @param to  room for N values; those beyond the returned number are unspecified
 template <int N>
@@ -53,6 +55,8 @@ INSONIFY_FN INSONIFY_INLINE std::uint32_t pack_lanes(const bit_lanes<N>& values,
     }
     return count;
 }
+
+} // namespace detail
 
 } // namespace insonify::inline INSONIFY_ABI
 

@@ -12,6 +12,8 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
+namespace detail {
+
 /// `face_groups` in flat arrays. Trivially copyable.
 struct face_groups_view {
     static constexpr std::size_t size = 64; ///< faces in each group but the last
@@ -28,8 +30,6 @@ struct face_groups_view {
     }
 };
 
-namespace detail {
-
 /// The distinct vertices of every 64 consecutive faces, so that a pass over a mesh reads each vertex once instead of three
 /// to six times.
 ///
@@ -39,11 +39,11 @@ class face_groups {
   public:
     face_groups() = default;
     explicit face_groups(const mesh_view& surface)
-        : ends_((surface.faces.size() + face_groups_view::size - 1) / face_groups_view::size) {
+        : ends_((surface.faces.size() + detail::face_groups_view::size - 1) / detail::face_groups_view::size) {
         std::vector<std::uint32_t> last_group(surface.positions.size(), ~0U);
         vertices_.reserve(surface.faces.size());
         for (std::size_t i = 0; i < surface.faces.size(); ++i) {
-            const auto group = static_cast<std::uint32_t>(i / face_groups_view::size);
+            const auto group = static_cast<std::uint32_t>(i / detail::face_groups_view::size);
             for (const std::uint32_t vertex : {surface.faces[i].x, surface.faces[i].y, surface.faces[i].z})
                 if (last_group[vertex] != group) {
                     last_group[vertex] = group;
@@ -55,7 +55,7 @@ class face_groups {
     }
 
     bool empty() const { return ends_.empty(); }
-    face_groups_view view_of() const { return {ends_, vertices_}; }
+    detail::face_groups_view view_of() const { return {ends_, vertices_}; }
 
   private:
     std::vector<std::size_t> ends_;

@@ -33,6 +33,8 @@ struct face_normals {
     }
 };
 
+namespace detail {
+
 /// Normals that are continuous across the smooth edges of a mesh, in flat arrays. Trivially copyable.
 struct smooth_normals_view {
     view<const uvec3> corners{};       ///< which normal the corners of each face have; empty: every face is flat
@@ -95,6 +97,8 @@ struct smooth_normals_view {
         return cosine < 0 ? pi - angle : angle;
     }
 };
+
+} // namespace detail
 
 } // namespace insonify::inline INSONIFY_ABI
 

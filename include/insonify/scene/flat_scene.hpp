@@ -62,7 +62,7 @@ class flat_scene {
             places_.push_back(one.at);
             structures_.push_back(state.placed());
         }
-        const view<const object_box> boxes{boxes_};
+        const view<const detail::object_box> boxes{boxes_};
         if (tree_size_ == boxes_.size() && tree_size_ > 0)
             tree_.update(policy, boxes);
         else
@@ -74,7 +74,7 @@ class flat_scene {
 
     scene_view view_of() const {
         return {.objects = objects_,
-                .boxes = tree_.view_of(view<const object_box>{boxes_}),
+                .boxes = tree_.view_of(view<const detail::object_box>{boxes_}),
                 .media = media_,
                 .places = places_,
                 .structures = structures_,
@@ -83,10 +83,10 @@ class flat_scene {
 
   private:
     std::vector<object_view> objects_{};
-    std::vector<object_box> boxes_{};
+    std::vector<detail::object_box> boxes_{};
     std::vector<pose> places_{};
     std::vector<placed_structure> structures_{};
-    bvh_storage<view<const object_box>, simd_width, build_morton> tree_{};
+    bvh_storage<view<const detail::object_box>, simd_width, build_morton> tree_{};
     std::size_t tree_size_ = 0;
     view<const medium> media_{};
     bool all_current_ = true;

@@ -18,15 +18,15 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// An object as tracers see it. Trivially copyable; refers to the scene's arrays.
 struct object_view {
-    mesh_view surface{};           ///< in object coordinates
-    bvh_view<mesh_view> tree{};    ///< over `surface`; without nodes where it is out of date
-    face_groups_view groups{};     ///< for slicing where the tree is out of date
-    smooth_normals_view normals{}; ///< of `surface`
-    pose at{};                     ///< object to world
-    aabb box{};                    ///< in the world
-    std::uint32_t id = 0;          ///< its `object_id` as a number
-    std::uint32_t medium = 0;      ///< index into `scene_view::media`
-    bool tree_is_current = false;  ///< rays can be traced
+    mesh_view surface{};                   ///< in object coordinates
+    bvh_view<mesh_view> tree{};            ///< over `surface`; without nodes where it is out of date
+    detail::face_groups_view groups{};     ///< for slicing where the tree is out of date
+    detail::smooth_normals_view normals{}; ///< of `surface`
+    pose at{};                             ///< object to world
+    aabb box{};                            ///< in the world
+    std::uint32_t id = 0;                  ///< its `object_id` as a number
+    std::uint32_t medium = 0;              ///< index into `scene_view::media`
+    bool tree_is_current = false;          ///< rays can be traced
 
     /// A world ray in object coordinates; distances along it are the same.
     INSONIFY_FN ray local(const ray& r) const {
@@ -34,10 +34,13 @@ struct object_view {
     }
 };
 
+namespace detail {
+
 /// The world box of an object as a primitive of the scene's own tree.
 struct object_box {
     aabb box{}; ///< in the world
 };
+
 /// The box itself.
 INSONIFY_FN inline aabb bounds(const object_box& o) { return o.box; }
 /// Where the ray enters the box; conservative, so that rounding never misses one.
@@ -53,16 +56,18 @@ INSONIFY_FN inline hit intersect(const ray& r, const object_box& o) {
     return {.distance = in <= out * 1.000001F ? min(in, r.max_distance) : FLT_MAX};
 }
 
+} // namespace detail
+
 /// A scene in flat arrays, as tracers and devices see it. Trivially copyable; valid until the scene changes.
 ///
 /// Objects are ordered by rank: where several contain a point, the first one's medium applies.
 struct scene_view {
-    view<const object_view> objects{};             ///< by rank
-    bvh_view<view<const object_box>> boxes{};      ///< the objects' world boxes, by rank
-    view<const medium> media{};                    ///< the background first
-    view<const pose> places{};                     ///< object to world: of the background (identity), then by rank
-    view<const placed_structure> structures{};     ///< of the medium of each place
-    view<const displacement_view> displacements{}; ///< of the tissue of each place, for one frame; empty: at rest
+    view<const object_view> objects{};                ///< by rank
+    bvh_view<view<const detail::object_box>> boxes{}; ///< the objects' world boxes, by rank
+    view<const medium> media{};                       ///< the background first
+    view<const pose> places{};                        ///< object to world: of the background (identity), then by rank
+    view<const placed_structure> structures{};        ///< of the medium of each place
+    view<const displacement_view> displacements{};    ///< of the tissue of each place, for one frame; empty: at rest
 };
 
 } // namespace insonify::inline INSONIFY_ABI

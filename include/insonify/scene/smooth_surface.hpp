@@ -12,7 +12,7 @@
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// The arrays behind a `smooth_normals_view`. Which edges are smooth is decided once, from the mesh as it is then.
+/// The arrays behind a `detail::smooth_normals_view`. Which edges are smooth is decided once, from the mesh as it is then.
 class smooth_surface {
   public:
     smooth_surface() = default;
@@ -25,7 +25,7 @@ class smooth_surface {
     template <class Policy>
     void compute(const Policy& policy, const mesh_view& surface) {
         normals_.resize(groups_.ends.size());
-        const smooth_normals_view groups = view_without_normals();
+        const detail::smooth_normals_view groups = view_without_normals();
         exec::for_each_block(policy, normals_.size(), 1024, 100, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i)
                 normals_[i] = groups.computed(surface, static_cast<std::uint32_t>(i));
@@ -33,9 +33,11 @@ class smooth_surface {
     }
 
     /// While the vertices are where they were for `compute`.
-    smooth_normals_view view_of() const { return {groups_.corners, groups_.ends, groups_.slots, normals_}; }
+    detail::smooth_normals_view view_of() const { return {groups_.corners, groups_.ends, groups_.slots, normals_}; }
     /// Where they have moved since: normals are computed as they are needed.
-    smooth_normals_view view_without_normals() const { return {groups_.corners, groups_.ends, groups_.slots, {}}; }
+    detail::smooth_normals_view view_without_normals() const {
+        return {groups_.corners, groups_.ends, groups_.slots, {}};
+    }
 
   private:
     vertex_groups groups_{};

@@ -30,7 +30,7 @@ class line_driver {
     /// @param sinks      grids that receive the samples; planes are weighted and added
     /// @param emit       emit(block, task, layers, samples): adds to samples that are 0, those of one sink after those of another
     template <exec::policy Policy, transducer Probe, acoustic_model Model, class Emit>
-    void emit_lines(const Policy& policy, const scene& body, const frame_view<Probe>& frame, const Model& model,
+    void emit_lines(const Policy& policy, const scene& body, const detail::frame_view<Probe>& frame, const Model& model,
                     const straight_lines& how, float line_time, view<line_grid<Sample>* const> sinks,
                     const Emit& emit) {
         constexpr bool incident = !takes_normal_incidence<Model>();
@@ -69,8 +69,8 @@ class line_driver {
 
     /// The same for a tracer that makes the samples of a line itself.
     template <exec::policy Policy, transducer Probe, acoustic_model Model, tracer<Model> Tracer>
-    void trace_lines(const Policy& policy, const scene& body, const frame_view<Probe>& frame, const Model& model,
-                     const Tracer& how, line_grid<Sample>& lines) {
+    void trace_lines(const Policy& policy, const scene& body, const detail::frame_view<Probe>& frame,
+                     const Model& model, const Tracer& how, line_grid<Sample>& lines) {
         constexpr float line_time = 1e6F;
         scene_view seen = body.view_for_rays(policy);
         seen.displacements = displacements_.compute(policy, body, frame);
@@ -92,7 +92,7 @@ class line_driver {
 
   private:
     template <exec::policy Policy, transducer Probe, class BeginBlock, class Trace>
-    void sum_blocks(const Policy& policy, const frame_view<Probe>& frame, float line_time,
+    void sum_blocks(const Policy& policy, const detail::frame_view<Probe>& frame, float line_time,
                     view<line_grid<Sample>* const> sinks, const BeginBlock& begin_block, const Trace& trace) {
         if (rooms_.size() < blocks_of(frame.probe.lines)) rooms_.resize(blocks_of(frame.probe.lines));
         line_time *= static_cast<float>(frame.planes);
@@ -151,7 +151,7 @@ class line_tracer {
         if (scan.planes > 1 && !detail::is_average_v<sample_type>)
             throw usage_error{"trace: samples of this model's type cannot be averaged over `planes`; use one plane"};
         if constexpr (requires { how.check(); }) how.check();
-        const frame_view<Probe> frame = plan_.view_of(policy, probe, at, model, scan, samples, body.media());
+        const detail::frame_view<Probe> frame = plan_.view_of(policy, probe, at, model, scan, samples, body.media());
         recycled.reshape(probe.lines, samples, scan.depth);
         line_grid<sample_type>* const sink = &recycled;
         if constexpr (std::same_as<Tracer, straight_lines>)

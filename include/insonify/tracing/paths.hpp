@@ -32,7 +32,7 @@ struct paths {
     }
 
     /// Traces one line: see `tracer`.
-    template <class Policy, path_model Model>
+    template <class Policy, detail::path_model Model>
     INSONIFY_FN bool operator()(const Policy&, const line_task& task, const Model& model, line_scratch& scratch,
                                 view<vec2> out) const {
         const std::uint32_t times = settings.paths_per_line > 0 ? settings.paths_per_line : 1;

@@ -38,9 +38,9 @@ class scratch_memory {
     std::vector<crossing> crossings_ = std::vector<crossing>(128);
     std::vector<std::uint32_t> inside_ = std::vector<std::uint32_t>(16);
     std::vector<layer> layers_ = std::vector<layer>(64);
-    std::vector<path_branch> branches_ = std::vector<path_branch>(32);
+    std::vector<detail::path_branch> branches_ = std::vector<detail::path_branch>(32);
     std::vector<std::uint32_t> branch_objects_ = std::vector<std::uint32_t>(128);
-    std::vector<path_arrival> arrivals_ = std::vector<path_arrival>(128);
+    std::vector<detail::path_arrival> arrivals_ = std::vector<detail::path_arrival>(128);
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail

@@ -122,7 +122,7 @@ struct cell_field {
         INSONIFY_FN void compute_from(std::int64_t slot) {
             first_ = slot;
             const auto offset = static_cast<float>(static_cast<double>(slot) + 0.5 - cells_.slot);
-            const complex_lanes<room> some = cells_.template values<room, true>(
+            const detail::complex_lanes<room> some = cells_.template values<room, true>(
                 static_cast<std::uint32_t>(slot), floats_of<room>(steps_of_bits<room>(0, 1)) + lanes<room>(offset),
                 field_.numbers);
             store(some.real, real_);

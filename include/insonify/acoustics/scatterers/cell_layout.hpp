@@ -61,8 +61,8 @@ struct cell_layout {
     /// @param offset      slots from the origin to the centre of each
     /// @param numbers     the contents of the cells, such as `gaussian_numbers`
     template <int N, bool Linear = false, class Numbers>
-    INSONIFY_FN INSONIFY_INLINE complex_lanes<N> values(std::uint32_t first_slot, const lanes<N>& offset,
-                                                        const Numbers& numbers) const {
+    INSONIFY_FN INSONIFY_INLINE detail::complex_lanes<N> values(std::uint32_t first_slot, const lanes<N>& offset,
+                                                                const Numbers& numbers) const {
         using floats = lanes<N>;
         using bits = bit_lanes<N>;
         constexpr std::uint32_t next_column = 0x85EBCA6BU, next_row = 0xC2B2AE35U;
@@ -79,18 +79,19 @@ struct cell_layout {
         const floats left = lateral_weight<N, Linear>(past_column),
                      right = lateral_weight<N, Linear>(one - past_column);
         const bits index = slot_hash + column * next_column + row * next_row + 0x51ED270BU;
-        const complex_lanes<N> a = numbers.template operator()<N>(index, volume, scatterer_density),
-                               b = numbers.template operator()<N>(index + next_column, volume, scatterer_density),
-                               c = numbers.template operator()<N>(index + next_row, volume, scatterer_density),
-                               d = numbers.template operator()<N>(index + (next_column + next_row), volume,
-                                                                  scatterer_density);
+        const detail::complex_lanes<N> a = numbers.template operator()<N>(index, volume, scatterer_density),
+                                       b = numbers.template operator()<N>(index + next_column, volume,
+                                                                          scatterer_density),
+                                       c = numbers.template operator()<N>(index + next_row, volume, scatterer_density),
+                                       d = numbers.template operator()<N>(index + (next_column + next_row), volume,
+                                                                          scatterer_density);
         const floats scale = (Linear ? unit_power_scale<N>(past_column) : floats(level)) * unit_power_scale<N>(upper);
-        const auto row_of = [&](const complex_lanes<N>& at_left, const complex_lanes<N>& at_right,
+        const auto row_of = [&](const detail::complex_lanes<N>& at_left, const detail::complex_lanes<N>& at_right,
                                 const floats& weight) {
-            return complex_lanes<N>{weight * (left * at_left.real + right * at_right.real),
-                                    weight * (left * at_left.imaginary + right * at_right.imaginary)};
+            return detail::complex_lanes<N>{weight * (left * at_left.real + right * at_right.real),
+                                            weight * (left * at_left.imaginary + right * at_right.imaginary)};
         };
-        complex_lanes<N> one_row = row_of(a, b, lower), next = row_of(c, d, upper);
+        detail::complex_lanes<N> one_row = row_of(a, b, lower), next = row_of(c, d, upper);
         if (!Linear && (turns.x != 0 || turns.y != 0)) {
             // Phases of rms 1 whose mean of cos(q x) is exp(-x^2 / 2) within 0.02: a normal distribution's, from uniform numbers.
             const floats uniform = floats_of<N>(slot_hash >> 16) * floats(0x1p-15F) - one, squared = uniform * uniform;
@@ -113,7 +114,8 @@ struct cell_layout {
 
     // A number times exp(2 pi j turns), by the half angle within a quarter turn, to 5e-5.
     template <int N>
-    INSONIFY_FN INSONIFY_INLINE static complex_lanes<N> turned(const complex_lanes<N>& value, const lanes<N>& turns) {
+    INSONIFY_FN INSONIFY_INLINE static detail::complex_lanes<N> turned(const detail::complex_lanes<N>& value,
+                                                                       const lanes<N>& turns) {
         const lanes<N> part = turns - floats_of<N>(floor_bits<N>(turns + lanes<N>(0.5F))), squared = part * part;
         const lanes<N> sine =
                            part * polynomial<N>(squared, 0.0821459F, -0.5992645F, 2.5501640F, -5.1677128F, 3.1415927F),

@@ -10,6 +10,8 @@
 /// The contents of the cells of a `cell_field`: complex random numbers of mean power 1, computed from an index.
 namespace insonify::inline INSONIFY_ABI {
 
+namespace detail {
+
 /// One complex number per lane.
 template <int N>
 struct complex_lanes {
@@ -17,13 +19,15 @@ struct complex_lanes {
     lanes<N> imaginary{}; ///< imaginary parts
 };
 
+} // namespace detail
+
 /// Fully developed speckle: many scatterers per resolution cell, whose sum is complex Gaussian and whose envelope is
 /// Rayleigh distributed.
 /// Source: Goodman, Speckle Phenomena in Optics, 2007, chapter 3.
 struct gaussian_numbers {
     /// @param index  hashes of the cells
     template <int N>
-    INSONIFY_FN INSONIFY_INLINE complex_lanes<N> operator()(const bit_lanes<N>& index, float, float) const {
+    INSONIFY_FN INSONIFY_INLINE detail::complex_lanes<N> operator()(const bit_lanes<N>& index, float, float) const {
         // Each part is the sum of four uniform 4-bit numbers, with mean 0 and variance 1/2; interpolation and
         // convolution make the distribution Gaussian. Both sums are computed at once, in the halves of a word.
         constexpr float scale = 0.076696499F; // sqrt(1/2) / sqrt(4 (16^2 - 1) / 12)
@@ -60,7 +64,8 @@ struct poisson_numbers {
     /// @param volume             of a cell, m^3
     /// @param scatterer_density  of the medium, per m^3; 0: `density`
     template <int N>
-    INSONIFY_FN complex_lanes<N> operator()(const bit_lanes<N>& index, float volume, float scatterer_density) const {
+    INSONIFY_FN detail::complex_lanes<N> operator()(const bit_lanes<N>& index, float volume,
+                                                    float scatterer_density) const {
         const float mean = (scatterer_density > 0 ? scatterer_density : density) * volume;
         if (mean > 32) return gaussian_numbers{}.operator()<N>(index, volume, scatterer_density); // indistinguishable
         std::uint32_t each[N];

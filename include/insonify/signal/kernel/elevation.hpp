@@ -80,8 +80,8 @@ class elevation_planes {
             const float side = i % 2 == 0 ? own.delta : -own.delta;
             const float at_focus = side * std::cos(own.psi) * beam.elevation_diffraction();
             const auto height = [&](float z) { return at_focus + side * std::sin(own.psi) * beam.elevation_shadow(z); };
-            planes_[i] = tilted ? elevation_plane{height(0), (height(depth) - height(0)) / depth}
-                                : elevation_plane{height(0.5F * depth), 0};
+            planes_[i] = tilted ? detail::elevation_plane{height(0), (height(depth) - height(0)) / depth}
+                                : detail::elevation_plane{height(0.5F * depth), 0};
         }
         make_table();
     }
@@ -91,14 +91,14 @@ class elevation_planes {
     /// @param cosine  of its angle to z
     elevation_planes along(float begin, float cosine) const {
         elevation_planes line = *this;
-        for (elevation_plane& one : line.planes_) one = {one.height(begin), one.slope * cosine};
+        for (detail::elevation_plane& one : line.planes_) one = {one.height(begin), one.slope * cosine};
         line.make_table();
         return line;
     }
 
     std::uint32_t count() const { return count_; }
     /// The slice plane, then pairs.
-    const elevation_plane& operator[](std::size_t plane) const { return planes_[plane]; }
+    const detail::elevation_plane& operator[](std::size_t plane) const { return planes_[plane]; }
 
     /// Height of the cells of the scatterer field out of the slice, metres: half the aperture's for a single plane. For several
     /// planes 0.7 of it, with a correlation length as that of the beam twice as deep as its focus; nearer to the focus,
@@ -253,7 +253,7 @@ class elevation_planes {
     beam_model beam_;
     std::uint32_t count_;
     float spacing_;
-    elevation_plane planes_[max_elevation_planes] = {};
+    detail::elevation_plane planes_[max_elevation_planes] = {};
     weights table_[depths] = {};
 };
 

@@ -7,6 +7,8 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
+namespace detail {
+
 /// A plane in the coordinates of a probe, y = offset + slope z: the slice plane, or one above or below it that is tilted about
 /// the lateral axis.
 struct elevation_plane {
@@ -16,6 +18,8 @@ struct elevation_plane {
     /// Metres out of the slice plane at a depth in metres.
     INSONIFY_FN float height(float depth) const { return offset + slope * depth; }
 };
+
+} // namespace detail
 
 } // namespace insonify::inline INSONIFY_ABI
 

@@ -17,6 +17,8 @@
 /// ratio.
 namespace insonify::inline INSONIFY_ABI {
 
+namespace detail {
+
 /// What the lateral kernel and the elevation planes do to echoes at one depth of a line.
 struct kernel_sample {
     float lateral_sigma = 0;   ///< of the Gaussian that `convolve` applies across the lines, metres; 0: none
@@ -26,7 +28,7 @@ struct kernel_sample {
     float speckle_gain = 1;    ///< keeps the rms of speckle
     vec2 speckle_spread{0, 0}; ///< m^2: mean square distance between correlated speckle, across lines and planes
     float speckle_loss =
-        0; ///< m^4: the next term of the loss on a slope, across lines; see `compensated_echoes::scatterers`
+        0; ///< m^4: the next term of the loss on a slope, across lines; see `detail::compensated_echoes::scatterers`
     float surface_gain = 1;      ///< keeps the rms of the diffuse echoes of surfaces
     vec2 surface_spread{0, 0};   ///< m^2: the same for these
     float uncorrelated_gain = 1; ///< keeps the rms of echoes that are independent from line to line
@@ -34,14 +36,14 @@ struct kernel_sample {
 
 /// The kernels along one line, by displayed depth.
 struct line_kernels {
-    view<const kernel_sample> samples{}; ///< for equal parts of the displayed depth, from the face on
-    float spacing = 1;                   ///< metres of displayed depth to each part
-    std::uint32_t planes = 1;            ///< elevation planes
-    std::uint32_t plane = 0;             ///< of the line
-    view<const float> plane_heights{};   ///< for each part those of all planes, metres out of the slice plane
-    view<const float> plane_weights{};   ///< for each part those of all planes; their sum is 1
-    view<const float> random_weights{};  ///< of this plane for each part: for independent echoes, over its plane weight
-    view<const vec2> plane_strips{};     ///< of this plane for each part: see `elevation_planes::weights::strip`
+    view<const detail::kernel_sample> samples{}; ///< for equal parts of the displayed depth, from the face on
+    float spacing = 1;                           ///< metres of displayed depth to each part
+    std::uint32_t planes = 1;                    ///< elevation planes
+    std::uint32_t plane = 0;                     ///< of the line
+    view<const float> plane_heights{};           ///< for each part those of all planes, metres out of the slice plane
+    view<const float> plane_weights{};           ///< for each part those of all planes; their sum is 1
+    view<const float> random_weights{}; ///< of this plane for each part: for independent echoes, over its plane weight
+    view<const vec2> plane_strips{};    ///< of this plane for each part: see `elevation_planes::weights::strip`
 
     /// The part that a displayed depth lies in, metres.
     INSONIFY_FN std::size_t index(float depth) const {
@@ -57,8 +59,8 @@ struct line_kernels {
         return a + (place - static_cast<float>(above)) * (b - a);
     }
     /// The kernels at a displayed depth, metres; without effect where there are none.
-    INSONIFY_FN kernel_sample at(float depth) const {
-        return samples.empty() ? kernel_sample{} : samples[index(depth)];
+    INSONIFY_FN detail::kernel_sample at(float depth) const {
+        return samples.empty() ? detail::kernel_sample{} : samples[index(depth)];
     }
 };
 
@@ -66,7 +68,7 @@ struct line_kernels {
 class compensated_echoes {
   public:
     /// @param pulse_sigma  standard deviation of the pulse envelope, metres of displayed depth
-    INSONIFY_FN compensated_echoes(const echo_line& echoes, const line_kernels& kernels, float frequency,
+    INSONIFY_FN compensated_echoes(const echo_line& echoes, const detail::line_kernels& kernels, float frequency,
                                    float pulse_sigma)
         : echoes_{echoes}, kernels_{kernels}, frequency_{frequency}, sigma_{pulse_sigma},
           phase_per_metre_{4 * pi * frequency / display_speed} {}
@@ -86,7 +88,7 @@ class compensated_echoes {
     /// The echo of a surface that turns from line to line, or from plane to plane, with its repetitions. Every plane that
     /// meets it emits the echo of the whole, where the surface is nearest to the probe.
     INSONIFY_FN void curved_surface(const curved_echo& one) const {
-        const kernel_sample here = kernels_.at(one.depth);
+        const detail::kernel_sample here = kernels_.at(one.depth);
         // Depth is measured along the lines: their divergence adds to the curvature that is seen from line to line, but does
         // not weaken the echo.
         const detail::curved_kernel own{phase_per_metre_, one.slope.x, one.curvature.x, here.lateral_sigma},
@@ -121,7 +123,7 @@ class compensated_echoes {
     ///     exp(-(spread q^2 / 2 + loss q^4)),   q = 4 pi f0 s / c0
     INSONIFY_FN void scatterers(scatterer_echoes run) const {
         const auto gain = [&](float depth) {
-            const kernel_sample here = kernels_.at(depth);
+            const detail::kernel_sample here = kernels_.at(depth);
             const vec2 q_squared = square(phase_per_metre_) * run.slope * run.slope,
                        lost = 0.5F * q_squared * here.speckle_spread;
             return here.speckle_gain * kernels_.random_weight(depth) *
@@ -141,8 +143,8 @@ class compensated_echoes {
     /// the phase a metre; far apart they are independent.
     template <class Value>
     INSONIFY_FN void rough_surface(float depth, float amplitude, vec2 slope, vec3 curvature, const Value& value) const {
-        const kernel_sample here = kernels_.at(depth);
-        const float per_metre = 1 / square(0.632F * surface_grain(frequency_)) + square(phase_per_metre_);
+        const detail::kernel_sample here = kernels_.at(depth);
+        const float per_metre = 1 / square(0.632F * detail::surface_grain(frequency_)) + square(phase_per_metre_);
         const vec2 decorrelation = vec2{1, 1} + slope * slope * here.surface_spread * per_metre;
         const detail::surface_strip strip{slope.y, curvature.y,
                                           kernels_.plane_strips.empty() ? vec2{0, 0}
@@ -173,7 +175,7 @@ class compensated_echoes {
     // pulse still overlaps, 1 / sigma'^2 = 1 / sigma_x^2 + s^2 / sigma_z^2, and its spectrum at the phase gradient
     // 4 pi f0 s / c0 and at the nearest aliases of the line spacing.
     INSONIFY_FN float lateral_transfer(float depth, float slope) const {
-        const kernel_sample here = kernels_.at(depth);
+        const detail::kernel_sample here = kernels_.at(depth);
         if (!(here.lateral_sigma > 0) || !(here.line_spacing > 0)) return 1;
         const float narrowed = 1 / std::sqrt(1 + square(here.lateral_sigma * slope / sigma_));
         const float phase = phase_per_metre_ * slope, alias = 2 * pi / here.line_spacing;
@@ -225,11 +227,13 @@ class compensated_echoes {
     INSONIFY_FN static vec2 product(vec2 a, vec2 b) { return {a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x}; }
 
     echo_line echoes_;
-    line_kernels kernels_;
+    detail::line_kernels kernels_;
     float frequency_;
     float sigma_;
     float phase_per_metre_;
 };
+
+} // namespace detail
 
 } // namespace insonify::inline INSONIFY_ABI
 

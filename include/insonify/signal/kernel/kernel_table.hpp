@@ -16,14 +16,16 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
+namespace detail {
+
 /// `kernel_table` in flat arrays. Trivially copyable.
 struct kernel_table_view {
     static constexpr std::uint32_t depths = 128; ///< parts of the displayed depth
 
-    view<const kernel_sample>
+    view<const detail::kernel_sample>
         samples{}; ///< by distance of the line from the border, then by depth; empty: no compensation
     view<const std::uint32_t> sets{};   ///< of each line, the number of its set of planes
-    view<const float> plane_heights{};  ///< for each set and part those of all planes: see `line_kernels`
+    view<const float> plane_heights{};  ///< for each set and part those of all planes: see `detail::line_kernels`
     view<const float> plane_weights{};  ///< for each set and part those of all planes
     view<const float> random_weights{}; ///< of each set and plane those of all parts
     view<const vec2> plane_strips{};    ///< of each set and plane those of all parts
@@ -33,7 +35,7 @@ struct kernel_table_view {
     float spacing = 1;                  ///< metres to each part
 
     /// The kernels along one line of one plane.
-    INSONIFY_FN line_kernels of_line(std::uint32_t line, std::uint32_t plane) const {
+    INSONIFY_FN detail::line_kernels of_line(std::uint32_t line, std::uint32_t plane) const {
         if (samples.empty()) return {};
         const std::uint32_t other_end = lines - 1 - line, nearer = line < other_end ? line : other_end;
         const std::uint32_t row = nearer < border ? nearer : border;
@@ -49,8 +51,6 @@ struct kernel_table_view {
                 .plane_strips = {plane_strips.data() + of_plane, depths}};
     }
 };
-
-namespace detail {
 
 /// The kernels of `convolve` and of the planes, for every line of a probe, with the gains that keep the levels.
 ///
@@ -127,7 +127,7 @@ class kernel_table {
         });
     }
 
-    kernel_table_view view_of() const {
+    detail::kernel_table_view view_of() const {
         return {.samples = {samples_.data(), samples_.size()},
                 .sets = sets_,
                 .plane_heights = plane_heights_,
@@ -141,7 +141,7 @@ class kernel_table {
     }
 
   private:
-    static constexpr std::uint32_t depths = kernel_table_view::depths;
+    static constexpr std::uint32_t depths = detail::kernel_table_view::depths;
     static constexpr float max_slope = 0.25F; // to which the loss of speckle on a slope is fitted: 14 degrees
 
     // By distance from the border.
@@ -233,7 +233,7 @@ class kernel_table {
     std::uint32_t lines_ = 0;
     std::uint32_t border_ = 0;
     float spacing_ = 1;
-    large_array<kernel_sample> samples_;
+    large_array<detail::kernel_sample> samples_;
     std::vector<std::uint32_t> sets_;
     std::vector<float> plane_heights_, plane_weights_, random_weights_;
     std::vector<vec2> plane_strips_;

@@ -68,8 +68,8 @@ class aperture_shading {
     /// @param found   the layers of the lines of the probe, in `scene`
     /// @param slices  that they were found by; null: by rays, as everything else then is
     template <exec::policy Policy, transducer Probe, states_arrivals Model>
-    void compute(const Policy& policy, const scene_view& scene, const frame_view<Probe>& frame, const Model& model,
-                 std::uint32_t directions, const line_layers& found, const slice_finder* slices) {
+    void compute(const Policy& policy, const scene_view& scene, const detail::frame_view<Probe>& frame,
+                 const Model& model, std::uint32_t directions, const line_layers& found, const slice_finder* slices) {
         const std::uint32_t points = points_.size();
         points_.planes = frame.planes;
         // To the depth of the picture as if all sound had the display's speed; deeper, the last gain holds.
@@ -116,7 +116,7 @@ class aperture_shading {
 
     /// The lines beyond those of the probe for which slices must be cut: those of a phased array; none for others.
     template <transducer Probe>
-    outer_lines beyond(const frame_view<Probe>& frame) const {
+    outer_lines beyond(const detail::frame_view<Probe>& frame) const {
         if (!is_point()) return {};
         return {&points_.fan, max_shift(frame)};
     }
@@ -139,7 +139,7 @@ class aperture_shading {
     // lines are accurate: the tangent on a plane face, at most 0.9 of that of a line along the face, the angle on a round one,
     // the shift along the face of a phased array.
     template <transducer Probe>
-    float widest(const frame_view<Probe>& frame) const {
+    float widest(const detail::frame_view<Probe>& frame) const {
         const float radius = points_.shape.radius, incline = std::fabs(points_.shape.incline);
         if (is_point()) return max_shift(frame);
         float most = 0;
@@ -155,7 +155,7 @@ class aperture_shading {
         return min(most, radius == 0 ? min(3, 0.9F / max(incline, 0.1F)) : 1.3F);
     }
     template <transducer Probe>
-    static float max_shift(const frame_view<Probe>& frame) {
+    static float max_shift(const detail::frame_view<Probe>& frame) {
         return half_aperture(frame, frame.depth);
     }
     std::uint32_t nearest_point(std::uint32_t line) const {
@@ -164,7 +164,7 @@ class aperture_shading {
     // A line of the fan in one plane. Those beyond the lines of the probe are like the nearest of these, but for their
     // direction.
     template <transducer Probe>
-    line_task task_along(const frame_view<Probe>& frame, const scene_view& scene, std::uint32_t line,
+    line_task task_along(const detail::frame_view<Probe>& frame, const scene_view& scene, std::uint32_t line,
                          std::uint32_t plane) const {
         const std::uint32_t point = nearest_point(line);
         line_task task = task_of(frame, scene, points_.line_of(point), plane);
@@ -175,14 +175,14 @@ class aperture_shading {
         return task;
     }
     template <transducer Probe>
-    static float half_aperture(const frame_view<Probe>& frame, float depth) {
+    static float half_aperture(const detail::frame_view<Probe>& frame, float depth) {
         return 0.5F * depth / frame.aperture.fnumber(depth);
     }
     bool is_point() const { return points_.shape.form == face_shape::form::point; }
     float depth_of(std::uint32_t step) const { return static_cast<float>(step + 1) * spacing_; }
 
     template <transducer Probe>
-    void turn_lines(const frame_view<Probe>& frame, std::uint32_t count) {
+    void turn_lines(const detail::frame_view<Probe>& frame, std::uint32_t count) {
         const float radius = points_.shape.radius, most = widest(frame);
         const auto turned_by = [&](float part) -> line_turn { // -1 to 1
             if (is_point()) return {.shift = part * most, .is_shift = true};

@@ -15,7 +15,7 @@ inline constexpr bool is_average_v = std::same_as<Sample, float> || std::same_as
 
 /// The task of a tracer: one line of one plane.
 template <transducer Probe>
-INSONIFY_FN line_task task_of(const frame_view<Probe>& frame, const scene_view& scene, std::uint32_t number,
+INSONIFY_FN line_task task_of(const detail::frame_view<Probe>& frame, const scene_view& scene, std::uint32_t number,
                               std::uint32_t plane) {
     return {.scene = scene,
             .line = {.media = scene.media,
@@ -56,8 +56,8 @@ INSONIFY_FN void add_weighted(view<Sample> samples, const float* weights, view<S
 ///                another; false where it cannot
 /// @return        false where `trace` did; the samples are then undefined
 template <transducer Probe, class Sample, class OutOf, class Trace>
-INSONIFY_FN bool sum_planes(const frame_view<Probe>& frame, std::uint32_t number, std::size_t grids, view<Sample> room,
-                            const OutOf& out_of, const Trace& trace) {
+INSONIFY_FN bool sum_planes(const detail::frame_view<Probe>& frame, std::uint32_t number, std::size_t grids,
+                            view<Sample> room, const OutOf& out_of, const Trace& trace) {
     for (std::size_t grid = 0; grid < grids; ++grid)
         for (Sample& sample : out_of(grid)) sample = Sample{};
     if (frame.planes == 1 && grids == 1) return trace(0U, out_of(0));

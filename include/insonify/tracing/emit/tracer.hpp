@@ -11,35 +11,37 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
+namespace detail {
 struct path_branch;
 struct path_arrival;
+} // namespace detail
 
 /// Memory of fixed capacity in which one line is traced. If it is too small, the tracer returns false, and the line is
 /// traced again with more.
 struct line_scratch {
-    line_crossings found{};               ///< crossings and containing objects of the line
-    view<layer> layers{};                 ///< room for its layers
-    view<path_branch> branches{};         ///< room for paths that are yet to be followed
-    view<std::uint32_t> branch_objects{}; ///< room for the ranks of the objects that contain them, branch after branch
-    view<path_arrival> arrivals{};        ///< room for where paths met surfaces
+    line_crossings found{};                ///< crossings and containing objects of the line
+    view<layer> layers{};                  ///< room for its layers
+    view<detail::path_branch> branches{};  ///< room for paths that are yet to be followed
+    view<std::uint32_t> branch_objects{};  ///< room for the ranks of the objects that contain them, branch after branch
+    view<detail::path_arrival> arrivals{}; ///< room for where paths met surfaces
 };
 
 /// One line of one elevation plane: what a tracer is given.
 struct line_task {
-    scene_view scene{};       ///< all objects
-    traced_line line{};       ///< as the model will see it, without layers yet
-    std::uint32_t number = 0; ///< of the line
-    std::uint32_t plane = 0;  ///< of the slice's planes, the middle one first
-    std::uint32_t planes = 1; ///< that there are
-    float max_depth = 0;      ///< how far the line is to be followed, metres
-    float spacing = 0;        ///< metres from sample to sample
-    line_kernels kernels{};   ///< of the stages that follow
+    scene_view scene{};             ///< all objects
+    traced_line line{};             ///< as the model will see it, without layers yet
+    std::uint32_t number = 0;       ///< of the line
+    std::uint32_t plane = 0;        ///< of the slice's planes, the middle one first
+    std::uint32_t planes = 1;       ///< that there are
+    float max_depth = 0;            ///< how far the line is to be followed, metres
+    float spacing = 0;              ///< metres from sample to sample
+    detail::line_kernels kernels{}; ///< of the stages that follow
 
     /// The line as a ray in the world; distances along it are those along the line, even if its plane is tilted.
     INSONIFY_FN ray beam() const { return {.origin = line.frame.origin, .direction = line.frame.path()}; }
 
     /// Writes emitted echoes, compensated so that later stages do not change their levels.
-    INSONIFY_FN compensated_echoes echoes(view<vec2> out) const {
+    INSONIFY_FN detail::compensated_echoes echoes(view<vec2> out) const {
         return {echo_line{out, spacing, line.frequency}, kernels, line.frequency, line.pulse_sigma};
     }
 

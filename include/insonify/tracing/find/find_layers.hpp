@@ -16,7 +16,7 @@ namespace detail {
 template <exec::policy Policy, transducer Probe>
 line_layers find_layers_to(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                            const acquisition& scan, float max_depth, bool incident) {
-    frame_lines<Probe> frame{
+    detail::frame_lines<Probe> frame{
         .probe = probe, .at = at, .depth = scan.depth, .max_depth = max_depth, .planes = scan.planes};
     const elevation_planes planes{beam_of(probe, scan.depth), scan.planes, scan.depth, lines_follow_depth(probe)};
     for (std::uint32_t i = 0; i < scan.planes; ++i) frame.plane[i] = planes[i];

@@ -40,9 +40,9 @@ class layer_finder {
     /// @param keep_all    also keep segments that cross no line
     /// @param beyond      other lines that segments are kept for
     template <exec::policy Policy, transducer Probe>
-    void prepare(const Policy& policy, const scene& body, const frame_lines<Probe>& frame, line_search how,
+    void prepare(const Policy& policy, const scene& body, const detail::frame_lines<Probe>& frame, line_search how,
                  std::uint32_t directions = 1, bool keep_all = false, const outer_lines& beyond = {}) {
-        const view<const elevation_plane> planes{frame.plane, frame.planes};
+        const view<const detail::elevation_plane> planes{frame.plane, frame.planes};
         sliced_ = false;
         if (how != line_search::rays && can_cut_) {
             scene_ = body.view_for_slices(policy);
@@ -73,7 +73,7 @@ class layer_finder {
     /// Finds the layers of the block of lines that begins with one; different blocks on any threads.
     /// @param incident  whether to compute how lines meet surfaces: see `stack_layers`
     template <transducer Probe>
-    void find_block(const frame_lines<Probe>& frame, std::size_t begin, bool incident, line_layers& found) {
+    void find_block(const detail::frame_lines<Probe>& frame, std::size_t begin, bool incident, line_layers& found) {
         block_memory& own = memory_[begin / lines_per_block];
         layer_block& into = found.block_at(begin);
         into.clear();
@@ -86,7 +86,7 @@ class layer_finder {
 
     /// Finds those of all lines.
     template <exec::policy Policy, transducer Probe>
-    void find(const Policy& policy, const frame_lines<Probe>& frame, bool incident, line_layers& found) {
+    void find(const Policy& policy, const detail::frame_lines<Probe>& frame, bool incident, line_layers& found) {
         found.begin(frame.probe.lines, frame.planes, scene_.media);
         exec::for_each_block(policy, frame.probe.lines, lines_per_block,
                              search_time() * static_cast<float>(frame.planes),
@@ -102,7 +102,7 @@ class layer_finder {
     };
 
     template <transducer Probe>
-    bool find_line(const frame_lines<Probe>& frame, std::uint32_t number, std::uint32_t plane, bool incident,
+    bool find_line(const detail::frame_lines<Probe>& frame, std::uint32_t number, std::uint32_t plane, bool incident,
                    block_memory& own, layer_block& into) const {
         const line_frame line = frame.line(number, plane);
         line_crossings found = own.line.found();

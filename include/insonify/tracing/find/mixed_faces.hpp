@@ -46,7 +46,7 @@ inline void find_levels(const slice_frame& frame, view<const vec3> points, std::
 /// Calls visit(i) for the faces of the groups [begin, end) whose corners differ in level. Most groups are on one side of all
 /// slices, so the branches predict well.
 template <class Visit>
-void for_each_mixed(view<const uvec3> faces, const face_groups_view& groups, std::size_t begin, std::size_t end,
+void for_each_mixed(view<const uvec3> faces, const detail::face_groups_view& groups, std::size_t begin, std::size_t end,
                     const std::uint8_t* levels, Visit&& visit) {
     for (std::size_t group = begin; group < end; ++group) {
         const view<const std::uint32_t> vertices = groups[group];
@@ -54,8 +54,8 @@ void for_each_mixed(view<const uvec3> faces, const face_groups_view& groups, std
         unsigned different = 0;
         for (const std::uint32_t vertex : vertices) different |= levels[vertex] ^ first;
         if (different == 0) continue;
-        const std::size_t last = std::min((group + 1) * face_groups_view::size, faces.size());
-        for (std::size_t i = group * face_groups_view::size; i < last; ++i) {
+        const std::size_t last = std::min((group + 1) * detail::face_groups_view::size, faces.size());
+        for (std::size_t i = group * detail::face_groups_view::size; i < last; ++i) {
             const uvec3 corner = faces[i];
             const unsigned a = levels[corner.x], b = levels[corner.y], c = levels[corner.z];
             if (((a ^ b) | (a ^ c)) != 0) visit(static_cast<std::uint32_t>(i));

@@ -43,7 +43,7 @@ class slice_cut {
     /// @param beyond     lines that the segments are kept for, too
     template <exec::policy Policy>
     void cut(const Policy& policy, const scene_view& scene, view<const std::uint8_t> chosen, const line_fan& fan,
-             const pose& probe_at, view<const elevation_plane> planes, float max_depth, bool keep_all,
+             const pose& probe_at, view<const detail::elevation_plane> planes, float max_depth, bool keep_all,
              const outer_lines& beyond) {
         keep_all_ = keep_all;
         plan(scene, chosen, fan, probe_at, planes, max_depth, beyond);
@@ -68,7 +68,7 @@ class slice_cut {
 
   private:
     static constexpr std::uint32_t block = 8192; // vertices or faces that one thread processes at a time
-    static constexpr std::uint32_t groups_of_block = block / face_groups_view::size;
+    static constexpr std::uint32_t groups_of_block = block / detail::face_groups_view::size;
 
     static constexpr std::size_t max_subtrees = 32; // that one object's tree is divided into, roughly
 
@@ -82,10 +82,10 @@ class slice_cut {
 
     // Collects the work items, in the order in which `for_each_segment` visits their results.
     void plan(const scene_view& scene, view<const std::uint8_t> chosen, const line_fan& fan, const pose& probe_at,
-              view<const elevation_plane> planes, float max_depth, const outer_lines& beyond) {
+              view<const detail::elevation_plane> planes, float max_depth, const outer_lines& beyond) {
         const float beside = beyond.shift;
         aabb face; // of the probe
-        for (const elevation_plane& plane : planes)
+        for (const detail::elevation_plane& plane : planes)
             for (const float x : {fan.extent().min.x - beside, fan.extent().max.x + beside})
                 for (const float y : {fan.extent().min.y - beside, fan.extent().max.y + beside}) {
                     const vec3 corner = fan.upright().point({x, 0, y});

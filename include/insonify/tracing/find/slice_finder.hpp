@@ -55,7 +55,7 @@ class slice_finder {
     /// @param all         cut all objects
     /// @param directions  in which each line is traced
     /// @return whether any is cut
-    bool choose(const scene_view& scene, const pose& at, view<const elevation_plane> planes, bool all,
+    bool choose(const scene_view& scene, const pose& at, view<const detail::elevation_plane> planes, bool all,
                 std::uint32_t directions) {
         const slice_frame frame{at, planes, fan_.upright()};
         chosen_.resize(scene.objects.size());
@@ -87,7 +87,7 @@ class slice_finder {
 
     /// Cuts the objects that were chosen, of the same scene: see `slice_cut::cut`.
     template <exec::policy Policy>
-    void cut(const Policy& policy, const scene_view& scene, const pose& at, view<const elevation_plane> planes,
+    void cut(const Policy& policy, const scene_view& scene, const pose& at, view<const detail::elevation_plane> planes,
              float depth, bool keep_all, const outer_lines& beyond = {}) {
         slices_ = planes.size();
         cut_.cut(policy, scene, view<const std::uint8_t>{chosen_}, fan_, at, planes, depth, keep_all, beyond);

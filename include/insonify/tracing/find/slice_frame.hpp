@@ -30,7 +30,7 @@ struct slice_frame {
     /// @param probe_at  whose coordinates the planes are in
     /// @param planes    at most `max_slices`
     /// @param fan       coordinates of positions in the slice plane, to those of the probe
-    slice_frame(const pose& probe_at, view<const elevation_plane> planes, const pose& fan = {})
+    slice_frame(const pose& probe_at, view<const detail::elevation_plane> planes, const pose& fan = {})
         : count{static_cast<std::uint32_t>(planes.size())} {
         const pose at = probe_at * fan;
         origin = at.translation;

@@ -66,8 +66,6 @@ class ray_tube {
     mat3 bend_{0}; // K
 };
 
-} // namespace detail
-
 /// A path that has not been followed yet: see `paths`.
 struct path_branch {
     line_frame frame{};      ///< where its next piece begins, and along what
@@ -92,6 +90,8 @@ struct path_arrival {
     bool inverted = false;     ///< an odd number of the reflections turned the sign of the pressure
     bool at_face = false;      ///< the surface is the face of the probe
 };
+
+} // namespace detail
 
 } // namespace insonify::inline INSONIFY_ABI
 

@@ -24,6 +24,8 @@ struct path_settings {
     friend bool operator==(const path_settings&, const path_settings&) = default;
 };
 
+namespace detail {
+
 /// Models whose echoes can be computed layer by layer and surface by surface: `physical`, with any laws.
 template <class Model>
 concept path_model = acoustic_model<Model> && requires(const Model& m, const traced_line& line, const layer& one,
@@ -34,11 +36,9 @@ concept path_model = acoustic_model<Model> && requires(const Model& m, const tra
     { m.refracted(vec3{}, vec3{}, at.before, at.after) } -> std::convertible_to<vec3>;
 };
 
-namespace detail {
-
 /// Follows all paths of one line: a stack of branches, each of which ends at the next change of medium, where its
 /// reflected and transmitted parts begin.
-template <path_model Model>
+template <detail::path_model Model>
 class path_walk {
   public:
     /// @param random  numbers the random paths: a different stream for each
@@ -77,7 +77,7 @@ class path_walk {
         return max(dot(at.origin - face_.origin, face_.along), 0) / towards;
     }
 
-    INSONIFY_FN bool follow(path_branch now) {
+    INSONIFY_FN bool follow(detail::path_branch now) {
         const float face = to_face(now.frame);
         const float limit = min(range(now.path.shown), face);
         const bool complete =
@@ -108,7 +108,7 @@ class path_walk {
     }
 
     // Curved mirrors on the way spread the sound: its amplitude along the present piece of the path, as `aperture_gains`.
-    INSONIFY_FN void spread_sound(path_branch& now, float length, aperture_gain (&spread)[spread_steps]) {
+    INSONIFY_FN void spread_sound(detail::path_branch& now, float length, aperture_gain (&spread)[spread_steps]) {
         line_.gains = {};
         now.path.gains = {};
         if (now.tube.plane()) return;
@@ -120,7 +120,7 @@ class path_walk {
         line_.gains = {{spread, spread_steps}, step};
     }
     // A path at the end of a piece.
-    INSONIFY_FN static path_branch arrived_at(path_branch now, float distance) {
+    INSONIFY_FN static detail::path_branch arrived_at(detail::path_branch now, float distance) {
         now.path.passed *= now.tube.amplitude(distance);
         now.path.gains = {};
         now.tube = now.tube.after(distance);
@@ -128,10 +128,10 @@ class path_walk {
     }
 
     // Splits a path at a surface into a transmitted and a reflected branch.
-    INSONIFY_FN void split(const path_branch& arriving, const layer_walk<>& walk, const layer& above,
+    INSONIFY_FN void split(const detail::path_branch& arriving, const layer_walk<>& walk, const layer& above,
                            const layer& below) {
         const medium &before = line_.media[above.medium], &after = line_.media[below.medium];
-        const path_branch now = arriving.tube.plane() ? arriving : arrived_at(arriving, below.begin);
+        const detail::path_branch now = arriving.tube.plane() ? arriving : arrived_at(arriving, below.begin);
         const vec3 smooth = walk.met().normal, flat = walk.met().flat;
         // Wave fronts are not tilted; but a surface along the slice is crossed only because of the tilt, which then counts.
         line_frame frame = now.frame;
@@ -144,8 +144,8 @@ class path_walk {
         const incidence at{before, after, walk.met().cosine, line_.frequency, below.roughness};
         if (random && rms_height(at) > 0) {
             const float first = uniform();
-            facet =
-                perturbed_normal(dot(smooth, along) > 0 ? -smooth : smooth, settings_.rough_power, {first, uniform()});
+            facet = detail::perturbed_normal(dot(smooth, along) > 0 ? -smooth : smooth, settings_.rough_power,
+                                             {first, uniform()});
         }
         const response met = model_.add_interface(line_, above, below, now.path, echoes_);
         if (keeps_arrivals()) record(now, below.begin, walk.met().normal, above, below);
@@ -167,7 +167,7 @@ class path_walk {
         if (crosses(reflected)) reflected = mirrored_by(flat);
 
         const vec3 point = now.frame.at(below.begin);
-        path_branch on = now, off = now;
+        detail::path_branch on = now, off = now;
         const bool straight_on = length(onwards - along) < 1e-6F;
         on.frame = straight_on ? turned(now.frame, point, now.frame.along) : turned(frame, point, onwards);
         off.frame = turned(frame, point, reflected);
@@ -195,7 +195,7 @@ class path_walk {
     }
 
     // Ends a path at the face of the probe, and starts its reflection there if the face reflects.
-    INSONIFY_FN void return_from_face(path_branch now, float distance) {
+    INSONIFY_FN void return_from_face(detail::path_branch now, float distance) {
         constexpr float min_cosine = 0.5F; // beyond 60 degrees no sound that is reflected again comes back to the array
         if (settings_.face_reflection == 0 || -dot(now.frame.along, face_.along) < min_cosine) return;
         if (!now.tube.plane()) now = arrived_at(now, distance);
@@ -221,7 +221,7 @@ class path_walk {
 
     INSONIFY_FN bool keeps_arrivals() const { return settings_.pairs && settings_.paths_per_line == 0; }
 
-    INSONIFY_FN void record(const path_branch& now, float distance, vec3 normal, const layer& above,
+    INSONIFY_FN void record(const detail::path_branch& now, float distance, vec3 normal, const layer& above,
                             const layer& below) {
         overflow_ = overflow_ || arrived_ == arrivals_.size();
         if (overflow_) return;
@@ -235,7 +235,7 @@ class path_walk {
     INSONIFY_FN void add_pairs() {
         for (std::uint32_t i = 0; i < arrived_; ++i)
             for (std::uint32_t j = i + 1; j < arrived_; ++j) {
-                const path_arrival &out = arrivals_[i], &home = arrivals_[j];
+                const detail::path_arrival &out = arrivals_[i], &home = arrivals_[j];
                 if (out.bounces != home.bounces || out.at_face != home.at_face) continue;
                 if (out.above.object != home.above.object || out.below.object != home.below.object) continue;
                 const float sign = out.inverted == home.inverted ? 2.0F : -2.0F;
@@ -254,13 +254,13 @@ class path_walk {
 
     // How much of what arrives along one path returns along the other: all where they meet at one point from one direction.
     // An estimate: it falls linearly to 0 at 3 degrees and at half a millimetre, on the same surface within 20 um.
-    INSONIFY_FN static float in_common(const path_arrival& a, const path_arrival& b) {
+    INSONIFY_FN static float in_common(const detail::path_arrival& a, const detail::path_arrival& b) {
         const vec3 between = a.point - b.point;
         const float radians = length(a.frame.along - b.frame.along), height = std::fabs(dot(between, a.normal));
         return max(1 - radians / 0.05F, 0) * max(1 - length(between) / 0.5e-3F, 0) * max(1 - height / 20e-6F, 0);
     }
 
-    INSONIFY_FN void push(path_branch next, const media_stack& inside) {
+    INSONIFY_FN void push(detail::path_branch next, const media_stack& inside) {
         const float amplitude = next.path.passed * amplitude_of_decibels(-pulse_loss(model_, line_, next.path.lost_db));
         if (next.frame.along == vec3{0, 0, 0} || !(amplitude >= settings_.min_amplitude)) return;
         if (next.bounces > settings_.bounces || next.path.shown >= max_shown()) return;
@@ -284,11 +284,11 @@ class path_walk {
     const path_settings& settings_;
     traced_line line_;
     line_frame face_;
-    compensated_echoes echoes_;
+    detail::compensated_echoes echoes_;
     line_crossings& found_;
-    view<path_branch> branches_;
+    view<detail::path_branch> branches_;
     view<std::uint32_t> branch_objects_;
-    view<path_arrival> arrivals_;
+    view<detail::path_arrival> arrivals_;
     std::uint64_t random_;
     float fastest_ = display_speed;
     std::uint32_t count_ = 0, objects_ = 0; // branches, and the objects that contain them

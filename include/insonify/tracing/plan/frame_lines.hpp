@@ -9,15 +9,17 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
+namespace detail {
+
 /// The lines of a frame in all of its elevation planes. Trivially copyable where the probe is.
 template <transducer Probe>
 struct frame_lines {
-    Probe probe{};                                    ///< that sends and receives
-    pose at{};                                        ///< probe to world
-    float depth = 0;                                  ///< of the last sample's end, metres
-    float max_depth = 0;                              ///< how far lines are followed, metres
-    std::uint32_t planes = 1;                         ///< that represent the thickness of the slice
-    elevation_plane plane[max_elevation_planes] = {}; ///< the slice plane, then pairs to both sides of it
+    Probe probe{};                                            ///< that sends and receives
+    pose at{};                                                ///< probe to world
+    float depth = 0;                                          ///< of the last sample's end, metres
+    float max_depth = 0;                                      ///< how far lines are followed, metres
+    std::uint32_t planes = 1;                                 ///< that represent the thickness of the slice
+    detail::elevation_plane plane[max_elevation_planes] = {}; ///< the slice plane, then pairs to both sides of it
 
     /// A line of the probe in one of the planes, in the world: displaced in elevation alone, so the distance along it stays the
     /// displayed one.
@@ -35,6 +37,8 @@ struct frame_lines {
         return plane[of_plane].slope * dot(direction, at.direction({0, 0, 1}));
     }
 };
+
+} // namespace detail
 
 } // namespace insonify::inline INSONIFY_ABI
 

@@ -15,9 +15,11 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
+namespace detail {
+
 /// What the function of one line reads of a frame: its lines, sampling and kernels. Trivially copyable where the probe is.
 template <transducer Probe>
-struct frame_view : frame_lines<Probe> {
+struct frame_view : detail::frame_lines<Probe> {
     float spacing = 0;                      ///< metres from sample to sample
     float pulse_sigma = 0;                  ///< standard deviation of the pulse envelope, metres of displayed depth
     float bandwidth = 0;                    ///< see `traced_line`
@@ -25,7 +27,7 @@ struct frame_view : frame_lines<Probe> {
     view<const std::uint32_t> plane_sets{}; ///< of each line, the number of its set of plane weights
     view<const float> plane_weights{};      ///< for each set, plane after plane, one weight for each sample
     line_aperture aperture{};               ///< that receives
-    kernel_table_view kernels{};            ///< of the stages that follow
+    detail::kernel_table_view kernels{};    ///< of the stages that follow
     std::uint32_t frame_number = 0;         ///< speckle of flowing media depends on it
 
     /// The weights of the samples of a line in one of the planes; where there are several.
@@ -34,8 +36,6 @@ struct frame_view : frame_lines<Probe> {
     }
 };
 
-namespace detail {
-
 /// All that follows from probe, acquisition and model alone: kept between frames, recomputed where one of them changes.
 template <transducer Probe, acoustic_model Model>
 class frame_plan {
@@ -43,16 +43,16 @@ class frame_plan {
     /// @param samples  along each line, chosen
     /// @throws usage_error  for a number of planes other than 1, 3, 5 or 7
     template <class Policy>
-    frame_view<Probe> view_of(const Policy& policy, const Probe& probe, const pose& at, const Model& model,
-                              const acquisition& scan, std::uint32_t samples, view<const medium> media) {
+    detail::frame_view<Probe> view_of(const Policy& policy, const Probe& probe, const pose& at, const Model& model,
+                                      const acquisition& scan, std::uint32_t samples, view<const medium> media) {
         const tables& made =
             tables_([&](tables& t) { t.compute(policy, probe, scan.depth, samples, scan.planes, model); }, probe,
                     scan.depth, samples, scan.planes, model);
-        frame_view<Probe> frame{frame_lines<Probe>{.probe = probe,
-                                                   .at = at,
-                                                   .depth = scan.depth,
-                                                   .max_depth = max_depth_of(model, scan.depth, media),
-                                                   .planes = scan.planes}};
+        detail::frame_view<Probe> frame{detail::frame_lines<Probe>{.probe = probe,
+                                                                   .at = at,
+                                                                   .depth = scan.depth,
+                                                                   .max_depth = max_depth_of(model, scan.depth, media),
+                                                                   .planes = scan.planes}};
         frame.spacing = scan.depth / static_cast<float>(samples);
         frame.pulse_sigma = nominal_pulse(probe).sigma_z(probe.frequency);
         frame.bandwidth = fractional_bandwidth(probe);
@@ -68,7 +68,7 @@ class frame_plan {
 
   private:
     struct tables {
-        std::vector<elevation_plane> plane{};
+        std::vector<detail::elevation_plane> plane{};
         std::vector<std::uint32_t> plane_sets{};
         std::vector<float> plane_weights{}, fnumbers{}, strips{}, phase_spreads{};
         float fnumber_spacing = 1, elevation_fnumber = 4, height = 0;
@@ -88,7 +88,7 @@ class frame_plan {
             for (std::size_t set = 0; count > 1 && set < of_lines.sets(); ++set)
                 of_lines[set].weights_of_samples(samples, depth / static_cast<float>(samples), plane_weights);
             compute_kernel_table(policy, probe, depth, of_lines, model, kernels);
-            constexpr std::uint32_t parts = kernel_table_view::depths;
+            constexpr std::uint32_t parts = detail::kernel_table_view::depths;
             fnumber_spacing = depth / parts;
             fnumbers.clear();
             strips.clear();

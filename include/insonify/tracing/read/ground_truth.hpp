@@ -77,7 +77,7 @@ ground_truth_lines ground_truth(const Policy& policy, const scene& body, const P
                 const auto visit = [&](std::size_t i, const detail::label_stretch& part) {
                     const layer& here = line.layers[i];
                     const medium& m = line.media[here.medium];
-                    const refracted_layer bent = refraction.next();
+                    const detail::refracted_layer bent = refraction.next();
                     if (i > 0 && line.layers[i - 1].medium != here.medium) {
                         const layer& above = line.layers[i - 1];
                         passed *=
