@@ -20,10 +20,7 @@ inline std::vector<control> hand_controls() {
              true,
              {},
              [](session& s, const float* v, std::uint32_t) {
-                 const aabb whole = s.box();
-                 const vec2 wanted = s.hand.on_skin + 1e-3F * vec2{v[0], v[1]};
-                 s.hand.on_skin = {std::clamp(wanted.x, whole.lower.x, whole.upper.x),
-                                   std::clamp(wanted.y, whole.lower.y, whole.upper.y)};
+                 s.hand.on_skin = s.slid(1e-3F * vec2{v[0], v[1]});
              }},
             {"tilt",
              "Probe",

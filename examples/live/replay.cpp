@@ -33,12 +33,8 @@ void add_options(CLI::App& app, options& into) {
                live::session::help());
 }
 
-std::vector<std::uint64_t> replay(const options& asked, std::uint32_t threads) {
-    const live::recording played = live::load_recording(asked.file);
-    live::player steps{played.steps};
-    if (steps.frames() == 0)
-        throw std::runtime_error{asked.file + ": nothing is drawn; a recorded session has lines such as: frames 30"};
-    live::session one{live::load_body(asked.body, &played).second};
+std::vector<std::uint64_t> replay(const options& asked, const scene& body, live::player steps, std::uint32_t threads) {
+    live::session one{body};
     std::vector<std::uint64_t> hashes;
     std::size_t measures = 0;
     const auto begin = std::chrono::steady_clock::now();
@@ -65,11 +61,18 @@ std::vector<std::uint64_t> replay(const options& asked, std::uint32_t threads) {
 }
 
 int run(const options& asked) {
+    live::recording played = live::load_recording(asked.file);
+    const live::loaded_anatomy examined = live::load_body(asked.body, &played);
+    const live::player steps{std::move(played.steps)};
+    if (steps.frames() == 0)
+        throw std::runtime_error{asked.file + ": nothing is drawn; a recorded session has lines such as: frames 30"};
+    std::printf("%s\n", live::describe(examined).c_str());
     if (asked.threads != 0) {
-        replay(asked, asked.threads);
+        replay(asked, examined.body, steps, asked.threads);
         return 0;
     }
-    const std::vector<std::uint64_t> one = replay(asked, 1), two = replay(asked, 2);
+    const std::vector<std::uint64_t> one = replay(asked, examined.body, steps, 1),
+                                     two = replay(asked, examined.body, steps, 2);
     for (std::size_t i = 0; i < one.size(); ++i)
         if (i % 30 == 0 || one[i] != two[i])
             std::printf("frame %zu: %016llx, on two threads %016llx\n", i + 1, static_cast<unsigned long long>(one[i]),

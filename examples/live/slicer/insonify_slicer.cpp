@@ -135,9 +135,9 @@ int run(const options& chosen) {
     std::optional<live::recording> played;
     if (!chosen.replay.empty()) played = live::load_recording(chosen.replay);
     program running{chosen};
-    auto [origin, body] = live::load_body(chosen.body, played ? &*played : nullptr);
-    std::printf("%s\n", live::describe(origin, body).c_str());
-    live::session session{std::move(body)};
+    live::loaded_anatomy examined = live::load_body(chosen.body, played ? &*played : nullptr);
+    std::printf("%s\n", live::describe(examined).c_str());
+    live::session session{std::move(examined.body)};
     session.apply({"lines", {128}}); // 30 pictures a second on two cores
     session.apply({"planes", {3}});
     running.listen();
