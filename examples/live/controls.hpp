@@ -12,8 +12,9 @@ namespace live {
 
 inline const std::vector<control>& controls() {
     static const std::vector<control> all = [] {
-        std::vector<control> joined = detail::image_controls();
-        for (const auto& part : {detail::hand_controls(), detail::doppler_controls(), detail::tracker_controls()})
+        std::vector<control> joined;
+        for (const std::span<const control> part : {detail::image_controls(), detail::hand_controls(),
+                                                    detail::doppler_controls(), detail::tracker_controls()})
             joined.insert(joined.end(), part.begin(), part.end());
         return joined;
     }();
@@ -34,10 +35,10 @@ inline const control& control_of(const event& one) {
     const std::size_t count = one.values.size();
     if (known->values == control::any_even) {
         if (count < 6 || count > 1024 || count % 2 != 0)
-            throw std::invalid_argument{one.name + " takes x and y of 3 to 512 points: " + known->tooltip};
+            throw std::invalid_argument{one.name + " takes x and y of 3 to 512 points: " + known->tooltip.c_str()};
     } else if (count != known->values)
         throw std::invalid_argument{one.name + " takes " + std::to_string(known->values) +
-                                    " numbers: " + known->tooltip};
+                                    " numbers: " + known->tooltip.c_str()};
     return *known;
 }
 

@@ -35,11 +35,13 @@ void put_pixel(std::vector<std::uint8_t>& bytes, vec3 colour) {
 }
 
 // The event of a part of a control, such as "slider 3".
-std::string part_event(const live::control& one, std::uint32_t part) { return one.event + ' ' + std::to_string(part); }
+std::string part_event(const live::control& one, std::uint32_t part) {
+    return std::string{one.event} + ' ' + std::to_string(part);
+}
 
 live::json_object shown(const live::control& one) {
     live::json_list choices;
-    for (const std::string& name : one.choices) choices.add(live::json_object{}.add("name", name));
+    for (const live::literal& name : one.choices) choices.add(live::json_object{}.add("name", name));
     live::json_object shown;
     shown.add("unit", one.unit).add("low", one.low).add("high", one.high).add("step", one.step);
     shown.add("relative", one.is_relative).add("choices", choices);
