@@ -210,9 +210,8 @@ void add_options(CLI::App& app, options& into) {
     live::add_anatomy_options(app, into.body);
     add(app, "--record", into.record, "FILE", "writes what is done to a text file")->check(name());
     add(app, "--replay", into.replay, "FILE", "plays such a file; then the scanner goes on")->check(name());
-    CLI::Option* const frames = add(app, "--frames", into.frames, "COUNT",
-                                    "ends after so many frames, 1 to " + std::to_string(live::max_frames))
-                                    ->check(whole_number(1, live::max_frames));
+    CLI::Option* const frames =
+        add_whole_number(app, "--frames", into.frames, "COUNT", "ends after so many frames", 1, live::max_frames);
     add(app, "--screenshot", into.screenshot, "PICTURE", "writes the window then to this PNG file")
         ->check(name())
         ->needs(frames);
