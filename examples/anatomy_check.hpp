@@ -4,6 +4,15 @@
 #include <insonify/insonify.hpp>
 #include <cstdio>
 #include <string>
+#include <vector>
+
+/// The size of a body, built or not.
+inline insonify::vec3 size_of(const insonify::scene& body) {
+    insonify::aabb box;
+    for (const insonify::object& one : body.objects())
+        for (const insonify::vec3 p : one.surface.positions) box = merged(box, one.at.point(p));
+    return box.size();
+}
 
 /// Refuses what cannot be an anatomy: open surfaces, and a body smaller than 2 mm or larger than 3 m, which was read in the
 /// wrong unit.
@@ -13,13 +22,10 @@
 inline void check_anatomy(const insonify::scene& body, const std::string& file, float unit,
                           const std::string& choice = "--unit 1") {
     using namespace insonify;
-    aabb box;
-    for (const object& one : body.objects()) {
+    for (const object& one : body.objects())
         if (const mesh_report report = validate(one.surface); !report.closed())
             throw geometry_error{file + ": object '" + one.name + "': " + explain(report)};
-        for (const vec3 p : one.surface.positions) box = merged(box, one.at.point(p));
-    }
-    const vec3 size = box.size();
+    const vec3 size = size_of(body);
     const float largest = max(size.x, max(size.y, size.z));
     if (largest >= 2_mm && largest <= 3) return;
     struct known {
@@ -35,14 +41,18 @@ inline void check_anatomy(const insonify::scene& body, const std::string& file, 
 }
 
 /// What was read and in which unit: "limb.obj: 3 objects, 90 x 120 x 80 mm, where 1 in the file is 1 mm (--unit)".
-inline std::string describe_size(const std::string& file, const insonify::scene& body, float unit) {
+/// @param notes  of `load_obj_scene`: a line each follows
+inline std::string describe_anatomy(const std::string& file, const insonify::scene& body, float unit,
+                                    const std::vector<std::string>& notes) {
     using namespace insonify;
-    const vec3 size = body.box().size() / 1_mm;
+    const vec3 size = size_of(body) / 1_mm;
     char text[160];
     std::snprintf(text, sizeof text, ": %zu object%s, %.4g x %.4g x %.4g mm, where 1 in the file is %g mm (--unit)",
                   body.objects().size(), body.objects().size() == 1 ? "" : "s", static_cast<double>(size.x),
                   static_cast<double>(size.y), static_cast<double>(size.z), static_cast<double>(unit / 1_mm));
-    return file + text;
+    std::string lines = file + text;
+    for (const std::string& note : notes) lines += '\n' + note;
+    return lines;
 }
 
 #endif

@@ -10,6 +10,7 @@
 #include <functional>
 #include <iostream>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 /// The command line of the programs, by CLI11: options whose values are checked before anything begins. Lengths are read with or
@@ -113,6 +114,18 @@ inline CLI::Validator name() {
 template <class Value>
 CLI::Option* add(CLI::App& app, const char* option, Value& value, const char* shown, const std::string& help) {
     return app.add_option(option, value, help)->type_name(shown)->option_text(shown)->expected(1);
+}
+
+/// Declares an option whose value is a whole number of a range, which --help states; the present value is the default where it
+/// lies there.
+template <class Value>
+CLI::Option* add_whole_number(CLI::App& app, const char* option, Value& value, const char* shown,
+                              const std::string& help, std::uint64_t low, std::uint64_t high) {
+    std::string range = ", " + std::to_string(low) + " to " + std::to_string(high);
+    if constexpr (std::is_integral_v<Value>)
+        if (const auto now = static_cast<std::uint64_t>(value); now >= low && now <= high)
+            range += " (" + std::to_string(now) + ")";
+    return add(app, option, value, shown, help + range)->check(whole_number(low, high));
 }
 
 /// Declares an option whose value is a list of numbers in one word, such as 1,2,3.

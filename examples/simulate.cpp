@@ -62,7 +62,7 @@ law2011 law_named(const std::string& name) {
     return {};
 }
 
-scene load(const simulate_options& chosen) {
+scene load(const simulate_options& chosen, std::vector<std::string>& notes) {
     if (chosen.file.empty()) return nerve_block_phantom();
     const std::optional<medium> background = tissue::find(chosen.background);
     if (!background) {
@@ -71,10 +71,7 @@ scene load(const simulate_options& chosen) {
             known += std::string{known.empty() ? "" : ", "} + each.name;
         throw usage_error{"--background: there is no tissue '" + chosen.background + "'; known are " + known};
     }
-    std::vector<std::string> notes;
-    scene body = load_obj_scene(chosen.file, {.unit = chosen.unit * 1_mm, .background = *background}, notes);
-    for (const std::string& note : notes) std::fprintf(stderr, "%s\n", note.c_str());
-    return body;
+    return load_obj_scene(chosen.file, {.unit = chosen.unit * 1_mm, .background = *background}, notes);
 }
 
 pose pose_of(const simulate_options& chosen, const scene& body) {
@@ -161,10 +158,11 @@ void run(const simulate_options& chosen, const Probe& probe) {
     check_output_folder(chosen.output);
 
     timed_stages stage{12};
-    scene body = stage("load", [&](const auto&) { return load(chosen); });
+    std::vector<std::string> notes;
+    scene body = stage("load", [&](const auto&) { return load(chosen, notes); });
     stage("build", [&](const auto& policy) { return body.build(policy).objects().size(); });
     std::printf("%s\n", phantom ? "The built-in phantom of a nerve block"
-                                : describe_size(chosen.file, body, chosen.unit * 1_mm).c_str());
+                                : describe_anatomy(chosen.file, body, chosen.unit * 1_mm, notes).c_str());
     const pose at = pose_of(chosen, body);
     if (!chosen.file.empty()) place_background(chosen, at, body);
     const diagnosis found = stage("diagnose", [&](const auto&) { return diagnose(body, probe, at, scan); });

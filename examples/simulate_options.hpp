@@ -50,7 +50,7 @@ inline void add_options(CLI::App& app, simulate_options& into) {
 
     add(app, "--probe", into.probe, "KIND", "linear, convex or phased (convex; for the phantom linear)")
         ->check(CLI::IsMember({"linear", "convex", "phased"}));
-    add(app, "--lines", into.lines, "COUNT", "number of scan lines, 1 to 4096")->check(whole_number(1, 4096));
+    add_whole_number(app, "--lines", into.lines, "COUNT", "number of scan lines", 1, 4096);
     add(app, "--width", into.width, "LENGTH", "width of a linear or phased array, at most 1m")
         ->transform(length())
         ->check(positive_number(1000));
@@ -86,9 +86,8 @@ inline void add_options(CLI::App& app, simulate_options& into) {
     add(app, "--planes", into.planes, "COUNT",
         "elevation planes of the B-mode image (slice thickness): 1, 3, 5 or 7 (7)")
         ->check(CLI::IsMember({"1", "3", "5", "7"}));
-    add(app, "--looks", into.looks, "COUNT",
-        "looks at angles within 16 degrees, 1 to 32, averaged for the B-mode image (3)")
-        ->check(whole_number(1, 32));
+    add_whole_number(app, "--looks", into.looks, "COUNT",
+                     "looks at angles within 16 degrees, averaged for the B-mode image", 1, 32);
 }
 
 #endif

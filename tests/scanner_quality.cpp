@@ -1,5 +1,6 @@
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/b_mode.hpp>
+#include <insonify/examinations.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
@@ -53,9 +54,13 @@ struct levels_of_tissue {
 };
 // Of stored amplitudes, at several places.
 template <class Probe>
-levels_of_tissue measure_levels(const medium& tissue, const Probe& probe, float depth, quality level) {
+levels_of_tissue measure_levels(const medium& tissue, const Probe& probe, float depth, quality level,
+                                std::uint32_t looks = 1) {
     const scene body = scene{tissue}.build(exec::par);
-    scanner machine{probe, b_mode_settings{.depth = depth, .noise = {.level_db = no_level_db}, .quality = level}};
+    scanner machine{probe, b_mode_settings{.depth = depth,
+                                           .noise = {.level_db = no_level_db},
+                                           .compound = {.angles = looks, .spread = 6_deg},
+                                           .quality = level}};
     double power = 0, decibels = 0, count = 0;
     for (int place = 0; place < 6; ++place) {
         machine.scan(exec::par_unseq, body, {.translation = {0, 20_mm * static_cast<float>(place), 0}});
@@ -190,6 +195,61 @@ TEST_CASE("quality: the power of speckle is that of full within 1 dB, its mean l
     compare("liver, linear array", tissue::liver, linear_array{}, 40_mm, 1);
     compare("liver, convex array", tissue::liver, convex_array{}, 100_mm, 1);
     compare("liver, phased array", tissue::liver, phased_array{}, 100_mm, 1);
+}
+
+// The figures of the scanner's page: there they are what is given up.
+TEST_CASE("quality: how much lower the mean level is, of muscle and where looks are given up") {
+    const auto compare = [](const std::string& name, const medium& tissue, const auto& probe, float depth,
+                            std::uint32_t looks, double of_fast, double of_draft) {
+        const double full = measure_levels(tissue, probe, depth, quality::full, looks).mean_db;
+        for (const auto& [level, expected] : {std::pair{quality::fast, of_fast}, {quality::draft, of_draft}}) {
+            const double now = measure_levels(tissue, probe, depth, level, looks).mean_db - full;
+            MESSAGE(name, ", looks of full ", looks, std::string{level == quality::fast ? ", fast: " : ", draft: "},
+                    now, " dB, the page says ", expected);
+            CHECK(std::fabs(now - expected) < 0.25);
+        }
+    };
+    const auto nerve_block = presets::nerve_block.probe;
+    compare("muscle, linear array", tissue::muscle, linear_array{}, 40_mm, 1, -1.2, -3.8);
+    compare("muscle, convex array", tissue::muscle, convex_array{}, 100_mm, 1, -1.8, -4.9);
+    compare("muscle, nerve block", tissue::muscle, nerve_block, 40_mm, 3, -1.8, -4.6);
+    compare("liver, nerve block", tissue::liver, nerve_block, 40_mm, 3, -0.9, -0.9);
+}
+
+TEST_CASE("quality: a needle of 0.8 mm across the slice is seen at fast within 4 dB, but not always its tail") {
+    const linear_array probe = presets::nerve_block.probe;
+    for (const quality level : {quality::full, quality::fast, quality::draft}) {
+        const int places = 24;
+        int seen = 0, tails = 0;
+        double least = 1000, most = -1000;
+        for (int place = 0; place < places; ++place) {
+            const float x = 1_mm * static_cast<float>(place) / places;
+            scene body{medium{.density = 1050, .sound_speed = 1540, .attenuation = 0.5_dB_per_cm}};
+            body.add(make_cylinder({x, -40_mm, 18_mm}, {x, 40_mm, 18_mm}, 0.41_mm, 64), tissue::steel);
+            body.build(exec::par);
+            scanner machine{probe,
+                            b_mode_settings{.depth = 40_mm, .noise = {.level_db = no_level_db}, .quality = level}};
+            machine.scan(exec::par_unseq, body, pose{});
+            const scan_lines& stored = machine.cine()[0].amplitudes;
+            float head = 0, tail = 0;
+            for (std::uint32_t i = 0; i < stored.count; ++i)
+                for (std::uint32_t k = 0; k < stored.samples; ++k) {
+                    const float z = (static_cast<float>(k) + 0.5F) * stored.depth / static_cast<float>(stored.samples);
+                    if (z > 17_mm && z < 18.2_mm) head = std::max(head, stored(i, k));
+                    if (z > 20_mm && z < 24_mm) tail = std::max(tail, stored(i, k));
+                }
+            seen += head > 1e-6F ? 1 : 0;
+            tails += tail > 1e-6F ? 1 : 0; // -120 dB
+            least = std::min(least, static_cast<double>(20 * std::log10(head + 1e-9F)));
+            most = std::max(most, static_cast<double>(20 * std::log10(head + 1e-9F)));
+        }
+        MESSAGE("level ", static_cast<int>(level), ": needle ", seen, ", tail ", tails, " of ", places, " places; ",
+                least, " to ", most, " dB");
+        CHECK(seen >= (level == quality::draft ? 1 : places));
+        if (level == quality::full) CHECK(tails == places);
+        if (level == quality::fast) CHECK(most - least < 4);
+        if (level == quality::fast) CHECK(std::abs(tails - 7) <= 2);
+    }
 }
 
 TEST_CASE("quality: bone is where it is within 0.3 mm, a vessel where full shows it within 0.5 mm") {

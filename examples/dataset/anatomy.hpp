@@ -90,10 +90,13 @@ class anatomies {
             find_around(d, files_.back());
         }
         for (const std::string& file : d.anatomy) {
+            const float unit = d.unit * 1_mm;
+            std::vector<std::string> notes;
             originals_.push_back(
-                load_obj_scene(file, {.unit = d.unit * 1_mm, .background = *tissue::find(d.background)}));
+                load_obj_scene(file, {.unit = unit, .background = *tissue::find(d.background)}, notes));
             files_.push_back(as_utf8(std::filesystem::path{file}.filename().string()));
-            check_anatomy(originals_.back(), file, d.unit * 1_mm);
+            check_anatomy(originals_.back(), file, unit);
+            descriptions_.push_back(describe_anatomy(file, originals_.back(), unit, notes));
             find_around(d, file);
         }
         name_objects();
@@ -101,6 +104,8 @@ class anatomies {
 
     const label_names& labels() const { return labels_; }
     const std::vector<std::string>& files() const { return files_; }
+    /// What was read from each file, and what the anatomy has otherwise.
+    const std::vector<std::string>& descriptions() const { return descriptions_; }
     const scene& original(std::size_t anatomy) const { return originals_[anatomy]; }
     /// Of the objects of an anatomy, in its order.
     const std::vector<std::string>& names(std::size_t anatomy) const { return names_[anatomy]; }
@@ -280,6 +285,7 @@ class anatomies {
 
     std::vector<scene> originals_;
     std::vector<std::string> files_; // their names
+    std::vector<std::string> descriptions_;
     std::vector<std::vector<std::string>> names_;
     std::vector<std::optional<std::size_t>> around_; // the object that the probe is placed on
     label_names labels_;

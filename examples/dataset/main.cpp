@@ -130,6 +130,8 @@ int run(const description& d, const std::vector<described_option>& options, rank
         files.emplace(d, *all, text_of(identity));
     });
     if (!ready) return 1;
+    if (shared.rank() == 0)
+        for (const std::string& one : all->descriptions()) std::fprintf(stderr, "%s\n", one.c_str());
     if (d.plan || d.verify) {
         if (shared.rank() != 0) return 0;
         if (d.plan) print_plan(d, *all, *files, shared);

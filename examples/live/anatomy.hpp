@@ -8,6 +8,7 @@
 #include <iterator>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace live {
 
@@ -66,27 +67,45 @@ inline void turn_skin_up(scene& body, const std::string& skin) {
 
 } // namespace detail
 
+/// An anatomy, and the body that it gives.
+struct loaded_anatomy {
+    anatomy of{};
+    scene body{};
+    std::vector<std::string> notes{}; ///< of `load_obj_scene`
+};
+
 /// Loads the anatomy of a session.
 /// @param unit_choice  see `check_anatomy`
 /// @throws std::runtime_error  for a file that cannot be read, an unknown tissue or side, or a mesh that is open, naming the
 ///                             object and what to do
-inline scene load_anatomy(const anatomy& from, const std::string& unit_choice = "--unit 1") {
-    if (from.file.empty()) return nerve_block_phantom();
+inline loaded_anatomy load_anatomy(const anatomy& from, const std::string& unit_choice = "--unit 1") {
+    loaded_anatomy loaded{.of = from};
+    scene& body = loaded.body;
+    if (from.file.empty()) {
+        body = nerve_block_phantom();
+        return loaded;
+    }
     const obj_settings settings{.unit = from.unit, .background = tissue_named(from.background)};
     std::ifstream file{from.file};
     const std::string text{std::istreambuf_iterator<char>{file}, {}};
-    scene body{settings.background};
+    body = scene{settings.background};
     if (text.empty() || text.find("usemtl") != std::string::npos)
-        body = load_obj_scene(from.file, settings);
+        body = load_obj_scene(from.file, settings, loaded.notes);
     else
         body.add(load_obj(from.file, settings), tissue_named(from.tissue), {.name = from.tissue});
     check_anatomy(body, from.file, from.unit, unit_choice);
     body.build(exec::par);
     if (!from.skin.empty()) detail::turn_skin_up(body, from.skin);
-    return body;
+    return loaded;
 }
 
-/// A hash of its meshes and media.
+/// What a session examines: a sentence, and what the body has otherwise than the file, a line each.
+inline std::string describe(const loaded_anatomy& one) {
+    return one.of.file.empty() ? "The phantom of a nerve block"
+                               : describe_anatomy(one.of.file, one.body, one.of.unit, one.notes);
+}
+
+/// A hash of its meshes and media, as in the file: wherever it has been placed, and on every processor.
 inline std::uint64_t content_of(const scene& body) {
     std::uint64_t hash = hash_of(nullptr, 0);
     const auto add = [&](std::initializer_list<float> numbers) {
@@ -98,10 +117,7 @@ inline std::uint64_t content_of(const scene& body) {
     add_medium(body.background());
     for (const object& one : body.objects()) {
         add_medium(one.inside);
-        for (const vec3& point : one.surface.positions) {
-            const vec3 at = one.at.point(point);
-            add({at.x, at.y, at.z});
-        }
+        for (const vec3& point : one.surface.positions) add({point.x, point.y, point.z});
         for (const uvec3& face : one.surface.faces)
             add({static_cast<float>(face.x), static_cast<float>(face.y), static_cast<float>(face.z)});
     }

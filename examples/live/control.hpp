@@ -4,27 +4,36 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace live {
 
 class session;
 
+/// A text of the table, which is data and no code.
+struct literal : std::string_view {
+    constexpr literal(const char* text = "") : std::string_view{text} {}
+    constexpr const char* c_str() const { return data(); }
+    operator std::string() const { return std::string{*static_cast<const std::string_view*>(this)}; }
+};
+
 /// An event that a session takes, and how a user interface shows it. The table of all is `controls()`.
 ///
 /// Numbers outside `low` to `high` are clamped by `session::apply`; those that are not finite are refused.
 struct control {
-    std::string event{};   ///< its name
-    std::string group{};   ///< Image, Quality, Probe, Needle, Doppler or Measure; of sliders and buttons in a panel
-    std::string title{};   ///< for people
-    std::string unit{};    ///< of its numbers
-    std::string tooltip{}; ///< one sentence
+    literal event{};   ///< its name
+    literal group{};   ///< Image, Quality, Probe, Needle, Doppler or Measure; of sliders and buttons in a panel
+    literal title{};   ///< for people
+    literal unit{};    ///< of its numbers
+    literal tooltip{}; ///< one sentence
     float low = 0, high = 0, step = 1;
     std::uint32_t values = 1;                 ///< how many numbers it takes; `any_even`: x y x y ...
     float (*value)(const session&) = nullptr; ///< at present; null where there is none, as of a button
     bool is_relative = false;                 ///< the event takes the difference from the present value
-    std::vector<std::string> choices{};       ///< names of the values low, low + 1, ...; empty for a slider
+    std::span<const literal> choices{};       ///< names of the values low, low + 1, ...; empty for a slider
     void (*run)(session&, const float*, std::uint32_t count) = nullptr; ///< takes the numbers, in range
     std::uint32_t parts = 0; ///< the first number chooses one of so many, from 0
     float (*part_value)(const session&, std::uint32_t part) = nullptr; ///< at present, of a part

@@ -5,14 +5,16 @@
 #include "controls_hands.hpp"
 #include "controls_image.hpp"
 #include "controls_tracker.hpp"
+#include <algorithm>
 #include <cmath>
 
 namespace live {
 
 inline const std::vector<control>& controls() {
     static const std::vector<control> all = [] {
-        std::vector<control> joined = detail::image_controls();
-        for (const auto& part : {detail::hand_controls(), detail::doppler_controls(), detail::tracker_controls()})
+        std::vector<control> joined;
+        for (const std::span<const control> part : {detail::image_controls(), detail::hand_controls(),
+                                                    detail::doppler_controls(), detail::tracker_controls()})
             joined.insert(joined.end(), part.begin(), part.end());
         return joined;
     }();
@@ -33,10 +35,10 @@ inline const control& control_of(const event& one) {
     const std::size_t count = one.values.size();
     if (known->values == control::any_even) {
         if (count < 6 || count > 1024 || count % 2 != 0)
-            throw std::invalid_argument{one.name + " takes x and y of 3 to 512 points: " + known->tooltip};
+            throw std::invalid_argument{one.name + " takes x and y of 3 to 512 points: " + known->tooltip.c_str()};
     } else if (count != known->values)
         throw std::invalid_argument{one.name + " takes " + std::to_string(known->values) +
-                                    " numbers: " + known->tooltip};
+                                    " numbers: " + known->tooltip.c_str()};
     return *known;
 }
 
@@ -52,6 +54,56 @@ inline void check_range(const event& one) {
             throw std::invalid_argument{sentence.str()};
         }
 }
+
+/// Refuses events that would do nothing in the state of a session, for programs that answer for each event. Of several events, one
+/// after another, the earlier ones count as applied.
+class effect_check {
+  public:
+    explicit effect_check(const session& of)
+        : of_{of}, stored_{of.machine.cine().size()}, frozen_{of.machine.frozen()},
+          probe_held_{of.hand.held.has_value()}, needle_held_{of.needle.held.has_value()} {}
+
+    /// @throws std::invalid_argument  saying why, and what to do first
+    void add(const event& one) {
+        const control& known = control_of(one);
+        const std::string& name = one.name;
+        const auto fail = [&](const std::string& why) { throw std::invalid_argument{name + ": " + why}; };
+        if (known.group == "Measure" && name != "unfreeze" && stored_ == 0)
+            fail("there is no picture yet; send it after the first one");
+        if (name == "cine" && !frozen_) fail("earlier frames are shown while frozen; send freeze first");
+        if (name == "cine" && !(one.values[0] < static_cast<float>(stored_)))
+            fail("of the frames that are stored, the earliest is " + std::to_string(stored_ - 1));
+        if (probe_held_ && known.group == "Probe" && known.is_relative)
+            fail("a tracker holds the probe; send release first");
+        if (needle_held_ && (name == "entry" || name == "steepness" || name == "aside" || name == "advance"))
+            fail("a tracker holds the needle; send release first");
+        if (known.is_relative && is_at_end(known, one)) fail("that is the end of its way; it can only go back");
+        moved_.push_back(name);
+        if (name == "freeze" || name == "unfreeze") frozen_ = name == "freeze";
+        if (name == "hold_probe") probe_held_ = true;
+        if (name == "hold_needle") needle_held_ = true;
+        if (name == "release") probe_held_ = needle_held_ = false;
+    }
+
+  private:
+    // Whether nothing is left of a movement: not where an earlier event has moved the same.
+    bool is_at_end(const control& known, const event& one) const {
+        constexpr float step = 1e-3F;
+        if (std::find(moved_.begin(), moved_.end(), one.name) != moved_.end()) return false;
+        if (one.name == "slide") {
+            const vec2 way{one.values[0], one.values[1]};
+            return way != vec2{0, 0} && of_.slid(1e-3F * way) == of_.hand.on_skin;
+        }
+        if (known.event == "rotate") return false; // all around
+        const float now = known.value(of_), way = one.values[0];
+        return way > 0 ? now > known.high - step : way < 0 && now < known.low + step;
+    }
+
+    const session& of_;
+    std::uint32_t stored_; // frames
+    bool frozen_, probe_held_, needle_held_;
+    std::vector<std::string> moved_{}; // events so far
+};
 
 inline session::session(scene anatomy) : patient{std::move(anatomy)} {
     machine.probe = nerve_block::probe;

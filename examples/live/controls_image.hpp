@@ -6,27 +6,21 @@
 namespace live::detail {
 
 /// Events of the groups Image and Quality.
-inline std::vector<control> image_controls() {
-    std::vector<std::string> names;
-    for (const examination_preset& one : presets_of_session) names.emplace_back(one.name);
-    const float last = static_cast<float>(names.size() - 1);
-    return {
+inline std::span<const control> image_controls() {
+    static constexpr literal modes[] = {"B", "M", "Colour", "Power", "Pulsed"};
+    static constexpr auto names = [] {
+        std::array<literal, std::size(presets_of_session)> all;
+        for (std::size_t i = 0; i < all.size(); ++i) all[i] = presets_of_session[i].name;
+        return all;
+    }();
+    static constexpr control all[] = {
         {"preset", "Image", "Examination", "",
-         "Depth, frequency, focus, gain, gray levels and compounding for an examination", 0, last, 1, 1,
-         [](const session& s) { return static_cast<float>(s.preset); }, false, names,
-         [](session& s, const float* v, std::uint32_t) { use_preset(s, whole(v[0])); }},
-        {"mode",
-         "Image",
-         "Mode",
-         "",
-         "B: picture. M: one line against time. Colour and power: flow in the box. Pulsed: velocities in the gate",
-         0,
-         4,
-         1,
-         1,
-         [](const session& s) { return static_cast<float>(s.shown); },
-         false,
-         {"B", "M", "Colour", "Power", "Pulsed"},
+         "Depth, frequency, focus, gain, gray levels and compounding for an examination", 0,
+         static_cast<float>(names.size() - 1), 1, 1, [](const session& s) { return static_cast<float>(s.preset); },
+         false, names, [](session& s, const float* v, std::uint32_t) { use_preset(s, whole(v[0])); }},
+        {"mode", "Image", "Mode", "",
+         "B: picture. M: one line against time. Colour and power: flow in the box. Pulsed: velocities in the gate", 0,
+         4, 1, 1, [](const session& s) { return static_cast<float>(s.shown); }, false, modes,
          [](session& s, const float* v, std::uint32_t) { s.show_mode(static_cast<mode>(whole(v[0]))); }},
         {"gain",
          "Image",
@@ -216,6 +210,7 @@ inline std::vector<control> image_controls() {
          false,
          {},
          [](session& s, const float* v, std::uint32_t) { s.ticks = whole(v[0]); }}};
+    return all;
 }
 
 } // namespace live::detail

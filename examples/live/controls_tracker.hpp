@@ -16,41 +16,42 @@ inline pose tracked_pose(const float* v) {
 }
 
 /// Events of a tracker, which holds the probe and the needle instead of the hand.
-inline std::vector<control> tracker_controls() {
-    control probe{.event = "hold_probe",
-                  .group = "Probe",
-                  .title = "Tracked probe",
-                  .unit = "mm",
-                  .tooltip = "Pose of the probe in the world: the columns of the rotation, then the position",
-                  .low = -1e5F,
-                  .high = 1e5F,
-                  .values = 12,
-                  .run = [](session& s, const float* v, std::uint32_t) { s.hand.held = tracked_pose(v); }};
-    control needle{.event = "hold_needle",
-                   .group = "Needle",
-                   .title = "Tracked needle",
-                   .unit = "mm",
-                   .tooltip =
-                       "Pose of the needle in the world: the columns of the rotation, z along the needle, then the tip",
-                   .low = -1e5F,
-                   .high = 1e5F,
-                   .values = 12,
-                   .run = [](session& s, const float* v, std::uint32_t) {
-                       s.needle.held = tracked_pose(v);
-                       s.needle.drag = 0;
-                       s.place_needle();
-                   }};
-    control release{.event = "release",
-                    .group = "Probe",
-                    .title = "Release",
-                    .tooltip = "Returns the probe and the needle from a tracker to the hand",
-                    .values = 0,
-                    .run = [](session& s, const float*, std::uint32_t) {
-                        s.hand.held.reset();
-                        s.needle.held.reset();
-                        s.place_needle();
-                    }};
-    return {probe, needle, release};
+inline std::span<const control> tracker_controls() {
+    static constexpr control all[] = {
+        {.event = "hold_probe",
+         .group = "Probe",
+         .title = "Tracked probe",
+         .unit = "mm",
+         .tooltip = "Pose of the probe in the world: the columns of the rotation, then the position",
+         .low = -1e5F,
+         .high = 1e5F,
+         .values = 12,
+         .run = [](session& s, const float* v, std::uint32_t) { s.hand.held = tracked_pose(v); }},
+        {.event = "hold_needle",
+         .group = "Needle",
+         .title = "Tracked needle",
+         .unit = "mm",
+         .tooltip = "Pose of the needle in the world: the columns of the rotation, z along the needle, then the tip",
+         .low = -1e5F,
+         .high = 1e5F,
+         .values = 12,
+         .run =
+             [](session& s, const float* v, std::uint32_t) {
+                 s.needle.held = tracked_pose(v);
+                 s.needle.drag = 0;
+                 s.place_needle();
+             }},
+        {.event = "release",
+         .group = "Probe",
+         .title = "Release",
+         .tooltip = "Returns the probe and the needle from a tracker to the hand",
+         .values = 0,
+         .run = [](session& s, const float*, std::uint32_t) {
+             s.hand.held.reset();
+             s.needle.held.reset();
+             s.place_needle();
+         }}};
+    return all;
 }
 
 } // namespace live::detail

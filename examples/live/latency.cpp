@@ -79,8 +79,7 @@ int main(int count, char** arguments) {
         "live_latency", count, arguments,
         [&](CLI::App& app) {
             app.description("Prints how long a session takes from an event to its picture, on two threads.");
-            command_line::add(app, "--frames", frames, "COUNT", "frames of each kind, 10 to 100000 (200)")
-                ->check(command_line::whole_number(10, 100'000));
+            command_line::add_whole_number(app, "--frames", frames, "COUNT", "frames of each kind", 10, 100'000);
         },
         [&] { return run(frames); });
 }

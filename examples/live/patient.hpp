@@ -17,6 +17,7 @@ class patient {
     static constexpr float gel_film = 3_mm;  ///< no more gel than that
     static constexpr float max_press = 9_mm; ///< of the face, as far as the hand holds it
     static constexpr float decay = 24_mm;    ///< see `indentation`
+    static constexpr float stiffness = 76;   ///< N/m: 3 mmHg a millimetre below a face of 38 x 5 mm, see `contact`
 
     /// @param anatomy  built or not; objects named "needle" and "gel" are replaced. Around a body that brings gel there is
     ///                 air; another one keeps its background
@@ -83,10 +84,11 @@ class patient {
         now.beat = beat;
         now.beat.time = time;
         constexpr float any_depth = 1e9F; // as the probe of a tracker may be anywhere: see `limited`
-        const contact& touch = press(at_rest_, probe, at, {.gel = gel_film, .decay = any_depth}, any_object{}, press_);
+        const contact& touch = press(at_rest_, probe, at, {.stiffness = stiffness, .gel = gel_film, .decay = any_depth},
+                                     any_object{}, press_);
         now.pressed = touch.depth > 0;
         if (now.pressed) now.face = limited(touch.deformation);
-        now.vein_wall.outside = 3_mmHg * touch.mean_depth / 1_mm;
+        now.vein_wall.outside = touch.pressure;
         flow.vein_opening = now.vein_wall.opening();
         now.dragged = std::fabs(held.drag) > 1_um && held.inserted > 2_mm && !held.held;
         if (now.dragged) now.drag = {.entry = held.entry, .tip = held.tip(), .drag = held.drag};

@@ -108,22 +108,21 @@ inline recording load_recording(const std::string& path) {
     return read;
 }
 
-/// What a session examines, in a sentence.
-inline std::string describe(const anatomy& from, const scene& body) {
-    return from.file.empty() ? "The phantom of a nerve block" : describe_size(from.file, body, from.unit);
-}
-
 /// The body of a session: the anatomy that is asked for, or else that of the recording.
-/// @param asked  without a file: as recorded
-/// @throws std::runtime_error  as `load_anatomy`, and where the recorded anatomy has changed since
-inline std::pair<anatomy, scene> load_body(const anatomy& asked, const recording* played) {
-    if (!asked.file.empty() || played == nullptr || !played->body) return {asked, load_anatomy(asked)};
+/// @param asked   without a file: as recorded
+/// @param advice  what to do where the recorded anatomy is not there, or has changed
+/// @throws std::runtime_error  as `load_anatomy`, and where the recorded anatomy is not there, or has changed since
+inline loaded_anatomy
+load_body(const anatomy& asked, const recording* played,
+          const std::string& advice = "--obj FILE plays the session on another one, or on this one as it is now") {
+    if (!asked.file.empty() || played == nullptr || !played->body) return load_anatomy(asked);
     const anatomy& recorded = played->body->of;
-    scene body = load_anatomy(recorded);
-    if (content_of(body) != played->body->content)
-        throw std::runtime_error{recorded.file + " has changed since the session was recorded; --obj " + recorded.file +
-                                 " plays the session on it as it is now"};
-    return {recorded, std::move(body)};
+    if (!std::ifstream{recorded.file})
+        throw std::runtime_error{recorded.file + ", on which the session was recorded, cannot be opened; " + advice};
+    loaded_anatomy loaded = load_anatomy(recorded);
+    if (content_of(loaded.body) != played->body->content)
+        throw std::runtime_error{recorded.file + " has changed since the session was recorded; " + advice};
+    return loaded;
 }
 
 /// Plays a recorded session frame by frame.

@@ -12,7 +12,7 @@ using namespace insonify;
 struct options {
     std::string file{}, pictures{};
     live::anatomy body{};
-    std::uint64_t frames = live::max_frames, every = 30;
+    std::uint64_t frames = 0, every = 30; // 0 frames: all
     std::uint32_t threads = 0;
 };
 
@@ -21,28 +21,21 @@ void add_options(CLI::App& app, options& into) {
     app.description(
         "Replays a recorded session as fast as it can, on one thread and on two, and compares the pictures.");
     add(app, "recording", into.file, "FILE", "text file of events, such as nerve_block.txt")->check(name())->required();
-    add(app, "--frames", into.frames, "COUNT", "stops after so many frames, 1 to " + std::to_string(live::max_frames))
-        ->check(whole_number(1, live::max_frames));
+    add_whole_number(app, "--frames", into.frames, "COUNT", "stops after so many frames", 1, live::max_frames);
     add(app, "--pictures", into.pictures, "PREFIX", "writes pictures to PREFIX<number>.png")->check(name());
-    add(app, "--every", into.every, "COUNT", "writes every COUNT-th picture, 1 to 1000000 (30)")
-        ->check(whole_number(1, 1'000'000));
-    add(app, "--threads", into.threads, "COUNT", "replays once, on so many threads, 1 to 1024")
-        ->check(whole_number(1, 1024));
+    add_whole_number(app, "--every", into.every, "COUNT", "writes every COUNT-th picture", 1, 1'000'000);
+    add_whole_number(app, "--threads", into.threads, "COUNT", "replays once, on so many threads", 1, 1024);
     live::add_anatomy_options(app, into.body);
     app.footer("Without --obj, the session is played on the anatomy that it was recorded with. Events:\n" +
                live::session::help());
 }
 
-std::vector<std::uint64_t> replay(const options& asked, std::uint32_t threads) {
-    const live::recording played = live::load_recording(asked.file);
-    live::player steps{played.steps};
-    if (steps.frames() == 0)
-        throw std::runtime_error{asked.file + ": nothing is drawn; a recorded session has lines such as: frames 30"};
-    live::session one{live::load_body(asked.body, &played).second};
+std::vector<std::uint64_t> replay(const options& asked, const scene& body, live::player steps, std::uint32_t threads) {
+    live::session one{body};
     std::vector<std::uint64_t> hashes;
     std::size_t measures = 0;
     const auto begin = std::chrono::steady_clock::now();
-    while (hashes.size() < asked.frames && steps.advance(one)) {
+    while ((asked.frames == 0 || hashes.size() < asked.frames) && steps.advance(one)) {
         for (; measures < one.measured.size(); ++measures) {
             const live::measurement& last = one.measured[measures];
             std::printf("frame %zu: measured ", hashes.size() + 1);
@@ -65,11 +58,18 @@ std::vector<std::uint64_t> replay(const options& asked, std::uint32_t threads) {
 }
 
 int run(const options& asked) {
+    live::recording played = live::load_recording(asked.file);
+    const live::loaded_anatomy examined = live::load_body(asked.body, &played);
+    const live::player steps{std::move(played.steps)};
+    if (steps.frames() == 0)
+        throw std::runtime_error{asked.file + ": nothing is drawn; a recorded session has lines such as: frames 30"};
+    std::printf("%s\n", live::describe(examined).c_str());
     if (asked.threads != 0) {
-        replay(asked, asked.threads);
+        replay(asked, examined.body, steps, asked.threads);
         return 0;
     }
-    const std::vector<std::uint64_t> one = replay(asked, 1), two = replay(asked, 2);
+    const std::vector<std::uint64_t> one = replay(asked, examined.body, steps, 1),
+                                     two = replay(asked, examined.body, steps, 2);
     for (std::size_t i = 0; i < one.size(); ++i)
         if (i % 30 == 0 || one[i] != two[i])
             std::printf("frame %zu: %016llx, on two threads %016llx\n", i + 1, static_cast<unsigned long long>(one[i]),

@@ -7,6 +7,7 @@
 #include "patient.hpp"
 #include "screen.hpp"
 #include <cstdint>
+#include <cstdio>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -38,6 +39,14 @@ struct measurement {
     float length = 0;           ///< metres: of the distance, or around the outline
     float area = 0;             ///< square metres, of the outline
 };
+
+/// What is written beside it.
+inline std::string measured_text(const measurement& one) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.1f %s", static_cast<double>(one.closed ? 1e6F * one.area : 1e3F * one.length),
+                  one.closed ? "mm2" : "mm");
+    return text;
+}
 
 /// The simulator.
 class session : public patient {
@@ -74,6 +83,13 @@ class session : public patient {
 
     /// The probe on the skin.
     pose probe_pose() const { return patient::probe_pose(hand, machine.probe); }
+
+    /// Where a slide brings the probe: not beyond the edges of the body.
+    vec2 slid(vec2 way) const {
+        const aabb whole = box();
+        const vec2 wanted = hand.on_skin + way;
+        return {std::clamp(wanted.x, whole.lower.x, whole.upper.x), std::clamp(wanted.y, whole.lower.y, whole.upper.y)};
+    }
 
     /// Names, numbers and units of all events, one a line.
     static std::string help();

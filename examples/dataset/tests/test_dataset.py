@@ -9,7 +9,7 @@ import time
 import h5py
 import numpy as np
 import pytest
-from helpers import PROGRAM, QUICK, SMALL, STRAIGHT, label_names, labels_of, run, whole_of, write_balls
+from helpers import PROGRAM, QUICK, SMALL, STRAIGHT, TINY, label_names, labels_of, run, whole_of, write_balls
 
 
 def hashes(folder):
@@ -86,6 +86,16 @@ def test_an_open_mesh_is_refused(tmp_path, plan):
     done = run(tmp_path, "--anatomy", "balls.obj", "--samples", "1", *plan, check=False)
     assert done.returncode != 0 and "balls.obj: object 'bone': The surface is open along" in done.stderr
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_what_was_read_is_told_once(tmp_path, ranks):
+    write_balls(tmp_path / "balls.obj", bone=15, liver=20)
+    text = (tmp_path / "balls.obj").read_text().replace("o liver", "o bone")
+    (tmp_path / "balls.obj").write_text(text)
+    done = run(tmp_path, "--anatomy", "balls.obj", "--plan", *TINY, ranks=ranks)
+    assert done.stderr.count("balls.obj: 2 objects, 40 x 40 x 40 mm, where 1 in the file is 1 mm (--unit)\n") == 1
+    assert done.stderr.count("there are several objects of the name 'bone'; this one is called 'bone.2'") == 1
 
 
 @pytest.mark.parametrize("options", [[], ["--bend", "0..3", "--pressure", "0..4"]], ids=["default", "bent and pressed"])

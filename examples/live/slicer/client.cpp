@@ -182,10 +182,8 @@ int main(int argc, char** argv) {
         [&](CLI::App& app) {
             using namespace command_line;
             app.description("Measures a server of OpenIGTLink as a client sees it.");
-            add(app, "--port", port, "NUMBER", "TCP port of the server on this machine, 1 to 65535 (18944)")
-                ->check(whole_number(1, 65535));
-            add(app, "--transforms", transforms, "COUNT", "poses that are sent, 20 to 100000 (100)")
-                ->check(whole_number(20, 100'000));
+            add_whole_number(app, "--port", port, "NUMBER", "TCP port of the server on this machine", 1, 65535);
+            add_whole_number(app, "--transforms", transforms, "COUNT", "poses that are sent", 20, 100'000);
         },
         [&] { return run(port, transforms); });
 }

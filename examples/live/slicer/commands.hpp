@@ -91,7 +91,14 @@ inline outcome apply(live::session& session, const command& asked) {
                 if (const std::optional<live::event> one = live::parse_event(line)) events.push_back(*one);
         }
         if (events.empty()) return {false, "the command is empty; send an event such as: gain 6"};
-        for (const live::event& one : events) live::check_range(one); // all or nothing
+        live::effect_check effects{session};
+        for (const live::event& one : events) { // all or nothing
+            if (one.name == "interval")
+                throw std::invalid_argument{
+                    "interval: the server's clock sets it; --fps is the number of pictures a second"};
+            live::check_range(one);
+            effects.add(one);
+        }
         std::string done;
         for (const live::event& one : events) {
             session.apply(one);

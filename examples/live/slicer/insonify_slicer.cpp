@@ -26,8 +26,7 @@ void add_options(CLI::App& app, options& into) {
         "A simulated ultrasound scanner that sends its pictures by OpenIGTLink, as PLUS does, to 3D Slicer and "
         "others.\n"
         "Start it without options, then add a client connector to localhost, port 18944, in Slicer's OpenIGTLinkIF.");
-    add(app, "--port", into.port, "NUMBER", "TCP port, 0 to 65535; 0 chooses a free one (18944)")
-        ->check(whole_number(0, 65535));
+    add_whole_number(app, "--port", into.port, "NUMBER", "TCP port; 0 chooses a free one", 0, 65535);
     add(app, "--fps", into.fps, "NUMBER", "pictures a second, 1 to 120 (30); a recorded session has its own")
         ->check(number(1, 120));
     live::add_anatomy_options(app, into.body);
@@ -36,8 +35,7 @@ void add_options(CLI::App& app, options& into) {
         ->check(name());
     add(app, "--record", into.record, "FILE", "writes the pictures and poses to a sequence of PLUS, FILE.igs.mha")
         ->check(name());
-    add(app, "--frames", into.frames, "COUNT", "ends after so many pictures, 1 to " + std::to_string(live::max_frames))
-        ->check(whole_number(1, live::max_frames));
+    add_whole_number(app, "--frames", into.frames, "COUNT", "ends after so many pictures", 1, live::max_frames);
     app.footer("Knobs are turned by COMMAND or STRING messages, such as \"gain 6\". All events:\n" +
                live::session::help());
 }
@@ -135,9 +133,9 @@ int run(const options& chosen) {
     std::optional<live::recording> played;
     if (!chosen.replay.empty()) played = live::load_recording(chosen.replay);
     program running{chosen};
-    auto [origin, body] = live::load_body(chosen.body, played ? &*played : nullptr);
-    std::printf("%s\n", live::describe(origin, body).c_str());
-    live::session session{std::move(body)};
+    live::loaded_anatomy examined = live::load_body(chosen.body, played ? &*played : nullptr);
+    std::printf("%s\n", live::describe(examined).c_str());
+    live::session session{std::move(examined.body)};
     session.apply({"lines", {128}}); // 30 pictures a second on two cores
     session.apply({"planes", {3}});
     running.listen();

@@ -55,9 +55,18 @@ def line_of(name, values):
 
 
 def test_events(commands, events):
-    small = "width 64\nlines 24\nplanes 1\ninterval 4\nunfreeze"
+    small = "width 64\nlines 24\nplanes 1\nunfreeze"
     for name, ranges in events.items():
         commands.accepted(small)
+        if name == "interval":
+            commands.refused("interval 4", "the server's clock sets it")
+            continue
+        if name == "cine":  # of frozen pictures: 0 to 31 of as many
+            for _ in range(33):
+                commands.client.until("IMAGE", check=False)
+            commands.refused("cine 0", "send freeze first")
+            small = "width 64\nlines 24\nplanes 1\nfreeze"
+            commands.accepted(small)
         if name.startswith("hold_"):
             commands.accepted(line_of(name, IDENTITY + [0, 0, 20]))
             commands.accepted(line_of(name, IDENTITY + [1e5, -1e5, 1e5]))
@@ -76,6 +85,7 @@ def test_events(commands, events):
             if beyond:
                 commands.refused(line_of(name, beyond), f"{name}: .* is not .* to ")
         commands.refused(line_of(name, [0] * (len(ranges) + 1)), f"{name} takes ")
+        small = small.replace("\nfreeze", "\nunfreeze")
     print(f"{len(events)} events: typical, at both ends and beyond")
 
 
@@ -95,6 +105,21 @@ def test_all_or_nothing(commands):
     commands.accepted("gain 3")
     commands.refused("gain 7\ndepth 1e+09", r"depth: 1e\+09 is not 10 to 150 mm")
     commands.refused("gian 6", "there is no event 'gian'")
+
+
+def test_without_effect(commands):
+    """What would do nothing now is refused, and with it the whole command; the sentence says what to do first."""
+    commands.accepted("unfreeze\nrelease\ngain 3")
+    commands.refused("gain 7\ncine 3", "cine: earlier frames are shown while frozen; send freeze first")
+    commands.accepted("freeze\ncine 3")
+    commands.accepted("unfreeze")
+    commands.accepted(line_of("hold_probe", IDENTITY + [0, 0, 0]))
+    commands.refused("slide -2 0", "slide: a tracker holds the probe; send release first")
+    commands.accepted("release\nslide -2 0")
+    commands.accepted("advance 60")
+    commands.accepted("advance 60")
+    commands.refused("advance 1", "advance: that is the end of its way; it can only go back")
+    commands.accepted("advance -60")
 
 
 def test_messages(client):
@@ -122,6 +147,7 @@ def main():
         commands.accepted("release\nunfreeze\nwidth 64\nlines 24\nplanes 1\nmode 0")
         test_us_parameters(commands)
         test_all_or_nothing(commands)
+        test_without_effect(commands)
         test_messages(commands.client)
         assert server.end() == 0
 

@@ -137,10 +137,8 @@ int main(int count, char** arguments) {
         [&](CLI::App& app) {
             using namespace command_line;
             app.description("Plays random events, valid, out of range and garbage, and watches pixels and memory.");
-            add(app, "--frames", frames, "COUNT", "frames of a round, 1 to 1000000 (100)")
-                ->check(whole_number(1, 1'000'000));
-            add(app, "--seed", seed, "NUMBER", "of the random numbers, 0 to 4294967295 (1)")
-                ->check(whole_number(0, 4'294'967'295));
+            add_whole_number(app, "--frames", frames, "COUNT", "frames of a round", 1, 1'000'000);
+            add_whole_number(app, "--seed", seed, "NUMBER", "of the random numbers", 0, 4'294'967'295);
         },
         [&] { return run(frames, seed); });
 }

@@ -37,15 +37,6 @@ inline ImTextureID texture_id(GLuint texture) {
 }
 inline ImU32 colour_id(vec3 colour) { return IM_COL32(byte_of(colour.x), byte_of(colour.y), byte_of(colour.z), 255); }
 
-inline std::string measured_text(const measurement& one) {
-    char text[32];
-    if (one.closed)
-        std::snprintf(text, sizeof text, "%.1f mm2", static_cast<double>(1e6F * one.area));
-    else
-        std::snprintf(text, sizeof text, "%.1f mm", static_cast<double>(1e3F * one.length));
-    return text;
-}
-
 /// The picture with its scales, and the callipers on it.
 class picture_panel {
   public:

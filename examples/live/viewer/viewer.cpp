@@ -110,21 +110,21 @@ class application {
     void run() {
         std::optional<live::recording> played;
         if (!asked_.replay.empty()) played = live::load_recording(asked_.replay);
-        auto [origin, body] = live::load_body(asked_.body, played ? &*played : nullptr);
-        std::printf("%s\n", live::describe(origin, body).c_str());
+        live::loaded_anatomy examined = live::load_body(asked_.body, played ? &*played : nullptr);
+        std::printf("%s\n", live::describe(examined).c_str());
         std::fflush(stdout);
         std::ofstream file;
         std::optional<live::recorder> record;
         if (!asked_.record.empty()) {
             file.open(asked_.record);
-            if (!origin.file.empty())
-                file << live::anatomy_line({origin, live::content_of(body)},
+            if (!examined.of.file.empty())
+                file << live::anatomy_line({examined.of, live::content_of(examined.body)},
                                            std::filesystem::path{asked_.record}.parent_path())
                      << std::endl;
             if (!file) throw std::runtime_error{"--record: " + asked_.record + " cannot be written"};
             record.emplace(file);
         }
-        live::session session{std::move(body)};
+        live::session session{std::move(examined.body)};
         if (record) session.record = &*record;
         for (const live::event& start : {live::event{"lines", {128}}, {"planes", {3}}, {"width", {420}}})
             session.apply(start);
@@ -210,9 +210,8 @@ void add_options(CLI::App& app, options& into) {
     live::add_anatomy_options(app, into.body);
     add(app, "--record", into.record, "FILE", "writes what is done to a text file")->check(name());
     add(app, "--replay", into.replay, "FILE", "plays such a file; then the scanner goes on")->check(name());
-    CLI::Option* const frames = add(app, "--frames", into.frames, "COUNT",
-                                    "ends after so many frames, 1 to " + std::to_string(live::max_frames))
-                                    ->check(whole_number(1, live::max_frames));
+    CLI::Option* const frames =
+        add_whole_number(app, "--frames", into.frames, "COUNT", "ends after so many frames", 1, live::max_frames);
     add(app, "--screenshot", into.screenshot, "PICTURE", "writes the window then to this PNG file")
         ->check(name())
         ->needs(frames);

@@ -96,8 +96,9 @@ async function play(text, seen = () => {}, name = "recording.txt") {
     const mine = (playback = {}), goes_on = () => playback === mine;
     if (asked) await next_frame();
     if (!goes_on()) return;
-    worker.postMessage({ kind: "restart" });
+    worker.postMessage({ kind: "restart", recorded: true });
     panel.reset();
+    picture.calliper = undefined;
     id("examination").textContent = name;
     for (const { frames, event } of steps) {
         if (!frames) post(event);

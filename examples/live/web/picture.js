@@ -84,7 +84,7 @@ export class Picture {
         pen.arc(left + 5, top - 9, 4, 0, 7);
         pen.fill();
         if (this.state.strip.height > 0) this.draw_strip(pen);
-        if (this.calliper) this.draw_calliper(pen, left, top, scale);
+        this.draw_measured(pen, left, top, scale);
     }
 
     draw_strip(pen) {
@@ -103,27 +103,31 @@ export class Picture {
         pen.fillText(`${seconds.toFixed(1)} s`, clientWidth - room.right + 4, top + height - 5);
     }
 
-    draw_calliper(pen, left, top, scale) {
-        const [a, b] = this.calliper.map(({ x, y }) => ({ x: left + x * scale, y: top + y * scale }));
+    // What is measured: by the calliper, or by a recorded session.
+    draw_measured(pen, left, top, scale) {
+        const { measured, pitch } = this.state, own = this.calliper;
+        if (!own && !measured) return;
+        const { points, closed, text } = own ? { points: own } : measured;
+        const at = points.map(({ x, y }) => [left + x * scale, top + y * scale]);
         pen.strokeStyle = pen.fillStyle = "#7dffb0";
         pen.setLineDash([4, 3]);
         pen.beginPath();
-        pen.moveTo(a.x, a.y);
-        pen.lineTo(b.x, b.y);
+        for (const [x, y] of at) pen.lineTo(x, y);
+        if (closed) pen.closePath();
         pen.stroke();
         pen.setLineDash([]);
         pen.beginPath();
-        for (const { x, y } of [a, b]) {
+        for (const [x, y] of at) {
             pen.moveTo(x - 5, y);
             pen.lineTo(x + 5, y);
             pen.moveTo(x, y - 5);
             pen.lineTo(x, y + 5);
         }
         pen.stroke();
-        const [p, q] = this.calliper, mm = 1e3 * this.state.pitch * Math.hypot(p.x - q.x, p.y - q.y);
+        const [p, q] = points, edge = (side, i) => Math[side](...at.map((one) => one[i]));
         pen.font = "bold 13px system-ui, sans-serif";
         pen.textAlign = "left";
-        pen.fillText(`${mm.toFixed(1)} mm`, Math.min(Math.max(a.x, b.x) + 8, this.canvas.clientWidth - 62), Math.min(a.y, b.y) - 8);
+        pen.fillText(text ?? `${(1e3 * pitch * Math.hypot(p.x - q.x, p.y - q.y)).toFixed(1)} mm`, Math.min(edge("max", 0) + 8, this.canvas.clientWidth - 62), edge("min", 1) - 8);
     }
 
     // Keys, where the picture has the focus: arrows move one end of the calliper, with Shift the other. Returns whether it is one

@@ -11,6 +11,7 @@ namespace {
 using namespace insonify;
 
 std::unique_ptr<live::session> now = std::make_unique<live::session>(nerve_block_phantom());
+live::loaded_anatomy recorded; // of the recording that was read last
 std::uint32_t frames = 0;
 live::session_clock passing;
 std::vector<float> part_opacities;
@@ -34,11 +35,13 @@ void put_pixel(std::vector<std::uint8_t>& bytes, vec3 colour) {
 }
 
 // The event of a part of a control, such as "slider 3".
-std::string part_event(const live::control& one, std::uint32_t part) { return one.event + ' ' + std::to_string(part); }
+std::string part_event(const live::control& one, std::uint32_t part) {
+    return std::string{one.event} + ' ' + std::to_string(part);
+}
 
 live::json_object shown(const live::control& one) {
     live::json_list choices;
-    for (const std::string& name : one.choices) choices.add(live::json_object{}.add("name", name));
+    for (const live::literal& name : one.choices) choices.add(live::json_object{}.add("name", name));
     live::json_object shown;
     shown.add("unit", one.unit).add("low", one.low).add("high", one.high).add("step", one.step);
     shown.add("relative", one.is_relative).add("choices", choices);
@@ -63,22 +66,30 @@ const char* shown(const object& one, float opacity, const pose& at) {
 
 extern "C" {
 
-/// Starts again with the phantom.
-EMSCRIPTEN_KEEPALIVE void live_restart() { now = std::make_unique<live::session>(nerve_block_phantom()); }
+/// Starts again with the phantom, or with the anatomy of the recording that was read last.
+EMSCRIPTEN_KEEPALIVE void live_restart(bool with_recorded) {
+    now = std::make_unique<live::session>(with_recorded ? recorded.body : nerve_block_phantom());
+}
 
-/// Starts again with an OBJ file that has been written into the file system.
+/// Starts again with an OBJ file that has been written into the file system, and stays there for recordings.
 /// @param unit   length of 1 in the file, metres
 /// @param side   the side of the skin, one of `live::sides`
+/// @return  JSON: `fault`, and `notes` of `load_obj_scene`, a line each
 EMSCRIPTEN_KEEPALIVE const char* live_load(const char* path, float unit, int side, const char* tissue,
                                            const char* background) {
-    return attempt([&] {
-        now = std::make_unique<live::session>(live::load_anatomy({.file = path,
-                                                                  .unit = unit,
-                                                                  .skin = live::sides[std::clamp(side, 0, 5)],
-                                                                  .tissue = tissue,
-                                                                  .background = background},
-                                                                 "1 in the file is 1 "));
+    static std::string text;
+    std::string notes;
+    const std::string fault = attempt([&] {
+        live::loaded_anatomy loaded = live::load_anatomy({.file = path,
+                                                          .unit = unit,
+                                                          .skin = live::sides[std::clamp(side, 0, 5)],
+                                                          .tissue = tissue,
+                                                          .background = background},
+                                                         "1 in the file is 1 ");
+        now = std::make_unique<live::session>(std::move(loaded.body));
+        for (const std::string& note : loaded.notes) notes += note + '\n';
     });
+    return (text = live::json_object{}.add("fault", fault).add("notes", notes).text()).c_str();
 }
 
 /// Applies an event, such as "slide 2 -1".
@@ -148,6 +159,15 @@ EMSCRIPTEN_KEEPALIVE const char* live_state() {
     live::json_list legend;
     for (const live::legend_entry& one : now->legend())
         legend.add(live::json_object{}.add("name", one.name).add("colour", std::array{one.colour}));
+    if (now->shows_measurement) {
+        const live::measurement& last = now->measured.back();
+        live::json_list points;
+        for (const vec2& p : last.points) points.add(live::json_object{}.add("x", p.x).add("y", p.y));
+        state.add("measured", live::json_object{}
+                                  .add("points", points)
+                                  .add("closed", last.closed)
+                                  .add("text", live::measured_text(last)));
+    }
     state.add("strip", strip).add("values", values).add("legend", legend);
     return (text = state.text()).c_str();
 }
@@ -178,12 +198,15 @@ EMSCRIPTEN_KEEPALIVE const char* live_controls() {
     return (text = all.text()).c_str();
 }
 
-/// A recorded session in the file system, as JSON: its steps, or the reason why it cannot be read.
+/// A recorded session in the file system, as JSON: its steps, or the reason why it cannot be played. Its anatomy must be there.
 EMSCRIPTEN_KEEPALIVE const char* live_recording(const char* path) {
     static std::string text;
     live::json_list steps;
     const char* const fault = attempt([&] {
-        for (const live::step& one : live::load_recording(path).steps)
+        live::recording read = live::load_recording(path);
+        if (read.body) read.body->of.file.erase(0, read.body->of.file.rfind('/') + 1);
+        recorded = live::load_body({}, &read, "open the file of that time first");
+        for (const live::step& one : read.steps)
             steps.add(live::json_object{}
                           .add("frames", one.frames)
                           .add("event", one.what ? live::event_line(*one.what) : ""));

@@ -47,13 +47,18 @@ function draw({ live: passes }) {
     postMessage(message, drawn ? [message.pixels, message.strip] : []);
 }
 
+let opened = []; // files of the anatomy, which recordings name
+
 function load({ files, unit, side, tissue, background }) {
     for (const { name, bytes } of files) live.FS.writeFile(name, new Uint8Array(bytes));
-    const model = files.find(({ name }) => /\.obj$/i.test(name));
-    const loaded = attempt("live_load", model.name, unit, side, tissue, background);
-    if (loaded) sendAnatomy();
-    for (const { name } of files) live.FS.unlink(name);
-    postMessage({ kind: "loaded", name: loaded ? model.name : undefined });
+    const names = files.map(({ name }) => name), model = names.find((name) => /\.obj$/i.test(name));
+    const { fault, notes } = JSON.parse(text("live_load", model, unit, side, tissue, background));
+    const [kept, left] = fault ? [opened, names] : [names, opened];
+    for (const name of left) if (!kept.includes(name)) live.FS.unlink(name);
+    opened = kept;
+    if (!fault) sendAnatomy();
+    if (fault || notes) postMessage({ kind: "fault", fault: fault || notes });
+    postMessage({ kind: "loaded", name: fault ? undefined : model });
 }
 
 function recording({ name, text: lines }) {
@@ -70,8 +75,8 @@ const handlers = {
     draw,
     load,
     recording,
-    restart() {
-        live._live_restart();
+    restart({ recorded }) {
+        live._live_restart(recorded);
         sendAnatomy();
     },
 };

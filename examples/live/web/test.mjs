@@ -7,6 +7,7 @@ import http from "node:http";
 import { createRequire } from "node:module";
 import os from "node:os";
 import path from "node:path";
+import { fileURLToPath } from "node:url";
 import { gzipSync } from "node:zlib";
 
 const puppeteer = createRequire(path.join(process.cwd(), "test.mjs"))("puppeteer-core"); // of the build tree
@@ -209,6 +210,47 @@ async function test_files(page) {
     await frames(page, 5);
     const after = millimetres(await state(page))[0];
     check("Reset ends a recorded session", before === after && await page.$eval("#examination", ({ textContent }) => textContent.startsWith("Nerve")), `the probe stays at ${after.toFixed(1)} mm`);
+}
+
+const limb = fileURLToPath(new URL("../tests/limb.obj", import.meta.url));
+
+// A session that was recorded on an anatomy of its own, and what is told of an OBJ file.
+async function test_recordings(page) {
+    const recorded = path.join(path.dirname(limb), "recorded.txt"), text = fs.readFileSync(limb, "utf8");
+    const examination = () => page.$eval("#examination", ({ textContent }) => textContent);
+    const play = async () => await (await page.$("#file")).uploadFile(recorded);
+    await play();
+    const missing = await wait_for_fault(page);
+    check("a recording on an anatomy that is not open says which one", /^limb\.obj, on which the session was recorded, cannot be opened; open the file of that time first$/.test(missing) && /^Nerve/.test(await examination()), missing);
+    await load_anatomy(page, "limb.obj", text.replace("v 45.000 ", "v 45.001 "));
+    await play();
+    const changed = await wait_for_fault(page);
+    check("... and on one that has changed since, that it has", /^limb\.obj has changed since the session was recorded; open the file of that time first$/.test(changed) && await examination() === "limb.obj", changed);
+    await load_anatomy(page, "limb.obj", text);
+    await play();
+    await page.waitForFunction(() => scanner.state().measured, { timeout: 60_000 });
+    const { measured, frozen, values } = await state(page), parts = await page.evaluate(() => scanner.space.anatomy.children.length);
+    check("... and is played on the right one", await examination() === "recorded.txt" && frozen && values.lines === 48 && parts === (text.match(/^o /gm)).length && !await fault(page), `${parts} objects`);
+    const greens = () => page.evaluate((points) => { // of the ends of a measurement
+        const { canvas } = scanner.picture, { left, top, scale } = scanner.picture.layout(), ratio = canvas.width / canvas.clientWidth;
+        return points.map(({ x, y }) => [...canvas.getContext("2d").getImageData(ratio * (left + x * scale), ratio * (top + y * scale), 1, 1).data]);
+    }, measured.points);
+    const ends = await greens();
+    // 70 and 30 pixels of 0.19 mm: 38 mm are 200 pixels
+    check("what it has measured is drawn", ends.every(([red, green, blue]) => green > 180 && green > red + 60 && blue > red) && measured.text === `${(0.19 * Math.hypot(70, 30)).toFixed(1)} mm`, `${measured.text}; ends of ${ends.map((one) => one.slice(0, 3).join(" ")).join(" and ")}`);
+    await screenshot(page, "measured.png");
+    await page.focus("#picture");
+    await page.keyboard.press("ArrowRight");
+    const own = await greens();
+    await page.keyboard.press("Escape");
+    check("... and makes way for a calliper", own.every(([red, green]) => green < red + 60) && String(await greens()) === String(ends), "and returns after it");
+    await reset(page);
+    check("... until Reset", !(await state(page)).measured, "gone");
+
+    await load_anatomy(page, "twins.obj", box_object("rib", [40, 40, 10], [0, 0, 0], 0, 6, "bone") + box_object("rib", [40, 40, 10], [0, 0, 15], 1, 6, "bone"));
+    const twins = await wait_for_fault(page);
+    check("objects of one name are told", /twins\.obj:\d+: there are several objects of the name 'rib'; this one is called 'rib\.2'/.test(twins), twins);
+    await reset(page);
 }
 
 // The 3-D view as RGB, and where points of the world are on it.
@@ -622,6 +664,7 @@ try {
     await page.click("#hint button");
     await test_controls(page);
     await test_files(page);
+    await test_recordings(page);
     await test_space(page);
     await test_milliseconds(page);
     await test_keyboard(page);
