@@ -131,13 +131,13 @@ class examination_of_groin {
     examination_of_groin() {
         settings_.depth = 33_mm;
         settings_.size = {190, 0};
+        machine_.settings = settings_;
     }
 
     /// @param depth  of the face in the body at rest, metres
     view_of_vessels at(float depth, float time) {
         const pose face{.translation = {0, 0, depth}};
-        const contact& touch =
-            press(own_.body, probe_, face, {.stiffness = 250, .decay = 30_mm}, any_object{}, pressing_);
+        const contact& touch = pressing_.press(own_.body, probe_, face, {.stiffness = 250, .decay = 30_mm});
         view_of_vessels seen;
         seen.pressure = touch.pressure;
         const auto map = compose(pulsation{.from = own_.artery.axis_at(0),

@@ -51,13 +51,12 @@ class doppler_unit {
                         const blood_flow& flow, float depth, float time) {
         const auto [from, to] = box_in(probe, depth);
         const std::uint32_t first = line_at(probe, from.x), last = line_at(probe, to.x);
-        seen_ = colour_doppler(policy, body, probe, at,
-                               {}, flow,
-                               {.depth = depth,
-                                .prf = prf(probe),
-                                .box = {.from = from.y, .to = to.y, .first_line = first, .lines = last - first + 1},
-                                .wall = {.order = 1},
-                                .time = time}, colours_);
+        seen_ = colours_.acquire(policy, body, probe, at, {}, flow,
+                                 {.depth = depth,
+                                  .prf = prf(probe),
+                                  .box = {.from = from.y, .to = to.y, .first_line = first, .lines = last - first + 1},
+                                  .wall = {.order = 1},
+                                  .time = time});
         probe_ = probe;
     }
     template <exec::policy Policy>
@@ -81,9 +80,8 @@ class doppler_unit {
         const vec2 middle = gate_in(probe, depth);
         const float rate = prf(probe), hop = tick * rate;
         const float overlap = std::clamp(1 - hop / bins, 0.0F, 0.96F);
-        const doppler_spectrum next = pulsed_doppler(
-            policy, body, probe, at,
-            physical{}, flow,
+        const doppler_spectrum next = pulses_.acquire(
+            policy, body, probe, at, {}, flow,
             {.line = line_at(probe, middle.x),
              .gate = middle.y,
              .gate_length = gate_length,
@@ -91,7 +89,7 @@ class doppler_unit {
              .duration = (bins + static_cast<float>(wanted - 1) * std::round(bins * (1 - overlap)) + 1) / rate,
              .spectrum = {.window = bins, .overlap = overlap, .baseline = baseline, .angle = angle, .wall_order = 2},
              .depth = depth,
-             .time = time}, pulses_);
+             .time = time});
         if (strip_.size.x == 0) strip_ = image{{columns, bins}};
         if (next.windows == 0) return;
         const std::uint32_t newest = std::min(next.windows, wanted) - 1;
@@ -117,8 +115,8 @@ class doppler_unit {
     }
 
   private:
-    colour_doppler_workspace<linear_array, blood_flow> colours_{};
-    pulsed_doppler_workspace<linear_array, blood_flow> pulses_{};
+    colour_scanner<linear_array> colours_{};
+    gate_scanner<linear_array> pulses_{};
     flow_lines seen_{};
     linear_array probe_{};
     image strip_{{0, 0}};

@@ -39,9 +39,9 @@ class patient {
 
     scene body;
     object_id needle_id{}, gel_id{};
-    tissue_motion motion{};                               ///< of the last frame
-    blood_flow flow{};                                    ///< of the last frame
-    const contact& touch() const { return press_.touch; } ///< of the last frame
+    tissue_motion motion{};                                 ///< of the last frame
+    blood_flow flow{};                                      ///< of the last frame
+    const contact& touch() const { return press_.touch(); } ///< of the last frame
 
     /// The needle and the gel, of the size that a probe has.
     void renew_tools(const needle_state& held, float width) {
@@ -84,8 +84,8 @@ class patient {
         now.beat = beat;
         now.beat.time = time;
         constexpr float any_depth = 1e9F; // as the probe of a tracker may be anywhere: see `limited`
-        const contact& touch = press(at_rest_, probe, at, {.stiffness = stiffness, .gel = gel_film, .decay = any_depth},
-                                     any_object{}, press_);
+        const contact& touch =
+            press_.press(at_rest_, probe, at, {.stiffness = stiffness, .gel = gel_film, .decay = any_depth});
         now.pressed = touch.depth > 0;
         if (now.pressed) now.face = limited(touch.deformation);
         now.vein_wall.outside = touch.pressure;
@@ -148,7 +148,7 @@ class patient {
 
     scene at_rest_;
     std::vector<object_id> soft_{};
-    press_workspace press_{};
+    presser press_{};
     bool settled_ = false;
 };
 

@@ -6,7 +6,8 @@ namespace insonify_python {
 void bind_tracers(py::module_& module) {
     settings_class<straight_lines>(module, "straight_lines", "Sound that travels straight: the usual tracer.")
         .choice("search", &straight_lines::search,
-                {{"best", line_search::best}, {"rays", line_search::rays}, {"slices", line_search::slices}}, "how surfaces are found")
+                {{"best", line_search::best}, {"rays", line_search::rays}, {"slices", line_search::slices}},
+                "how surfaces are found")
         .member("directions", &straight_lines::directions, "lines to each point, 1 to 64; 1: only the straight one");
     settings_class<path_settings>(module, "path_settings", "How far sound is followed.")
         .member("bounces", &path_settings::bounces, "reflections before the last echo, at most")

@@ -50,7 +50,7 @@ void draw_paths(writer& write) {
     write(b_mode(exec::par_unseq, body, probe, pose{}, settings, physical{}, paths{}).pixels);
     const paths random{.settings = {.paths_per_line = 8, .seed = 3}};
     write(trace(exec::par_unseq, body, probe, pose{}, physical{}, {.depth = 50_mm}, random).values);
-    const straight_lines rays{.search = straight_lines::search::rays, .directions = 1};
+    const straight_lines rays{.search = line_search::rays, .directions = 1};
     write(b_mode(exec::par_unseq, body, radial_array{.lines = 96}, pose{}, settings, physical{}, rays).pixels);
 }
 

@@ -96,6 +96,8 @@ class presser {
         return found;
     }
 
+    const contact& touch() const { return touch_; } ///< of the last call
+
   private:
     contact touch_{};
     detail::skin_heights skin_{}; // where the skin is
