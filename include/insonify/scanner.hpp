@@ -212,7 +212,7 @@ class scanner {
         return looks.update == compound_settings::update::one || look == (looks.angles - 1) / 2;
     }
     template <class Policy>
-    void choose_time_gain(const Policy& policy, const scene& body, const pose& at, const line_layers& found);
+    void choose_time_gain(const Policy& policy, const scene& body, const pose& at, const line_layers* found);
 
     std::vector<line_tracer<look_probe, Model, Tracer>> tracers_{}; // for each look
     convolver convolver_{};
@@ -344,7 +344,7 @@ scan_lines scanner<Probe, Model, Tracer>::acquire_look(const Policy& policy, con
     layers_probe_.emplace(traced);
     constexpr bool finds_layers = std::same_as<Tracer, straight_lines>;
     if (finds_layers && traced.lines == look.lines && look.steering == 0) label_look_ = number;
-    choose_time_gain(policy, body, at, look.steering == 0 ? found : line_layers{});
+    choose_time_gain(policy, body, at, look.steering == 0 && found.lines > 0 ? &found : nullptr);
     times_.trace += clock.lap();
     if constexpr (finds_layers)
         echoes = add_near_field(policy, std::move(echoes), found, straight, settings.near_field);
@@ -363,15 +363,15 @@ scan_lines scanner<Probe, Model, Tracer>::acquire_look(const Policy& policy, con
 }
 
 // The automatic attenuation is chosen at the first frame, and again where the probe or the depth has changed: by the layers of the first
-// look, or along straight lines where that is steered.
+// look, null where that is steered or has none: then along the lines of the probe.
 template <transducer Probe, acoustic_model Model, class Tracer>
 template <class Policy>
 void scanner<Probe, Model, Tracer>::choose_time_gain(const Policy& policy, const scene& body, const pose& at,
-                                                     const line_layers& found) {
+                                                     const line_layers* found) {
     if (std::exchange(gain_is_chosen_, true)) return;
     const auto choose = [&] {
-        return found.lines > 0 ? automatic_tgc(found, settings.depth)
-                               : automatic_tgc(policy, body, probe, at, settings.depth);
+        return found != nullptr ? automatic_tgc(*found, settings.depth)
+                                : automatic_tgc(policy, body, probe, at, settings.depth);
     };
     gain_.max_db = settings.time_gain.max_db;
     gain_.sliders = settings.time_gain.sliders;

@@ -40,7 +40,7 @@ INSONIFY_FN inline bool find_pixel_crossings(const scene_view& scene, const ray&
     return found.complete();
 }
 
-/// Traces points of the slice one by one, as the paper does: a slow reference for `trace_beams`.
+/// Traces points of the slice one by one, as the paper does: a slow reference for `trace`.
 class pixel_tracer {
   public:
     /// @param frequency  hertz
@@ -76,8 +76,8 @@ ray world_beam(const Probe& probe, const pose& at, float line) {
 
 } // namespace detail
 
-/// The paper's algorithm to the letter, on the probe's own grid: the same values as `trace_beams`, within rounding.
-/// @throws usage_error, geometry_error  as `trace_beams`
+/// The paper's algorithm to the letter, on the probe's own grid: the same values as `trace`, within rounding.
+/// @throws usage_error, geometry_error  as `trace`
 template <exec::policy Policy, transducer Probe>
 scan_lines trace_pixels(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                         const law2011& model, const acquisition& settings) {

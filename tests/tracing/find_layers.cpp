@@ -1,0 +1,185 @@
+#include <insonify/acoustics/tissue.hpp>
+#include <insonify/geometry/shapes.hpp>
+#include <insonify/paper/law2011.hpp>
+#include <insonify/probe/convex_array.hpp>
+#include <insonify/probe/linear_array.hpp>
+#include <insonify/probe/radial_array.hpp>
+#include <insonify/scanner.hpp>
+#include <insonify/tracing/find/find_layers.hpp>
+#include <insonify/tracing/paths.hpp>
+#include <cmath>
+#include <doctest/doctest.h>
+#include <vector>
+
+using namespace insonify;
+
+namespace find_layers_test {
+namespace {
+
+constexpr float radius = 8_mm, depth = 30_mm; // of a ball
+
+scene ball() {
+    scene body{tissue::muscle};
+    body.add(make_sphere({0, 0, depth}, radius, 6), tissue::liver, {.name = "ball"});
+    body.build(exec::par);
+    return body;
+}
+
+// Length of a straight line in the ball: of its chord.
+float chord(const line_frame& line) {
+    const vec3 along = line.path(), to_middle = vec3{0, 0, depth} - line.origin;
+    const float length_squared = dot(along, along), nearest = dot(to_middle, along) / length_squared;
+    const float apart_squared = dot(to_middle - nearest * along, to_middle - nearest * along);
+    return nearest > 0 && apart_squared < radius * radius
+               ? 2 * std::sqrt((radius * radius - apart_squared) / length_squared)
+               : 0;
+}
+
+bool same(view<const layer> a, view<const layer> b) {
+    if (a.size() != b.size()) return false;
+    for (std::size_t i = 0; i < a.size(); ++i)
+        if (a[i].begin != b[i].begin || a[i].end != b[i].end || a[i].object != b[i].object ||
+            a[i].medium != b[i].medium)
+            return false;
+    return true;
+}
+
+template <class Probe>
+void check_chords(const scene& body, const Probe& probe, std::uint32_t planes) {
+    const line_layers found = find_layers(exec::par_unseq, body, probe, pose{}, {.depth = 50_mm, .planes = planes});
+    REQUIRE(found.lines == probe.lines);
+    REQUIRE(found.planes == planes);
+    REQUIRE(found.media.size() == 2);
+    float worst = 0, adjacent = 0;
+    std::uint32_t met = 0;
+    for (std::uint32_t line = 0; line < found.lines; ++line)
+        for (std::uint32_t plane = 0; plane < planes; ++plane) {
+            float inside = 0, last = 0;
+            for (const layer& one : found(line, plane)) {
+                adjacent = std::max(adjacent, std::fabs(one.begin - last));
+                last = one.end;
+                if (one.object == 0) inside += one.end - one.begin;
+                CHECK(one.medium == (one.object == 0 ? 1 : 0));
+            }
+            CHECK(last == 50_mm);
+            const float expected = chord(found.frame(line, plane));
+            met += expected > 0;
+            // The mesh lies up to 20 um within the sphere; near its edge chords change fast.
+            if (expected > 4_mm) worst = std::max(worst, std::fabs(inside - expected));
+        }
+    CHECK(adjacent == 0);
+    CHECK(met >= 7);
+    CHECK(worst < 0.1_mm);
+}
+
+} // namespace
+} // namespace find_layers_test
+
+TEST_CASE("what lies along every line of every plane: the chords of a ball, for all probes") {
+    using namespace find_layers_test;
+    const scene body = ball();
+    for (const std::uint32_t planes : {1U, 3U, 7U}) {
+        check_chords(body, linear_array{.lines = 65, .width = 38_mm, .frequency = 7.5_MHz}, planes);
+        check_chords(body, convex_array{.lines = 64}, planes);
+        check_chords(body, radial_array{.lines = 90, .radius = 1_mm}, planes);
+    }
+}
+
+TEST_CASE("a frame and a pulse train are made from the layers that find_layers returns") {
+    using namespace find_layers_test;
+    const scene body = ball();
+    const linear_array probe{.lines = 40, .width = 30_mm};
+    const acquisition scan{.depth = 45_mm, .samples = 512, .planes = 3};
+    const line_layers found = find_layers(exec::seq, body, probe, pose{}, scan);
+    for (const line_search how : {line_search::best, line_search::rays, line_search::slices})
+        for (const std::uint32_t directions : {1U, 16U}) {
+            line_tracer<linear_array, physical<>> tracer;
+            tracer.trace(exec::par, body, probe, pose{}, physical{.timing = timing::uniform}, scan, {how, directions});
+            REQUIRE(tracer.layers().lines == probe.lines);
+            REQUIRE(tracer.layers().planes == 3);
+            for (std::uint32_t line = 0; line < probe.lines; ++line)
+                for (std::uint32_t plane = 0; plane < 3; ++plane) {
+                    const view<const layer> own = tracer.layers()(line, plane), one = found(line, plane);
+                    REQUIRE(own.size() == one.size()); // those of a frame end a little deeper
+                    for (std::size_t i = 0; i < own.size(); ++i) CHECK(std::fabs(own[i].begin - one[i].begin) < 1e-6F);
+                }
+        }
+    line_tracer<linear_array, physical<>, paths> bent;
+    bent.trace(exec::par, body, probe, pose{}, physical{}, scan);
+    CHECK(bent.layers().lines == 0);
+}
+
+TEST_CASE("layers are a value: they stay when the scene changes, and are the same for any number of threads") {
+    using namespace find_layers_test;
+    scene body = ball();
+    const linear_array probe{.lines = 33};
+    const acquisition scan{.depth = 50_mm, .planes = 5};
+    const line_layers before = find_layers(exec::seq, body, probe, pose{}, scan), copy = before;
+    for (const std::uint32_t threads : {2U, 5U}) {
+        const line_layers again = find_layers(exec::par.threads(threads), body, probe, pose{}, scan);
+        for (std::uint32_t line = 0; line < 33; ++line)
+            for (std::uint32_t plane = 0; plane < 5; ++plane) CHECK(same(again(line, plane), before(line, plane)));
+    }
+    body.place(*body.find("ball"), {.translation = {0, 0, 40_mm}});
+    body.update(exec::par);
+    body.set_medium(*body.find("ball"), tissue::bone);
+    for (std::uint32_t line = 0; line < 33; ++line) CHECK(same(copy(line), before(line)));
+    CHECK(before.media[1] == tissue::liver);
+    CHECK_FALSE(same(find_layers(exec::seq, body, probe, pose{}, scan)(16), before(16)));
+}
+
+TEST_CASE("a scanner's layers are those of its last look, and its labels those of its straight one") {
+    using namespace find_layers_test;
+    scene body = ball();
+    scanner machine{linear_array{.lines = 64, .width = 38_mm}, b_mode_settings{.depth = 45_mm, .size = {128, 0}}};
+    CHECK_THROWS_AS(machine.layers(), usage_error);
+    CHECK_THROWS_AS(machine.layers_probe(), usage_error);
+    for (const std::uint32_t looks : {1U, 2U, 3U}) {
+        machine.settings.compound = {.angles = looks, .spread = 10_deg};
+        machine.scan(exec::par_unseq, body, pose{});
+        const line_layers& found = machine.layers();
+        REQUIRE(found.lines == machine.layers_probe().lines);
+        CHECK(machine.layers_probe().steering == doctest::Approx(looks == 1 ? 0 : 5_deg).scale(1e-30));
+        for (std::uint32_t line = 0; line < found.lines; line += 7) {
+            const ray beam = machine.layers_probe().beam(static_cast<float>(line));
+            CHECK(length(found.frame(line).along - beam.direction) < 1e-6F);
+            CHECK(length(found.frame(line).origin - beam.origin) < 1e-9F);
+        }
+        const label_image labels = machine.labels(exec::par, body);
+        scene moved = ball();
+        moved.place(object_id{0}, {.translation = {0, 0, 60_mm}});
+        moved.update(exec::par);
+        // An odd number of looks has a straight one, whose layers are those of the picture; else the scene is asked as it is now.
+        CHECK((machine.labels(exec::par, moved).pixels == labels.pixels) == (looks % 2 == 1));
+    }
+}
+
+TEST_CASE("near field and automatic gain of layers are those of the scene that they were found in") {
+    using namespace find_layers_test;
+    scene body{tissue::fat};
+    body.add(make_box({-5_mm, -30_mm, -5_mm}, {60_mm, 30_mm, 60_mm}), tissue::air);
+    body.build(exec::par);
+    const linear_array probe{.lines = 48, .width = 30_mm};
+    const line_layers found = find_layers(exec::par, body, probe, pose{}, {.depth = 30_mm});
+    const iq_lines silence{48, 512, 30_mm};
+    const near_field_settings all{.shown = near_field_settings::lines::all};
+    CHECK(add_near_field(exec::par, silence, found, probe, all) ==
+          add_near_field(exec::par, silence, body, probe, pose{}, all));
+    CHECK(automatic_tgc(found, 30_mm) == automatic_tgc(exec::par, body, probe, pose{}, 30_mm));
+    CHECK_THROWS_AS(add_near_field(exec::par, silence, found, linear_array{.lines = 47}), usage_error);
+}
+
+TEST_CASE("what has no layers is refused with a sentence") {
+    scene body{tissue::water};
+    CHECK_THROWS_WITH_AS(find_layers(exec::par, body, linear_array{}, pose{}, {}),
+                         "scene: call build(policy) after the last add or remove, before tracing or update",
+                         usage_error);
+    body.build(exec::par);
+    CHECK_THROWS_AS(find_layers(exec::par, body, linear_array{}, pose{}, {.depth = 80}), usage_error);
+    CHECK_THROWS_AS(find_layers(exec::par, body, linear_array{}, pose{}, {.depth = 30_mm, .planes = 4}), usage_error);
+    CHECK_THROWS_AS(find_layers(exec::par, body, linear_array{.lines = 0}, pose{}, {}), usage_error);
+    CHECK_THROWS_AS(find_layers(exec::par, body, linear_array{}, {.rotation = mat3{2}}, {}), geometry_error);
+    const line_layers found = find_layers(exec::par, body, linear_array{.lines = 4}, pose{}, {.depth = 30_mm});
+    REQUIRE(found(3).size() == 1); // nothing but water
+    CHECK(found(3)[0].object == background_label);
+}
