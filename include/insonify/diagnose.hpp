@@ -236,7 +236,7 @@ diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const 
         constexpr float max_gain_db = 60, dark_db = 20; // of automatic gain; a third of the usual dynamic range
         const float half_depth = scan.depth / 2;
         const path_survey half =
-            survey_paths(find_layers_to(exec::par, body, probe, at, {.depth = scan.depth}, half_depth, false),
+            survey_paths(layer_search{}(exec::par, body, probe, at, {.depth = scan.depth}, half_depth, false),
                          probe.frequency, half_depth);
         const auto of_pulse = [&](float lost_db) {
             return attenuated(lost_db, probe.frequency, fractional_bandwidth(probe)).loss_db;

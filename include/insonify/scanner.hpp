@@ -232,6 +232,7 @@ class scanner {
     std::optional<std::uint32_t> label_look_{}; // of the newest frame, whose lines are those of the stored frame
     bool gain_is_chosen_ = false;               // for the frame that is being acquired
     iq_lines resampled_{};
+    detail::layer_search search_{}; // of one plane, where no look has it
     label_lines label_lines_{};
     label_image labels_{};
     stage_times times_{};
@@ -286,8 +287,8 @@ const label_image& scanner<Probe, Model, Tracer>::labels(const Policy& policy, c
     if (shown_ == 0 && label_look_)
         label_lines_ = label(any, tracers_[*label_look_].layers(), grid, std::move(label_lines_));
     else
-        label_lines_ = label(any, detail::layers_for_labels(any, body, *frame.probe, frame.at, grid, false), grid,
-                             std::move(label_lines_));
+        label_lines_ = label(any, detail::layers_for_labels(any, body, *frame.probe, frame.at, grid, false, search_),
+                             grid, std::move(label_lines_));
     labels_ = scan_convert(policy, label_lines_, map(), std::move(labels_));
     return labels_;
 }
@@ -371,7 +372,9 @@ void scanner<Probe, Model, Tracer>::choose_time_gain(const Policy& policy, const
     if (std::exchange(gain_is_chosen_, true)) return;
     const auto choose = [&] {
         return found != nullptr ? automatic_tgc(*found, settings.depth)
-                                : automatic_tgc(policy, body, probe, at, settings.depth);
+                                : automatic_tgc(search_(detail::any_policy<false>{policy}, body, probe, at,
+                                                        {.depth = settings.depth}, settings.depth, false),
+                                                settings.depth);
     };
     gain_.max_db = settings.time_gain.max_db;
     gain_.sliders = settings.time_gain.sliders;

@@ -15253,27 +15253,35 @@ std::uint32_t check_acquisition(const scene& body, const Probe& probe, const pos
 
 
 #endif
+#include <utility>
 
 namespace insonify::inline INSONIFY_ABI {
 
 namespace detail {
 
-/// @param max_depth  how far the lines are followed, metres
-/// @param incident   whether to compute how they meet surfaces
-template <exec::policy Policy, transducer Probe>
-line_layers find_layers_to(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                           const acquisition& scan, float max_depth, bool incident) {
-    detail::frame_lines<Probe> frame{
-        .probe = probe, .at = at, .depth = scan.depth, .max_depth = max_depth, .planes = scan.planes};
-    const elevation_planes planes{beam_of(probe, scan.depth), scan.planes, scan.depth, lines_follow_depth(probe)};
-    for (std::uint32_t i = 0; i < scan.planes; ++i) frame.plane[i] = planes[i];
-    layer_finder finder;
-    finder.assign(probe);
-    finder.prepare(policy, body, frame, line_search::best);
-    line_layers found;
-    finder.find(policy, frame, incident, found);
-    return found;
-}
+/// `find_layers`, again and again: keeps its memory.
+class layer_search {
+  public:
+    /// @param max_depth  how far the lines are followed, metres
+    /// @param incident   whether to compute how they meet surfaces
+    /// @return           valid until the next call
+    template <exec::policy Policy, transducer Probe>
+    line_layers& operator()(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                            const acquisition& scan, float max_depth, bool incident) {
+        frame_lines<Probe> frame{
+            .probe = probe, .at = at, .depth = scan.depth, .max_depth = max_depth, .planes = scan.planes};
+        const elevation_planes planes{beam_of(probe, scan.depth), scan.planes, scan.depth, lines_follow_depth(probe)};
+        for (std::uint32_t i = 0; i < scan.planes; ++i) frame.plane[i] = planes[i];
+        finder_.assign(probe);
+        finder_.prepare(policy, body, frame, line_search::best);
+        finder_.find(policy, frame, incident, found_);
+        return found_;
+    }
+
+  private:
+    layer_finder finder_{};
+    line_layers found_{};
+};
 
 } // namespace detail
 
@@ -15290,7 +15298,8 @@ template <exec::policy Policy, transducer Probe>
 line_layers find_layers(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                         const acquisition& scan) {
     detail::check_lines(body, probe, at, scan.depth, "find_layers");
-    return detail::find_layers_to(detail::any_policy<false>{policy}, body, probe, at, scan, scan.depth, true);
+    return std::move(
+        detail::layer_search{}(detail::any_policy<false>{policy}, body, probe, at, scan, scan.depth, true));
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -20689,9 +20698,8 @@ inline float automatic_tgc(const line_layers& found, float depth) {
 template <exec::policy Policy, transducer Probe>
 float automatic_tgc(const Policy& policy, const scene& body, const Probe& probe, const pose& at, float depth) {
     detail::check_lines(body, probe, at, depth, "automatic_tgc");
-    return automatic_tgc(
-        detail::find_layers_to(detail::any_policy<false>{policy}, body, probe, at, {.depth = depth}, depth, false),
-        depth);
+    const detail::any_policy<false> any{policy};
+    return automatic_tgc(detail::layer_search{}(any, body, probe, at, {.depth = depth}, depth, false), depth);
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -20771,10 +20779,9 @@ void for_each_stretch(view<const layer> layers, view<const medium> media, enum l
 
 /// The layers that labels are read from: of one plane.
 template <exec::policy Policy, transducer Probe>
-line_layers layers_for_labels(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                              const label_settings& settings, bool incident) {
-    return find_layers_to(policy, body, probe, at, {.depth = settings.depth}, max_depth_of(settings, body.media()),
-                          incident);
+const line_layers& layers_for_labels(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                                     const label_settings& settings, bool incident, layer_search& search) {
+    return search(policy, body, probe, at, {.depth = settings.depth}, max_depth_of(settings, body.media()), incident);
 }
 
 } // namespace detail
@@ -20820,7 +20827,8 @@ label_lines label(const Policy& policy, const scene& body, const Probe& probe, c
                   const label_settings& settings) {
     const detail::any_policy<false> any{policy};
     const std::uint32_t samples = detail::check_labels(body, probe, at, settings, "label");
-    return label(any, detail::layers_for_labels(any, body, probe, at, settings, false),
+    detail::layer_search search;
+    return label(any, detail::layers_for_labels(any, body, probe, at, settings, false, search),
                  {settings.depth, samples, settings.grid});
 }
 
@@ -21074,6 +21082,7 @@ class scanner {
     std::optional<std::uint32_t> label_look_{}; // of the newest frame, whose lines are those of the stored frame
     bool gain_is_chosen_ = false;               // for the frame that is being acquired
     iq_lines resampled_{};
+    detail::layer_search search_{}; // of one plane, where no look has it
     label_lines label_lines_{};
     label_image labels_{};
     stage_times times_{};
@@ -21128,8 +21137,8 @@ const label_image& scanner<Probe, Model, Tracer>::labels(const Policy& policy, c
     if (shown_ == 0 && label_look_)
         label_lines_ = label(any, tracers_[*label_look_].layers(), grid, std::move(label_lines_));
     else
-        label_lines_ = label(any, detail::layers_for_labels(any, body, *frame.probe, frame.at, grid, false), grid,
-                             std::move(label_lines_));
+        label_lines_ = label(any, detail::layers_for_labels(any, body, *frame.probe, frame.at, grid, false, search_),
+                             grid, std::move(label_lines_));
     labels_ = scan_convert(policy, label_lines_, map(), std::move(labels_));
     return labels_;
 }
@@ -21213,7 +21222,9 @@ void scanner<Probe, Model, Tracer>::choose_time_gain(const Policy& policy, const
     if (std::exchange(gain_is_chosen_, true)) return;
     const auto choose = [&] {
         return found != nullptr ? automatic_tgc(*found, settings.depth)
-                                : automatic_tgc(policy, body, probe, at, settings.depth);
+                                : automatic_tgc(search_(detail::any_policy<false>{policy}, body, probe, at,
+                                                        {.depth = settings.depth}, settings.depth, false),
+                                                settings.depth);
     };
     gain_.max_db = settings.time_gain.max_db;
     gain_.sliders = settings.time_gain.sliders;
@@ -21707,7 +21718,7 @@ diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const 
         constexpr float max_gain_db = 60, dark_db = 20; // of automatic gain; a third of the usual dynamic range
         const float half_depth = scan.depth / 2;
         const path_survey half =
-            survey_paths(find_layers_to(exec::par, body, probe, at, {.depth = scan.depth}, half_depth, false),
+            survey_paths(layer_search{}(exec::par, body, probe, at, {.depth = scan.depth}, half_depth, false),
                          probe.frequency, half_depth);
         const auto of_pulse = [&](float lost_db) {
             return attenuated(lost_db, probe.frequency, fractional_bandwidth(probe)).loss_db;
@@ -25313,7 +25324,8 @@ ground_truth_lines ground_truth(const Policy& policy, const scene& body, const P
     const detail::any_policy<false> any{policy};
     if constexpr (requires { model.check(); }) model.check();
     const std::uint32_t samples = detail::check_labels(body, probe, at, settings, "ground_truth");
-    const line_layers found = detail::layers_for_labels(any, body, probe, at, settings, true);
+    detail::layer_search search;
+    const line_layers& found = detail::layers_for_labels(any, body, probe, at, settings, true, search);
     const label_lines labels{probe.lines, samples, settings.depth};
     const scan_lines numbers{probe.lines, samples, settings.depth};
     ground_truth_lines truth{labels, labels, labels, numbers, numbers, numbers};

@@ -6,27 +6,35 @@
 #include <insonify/execution/any_policy.hpp>
 #include <insonify/tracing/find/layer_finder.hpp>
 #include <insonify/tracing/plan/check.hpp>
+#include <utility>
 
 namespace insonify::inline INSONIFY_ABI {
 
 namespace detail {
 
-/// @param max_depth  how far the lines are followed, metres
-/// @param incident   whether to compute how they meet surfaces
-template <exec::policy Policy, transducer Probe>
-line_layers find_layers_to(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                           const acquisition& scan, float max_depth, bool incident) {
-    detail::frame_lines<Probe> frame{
-        .probe = probe, .at = at, .depth = scan.depth, .max_depth = max_depth, .planes = scan.planes};
-    const elevation_planes planes{beam_of(probe, scan.depth), scan.planes, scan.depth, lines_follow_depth(probe)};
-    for (std::uint32_t i = 0; i < scan.planes; ++i) frame.plane[i] = planes[i];
-    layer_finder finder;
-    finder.assign(probe);
-    finder.prepare(policy, body, frame, line_search::best);
-    line_layers found;
-    finder.find(policy, frame, incident, found);
-    return found;
-}
+/// `find_layers`, again and again: keeps its memory.
+class layer_search {
+  public:
+    /// @param max_depth  how far the lines are followed, metres
+    /// @param incident   whether to compute how they meet surfaces
+    /// @return           valid until the next call
+    template <exec::policy Policy, transducer Probe>
+    line_layers& operator()(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                            const acquisition& scan, float max_depth, bool incident) {
+        frame_lines<Probe> frame{
+            .probe = probe, .at = at, .depth = scan.depth, .max_depth = max_depth, .planes = scan.planes};
+        const elevation_planes planes{beam_of(probe, scan.depth), scan.planes, scan.depth, lines_follow_depth(probe)};
+        for (std::uint32_t i = 0; i < scan.planes; ++i) frame.plane[i] = planes[i];
+        finder_.assign(probe);
+        finder_.prepare(policy, body, frame, line_search::best);
+        finder_.find(policy, frame, incident, found_);
+        return found_;
+    }
+
+  private:
+    layer_finder finder_{};
+    line_layers found_{};
+};
 
 } // namespace detail
 
@@ -43,7 +51,8 @@ template <exec::policy Policy, transducer Probe>
 line_layers find_layers(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                         const acquisition& scan) {
     detail::check_lines(body, probe, at, scan.depth, "find_layers");
-    return detail::find_layers_to(detail::any_policy<false>{policy}, body, probe, at, scan, scan.depth, true);
+    return std::move(
+        detail::layer_search{}(detail::any_policy<false>{policy}, body, probe, at, scan, scan.depth, true));
 }
 
 } // namespace insonify::inline INSONIFY_ABI

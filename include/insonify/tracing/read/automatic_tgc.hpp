@@ -72,9 +72,8 @@ inline float automatic_tgc(const line_layers& found, float depth) {
 template <exec::policy Policy, transducer Probe>
 float automatic_tgc(const Policy& policy, const scene& body, const Probe& probe, const pose& at, float depth) {
     detail::check_lines(body, probe, at, depth, "automatic_tgc");
-    return automatic_tgc(
-        detail::find_layers_to(detail::any_policy<false>{policy}, body, probe, at, {.depth = depth}, depth, false),
-        depth);
+    const detail::any_policy<false> any{policy};
+    return automatic_tgc(detail::layer_search{}(any, body, probe, at, {.depth = depth}, depth, false), depth);
 }
 
 } // namespace insonify::inline INSONIFY_ABI

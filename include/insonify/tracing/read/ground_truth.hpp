@@ -55,7 +55,8 @@ ground_truth_lines ground_truth(const Policy& policy, const scene& body, const P
     const detail::any_policy<false> any{policy};
     if constexpr (requires { model.check(); }) model.check();
     const std::uint32_t samples = detail::check_labels(body, probe, at, settings, "ground_truth");
-    const line_layers found = detail::layers_for_labels(any, body, probe, at, settings, true);
+    detail::layer_search search;
+    const line_layers& found = detail::layers_for_labels(any, body, probe, at, settings, true, search);
     const label_lines labels{probe.lines, samples, settings.depth};
     const scan_lines numbers{probe.lines, samples, settings.depth};
     ground_truth_lines truth{labels, labels, labels, numbers, numbers, numbers};

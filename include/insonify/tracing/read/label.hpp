@@ -76,10 +76,9 @@ void for_each_stretch(view<const layer> layers, view<const medium> media, enum l
 
 /// The layers that labels are read from: of one plane.
 template <exec::policy Policy, transducer Probe>
-line_layers layers_for_labels(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                              const label_settings& settings, bool incident) {
-    return find_layers_to(policy, body, probe, at, {.depth = settings.depth}, max_depth_of(settings, body.media()),
-                          incident);
+const line_layers& layers_for_labels(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                                     const label_settings& settings, bool incident, layer_search& search) {
+    return search(policy, body, probe, at, {.depth = settings.depth}, max_depth_of(settings, body.media()), incident);
 }
 
 } // namespace detail
@@ -125,7 +124,8 @@ label_lines label(const Policy& policy, const scene& body, const Probe& probe, c
                   const label_settings& settings) {
     const detail::any_policy<false> any{policy};
     const std::uint32_t samples = detail::check_labels(body, probe, at, settings, "label");
-    return label(any, detail::layers_for_labels(any, body, probe, at, settings, false),
+    detail::layer_search search;
+    return label(any, detail::layers_for_labels(any, body, probe, at, settings, false, search),
                  {settings.depth, samples, settings.grid});
 }
 
