@@ -21,13 +21,13 @@ functions = [
     ("triangle test", "geometry/triangle.hpp", r"double edge_side", r"^inline hit|^INSONIFY_FN inline hit intersect\(const ray", ["geometry/triangle"]),
     ("fresnel", "acoustics/fresnel.hpp", r"^struct fresnel", r"^};", ["acoustics/fresnel"]),
     ("Snell", "acoustics/fresnel.hpp", r"float refracted_cosine", r"^struct fresnel", ["acoustics/fresnel"]),
-    ("medium stack", "scene/media_stack.hpp", r"^class media_stack", r"^};", ["scene/media_stack"]),
-    ("layers of a line", "scene/line_layers.hpp", r"void stack_layers", r"^}", ["scene/scene"]),
+    ("medium stack", "scene/media_stack.hpp", r"^struct media_stack", r"^};", ["scene/media_stack"]),
+    ("layers of a line", "scene/layers.hpp", r"class layer_walk", r"^};", ["scene/layers", "scene/scene_layers"]),
     ("SAH split", "bvh/sah_bins.hpp", r"sah_plane cheapest", r"^};", ["bvh/sah_bins"]),
     ("refit", "bvh/refit.hpp", r"box_areas refit_part", r"^} // namespace", ["bvh/refit"]),
     ("pulse", "signal/pulse.hpp", r"^struct pulse_envelope", r"^template", ["signal/pulse"]),
     ("scan conversion", "image/scan_convert.hpp", r"const bool full_circle = ", r"^/// The same for a single frame", ["image/scan_convert"]),
-    ("progressive mean", "image/progressive.hpp", r"const image& add", r"^    /// The mean after", ["image/progressive"]),
+    ("progressive mean", "paper/progressive.hpp", r"const image& add", r"^    /// The mean after", ["paper/progressive"]),
     ("attenuation", "acoustics/attenuation.hpp", r"float echo_loss", r"^} // namespace", ["acoustics/attenuation"]),
 ]
 
@@ -55,7 +55,7 @@ equivalent = [
     ("signal/pulse.hpp", "if (!is_finite(frequency) && !(frequency >= 0))", "the next check refuses infinity"),
     ("image/scan_convert.hpp", "for (std::size_t i = y / map.size.x; i < (y + 1) * map.size.x; ++i) {",
      "rows before are written anew, as they were"),
-    ("image/progressive.hpp", "mean_.assign(frame.pixels.size(), 1.0F);", "the first frame's share of it is 0"),
+    ("paper/progressive.hpp", "mean_.assign(frame.pixels.size(), 1.0F);", "the first frame's share of it is 0"),
 ]
 
 flips = [(" <= ", " > "), (" >= ", " < "), (" < ", " >= "), (" > ", " <= "), (" == ", " != "), (" != ", " == "),
