@@ -8,7 +8,6 @@
 #include <insonify/doppler/doppler_picture.hpp>
 #include <insonify/doppler/doppler_spectrum.hpp>
 #include <insonify/doppler/moving_scatterers.hpp>
-#include <insonify/doppler/moving_surfaces.hpp>
 #include <insonify/doppler/poiseuille.hpp>
 #include <insonify/doppler/pulsed_doppler.hpp>
 #include <insonify/doppler/slow_time.hpp>

@@ -7,10 +7,7 @@
 #include <insonify/motion/compose.hpp>
 #include <insonify/motion/displacement_grid.hpp>
 #include <insonify/motion/indentation.hpp>
-#include <insonify/motion/keep_contact.hpp>
 #include <insonify/motion/press.hpp>
 #include <insonify/motion/pressed_face.hpp>
-#include <insonify/motion/rest_along.hpp>
-#include <insonify/motion/skin_heights.hpp>
 
 #endif

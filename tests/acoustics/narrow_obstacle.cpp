@@ -1,4 +1,4 @@
-#include <insonify/acoustics/narrow_obstacle.hpp>
+#include <insonify/acoustics/follow_sound.hpp>
 #include <insonify/core/units.hpp>
 #include <cmath>
 #include <doctest/doctest.h>

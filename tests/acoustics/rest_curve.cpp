@@ -1,4 +1,4 @@
-#include <insonify/acoustics/scatterers/rest_curve.hpp>
+#include <insonify/acoustics/scatterers/cell_field.hpp>
 #include <insonify/core/units.hpp>
 #include <doctest/doctest.h>
 #include <vector>

@@ -1,4 +1,4 @@
-#include <insonify/acoustics/scatterers/view_direction.hpp>
+#include <insonify/acoustics/scatterers/cell_layout.hpp>
 #include <doctest/doctest.h>
 #include <set>
 

@@ -1,4 +1,4 @@
-#include <insonify/image/check_size.hpp>
+#include <insonify/image/image.hpp>
 #include <doctest/doctest.h>
 #include <string>
 

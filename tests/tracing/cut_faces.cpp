@@ -1,8 +1,7 @@
 #include <insonify/bvh/bvh.hpp>
 #include <insonify/core/random.hpp>
 #include <insonify/geometry/shapes.hpp>
-#include <insonify/tracing/find/cut_faces.hpp>
-#include <insonify/tracing/find/mixed_faces.hpp>
+#include <insonify/tracing/find/slice_cut.hpp>
 #include <algorithm>
 #include <bit>
 #include <cmath>

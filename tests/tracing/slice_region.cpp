@@ -1,8 +1,7 @@
 #include <insonify/core/random.hpp>
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
-#include <insonify/tracing/find/mixed_faces.hpp>
-#include <insonify/tracing/find/slice_region.hpp>
+#include <insonify/tracing/find/slice_cut.hpp>
 #include <doctest/doctest.h>
 #include <glm/glm.hpp>
 #include <vector>

@@ -5,8 +5,8 @@
 
 #include <insonify/acoustics/echo_line.hpp>
 #include <insonify/acoustics/echo_path.hpp>
-#include <insonify/acoustics/propagation.hpp>
-#include <insonify/acoustics/scatterers/straightened.hpp>
+#include <insonify/acoustics/follow_sound.hpp>
+#include <insonify/acoustics/scatterers/scattering.hpp>
 #include <insonify/core/decibels.hpp>
 
 namespace insonify::inline INSONIFY_ABI::detail {

@@ -8,7 +8,6 @@
 #include <insonify/acoustics/emit_speckle.hpp>
 #include <insonify/acoustics/follow_sound.hpp>
 #include <insonify/acoustics/fresnel.hpp>
-#include <insonify/acoustics/propagation.hpp>
 #include <insonify/acoustics/ringing.hpp>
 #include <insonify/acoustics/roughness.hpp>
 #include <insonify/acoustics/scatterers/cell_field.hpp>

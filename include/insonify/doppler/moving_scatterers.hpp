@@ -3,7 +3,7 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/acoustics/scatterers/straightened.hpp>
+#include <insonify/acoustics/scatterers/scattering.hpp>
 #include <insonify/doppler/velocity_field.hpp>
 #include <cmath>
 #include <cstdint>

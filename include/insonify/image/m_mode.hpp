@@ -4,7 +4,6 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/core/error.hpp>
-#include <insonify/image/check_size.hpp>
 #include <insonify/image/image.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <algorithm>

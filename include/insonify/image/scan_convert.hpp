@@ -6,7 +6,6 @@
 #include <insonify/core/memo.hpp>
 #include <insonify/core/text.hpp>
 #include <insonify/execution/for_each.hpp>
-#include <insonify/image/check_size.hpp>
 #include <insonify/image/image.hpp>
 #include <insonify/probe/acquisition.hpp>
 #include <insonify/probe/line_grid.hpp>

@@ -3,7 +3,7 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/image/check_size.hpp>
+#include <insonify/image/image.hpp>
 #include <insonify/io/implementation_file.hpp>
 #include <insonify/io/implementation_stb.hpp>
 #include <insonify/io/png.hpp>

@@ -5,7 +5,7 @@
 
 #include <insonify/core/error.hpp>
 #include <insonify/core/math.hpp>
-#include <insonify/motion/rest_along.hpp>
+#include <insonify/motion/body_motion.hpp>
 
 namespace insonify::inline INSONIFY_ABI {
 

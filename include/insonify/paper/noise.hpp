@@ -5,7 +5,6 @@
 
 #include <insonify/core/random.hpp>
 #include <insonify/execution/for_each.hpp>
-#include <insonify/image/check_size.hpp>
 #include <insonify/image/image.hpp>
 #include <cstddef>
 #include <cstdint>

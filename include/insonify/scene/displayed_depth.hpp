@@ -4,7 +4,7 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/core/error.hpp>
-#include <insonify/probe/plausible.hpp>
+#include <insonify/probe/transducer.hpp>
 #include <insonify/scene/layers.hpp>
 #include <insonify/scene/scene.hpp>
 #include <cmath>

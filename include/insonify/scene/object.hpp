@@ -4,12 +4,17 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/acoustics/medium.hpp>
+#include <insonify/core/error.hpp>
+#include <insonify/core/text.hpp>
 #include <insonify/core/units.hpp>
 #include <insonify/geometry/mesh.hpp>
 #include <insonify/geometry/pose.hpp>
 #include <insonify/tissue/fibre_directions.hpp>
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -41,6 +46,61 @@ struct object {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// An object by its name, or by its id where it has none.
+inline std::string named(const std::string& name, object_id id) {
+    return name.empty() ? "object " + std::to_string(static_cast<std::uint32_t>(id)) : "object '" + name + "'";
+}
+
+/// @throws usage_error  for a point that is not finite
+inline void check_point(vec3 point, const char* caller) {
+    if (!is_finite(point))
+        throw usage_error{std::string{caller} + ": the point is not finite; give three numbers of metres"};
+}
+
+/// @param what  begins the message, such as "scene: the background"
+/// @throws usage_error  for a medium out of range
+inline void check_medium(const medium& m, const std::string& what) {
+    if (!is_valid(m.structure))
+        throw usage_error{what + " has a `structure` out of range: sizes must be above 0, fractions 0 to 1, "
+                                 "`lattices` 1 to 6, deviations 0 to 40 dB, bundles no wider than their spacing"};
+    if (!is_valid(m))
+        throw usage_error{what + " needs a density and a sound speed above 0, and every value finite and not below 0"};
+}
+
+/// The first vertex that is not finite; their number where there is none.
+inline std::size_t find_not_finite(const std::vector<vec3>& positions) {
+    const auto found = std::find_if(positions.begin(), positions.end(), [](const vec3& p) { return !is_finite(p); });
+    return static_cast<std::size_t>(found - positions.begin());
+}
+
+/// @throws geometry_error  for a frame in which a vertex of an object is not finite
+[[noreturn]] inline void refuse_frame(const object& one, std::size_t vertex) {
+    throw geometry_error{
+        joined({named(one.name, one.id), ": vertex ", std::to_string(vertex),
+                " was moved to a point that is not finite; all objects are back where they were before: check the "
+                "simulation, or the formula, that moved it"})};
+}
+
+/// Checks the arguments of `scene::add`, which documents what is thrown.
+inline void check_object(const mesh& surface, const medium& inside, const object_settings& settings, object_id id) {
+    const std::string who = named(settings.name, id) + ": ";
+    check_medium(inside, who + "its medium");
+    if (!is_rigid(settings.at)) throw geometry_error{who + "its pose is not a rigid transform; scale the mesh instead"};
+    if (!settings.fibres.varies() && !is_finite(settings.fibres({0, 0, 0})))
+        throw geometry_error{who + "the direction of its fibres is not finite; give three numbers, or leave it out"};
+    if (!(settings.crease_angle >= 0) || !(settings.crease_angle <= pi))
+        throw usage_error{who + "`crease_angle` is " + std::to_string(settings.crease_angle) +
+                          " radians; it must be from 0 (every face is flat) to pi; write it as in 30_deg"};
+    check_faces(surface, who);
+    if (const std::size_t vertex = find_not_finite(surface.positions); vertex < surface.positions.size())
+        throw geometry_error{joined(
+            {who, "vertex ", std::to_string(vertex), " is not finite; repair the mesh (`validate` reports more)"})};
+}
+
+} // namespace insonify::inline INSONIFY_ABI::detail
 
 #include <insonify/core/restore_macros.hpp>
 

@@ -4,22 +4,73 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/bvh/bvh.hpp>
+#include <insonify/core/view.hpp>
 #include <insonify/execution/for_each.hpp>
+#include <insonify/execution/simd_bits.hpp>
+#include <insonify/geometry/aabb.hpp>
 #include <insonify/geometry/face_groups.hpp>
 #include <insonify/scene/object.hpp>
-#include <insonify/scene/point_bounds.hpp>
 #include <insonify/scene/smooth_surface.hpp>
 #include <insonify/scene/tetrahedral_mesh.hpp>
 #include <insonify/tissue/fibre_grid.hpp>
 #include <insonify/tissue/placed_structure.hpp>
 #include <insonify/tissue/structure_axes.hpp>
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <utility>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI::detail {
+
+/// What one pass over points finds.
+struct point_bounds {
+    aabb box{};         ///< around them, where all are finite
+    bool finite = true; ///< whether all are
+};
+
+/// Bounds of two sets of points.
+inline point_bounds merged(const point_bounds& a, const point_bounds& b) {
+    return {merged(a.box, b.box), a.finite && b.finite};
+}
+
+/// Bounds points and copies them, in one pass. @param copy  as many; null: none is made
+inline point_bounds bounds_of(view<const vec3> points, vec3* copy) {
+    // Coordinates interleave in three registers: x y z x, y z x y, z x y z.
+    constexpr int width = simd_width;
+    using floats = lanes<width>;
+    floats lower[3] = {floats(FLT_MAX), floats(FLT_MAX), floats(FLT_MAX)};
+    floats upper[3] = {floats(-FLT_MAX), floats(-FLT_MAX), floats(-FLT_MAX)};
+    bit_lanes<width> wild{};
+    const std::size_t whole = points.size() / width * width;
+    for (std::size_t begin = 0; begin < whole; begin += width) {
+        const auto add = [&](std::ptrdiff_t k) {
+            const floats p = load<width>(&points[begin].x + k * width);
+            wild = wild | not_finite<width>(p);
+            lower[k] = min(lower[k], p);
+            upper[k] = max(upper[k], p);
+            if (copy != nullptr) store(p, &copy[begin].x + k * width);
+        };
+        add(0), add(1), add(2); // not a loop, which g++ -O2 does not unroll
+    }
+    float lowest[3 * width], highest[3 * width];
+    for (std::ptrdiff_t k = 0; k < 3; ++k) {
+        store(lower[k], lowest + k * width);
+        store(upper[k], highest + k * width);
+    }
+    point_bounds found;
+    for (int lane = 0, i = 0; lane < width; ++lane, i += 3) {
+        found.box = merged(
+            found.box, aabb{{lowest[i], lowest[i + 1], lowest[i + 2]}, {highest[i], highest[i + 1], highest[i + 2]}});
+        found.finite = found.finite && wild[lane] >> 31 == 0;
+    }
+    for (std::size_t i = whole; i < points.size(); ++i) {
+        found = merged(found, {merged(aabb{}, points[i]), is_finite(points[i])});
+        if (copy != nullptr) copy[i] = points[i];
+    }
+    return found;
+}
 
 /// World box around a box in object coordinates, enlarged by the rounding error of rays transformed to the object.
 inline aabb placed_box(const aabb& local, const pose& at) {
@@ -153,6 +204,35 @@ struct object_state {
         return structure_axes(surface, local_box, of.fibres(local_box.centre()));
     }
 };
+
+/// The index of the object of each rank: of objects that contain a point the one of lowest rank gives the medium. Ordered
+/// by priority, then by smaller enclosed volume, then the later first.
+inline std::vector<std::uint32_t> ranked(const std::vector<object>& objects) {
+    std::vector<float> volume;
+    volume.reserve(objects.size());
+    for (const object& one : objects) volume.push_back(static_cast<float>(std::fabs(enclosed_volume(one.surface))));
+    std::vector<std::uint32_t> by_rank(objects.size());
+    for (std::uint32_t i = 0; i < by_rank.size(); ++i) by_rank[i] = i;
+    std::sort(by_rank.begin(), by_rank.end(), [&](std::uint32_t a, std::uint32_t b) {
+        if (objects[a].priority != objects[b].priority) return objects[a].priority > objects[b].priority;
+        if (volume[a] != volume[b]) return volume[a] < volume[b];
+        return objects[a].id > objects[b].id;
+    });
+    return by_rank;
+}
+
+/// The different media, the background first; writes the index of each object's medium into its state.
+inline std::vector<medium> distinct_media(const medium& background, const std::vector<object>& objects,
+                                          std::vector<object_state>& states) {
+    std::vector<medium> media{background};
+    media.reserve(1 + objects.size());
+    for (std::size_t i = 0; i < objects.size(); ++i) {
+        const auto known = std::find(media.begin(), media.end(), objects[i].inside);
+        states[i].medium = static_cast<std::uint32_t>(known - media.begin());
+        if (known == media.end()) media.push_back(objects[i].inside);
+    }
+    return media;
+}
 
 } // namespace insonify::inline INSONIFY_ABI::detail
 

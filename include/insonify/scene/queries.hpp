@@ -4,7 +4,7 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/core/error.hpp>
-#include <insonify/scene/media_stack.hpp>
+#include <insonify/scene/crossings.hpp>
 #include <insonify/scene/nearest_point.hpp>
 #include <insonify/scene/scene.hpp>
 #include <concepts>

@@ -3,11 +3,144 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/tissue/line_nodes.hpp>
-#include <insonify/tissue/line_parts.hpp>
+#include <insonify/execution/simd_bits.hpp>
+#include <insonify/execution/simd_math.hpp>
 #include <insonify/tissue/placed_structure.hpp>
+#include <cstdint>
 
 namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Linear interpolation between values at whole numbers, for a register full of places at equal steps. Within the register the
+/// slope changes at each whole number.
+/// @param count  of values, at least 2; before the first one and behind the last one the slope is that beside it
+/// @param first  of the places
+INSONIFY_FN INSONIFY_INLINE lanes<max_simd_width> interpolate(const float* values, std::uint32_t count, float first,
+                                                              float step) {
+    using floats = lanes<max_simd_width>;
+    const auto whole = static_cast<std::uint32_t>(max(first, 0));
+    const std::uint32_t before = whole + 2 < count ? whole : count - 2;
+    const float part = first - static_cast<float>(before);
+    const float* const at = values + before;
+    const floats away = floats_of<max_simd_width>(steps_of_bits<max_simd_width>(0, 1)) * floats(step) + floats(part);
+    floats sum = multiply_add(away, floats(at[1] - at[0]), floats(at[0]));
+    for (std::uint32_t i = 1; static_cast<float>(i) < 1 + (max_simd_width - 1) * step && before + i + 1 < count; ++i)
+        sum = multiply_add(max(away - floats(static_cast<float>(i)), floats(0.0F)),
+                           floats(at[i + 1] - 2 * at[i] + at[i - 1]), sum);
+    return sum;
+}
+
+/// A quantity that varies slowly along a line: its values at nodes, linear in between. Nodes lie at whole multiples of their
+/// distance in the material, so that neighbouring segments and lines share them.
+class line_nodes {
+  public:
+    /// Evaluates a field, lanes(lanes distances), between two distances along the line, metres.
+    /// @param apart   distance of the nodes, metres; more where they would be too many
+    /// @param origin  of the distances in the material, metres
+    template <class Field>
+    INSONIFY_FN void evaluate(float from, float to, float apart, float origin, const Field& field) {
+        step_ = max(apart, (to - from) / (max_count - 3));
+        first_ = std::floor((origin + from) / step_) * step_ - origin;
+        count_ = static_cast<std::uint32_t>(clamp((to - first_) / step_, 0, max_count - 3)) + 2;
+        for (std::uint32_t i = 0; i < count_; i += max_simd_width)
+            store(field(lanes<max_simd_width>(first_) +
+                        floats_of<max_simd_width>(steps_of_bits<max_simd_width>(i, 1)) * lanes<max_simd_width>(step_)),
+                  value_ + i);
+    }
+
+    /// The values at a register full of distances at equal steps, metres.
+    INSONIFY_FN INSONIFY_INLINE lanes<max_simd_width> at(float distance, float step) const {
+        return interpolate(value_, count_, min((distance - first_) / step_, static_cast<float>(count_ - 1)),
+                           step / step_);
+    }
+
+    /// A linear function of the distance.
+    struct linear {
+        float first = 0; ///< at distance 0
+        float step = 0;  ///< per metre
+    };
+    /// Calls visit(begin, end, values) for every piece of a part of the line on which the quantity is linear.
+    template <class Visit>
+    INSONIFY_FN void for_each_piece(float from, float to, const Visit& visit) const {
+        for (std::uint32_t i = 0; i + 1 < count_; ++i) {
+            const float node = first_ + static_cast<float>(i) * step_;
+            const float begin = i == 0 ? from : max(node, from), end = i + 2 == count_ ? to : min(node + step_, to);
+            if (!(begin < end)) continue;
+            const float slope = (value_[i + 1] - value_[i]) / step_;
+            visit(begin, end, linear{value_[i] - slope * node, slope});
+        }
+    }
+
+  private:
+    static constexpr std::uint32_t max_count = 72;
+
+    float first_ = 0, step_ = 1; // metres
+    std::uint32_t count_ = 0;
+    float value_[max_count + max_simd_width];
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+/// Parts of a line, a register at a time: see `sheet_crossings`.
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Metres along a line.
+struct line_interval {
+    float begin = 0, end = 0;
+};
+
+/// Values that are linear along a line, one in each lane.
+struct linear_lanes {
+    using floats = lanes<max_simd_width>;
+    floats first, step;
+
+    INSONIFY_FN INSONIFY_INLINE floats at(const floats& distance) const { return multiply_add(distance, step, first); }
+    /// Shortens an interval to its part where least <= value < most; never beyond its ends.
+    INSONIFY_FN INSONIFY_INLINE void clip(const floats& least, const floats& most, floats& begin, floats& end) const {
+        const floats size = max(abs(step), floats(1e-3F)), // no select: compilers divide on both sides of it
+            per_step = select(step < floats(0.0F), floats(-1.0F), floats(1.0F)) / size;
+        const floats a = (least - first) * per_step, b = (most - first) * per_step;
+        const floats from = min(max(begin, min(a, b)), end);
+        end = max(min(end, max(a, b)), begin);
+        begin = from;
+    }
+};
+
+/// Parts of the line within one layer of cells, or one row.
+struct part_list {
+    static constexpr std::uint32_t room = 64;
+    float begin[room], end[room], wave[room], wave_step[room], layer[room], row[room];
+    std::uint32_t of_layer[room]; // random bits
+    std::uint32_t count = 0;
+
+    INSONIFY_FN bool full() const { return count == room; }
+    INSONIFY_FN void push(line_interval within, const line_nodes::linear& displaced, float in_layer, float in_row,
+                          std::uint32_t random) {
+        begin[count] = within.begin;
+        end[count] = within.end;
+        wave[count] = displaced.first;
+        wave_step[count] = displaced.step;
+        layer[count] = in_layer;
+        row[count] = in_row;
+        of_layer[count++] = random;
+    }
+};
+
+/// A register full of a list. Behind its end all is 0, so that parts are empty.
+struct part_lanes {
+    using floats = lanes<max_simd_width>;
+    floats begin, end, layer, row;
+    linear_lanes wave;
+    INSONIFY_FN INSONIFY_INLINE part_lanes(const part_list& of, std::uint32_t i) {
+        const auto listed =
+            floats_of<max_simd_width>(steps_of_bits<max_simd_width>(i, 1)) < floats(static_cast<float>(of.count));
+        const auto at = [&](const float* list) { return select(listed, load<max_simd_width>(list + i), floats(0.0F)); };
+        begin = at(of.begin);
+        end = at(of.end);
+        layer = at(of.layer);
+        row = at(of.row);
+        wave = {at(of.wave), at(of.wave_step)};
+    }
+};
 
 /// Fraction 0 to 1 of some of the bits.
 INSONIFY_FN INSONIFY_INLINE lanes<max_simd_width> fraction_of_bits(const bit_lanes<max_simd_width>& random,

@@ -8,7 +8,7 @@
 #include <insonify/probe/acquisition.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/signal/kernel/axial_kernel.hpp>
-#include <insonify/signal/kernel/lateral_slab.hpp>
+#include <insonify/signal/kernel/lateral_kernel.hpp>
 #include <insonify/signal/pulse.hpp>
 #include <algorithm>
 #include <cstddef>

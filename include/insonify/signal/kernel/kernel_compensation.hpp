@@ -5,10 +5,124 @@
 
 #include <insonify/acoustics/echo_line.hpp>
 #include <insonify/acoustics/roughness.hpp>
+#include <insonify/core/math.hpp>
 #include <insonify/core/view.hpp>
-#include <insonify/signal/kernel/curved_kernel.hpp>
-#include <insonify/signal/kernel/surface_strip.hpp>
+#include <cmath>
 #include <cstddef>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// The specular echo of a curved surface through a Gaussian kernel, in one direction across the line:
+///
+///     V = integral of G(x; sigma) exp(-i K (x - x0)^2 / (2 a)) dx = (1 + i q)^(-1/2) exp(-(x0 / sigma)^2 i q / (1 + i q) / 2)
+///     q = K sigma^2 / a
+///
+/// relative to a plane, where G has the integral 1, K is the phase per metre of displayed depth, a the radius of the surface in
+/// metres, and x0 where the surface is nearest to the probe. At its middle |V| = (1 + (2 k sigma^2 / a)^2)^(-1/4).
+/// Source: Kirchhoff's approximation; the Gaussian integral, with the parabola in place of the circle.
+class curved_kernel {
+  public:
+    /// @param phase_per_metre  K
+    /// @param slope            tangent of the angle of the surface's normal to the line
+    /// @param curvature        second derivative of the surface's depth, 1/m
+    /// @param sigma            standard deviation of the kernel, metres
+    INSONIFY_FN curved_kernel(float phase_per_metre, float slope, float curvature, float sigma)
+        : phase_per_metre_{phase_per_metre}, cosine_{1 / std::sqrt(1 + slope * slope)}, sine_{slope * cosine_},
+          bend_{curvature * cosine_ * cosine_ * cosine_}, sigma_{sigma} {}
+
+    /// How much the surface counts as curved, 0 to 1. One that turns little within the kernel is a plane of its own slope on
+    /// every line: then the law of plane surfaces is more accurate. So it is where the nearest place is far away, beyond what
+    /// slope and curvature at this place can tell.
+    INSONIFY_FN float strength() const {
+        const float q = phase(), curved = q * q / (q * q + 0.4F * 0.4F);
+        if (!(curved > 0.01F)) return 0;
+        return curved * clamp(3.5F - std::fabs(sine_ / (bend_ * sigma_)), 0, 1);
+    }
+
+    /// What a line emits, at the depth of the nearest place, so that the sum over lines under the kernel is V, wherever that
+    /// place lies between them.
+    ///
+    /// The surface is averaged under a Gaussian of half the line spacing about the line, without which the sum has aliases. It
+    /// widens the kernel; the ratio of V under both makes up for that.
+    INSONIFY_FN vec2 of_line(float spacing) const {
+        const float width = 0.55F * spacing, a = phase_per_metre_ * bend_ * width * width;
+        const float turns = phase_per_metre_ * sine_ * width, b = turns * turns / (1 + a * a);
+        const float q = phase(), wider = q + a;
+        const float ratio = std::sqrt(std::sqrt((1 + wider * wider) / ((1 + q * q) * (1 + a * a))));
+        const float deeper = 0.5F * sine_ * sine_ / bend_; // than the nearest place, metres
+        return polar(ratio * std::exp(-0.5F * b), 0.5F * (a * b - std::atan(a)) - phase_per_metre_ * deeper);
+    }
+
+    /// |V| at its middle.
+    INSONIFY_FN float at_middle() const {
+        const float q = phase();
+        return 1 / std::sqrt(std::sqrt(1 + q * q));
+    }
+    /// V. @param offset  x0, metres
+    INSONIFY_FN vec2 whole(float offset) const {
+        const float q = phase(), x = offset / sigma_;
+        const float size = std::exp(-0.5F * x * x * q * q / (1 + q * q)) / std::sqrt(std::sqrt(1 + q * q));
+        return polar(size, -0.5F * std::atan(q));
+    }
+
+    /// From this place to where the surface is nearest to the probe: metres across the line, and deeper.
+    INSONIFY_FN vec2 to_nearest() const { return {sine_ / bend_, (cosine_ - 1) / bend_}; }
+    /// a, metres.
+    INSONIFY_FN float radius() const { return 1 / std::fabs(bend_); }
+
+  private:
+    INSONIFY_FN float phase() const { return phase_per_metre_ * bend_ * sigma_ * sigma_; } // q
+    INSONIFY_FN static vec2 polar(float size, float phase) { return {size * std::cos(phase), size * std::sin(phase)}; }
+
+    float phase_per_metre_, cosine_, sine_;
+    float bend_; // one over the radius, positive where the surface recedes to both sides, 1/m
+    float sigma_;
+};
+
+/// The part of a surface that a line stands for, out of the slice: an arc of a circle, or a straight piece.
+class surface_strip {
+  public:
+    /// @param slope      tangent of the angle of the surface's normal to the line, out of the slice
+    /// @param curvature  second derivative of the surface's depth out of the slice, 1/m
+    /// @param strip      lower and upper end, metres out of the slice from the line
+    INSONIFY_FN surface_strip(float slope, float curvature, vec2 strip) : slope_{slope}, strip_{strip} {
+        const float cosine = 1 / std::sqrt(1 + slope * slope);
+        bend_ = curvature * cosine * cosine * cosine;
+        nearest_ = 0.5F * (strip.x + strip.y);
+        const float turned = std::fabs(bend_) * max(strip.y - strip.x, 1e-6F);
+        if (turned > 1e-3F && is_finite(turned)) {
+            constexpr float met = 0.95F; // of the radius; a surface is too steep beyond
+            const float radius = 1 / std::fabs(bend_);
+            nearest_ = slope * cosine / bend_;
+            strip_ = {max(strip.x, min(nearest_ - met * radius, 0)), min(strip.y, max(nearest_ + met * radius, 0))};
+            nearest_ = clamp(nearest_, strip_.x, strip_.y);
+        } else {
+            bend_ = 0;
+        }
+    }
+
+    /// How much deeper than on the line, metres, at a part of the strip, 0 to 1.
+    INSONIFY_FN float deeper(float part) const { return deeper_at(strip_.x + part * (strip_.y - strip_.x)); }
+    /// How far it is from the least depth to that of either end, metres.
+    INSONIFY_FN float range() const {
+        const float middle = deeper_at(nearest_);
+        return std::fabs(deeper_at(strip_.x) - middle) + std::fabs(deeper_at(strip_.y) - middle);
+    }
+
+  private:
+    INSONIFY_FN float deeper_at(float height) const {
+        if (bend_ == 0) return -slope_ * height;
+        const float cosine = 1 / std::sqrt(1 + slope_ * slope_), sine = bend_ * height - slope_ * cosine;
+        return (cosine - std::sqrt(max(1 - sine * sine, 0))) / bend_;
+    }
+
+    float slope_;
+    vec2 strip_;
+    float bend_ = 0;    // one over the radius, 1/m
+    float nearest_ = 0; // where the surface is nearest to the probe, or the middle
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
 
 /// The acoustic model computes physics only: it emits the echo that the probe receives. `convolve` then averages
 /// neighbouring lines, and elevation planes are averaged too, which weakens echoes that differ from line to line. Here

@@ -3,13 +3,330 @@
 
 #include <insonify/core/save_macros.hpp>
 
+#include <insonify/bvh/leaf_triangles.hpp>
+#include <insonify/bvh/traverse.hpp>
+#include <insonify/core/view.hpp>
 #include <insonify/execution/for_each.hpp>
+#include <insonify/execution/simd.hpp>
+#include <insonify/geometry/aabb.hpp>
+#include <insonify/geometry/face_groups.hpp>
+#include <insonify/geometry/mesh.hpp>
+#include <insonify/geometry/pose.hpp>
+#include <insonify/probe/line_fan.hpp>
 #include <insonify/scene/scene_view.hpp>
-#include <insonify/tracing/find/cut_faces.hpp>
-#include <insonify/tracing/find/mixed_faces.hpp>
+#include <insonify/signal/kernel/elevation_plane.hpp>
 #include <algorithm>
+#include <cstddef>
 
 namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Slices in world or object coordinates. Each is the plane of `across` and `along`, displaced in elevation by an offset and a
+/// tilt; positions in it are those in the plane before.
+///
+/// The level of a point has a bit for each slice below it. A point on a slice counts as below it, as if every slice were
+/// shifted upwards by an infinitesimal step.
+struct slice_frame {
+    static constexpr std::uint32_t max_slices = 8;
+
+    vec3 origin{0, 0, 0};
+    vec3 across{1, 0, 0};
+    vec3 along{0, 0, 1};
+    std::uint32_t count = 0;
+    vec3 normal[max_slices] = {};  ///< elevation less the slope of the slice times the depth axis: not of length 1
+    float height[max_slices] = {}; ///< along its normal, of the points of a slice above the origin, metres
+
+    slice_frame() = default;
+
+    /// @param probe_at  whose coordinates the planes are in
+    /// @param planes    at most `max_slices`
+    /// @param fan       coordinates of positions in the slice plane, to those of the probe
+    slice_frame(const pose& probe_at, view<const detail::elevation_plane> planes, const pose& fan = {})
+        : count{static_cast<std::uint32_t>(planes.size())} {
+        const pose at = probe_at * fan;
+        origin = at.translation;
+        across = at.rotation[0];
+        along = at.rotation[2];
+        for (std::uint32_t i = 0; i < count; ++i) {
+            normal[i] = at.rotation[1] - planes[i].slope * probe_at.rotation[2];
+            height[i] = planes[i].height(fan.translation.z);
+        }
+    }
+
+    /// The same slices in the coordinates of an object. @param at  object to world
+    slice_frame local(const pose& at) const {
+        slice_frame l = *this;
+        l.origin = at.local_point(origin);
+        l.across = at.local_direction(across);
+        l.along = at.local_direction(along);
+        for (vec3& n : l.normal) n = at.local_direction(n);
+        return l;
+    }
+
+    /// Component along an axis of a point relative to the origin; bit-equal for every copy of a point, scalar or in SIMD.
+    template <class Float>
+    INSONIFY_INLINE static Float component(vec3 axis, const Float& x, const Float& y, const Float& z) {
+        return multiply_add(Float(axis.x), x, multiply_add(Float(axis.y), y, Float(axis.z) * z));
+    }
+
+    /// Height of a point along the normal of a slice.
+    float height_of(std::uint32_t slice, vec3 p) const { return height_of(slice, p.x, p.y, p.z); }
+    template <class Float>
+    INSONIFY_INLINE Float height_of(std::uint32_t slice, const Float& x, const Float& y, const Float& z) const {
+        return component_of(normal[slice], x, y, z);
+    }
+    template <class Float>
+    INSONIFY_INLINE Float across_of(const Float& x, const Float& y, const Float& z) const {
+        return component_of(across, x, y, z);
+    }
+    template <class Float>
+    INSONIFY_INLINE Float along_of(const Float& x, const Float& y, const Float& z) const {
+        return component_of(along, x, y, z);
+    }
+    vec2 place_of(vec3 p) const { return {across_of(p.x, p.y, p.z), along_of(p.x, p.y, p.z)}; }
+
+  private:
+    template <class Float>
+    INSONIFY_INLINE Float component_of(vec3 axis, const Float& x, const Float& y, const Float& z) const {
+        return component(axis, x - Float(origin.x), y - Float(origin.y), z - Float(origin.z));
+    }
+};
+
+/// A half space that bounds a region.
+struct region_side {
+    vec3 outwards{0, 0, 0};
+    float limit = 0; ///< upper bound of dot(outwards, p - origin) for points inside
+};
+/// The part of the slices that lines cover: no line crosses what lies beyond one of its sides.
+struct slice_region {
+    slice_frame frame{};
+    region_side sides[4] = {};
+    std::uint32_t side_count = 0;
+
+    slice_region() = default;
+
+    /// Between the first and the last line, beyond their origins, of any depth.
+    /// @param beside  metres by which it is larger, to all sides
+    slice_region(const slice_frame& slices, const detail::line_fan& fan, float beside = 0) : frame{slices} {
+        if (!fan.is_wedge()) return;
+        const auto &left = fan[0], &right = fan[fan.size() - 1];
+        add_side({-left.along.y, left.along.x}, left.right({0, 0}) + beside);
+        add_side({right.along.y, -right.along.x}, -right.right({0, 0}) + beside);
+        add_side({0, -1}, -fan.extent().min.y + beside);
+    }
+
+    /// The same for lines of this length, metres.
+    slice_region within(float length, const detail::line_fan& fan) const {
+        slice_region near_part = *this;
+        near_part.add_side({0, 1}, fan.extent().max.y + length * fan.extent().max_cosine);
+        return near_part;
+    }
+
+    void add_side(vec2 outwards, float limit) {
+        sides[side_count++] = {outwards.x * frame.across + outwards.y * frame.along, limit};
+    }
+
+    /// The same region in the coordinates of an object. @param at  object to world
+    slice_region local(const pose& at) const {
+        slice_region l = *this;
+        l.frame = frame.local(at);
+        for (region_side& s : l.sides) s.outwards = at.local_direction(s.outwards);
+        return l;
+    }
+};
+
+/// A bit for each box that may overlap one of the slices within the region. Conservative: rounding never misses one.
+template <class Lanes>
+INSONIFY_INLINE std::uint32_t overlaps(const slice_region& region, const Lanes (&lower)[3], const Lanes (&upper)[3]) {
+    const float origin[3] = {region.frame.origin.x, region.frame.origin.y, region.frame.origin.z};
+    Lanes centre[3], half[3], margin(0.0F);
+    for (int axis = 0; axis < 3; ++axis) {
+        half[axis] = Lanes(0.5F) * upper[axis] - Lanes(0.5F) * lower[axis];
+        centre[axis] = Lanes(0.5F) * upper[axis] + Lanes(0.5F) * lower[axis] - Lanes(origin[axis]);
+        margin = margin + abs(centre[axis]) + half[axis] + Lanes(std::fabs(origin[axis]));
+    }
+    margin = Lanes(1e-6F) * margin; // for rounding errors of what follows
+    const auto distance = [&](vec3 n) {
+        return Lanes(n.x) * centre[0] + Lanes(n.y) * centre[1] + Lanes(n.z) * centre[2];
+    };
+    const auto half_extent = [&](vec3 n) {
+        return Lanes(std::fabs(n.x)) * half[0] + Lanes(std::fabs(n.y)) * half[1] + Lanes(std::fabs(n.z)) * half[2] +
+               margin;
+    };
+    std::uint32_t overlapping = 0;
+    for (std::uint32_t i = 0; i < region.frame.count; ++i) {
+        const vec3 normal = region.frame.normal[i];
+        overlapping |= bits_of(abs(distance(normal) - Lanes(region.frame.height[i])) <= half_extent(normal));
+    }
+    for (std::uint32_t i = 0; i < region.side_count && overlapping != 0; ++i) {
+        const region_side& s = region.sides[i];
+        overlapping &= bits_of(distance(s.outwards) - half_extent(s.outwards) <= Lanes(s.limit));
+    }
+    return overlapping;
+}
+
+/// The same for one box.
+inline bool overlaps(const slice_region& region, const aabb& box) {
+    using floats = lanes<simd_width>;
+    const floats lower[3] = {floats(box.lower.x), floats(box.lower.y), floats(box.lower.z)};
+    const floats upper[3] = {floats(box.upper.x), floats(box.upper.y), floats(box.upper.z)};
+    return !box.empty() && overlaps(region, lower, upper) != 0;
+}
+
+/// One corner of each of N triangles, in the coordinates of a slice frame.
+template <int N>
+struct slice_corner {
+    lanes<N> height{}, across{}, along{};
+};
+
+/// Lanes of `a` where the mask is set, of `b` elsewhere.
+template <int N>
+INSONIFY_INLINE slice_corner<N> select_corner(const lane_mask<N>& mask, const slice_corner<N>& a,
+                                              const slice_corner<N>& b) {
+    return {select(mask, a.height, b.height), select(mask, a.across, b.across), select(mask, a.along, b.along)};
+}
+
+/// The points of the edges from `below` to `above` at a height.
+///
+/// Edges are always interpolated upwards, so that faces that share an edge compute exactly the same point.
+template <int N>
+INSONIFY_INLINE slice_corner<N> cut_edges(const slice_corner<N>& below, const slice_corner<N>& above, float height) {
+    const lanes<N> zero(0.0F), one(1.0F), rise = above.height - below.height;
+    const lanes<N> share = (lanes<N>(height) - below.height) / select(zero < rise, rise, one);
+    const lanes<N> within = min(max(share, zero), one);
+    return {lanes<N>(height), multiply_add(within, above.across - below.across, below.across),
+            multiply_add(within, above.along - below.along, below.along)};
+}
+
+/// Intersects the triangles of a leaf with the slices that separate their corners: emit(slice number, a bit for each
+/// triangle that the slice cuts, from, to).
+template <class Range, int Width, class Emit>
+INSONIFY_INLINE void cut_faces(const slice_frame& frame, const leaf<Range, Width>& triangles, const Emit& emit) {
+    using floats = lanes<Width>;
+    slice_corner<Width> corner[3];
+    const auto axis = [&](int c, int k) { return load<Width>(triangles.corner[c][k]); };
+    bool placed = false;
+    for (std::uint32_t slice = 0; slice < frame.count; ++slice) {
+        for (int c = 0; c < 3; ++c) corner[c].height = frame.height_of(slice, axis(c, 0), axis(c, 1), axis(c, 2));
+        const floats here(frame.height[slice]);
+        const auto a = here < corner[0].height, b = here < corner[1].height, c = here < corner[2].height;
+        std::uint32_t mixed = ((bits_of(a) ^ bits_of(b)) | (bits_of(a) ^ bits_of(c))) & triangles.usable();
+        if (mixed == 0) continue;
+        if (!placed) {
+            for (int k = 0; k < 3; ++k) {
+                corner[k].across = frame.across_of(axis(k, 0), axis(k, 1), axis(k, 2));
+                corner[k].along = frame.along_of(axis(k, 0), axis(k, 1), axis(k, 2));
+            }
+            placed = true;
+        }
+        // The corner that is alone on its side, and the two that follow it.
+        const auto first = (b && c) || !(b || c), second = (a && c) || !(a || c);
+        const slice_corner<Width> alone =
+            select_corner<Width>(first, corner[0], select_corner<Width>(second, corner[1], corner[2]));
+        const slice_corner<Width> next =
+            select_corner<Width>(first, corner[1], select_corner<Width>(second, corner[2], corner[0]));
+        const slice_corner<Width> last =
+            select_corner<Width>(first, corner[2], select_corner<Width>(second, corner[0], corner[1]));
+        const auto up = here < alone.height;
+        const slice_corner<Width> from = cut_edges(select_corner<Width>(up, next, alone),
+                                                   select_corner<Width>(up, alone, next), frame.height[slice]);
+        const slice_corner<Width> to = cut_edges(select_corner<Width>(up, last, alone),
+                                                 select_corner<Width>(up, alone, last), frame.height[slice]);
+        mixed &=
+            bits_of(floats(0.0F) <= floats_of<Width>(not_finite<Width>(from.across) | not_finite<Width>(from.along) |
+                                                     not_finite<Width>(to.across) | not_finite<Width>(to.along)));
+        if (mixed != 0) emit(slice, mixed, from, to);
+    }
+}
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+/// Finds the faces that slices cut, those whose corners differ in level (see `slice_frame`), without a tree or with one.
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// The level of every point, in blocks, by plain loops that the compiler vectorises.
+inline void find_levels(const slice_frame& frame, view<const vec3> points, std::uint8_t* levels) {
+    constexpr std::size_t few = 512;
+    const slice_frame own = frame;             // a copy, which no store can alias
+    float x[few], y[few], z[few], height[few]; // from the origin
+    for (std::size_t begin = 0; begin < points.size(); begin += few) {
+        const std::size_t count = std::min(few, points.size() - begin);
+        const vec3* const from = points.data() + begin;
+        std::uint8_t* const to = levels + begin;
+        for (std::size_t i = 0; i < count; ++i) height[i] = own.height_of(0, from[i]);
+        const float first = own.height[0];
+        for (std::size_t i = 0; i < count; ++i) to[i] = height[i] > first;
+        if (own.count == 1) continue;
+        for (std::size_t i = 0; i < count; ++i) {
+            x[i] = from[i].x - own.origin.x;
+            y[i] = from[i].y - own.origin.y;
+            z[i] = from[i].z - own.origin.z;
+        }
+        for (std::uint32_t slice = 1; slice < own.count; ++slice) {
+            const vec3 normal = own.normal[slice];
+            for (std::size_t i = 0; i < count; ++i) height[i] = slice_frame::component(normal, x[i], y[i], z[i]);
+            const float here = own.height[slice];
+            const int bit = 1 << slice;
+            for (std::size_t i = 0; i < count; ++i)
+                to[i] = static_cast<std::uint8_t>(to[i] | (height[i] > here ? bit : 0));
+        }
+    }
+}
+
+/// Calls visit(i) for the faces of the groups [begin, end) whose corners differ in level. Most groups are on one side of all
+/// slices, so the branches predict well.
+template <class Visit>
+void for_each_mixed(view<const uvec3> faces, const detail::face_groups_view& groups, std::size_t begin, std::size_t end,
+                    const std::uint8_t* levels, Visit&& visit) {
+    for (std::size_t group = begin; group < end; ++group) {
+        const view<const std::uint32_t> vertices = groups[group];
+        const unsigned first = levels[vertices[0]];
+        unsigned different = 0;
+        for (const std::uint32_t vertex : vertices) different |= levels[vertex] ^ first;
+        if (different == 0) continue;
+        const std::size_t last = std::min((group + 1) * detail::face_groups_view::size, faces.size());
+        for (std::size_t i = group * detail::face_groups_view::size; i < last; ++i) {
+            const uvec3 corner = faces[i];
+            const unsigned a = levels[corner.x], b = levels[corner.y], c = levels[corner.z];
+            if (((a ^ b) | (a ^ c)) != 0) visit(static_cast<std::uint32_t>(i));
+        }
+    }
+}
+
+/// Calls visit(child reference) for the children of a node that may overlap the region; see node.hpp.
+template <class Range, int Width, class Visit>
+INSONIFY_INLINE void for_each_child(const bvh_view<Range, Width>& tree, std::uint32_t node, const slice_region& region,
+                                    Visit&& visit) {
+    const float* const side = tree.nodes[node].sides;
+    const auto row = [&](std::ptrdiff_t k) { return load<Width>(side + k * Width); };
+    const lanes<Width> lower[3] = {row(0), row(1), row(2)}, upper[3] = {row(3), row(4), row(5)};
+    for (std::uint32_t left = overlaps(region, lower, upper); left != 0; left &= left - 1) {
+        const std::uint32_t child = tree.nodes[node].child[detail::lowest_bit(left)];
+        if (child != no_child) visit(child);
+    }
+}
+
+/// Calls visit(leaf) for the leaves below a child reference that may overlap the region.
+template <class Range, int Width, class Visit>
+void for_each_leaf(const bvh_view<Range, Width>& tree, std::uint32_t code, const slice_region& region, Visit&& visit) {
+    // So many references are prefetched before they are visited, unless the stack is long: then the traversal goes depth
+    // first, where each level adds less than Width references.
+    constexpr std::uint32_t prefetched = 8, long_stack = prefetched * Width;
+    std::uint32_t stack[long_stack + prefetched * Width + max_stack<Width>], queue[prefetched];
+    std::uint32_t count = 0, visited = 0, queued = 0;
+    stack[count++] = code;
+    for (;;) {
+        for (; count > 0 && queued - visited < (count < long_stack ? prefetched : 1); ++queued) {
+            const std::uint32_t child = queue[queued % prefetched] = stack[--count];
+            tree.prefetch(child);
+        }
+        if (queued == visited) return;
+        const std::uint32_t next = queue[visited++ % prefetched];
+        if ((next & leaf_bit) != 0)
+            visit(tree.leaves[next ^ leaf_bit]);
+        else
+            for_each_child(tree, next, region, [&](std::uint32_t child) { stack[count++] = child; });
+    }
+}
 
 /// The intersection of a slice with a face: the segment from one of its edges to another, and the lines that cross it.
 struct cut_segment {

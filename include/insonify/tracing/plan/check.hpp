@@ -6,7 +6,6 @@
 #include <insonify/acoustics/medium.hpp>
 #include <insonify/core/text.hpp>
 #include <insonify/probe/acquisition.hpp>
-#include <insonify/probe/plausible.hpp>
 #include <insonify/probe/transducer.hpp>
 #include <insonify/scene/scene.hpp>
 
