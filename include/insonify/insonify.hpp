@@ -50,7 +50,6 @@
 #include <insonify/signal/rf.hpp>
 #include <insonify/tracing/find/find_layers.hpp>
 #include <insonify/tracing/paths.hpp>
-#include <insonify/tracing/paths/path_estimate.hpp>
 #include <insonify/tracing/read/automatic_tgc.hpp>
 #include <insonify/tracing/read/ground_truth.hpp>
 #include <insonify/tracing/read/label.hpp>

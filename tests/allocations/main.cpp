@@ -37,11 +37,10 @@ long allocated_among_many(const Policy& policy) {
     body.build(policy);
     const linear_array probe{.lines = 24, .width = 40_mm, .frequency = 5_MHz};
     const acquisition scan{.depth = 40_mm, .samples = 640}, thick{.depth = 40_mm, .samples = 640, .planes = 3};
-    const path_settings often{.paths_per_line = 3};
     line_tracer<linear_array> of_lines;
-    line_tracer<linear_array, physical<>, paths> of_paths, of_random_paths;
+    line_tracer<linear_array, physical<>, paths> of_paths;
     line_tracer<linear_array, law2011> of_rays;
-    iq_lines lines, along_paths, along_random_paths;
+    iq_lines lines, along_paths;
     scan_lines intensities;
     label_lines labels;
     constexpr int frames = 8;
@@ -60,8 +59,6 @@ long allocated_among_many(const Policy& policy) {
         body.update(policy);
         lines = of_lines.trace(policy, body, probe, at, physical{}, thick, {}, std::move(lines));
         along_paths = of_paths.trace(policy, body, probe, at, physical{}, thick, {}, std::move(along_paths));
-        along_random_paths = of_random_paths.trace(policy, body, probe, at, physical{}, scan, paths{often},
-                                                   std::move(along_random_paths));
         intensities = of_rays.trace(policy, body, probe, at, law2011{}, scan, straight_lines{line_search::rays},
                                     std::move(intensities));
         labels = label(policy, of_lines.layers(), {scan.depth, scan.samples}, std::move(labels));

@@ -4,10 +4,14 @@ using namespace insonify;
 
 #ifdef CALL_tracing_trace
 iq_lines call(const scene& body) { return trace(exec::par_unseq, body, pencil{}, pose{}, physical{}, {}); }
-iq_lines call_slice(const scene& body) { return trace(exec::seq, body, pencil{}, pose{}, physical{}, {}, straight_lines{line_search::slices}); }
+iq_lines call_slice(const scene& body) {
+    return trace(exec::seq, body, pencil{}, pose{}, physical{}, {}, straight_lines{line_search::slices});
+}
 #endif
 #ifdef CALL_tracing_find_find_layers
-line_layers call(const scene& body) { return find_layers(exec::par, body, pencil{}, pose{}, {.depth = 0.04F, .planes = 3}); }
+line_layers call(const scene& body) {
+    return find_layers(exec::par, body, pencil{}, pose{}, {.depth = 0.04F, .planes = 3});
+}
 #endif
 #ifdef CALL_tracing_read_automatic_tgc
 float call(const scene& body) { return automatic_tgc(exec::par, body, pencil{}, pose{}, 0.04F); }
@@ -25,7 +29,4 @@ iq_lines call(iq_lines echoes, const scene& body) {
 #endif
 #ifdef CALL_tracing_paths
 iq_lines call(const scene& body) { return trace(exec::par, body, pencil{}, pose{}, physical{}, {}, paths{}); }
-#endif
-#ifdef CALL_tracing_paths_path_estimate
-void call(path_estimate& estimate, const iq_lines& lines) { estimate.add(exec::par, lines); }
 #endif

@@ -33,8 +33,6 @@ TEST_CASE("settings of traces out of range are refused with a sentence") {
     const auto with = [&](const acquisition& bad, const auto& model) {
         trace(exec::seq, one, probe, pose{}, model, bad);
     };
-    path_estimate estimate;
-    estimate.add(exec::seq, iq_lines{4, 8, 20_mm});
     check<usage_error>({
         {[&] { with({.depth = 0}, law2011{}); }, "trace: depth is 0 m; it must be from 1 nm to 10 m"},
         {[&] { trace(exec::seq, body(), linear_array{.frequency = 9e9F}, pose{}, law2011{}, {.depth = 9}); },
@@ -50,11 +48,7 @@ TEST_CASE("settings of traces out of range are refused with a sentence") {
          "specular_return: `power` must be a finite number"},
         {[&] { poisson_numbers{.density = 0}.check(); }, "poisson"},
         {[&] { trace(exec::seq, one, probe, pose{}, physical{}, scan, paths{{.min_amplitude = 0}}); },
-         "paths: `min_amplitude` and `rough_power` must be above 0, `face_reflection` from -1 to 1"},
-        {[&] {
-             estimate.add(exec::seq, iq_lines{4, 9, 20_mm});
-         },
-         "path_estimate: all frames must have the same lines"},
+         "paths: `min_amplitude` must be above 0, `face_reflection` from -1 to 1"},
         {[&] {
              orthographic_camera{.size = {0, 5}}.check();
          },

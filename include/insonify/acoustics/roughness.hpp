@@ -73,24 +73,6 @@ namespace detail {
 /// Source: Lambert's law; the integral over the half space is the incident power, cos i.
 INSONIFY_FN constexpr float lambert_lobe(float cosine_in, float cosine_out) { return cosine_in * cosine_out / pi; }
 
-/// Samples the normal of a microfacet of a rough surface, at an angle a from the surface normal: cos a = u^(1 / (s +
-/// 1)).
-///
-/// @param normal    of the surface, length 1
-/// @param exponent  s: the density of directions is proportional to cos^s a; 0: uniform in the half space
-/// @param uniform   two independent random numbers in [0, 1): u, and the azimuth in turns
-/// @return          length 1, in the half space of `normal`
-/// Source: Mattausch & Goksel, Monte-Carlo ray tracing for ultrasound, 2016.
-INSONIFY_FN inline vec3 perturbed_normal(vec3 normal, float exponent, vec2 uniform) {
-    // By logarithms: 1 - u^(2 / (s + 1)) = sin^2 a would cancel for a nearly smooth surface.
-    const float logarithm = std::log(max(uniform.x, FLT_MIN)) / (exponent + 1);
-    const float cosine = std::exp(logarithm);
-    const float sine = std::sqrt(-std::expm1(2 * logarithm));
-    const float azimuth = 2 * pi * uniform.y;
-    const detail::orthonormal_basis axes{normal};
-    return cosine * normal + sine * (std::cos(azimuth) * axes.first + std::sin(azimuth) * axes.second);
-}
-
 } // namespace detail
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -26,23 +26,15 @@ struct paths {
 
     /// @throws usage_error  for settings out of range
     void check() const {
-        if (!(settings.min_amplitude > 0) || !(std::fabs(settings.face_reflection) <= 1) || !(settings.rough_power > 0))
-            throw usage_error{
-                "paths: `min_amplitude` and `rough_power` must be above 0, `face_reflection` from -1 to 1"};
+        if (!(settings.min_amplitude > 0) || !(std::fabs(settings.face_reflection) <= 1))
+            throw usage_error{"paths: `min_amplitude` must be above 0, `face_reflection` from -1 to 1"};
     }
 
     /// Traces one line: see `tracer`.
     template <class Policy, detail::path_model Model>
     INSONIFY_FN bool operator()(const Policy&, const line_task& task, const Model& model, line_scratch& scratch,
                                 view<vec2> out) const {
-        const std::uint32_t times = settings.paths_per_line > 0 ? settings.paths_per_line : 1;
-        for (std::uint32_t i = 0; i < times; ++i) {
-            const std::uint64_t stream = hash_bits(std::uint64_t{task.number} * task.planes + task.plane, i);
-            if (!detail::path_walk<Model>{task, model, settings, scratch, out, stream}.run()) return false;
-        }
-        if (times > 1)
-            for (vec2& sample : out) sample *= 1 / static_cast<float>(times);
-        return true;
+        return detail::path_walk<Model>{task, model, settings, scratch, out}.run();
     }
 
     friend bool operator==(const paths&, const paths&) = default;

@@ -22,9 +22,11 @@ void draw(const Policy& policy, scene& body, const Probe& probe, const pose& at)
     const acquisition scan{.depth = 50_mm, .samples = 1024, .planes = 3};
     const image picture = b_mode(policy, body, probe, at, {.depth = 50_mm, .size = {128, 128}});
     trace(policy, body, probe, at, physical{}, scan, paths{});
-    trace(policy, body, probe, at, physical{}, scan, paths{{.face_reflection = 0.3F, .paths_per_line = 4}});
-    trace(policy, body, probe, at, physical{}.with_scattering(poisson_scatterers{}), scan, straight_lines{line_search::rays});
-    const scan_lines lines = trace(policy, body, probe, at, law2011{.band = law2011::band::after}, scan, straight_lines{line_search::slices});
+    trace(policy, body, probe, at, physical{}, scan, paths{{.face_reflection = 0.3F}});
+    trace(policy, body, probe, at, physical{}.with_scattering(poisson_scatterers{}), scan,
+          straight_lines{line_search::rays});
+    const scan_lines lines = trace(policy, body, probe, at, law2011{.band = law2011::band::after}, scan,
+                                   straight_lines{line_search::slices});
     const label_settings labels{.depth = 50_mm, .samples = 256, .grid = label_settings::grid::displayed};
     ground_truth(policy, body, probe, at, labels);
     const image flat = scan_convert(policy, lines, probe, {.size = {64, 64}});

@@ -13,13 +13,10 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// How far sound is followed through refraction and reflection.
 struct path_settings {
-    std::uint32_t bounces = 16;       ///< reflections of a path before its last echo, at most
-    float min_amplitude = 1e-5F;      ///< a path is dropped where its own echo would be weaker
-    float face_reflection = 0;        ///< of the probe's face, as pressure amplitude, for echoes that return to it
-    std::uint32_t paths_per_line = 0; ///< random paths (Monte Carlo); 0: every path, split at each surface
-    float rough_power = 40;           ///< random paths: normals of rough surfaces are distributed as cos^rough_power
-    std::uint64_t seed = 1;           ///< of random paths; another seed is another frame of the same picture
-    bool pairs = true;                ///< sound also returns along a different path; never with random paths
+    std::uint32_t bounces = 16;  ///< reflections of a path before its last echo, at most
+    float min_amplitude = 1e-5F; ///< a path is dropped where its own echo would be weaker
+    float face_reflection = 0;   ///< of the probe's face, as pressure amplitude, for echoes that return to it
+    bool pairs = true;           ///< sound also returns along a different path
 
     friend bool operator==(const path_settings&, const path_settings&) = default;
 };
@@ -41,12 +38,11 @@ concept path_model = acoustic_model<Model> && requires(const Model& m, const tra
 template <detail::path_model Model>
 class path_walk {
   public:
-    /// @param random  numbers the random paths: a different stream for each
     INSONIFY_FN path_walk(const line_task& task, const Model& model, const path_settings& settings,
-                          line_scratch& scratch, view<vec2> out, std::uint64_t random)
+                          line_scratch& scratch, view<vec2> out)
         : scene_{task.scene}, model_{model}, settings_{settings}, line_{task.line}, face_{task.line.frame},
           echoes_{task.echoes(out)}, found_{scratch.found}, branches_{scratch.branches},
-          branch_objects_{scratch.branch_objects}, arrivals_{scratch.arrivals}, random_{random} {
+          branch_objects_{scratch.branch_objects}, arrivals_{scratch.arrivals} {
         for (const medium& m : scene_.media) fastest_ = max(fastest_, m.sound_speed);
     }
 
@@ -66,7 +62,7 @@ class path_walk {
     static constexpr std::uint32_t spread_steps = 96; // of a piece of a path
 
     // Displayed depth at which paths end. Beyond the depth of the lines they may still be half of a pair.
-    INSONIFY_FN float max_shown() const { return (keeps_arrivals() ? 2 : 1) * echoes_.depth(); }
+    INSONIFY_FN float max_shown() const { return (settings_.pairs ? 2 : 1) * echoes_.depth(); }
     // How far a path can go on from a displayed depth, metres.
     INSONIFY_FN float range(float shown) const { return (max_shown() - shown) * fastest_ / display_speed; }
 
@@ -139,31 +135,21 @@ class path_walk {
         if (frame.tilt != 0 && by_tilt)
             frame = {frame.origin, normalize(frame.path()), frame.elevation, 0, frame.steering};
         const vec3 along = frame.along;
-        const bool random = settings_.paths_per_line > 0;
-        vec3 facet = smooth;
         const incidence at{before, after, walk.met().cosine, line_.frequency, below.roughness};
-        if (random && rms_height(at) > 0) {
-            const float first = uniform();
-            facet = detail::perturbed_normal(dot(smooth, along) > 0 ? -smooth : smooth, settings_.rough_power,
-                                             {first, uniform()});
-        }
         const response met = model_.add_interface(line_, above, below, now.path, echoes_);
-        if (keeps_arrivals()) record(now, below.begin, walk.met().normal, above, below);
-        // There and back. A rough surface mirrors only its coherent part; random paths have its facets instead.
-        const float mirrored = random ? 1.0F : model_.roughness.coherent(at);
+        if (settings_.pairs) record(now, below.begin, walk.met().normal, above, below);
+        // There and back. A rough surface mirrors only its coherent part.
+        const float mirrored = model_.roughness.coherent(at);
         const float back = met.reflected * met.reflected * mirrored * mirrored;
 
-        // A normal that would send the path to the wrong side of the face is replaced: a facet's by that of the mean surface,
-        // that one by the face's own.
+        // A smooth normal that would send the path to the wrong side of the face is replaced by the face's own.
         const auto crosses = [&](vec3 direction) { return dot(direction, flat) * dot(along, flat) > 0; };
         const auto transmitted_by = [&](vec3 normal) { return model_.refracted(along, normal, before, after); };
         const auto mirrored_by = [&](vec3 normal) { return along - 2 * dot(along, normal) * normal; };
-        vec3 onwards = transmitted_by(facet), reflected = mirrored_by(facet);
-        if (!crosses(onwards)) onwards = transmitted_by(smooth);
+        vec3 onwards = transmitted_by(smooth), reflected = mirrored_by(smooth);
         if (!crosses(onwards)) onwards = transmitted_by(flat);
         if (onwards == vec3{0, 0, 0} && met.transmitted > 0)
             onwards = along; // the law transmits where Snell's does not
-        if (crosses(reflected)) reflected = mirrored_by(smooth);
         if (crosses(reflected)) reflected = mirrored_by(flat);
 
         const vec3 point = now.frame.at(below.begin);
@@ -181,14 +167,6 @@ class path_walk {
         off.own_surface = walk.is_own() ? 0.0F : cosine;
         off.inverted = now.inverted != (met.reflected < 0);
         ++off.bounces;
-        if (random) { // one of the two, with the probability of its part: its weight stays
-            const float both = back + met.transmitted;
-            if (!(both > 0)) return;
-            const bool reflects = uniform() * both < back;
-            (reflects ? off : on).path.passed = now.path.passed * both;
-            if (reflects) walk.step_back(found_.inside);
-            return push(reflects ? off : on, found_.inside);
-        }
         push(on, found_.inside);
         walk.step_back(found_.inside);
         push(off, found_.inside);
@@ -201,8 +179,8 @@ class path_walk {
         if (!now.tube.plane()) now = arrived_at(now, distance);
         add_face_echo(now.path);
         const vec3 point = now.frame.at(distance);
-        if (keeps_arrivals()) record(now, distance, face_.along, {}, {});
-        if (keeps_arrivals() && !overflow_) arrivals_[arrived_ - 1].at_face = true;
+        if (settings_.pairs) record(now, distance, face_.along, {}, {});
+        if (settings_.pairs && !overflow_) arrivals_[arrived_ - 1].at_face = true;
         now.frame = turned(now.frame, point, now.frame.along - 2 * dot(now.frame.along, face_.along) * face_.along);
         if (!now.tube.plane())
             now.tube = now.tube.mirrored(face_.along, now.frame.along, {0, 0, 0}, {0, 0, 0}, {0, 0, 0});
@@ -218,8 +196,6 @@ class path_walk {
                                      amplitude_of_decibels(-pulse_loss(model_, line_, path.lost_db)),
                                  0});
     }
-
-    INSONIFY_FN bool keeps_arrivals() const { return settings_.pairs && settings_.paths_per_line == 0; }
 
     INSONIFY_FN void record(const detail::path_branch& now, float distance, vec3 normal, const layer& above,
                             const layer& below) {
@@ -277,8 +253,6 @@ class path_walk {
         return {point, along, size > 1e-3F ? elevation / size : before.elevation, before.tilt, before.steering};
     }
 
-    INSONIFY_FN float uniform() { return hash_uniform(settings_.seed, random_++); }
-
     const scene_view& scene_;
     const Model& model_;
     const path_settings& settings_;
@@ -289,7 +263,6 @@ class path_walk {
     view<detail::path_branch> branches_;
     view<std::uint32_t> branch_objects_;
     view<detail::path_arrival> arrivals_;
-    std::uint64_t random_;
     float fastest_ = display_speed;
     std::uint32_t count_ = 0, objects_ = 0; // branches, and the objects that contain them
     std::uint32_t arrived_ = 0;             // arrivals at surfaces
