@@ -342,7 +342,7 @@ class collapse:
     to: Vector
 
 class breathing:
-    """A region that moves to and fro: a map for deform."""
+    """A region that moves back and forth: a map for deform."""
     def __init__(self, *, direction: Vector = ..., amplitude: float = ..., centre: Vector = ..., extent: float = ..., rate: float = ..., time: float = ...) -> None: ...
     def __call__(self, rest: ArrayLike) -> Array: ...
     amplitude: float

@@ -238,8 +238,8 @@ diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const 
         const path_survey half =
             survey_paths(layer_search{}(exec::par, body, probe, at, {.depth = scan.depth}, half_depth, false),
                          probe.frequency, half_depth);
-        const auto of_pulse = [&](float lost_db) {
-            return attenuated(lost_db, probe.frequency, fractional_bandwidth(probe)).loss_db;
+        const auto of_pulse = [&](float loss_db) {
+            return attenuated(loss_db, probe.frequency, fractional_bandwidth(probe)).loss_db;
         };
         const float needed = 2 * clamp(half.attenuation, 50, 100) * probe.frequency * 1e-6F * half.length;
         const float gain = min(of_pulse(needed), max_gain_db), lost = of_pulse(half.loss_db);

@@ -387,7 +387,9 @@ struct structure {
 
 /// True if every value is finite and in range: sizes above 0, fractions from 0 to 1, deviations 0 to 40 dB.
 INSONIFY_FN inline bool is_valid(const structure& s) {
-    const auto within = [](float value, float least, float most) { return value >= least && value <= most; };
+    const auto within = [](float value, float smallest, float largest) {
+        return value >= smallest && value <= largest;
+    };
     const auto size_fits = [&](vec3 size) {
         return within(size.x, 1e-6F, 10) && within(size.y, 1e-6F, 10) && within(size.z, 1e-6F, 10);
     };
@@ -1217,7 +1219,7 @@ struct scatterer_echoes {
     vec2 slope{0, 0}; ///< change of displayed depth per metre across the line: in the slice plane, out of it
 };
 
-/// The specular echo of a plane or curved surface, with its repetitions where sound goes to and fro in a thin layer above it.
+/// The specular echo of a plane or curved surface, with its repetitions where sound reverberates in a thin layer above it.
 struct curved_echo {
     float depth = 0;     ///< displayed, metres
     float amplitude = 0; ///< of the whole echo, before the aperture has its part
@@ -1232,9 +1234,9 @@ struct curved_echo {
     /// @param range  metres of displayed depth after which they end
     template <class Visit>
     INSONIFY_FN void for_each_repetition(float range, const Visit& visit) const {
-        constexpr std::uint32_t most = 256;
+        constexpr std::uint32_t largest = 256;
         float factor = 1;
-        for (std::uint32_t i = 0; i < most && std::fabs(factor) > 1e-3F; ++i) {
+        for (std::uint32_t i = 0; i < largest && std::fabs(factor) > 1e-3F; ++i) {
             const float deeper = static_cast<float>(i) * repeat_step;
             if (i > 0 && !(deeper < range)) return;
             visit(deeper, factor);
@@ -1715,10 +1717,6 @@ struct fibre_chart {
 #define INSONIFY_TISSUE_STRUCTURE_RMS_HPP
 
 
-#ifndef INSONIFY_TISSUE_SHEET_LOBE_HPP
-#define INSONIFY_TISSUE_SHEET_LOBE_HPP
-
-
 #include <cmath>
 
 namespace insonify::inline INSONIFY_ABI::detail {
@@ -1739,13 +1737,6 @@ INSONIFY_FN inline float tilt_of_lattice(const structure::sheet_layer& layer, st
     const float steep = 0.3F + 0.7F * static_cast<float>(k * 5 % 6) / 5;
     return (k % 2 == 0 ? steep : -steep) * layer.tilt;
 }
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-
-namespace insonify::inline INSONIFY_ABI::detail {
 
 /// Mean and mean square of a random factor.
 struct two_moments {
@@ -1981,16 +1972,16 @@ struct aperture_gain {
 /// or later than through it; beside an obstacle, part of it is blocked.
 ///
 /// Factors on the amplitude that arrives there and returns along the line alone, at equal steps of depth. Amplitudes below
-/// `least` are taken as `least`. Empty: the line alone counts.
+/// `min_amplitude` are taken as `min_amplitude`. Empty: the line alone counts.
 struct aperture_gains {
-    static constexpr float least = 1e-12F; ///< smallest amplitude that a factor belongs to
+    static constexpr float min_amplitude = 1e-12F; ///< smallest amplitude that a factor belongs to
 
     view<const aperture_gain> at_steps{}; ///< element k at a distance of (k + 1) * spacing from the probe face
     float spacing = 1;                    ///< metres along the line
 
     /// The amplitude that arrives through the whole aperture. @param factor  `surfaces` or `speckle` of a gain
     INSONIFY_FN float amplitude(float along_line, float factor) const {
-        return at_steps.empty() ? along_line : max(along_line, least) * factor;
+        return at_steps.empty() ? along_line : max(along_line, min_amplitude) * factor;
     }
 };
 
@@ -2019,11 +2010,11 @@ struct layer_gains {
         return {a.surfaces + part * (b.surfaces - a.surfaces), a.speckle + part * (b.speckle - a.speckle),
                 a.deeper + part * (b.deeper - a.deeper)};
     }
-    /// The least `deeper` within the layer.
-    INSONIFY_FN float least_deeper() const {
-        float least = at_steps.empty() ? before.deeper : at_steps[0].deeper;
-        for (const aperture_gain& gain : at_steps) least = min(least, gain.deeper);
-        return least;
+    /// The smallest `deeper` within the layer.
+    INSONIFY_FN float min_deeper() const {
+        float smallest = at_steps.empty() ? before.deeper : at_steps[0].deeper;
+        for (const aperture_gain& gain : at_steps) smallest = min(smallest, gain.deeper);
+        return smallest;
     }
     /// At the end of the layer.
     INSONIFY_FN const aperture_gain& last() const { return at_steps.empty() ? before : at_steps[at_steps.size() - 1]; }
@@ -2928,7 +2919,7 @@ enum class pulse_bandwidth { narrow, broad };
 /// State of the wave at a point of its path.
 struct echo_path {
     float shown = 0;                      ///< displayed depth, metres
-    float lost_db = 0;                    ///< attenuation so far, there and back, dB
+    float loss_db = 0;                    ///< attenuation so far, there and back, dB
     float passed = 1;                     ///< factor on amplitude of the interfaces so far, there and back
     detail::refracted_layer refraction{}; ///< of the present layer
     detail::layer_gains gains{};          ///< of the present layer
@@ -2937,7 +2928,7 @@ struct echo_path {
     /// @param along      metres below the beginning of the present layer
     /// @param per_metre  attenuation of its medium, there and back, dB/m
     INSONIFY_FN float lost_at(float along, float per_metre) const {
-        return lost_db + per_metre * refraction.length(along);
+        return loss_db + per_metre * refraction.length(along);
     }
 };
 
@@ -2958,12 +2949,12 @@ INSONIFY_FN inline float sigma_of(const traced_line& line) {
 }
 
 /// The loss at the peak of the pulse, dB; that of the carrier for a line that states neither bandwidth nor pulse.
-/// @param lost_db  that of the carrier
-INSONIFY_FN inline float peak_loss(pulse_bandwidth bandwidth, const traced_line& line, float lost_db) {
-    if (bandwidth == pulse_bandwidth::narrow || !(max(line.bandwidth, line.pulse_sigma) > 0)) return lost_db;
+/// @param loss_db  that of the carrier
+INSONIFY_FN inline float peak_loss(pulse_bandwidth bandwidth, const traced_line& line, float loss_db) {
+    if (bandwidth == pulse_bandwidth::narrow || !(max(line.bandwidth, line.pulse_sigma) > 0)) return loss_db;
     const float fractional =
         line.bandwidth > 0 ? line.bandwidth : axial_sigma(line.pulse_sigma, line.frequency); // its own inverse
-    return attenuated(lost_db, line.frequency, fractional).loss_db;
+    return attenuated(loss_db, line.frequency, fractional).loss_db;
 }
 
 } // namespace detail
@@ -2975,22 +2966,24 @@ INSONIFY_FN inline float peak_loss(pulse_bandwidth bandwidth, const traced_line&
 #define INSONIFY_ACOUSTICS_EMIT_SPECKLE_HPP
 
 
-#ifndef INSONIFY_ACOUSTICS_PROPAGATION_HPP
-#define INSONIFY_ACOUSTICS_PROPAGATION_HPP
+#ifndef INSONIFY_ACOUSTICS_FOLLOW_SOUND_HPP
+#define INSONIFY_ACOUSTICS_FOLLOW_SOUND_HPP
 
 
+#include <cmath>
+#include <cstddef>
 
 /// How the state of the wave changes within the layers of a line, by a model's `timing` and `attenuation`.
 namespace insonify::inline INSONIFY_ABI::detail {
 
 /// The loss at the peak of the pulse of a line by a model, dB; that of the carrier for models that state no other.
-/// @param lost_db  that of the carrier
+/// @param loss_db  that of the carrier
 template <class Model>
-INSONIFY_FN float pulse_loss(const Model& model, const traced_line& line, float lost_db) {
-    if constexpr (requires { model.pulse_loss(line, lost_db); })
-        return model.pulse_loss(line, lost_db);
+INSONIFY_FN float pulse_loss(const Model& model, const traced_line& line, float loss_db) {
+    if constexpr (requires { model.pulse_loss(line, loss_db); })
+        return model.pulse_loss(line, loss_db);
     else
-        return lost_db;
+        return loss_db;
 }
 
 /// Sound passes through a layer to its end.
@@ -2998,17 +2991,92 @@ template <class Model>
 INSONIFY_FN void pass(const Model& model, const traced_line& line, const layer& here, echo_path& path) {
     const medium& m = line.media[here.medium];
     path.shown += (here.end - here.begin) * displayed_stretch(model.timing, m);
-    path.lost_db = path.lost_at(here.end - here.begin, model.attenuation(m, line.frequency));
+    path.loss_db = path.lost_at(here.end - here.begin, model.attenuation(m, line.frequency));
+}
+
+/// The fraction of the power of a strip of the beam that passes beside a layer which is narrow out of the slice plane, such as
+/// a needle, a wire or a small ball; 0 where it is wide, as bone and plates are.
+///
+/// The layer's section out of the slice plane is the ellipse that has, at the line, its thickness T and the first and second
+/// derivatives T' and T'' of that by the height y, which follow from slope and curvature of the two surfaces. T(y)^2 is then a
+/// polynomial of degree two, and its zeros are the sides of the section:
+///
+///     y = T (T' +- sqrt(-T T'')) / -(T'^2 + T T'')
+///
+/// Of a strip with the power exp(-y^2 / s^2), what lies outside them passes. Facets do not curve: an obstacle whose normals are
+/// not smooth lets nothing pass.
+/// @param obstacle  a layer between two surfaces that are the object's own
+/// @param behind    the next one
+/// @param strip     s, metres
+INSONIFY_FN inline float power_beside(const layer& obstacle, const layer& behind, float strip) {
+    const float thickness = obstacle.end - obstacle.begin;
+    const float first = obstacle.slope.y - behind.slope.y; // a slope is the negative derivative of the depth
+    const float bend = thickness * (obstacle.curvature.y - behind.curvature.y), open = bend - first * first;
+    if (!(strip > 0) || !(open > 0)) return 0;
+    const float root = std::sqrt(bend), per_strip = thickness / (open * strip);
+    return 0.5F * (std::erfc((root + first) * per_strip) + std::erfc((root - first) * per_strip));
+}
+
+/// Adds the sound that passes beside a narrow obstacle in the strip of the beam that the line stands for to what passes through
+/// it: by power, and at the mean time. What lets half of the amplitude through is no obstacle.
+/// @param above  in front of the obstacle
+/// @param below  behind it
+/// @return       whether any was added
+template <class Model>
+INSONIFY_FN bool add_sound_beside(const Model& model, const traced_line& line, const layer& obstacle,
+                                  const layer& behind, const echo_path& above, echo_path& below) {
+    if (!(obstacle.own_surfaces.x > 0) || !(obstacle.own_surfaces.y > 0) || above.passed == 0) return false;
+    layer tissue = obstacle; // beside it
+    tissue.medium = behind.medium;
+    echo_path around = above; // straight on
+    around.refraction.enters_at = 0;
+    pass(model, line, tissue, around);
+    const float through = below.passed / above.passed *
+                          amplitude_of_decibels(min(
+                              pulse_loss(model, line, around.loss_db) - pulse_loss(model, line, below.loss_db), 300));
+    if (!(through < 0.5F)) return false;
+    const float beside = power_beside(obstacle, behind, line.aperture.strip(0.5F * (above.shown + around.shown)));
+    if (beside == 0) return false;
+    const float power = (1 - beside) * through * through + beside;
+    below.shown += beside / power * (around.shown - below.shown);
+    below.loss_db = around.loss_db;
+    below.refraction.enters_at = 0; // what passes beside it arrives straight
+    below.passed = above.passed * std::sqrt(power);
+    return true;
+}
+
+/// Follows sound along a line from layer to layer: for the echoes that a model emits, and for what arrives at each depth.
+/// @param at_surface  at_surface(i, here, path): the transmission into layer i, there and back; called where it is of another
+///                    medium than the layer above, at whose end `path` lies
+/// @param in_layer    in_layer(i, here, path): called at the beginning of each layer; false ends the walk
+template <class Model, class AtSurface, class InLayer>
+INSONIFY_FN void follow_sound(const Model& model, const traced_line& line, const AtSurface& at_surface,
+                              const InLayer& in_layer) {
+    echo_path path{}, above{}; // at the end of the layer before, and of the one before that
+    line_refraction<Model> refraction{model, line};
+    for (std::size_t i = 0; i < line.layers.size(); ++i) {
+        layer here = line.layers[i];
+        echo_path entered = path;
+        entered.refraction = refraction.next();
+        entered.gains = path.gains.next(line.gains, here, line.media[here.medium]);
+        if (here.medium != entered.refraction.before) {
+            here.cosine = entered.refraction.cosine;
+            entered.passed *= at_surface(i, here, path);
+            if (add_sound_beside(model, line, line.layers[i - 1], here, above, entered) &&
+                entered.gains.at_steps.empty())
+                entered.gains.before = {}; // the gains within an obstacle do not hold for what passes beside it
+        }
+        above = path;
+        path = entered;
+        if (!in_layer(i, here, path)) return;
+        pass(model, line, here, path);
+    }
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
 
 
 #endif
-#ifndef INSONIFY_ACOUSTICS_SCATTERERS_STRAIGHTENED_HPP
-#define INSONIFY_ACOUSTICS_SCATTERERS_STRAIGHTENED_HPP
-
-
 #ifndef INSONIFY_ACOUSTICS_SCATTERERS_SCATTERING_HPP
 #define INSONIFY_ACOUSTICS_SCATTERERS_SCATTERING_HPP
 
@@ -3108,9 +3176,6 @@ struct no_scatterers {
 
 } // namespace insonify::inline INSONIFY_ABI
 
-
-#endif
-
 namespace insonify::inline INSONIFY_ABI::detail {
 
 /// Calls `field.scatter`; where fibres are curved, in coordinates in which they are straight, piece by piece.
@@ -3156,7 +3221,7 @@ template <class Model, class Echoes>
 INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const layer& here, const echo_path& path,
                               const Echoes& echoes) {
     const medium& m = line.media[here.medium];
-    const float begin = path.shown + path.gains.least_deeper();
+    const float begin = path.shown + path.gains.min_deeper();
     if (!(m.backscatter > 0) || begin >= echoes.depth()) return;
     const float displayed = displayed_stretch(model.timing, m);
     const float attenuation = model.attenuation(m, line.frequency); // dB/m
@@ -3168,9 +3233,9 @@ INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const
     float level = m.backscatter * amplitude_of_decibels(model.texture_db) / pulse_gain;
     const float background_loss = model.attenuation(line.media[0], line.frequency);
     // Amplitude there and back at displayed depth `shown`, no less than the floor.
-    const auto arriving = [&](float lost_db, float shown, float gain) {
+    const auto arriving = [&](float loss_db, float shown, float gain) {
         const float direct =
-            line.gains.amplitude(path.passed * amplitude_of_decibels(-pulse_loss(model, line, lost_db)), gain);
+            line.gains.amplitude(path.passed * amplitude_of_decibels(-pulse_loss(model, line, loss_db)), gain);
         if (model.shadow_floor_db == -FLT_MAX) return direct;
         return max(direct, amplitude_of_decibels(model.shadow_floor_db - shown * background_loss));
     };
@@ -3220,115 +3285,12 @@ INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const
 
 
 #endif
-#ifndef INSONIFY_ACOUSTICS_FOLLOW_SOUND_HPP
-#define INSONIFY_ACOUSTICS_FOLLOW_SOUND_HPP
-
-
-#ifndef INSONIFY_ACOUSTICS_NARROW_OBSTACLE_HPP
-#define INSONIFY_ACOUSTICS_NARROW_OBSTACLE_HPP
-
-
-#include <cmath>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// The fraction of the power of a strip of the beam that passes beside a layer which is narrow out of the slice plane, such as
-/// a needle, a wire or a small ball; 0 where it is wide, as bone and plates are.
-///
-/// The layer's section out of the slice plane is the ellipse that has, at the line, its thickness T and the first and second
-/// derivatives T' and T'' of that by the height y, which follow from slope and curvature of the two surfaces. T(y)^2 is then a
-/// polynomial of degree two, and its zeros are the sides of the section:
-///
-///     y = T (T' +- sqrt(-T T'')) / -(T'^2 + T T'')
-///
-/// Of a strip with the power exp(-y^2 / s^2), what lies outside them passes. Facets do not curve: an obstacle whose normals are
-/// not smooth lets nothing pass.
-/// @param obstacle  a layer between two surfaces that are the object's own
-/// @param behind    the next one
-/// @param strip     s, metres
-INSONIFY_FN inline float power_beside(const layer& obstacle, const layer& behind, float strip) {
-    const float thickness = obstacle.end - obstacle.begin;
-    const float first = obstacle.slope.y - behind.slope.y; // a slope is the negative derivative of the depth
-    const float bend = thickness * (obstacle.curvature.y - behind.curvature.y), open = bend - first * first;
-    if (!(strip > 0) || !(open > 0)) return 0;
-    const float root = std::sqrt(bend), per_strip = thickness / (open * strip);
-    return 0.5F * (std::erfc((root + first) * per_strip) + std::erfc((root - first) * per_strip));
-}
-
-/// Adds the sound that passes beside a narrow obstacle in the strip of the beam that the line stands for to what passes through
-/// it: by power, and at the mean time. What lets half of the amplitude through is no obstacle.
-/// @param above  in front of the obstacle
-/// @param below  behind it
-/// @return       whether any was added
-template <class Model>
-INSONIFY_FN bool add_sound_beside(const Model& model, const traced_line& line, const layer& obstacle,
-                                  const layer& behind, const echo_path& above, echo_path& below) {
-    if (!(obstacle.own_surfaces.x > 0) || !(obstacle.own_surfaces.y > 0) || above.passed == 0) return false;
-    layer tissue = obstacle; // beside it
-    tissue.medium = behind.medium;
-    echo_path around = above; // straight on
-    around.refraction.enters_at = 0;
-    pass(model, line, tissue, around);
-    const float through = below.passed / above.passed *
-                          amplitude_of_decibels(min(
-                              pulse_loss(model, line, around.lost_db) - pulse_loss(model, line, below.lost_db), 300));
-    if (!(through < 0.5F)) return false;
-    const float beside = power_beside(obstacle, behind, line.aperture.strip(0.5F * (above.shown + around.shown)));
-    if (beside == 0) return false;
-    const float power = (1 - beside) * through * through + beside;
-    below.shown += beside / power * (around.shown - below.shown);
-    below.lost_db = around.lost_db;
-    below.refraction.enters_at = 0; // what passes beside it arrives straight
-    below.passed = above.passed * std::sqrt(power);
-    return true;
-}
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#include <cstddef>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Follows sound along a line from layer to layer: for the echoes that a model emits, and for what arrives at each depth.
-/// @param at_surface  at_surface(i, here, path): the transmission into layer i, there and back; called where it is of another
-///                    medium than the layer above, at whose end `path` lies
-/// @param in_layer    in_layer(i, here, path): called at the beginning of each layer; false ends the walk
-template <class Model, class AtSurface, class InLayer>
-INSONIFY_FN void follow_sound(const Model& model, const traced_line& line, const AtSurface& at_surface,
-                              const InLayer& in_layer) {
-    echo_path path{}, above{}; // at the end of the layer before, and of the one before that
-    line_refraction<Model> refraction{model, line};
-    for (std::size_t i = 0; i < line.layers.size(); ++i) {
-        layer here = line.layers[i];
-        echo_path entered = path;
-        entered.refraction = refraction.next();
-        entered.gains = path.gains.next(line.gains, here, line.media[here.medium]);
-        if (here.medium != entered.refraction.before) {
-            here.cosine = entered.refraction.cosine;
-            entered.passed *= at_surface(i, here, path);
-            if (add_sound_beside(model, line, line.layers[i - 1], here, above, entered) &&
-                entered.gains.at_steps.empty())
-                entered.gains.before = {}; // the gains within an obstacle do not hold for what passes beside it
-        }
-        above = path;
-        path = entered;
-        if (!in_layer(i, here, path)) return;
-        pass(model, line, here, path);
-    }
-}
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
 #ifndef INSONIFY_ACOUSTICS_RINGING_HPP
 #define INSONIFY_ACOUSTICS_RINGING_HPP
 
 
 
-/// Sound goes to and fro in a thin hard layer, such as a needle, and each time part of it leaves towards the probe: the echo of
+/// Sound reverberates in a thin hard layer, such as a needle, and each time part of it leaves towards the probe: the echo of
 /// the layer's far surface repeats at its thickness, a ladder of lines that grow fainter. Straight lines get it from here;
 /// `paths` follows the sound itself. Layers more than 20 degrees from across the line do not ring.
 namespace insonify::inline INSONIFY_ABI::detail {
@@ -3337,7 +3299,7 @@ namespace insonify::inline INSONIFY_ABI::detail {
 struct layer_entry {
     float reflected = 0;             ///< there, from outside; 0: the probe's face
     float shown = 0;                 ///< displayed depth, metres
-    float lost_db = 0;               ///< attenuation up to there, there and back, of the peak of the pulse, dB
+    float loss_db = 0;               ///< attenuation up to there, there and back, of the peak of the pulse, dB
     const layer* present = nullptr;  ///< which begins there
     const medium* outside = nullptr; ///< before it
 };
@@ -3354,7 +3316,7 @@ INSONIFY_FN inline vec2 nearest_of(vec2 slope, vec2 curvature, float thickness) 
 ///
 ///     ratio = r' r 10^(-loss / 20),   r' = -r of the near surface from outside
 ///
-/// for each time that sound goes to and fro. Where the surfaces are not parallel, each reflection turns it further: the ratio
+/// for each time that sound crosses the layer and returns. Where the surfaces are not parallel, each reflection turns it further: the ratio
 /// takes the fraction of the first repetition that the aperture collects. The echo of a curved surface comes from where that is
 /// nearest to the probe, so slopes, angles and thickness are those of that place: a needle rings alike in all planes that cut it.
 /// @param far        the layer that begins at the far surface
@@ -3362,15 +3324,15 @@ INSONIFY_FN inline vec2 nearest_of(vec2 slope, vec2 curvature, float thickness) 
 /// @param behind     medium below it
 /// @param stretch    displayed depth per metre inside
 /// @param shown      displayed depth of the far surface, metres
-/// @param lost_db    attenuation down to it, there and back, of the peak of the pulse, dB
+/// @param loss_db    attenuation down to it, there and back, of the peak of the pulse, dB
 /// @param reflected  r of the far surface
 /// @param least      no layer rings whose ratio is smaller than this
 /// @param collects   collects(slope): fractions that the aperture collects of a surface of this slope, as in `curved_echo`
 /// @param reflects   reflects(before, after, cosine): r of an interface
 template <class Collects, class Reflects>
 INSONIFY_FN void add_repetitions(curved_echo& one, const layer_entry& near, const layer& far, const medium& inside,
-                                 const medium& behind, float stretch, float shown, float lost_db, float reflected,
-                                 float least, const Collects& collects, const Reflects& reflects) {
+                                 const medium& behind, float stretch, float shown, float loss_db, float reflected,
+                                 float smallest, const Collects& collects, const Reflects& reflects) {
     constexpr float thickest = 2e-3F; // displayed: beyond, the beam has widened
     float step = shown - near.shown;
     if (near.reflected == 0 || !(step > 0) || step > thickest) return;
@@ -3394,8 +3356,8 @@ INSONIFY_FN void add_repetitions(curved_echo& one, const layer_entry& near, cons
     constexpr float steepest = 0.36F, total = 0.9999F;
     if (dot(near_slope, near_slope) > steepest * steepest || dot(far_slope, far_slope) > steepest * steepest) return;
     if (std::fabs(near_reflected) > total || std::fabs(reflected) > total) return;
-    const float ratio = -near_reflected * reflected * amplitude_of_decibels(min(near.lost_db - lost_db, 0));
-    if (!(std::fabs(ratio) >= least)) return;
+    const float ratio = -near_reflected * reflected * amplitude_of_decibels(min(near.loss_db - loss_db, 0));
+    if (!(std::fabs(ratio) >= smallest)) return;
     // A wedge turns sound in the layer by twice its angle, and refraction changes that outside.
     const vec2 by = (far_slope - near_slope) / speeds;
     const vec2 collected = dot(by, by) < 1e-8F ? whole : collects(far_slope + by);
@@ -3481,24 +3443,6 @@ namespace detail {
 /// Source: Lambert's law; the integral over the half space is the incident power, cos i.
 INSONIFY_FN constexpr float lambert_lobe(float cosine_in, float cosine_out) { return cosine_in * cosine_out / pi; }
 
-/// Samples the normal of a microfacet of a rough surface, at an angle a from the surface normal: cos a = u^(1 / (s +
-/// 1)).
-///
-/// @param normal    of the surface, length 1
-/// @param exponent  s: the density of directions is proportional to cos^s a; 0: uniform in the half space
-/// @param uniform   two independent random numbers in [0, 1): u, and the azimuth in turns
-/// @return          length 1, in the half space of `normal`
-/// Source: Mattausch & Goksel, Monte-Carlo ray tracing for ultrasound, 2016.
-INSONIFY_FN inline vec3 perturbed_normal(vec3 normal, float exponent, vec2 uniform) {
-    // By logarithms: 1 - u^(2 / (s + 1)) = sin^2 a would cancel for a nearly smooth surface.
-    const float logarithm = std::log(max(uniform.x, FLT_MIN)) / (exponent + 1);
-    const float cosine = std::exp(logarithm);
-    const float sine = std::sqrt(-std::expm1(2 * logarithm));
-    const float azimuth = 2 * pi * uniform.y;
-    const detail::orthonormal_basis axes{normal};
-    return cosine * normal + sine * (std::cos(azimuth) * axes.first + std::sin(azimuth) * axes.second);
-}
-
 } // namespace detail
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -3507,73 +3451,6 @@ INSONIFY_FN inline vec3 perturbed_normal(vec3 normal, float exponent, vec2 unifo
 #endif
 #ifndef INSONIFY_ACOUSTICS_SCATTERERS_CELL_FIELD_HPP
 #define INSONIFY_ACOUSTICS_SCATTERERS_CELL_FIELD_HPP
-
-
-#ifndef INSONIFY_ACOUSTICS_SCATTERERS_REST_CURVE_HPP
-#define INSONIFY_ACOUSTICS_SCATTERERS_REST_CURVE_HPP
-
-
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Part of a line as it was at rest, which is curved where tissue is deformed: points at equal steps, of which the last may be up
-/// to half a step shorter or longer.
-class rest_curve {
-  public:
-    /// @param line   with a displacement
-    /// @param begin  metres along the line
-    /// @param end    metres along the line; the curve ends before it where it would have too many points
-    INSONIFY_FN rest_curve(const material_line& line, float begin, float end)
-        : begin_{begin}, step_{line.displacement->straight_length / length(line.along)} {
-        const float steps = (end - begin) / step_;
-        last_ = static_cast<std::uint32_t>(clamp(steps + 0.5F, 1, max_steps));
-        end_ = steps < static_cast<float>(max_steps) + 0.5F ? end : begin + static_cast<float>(max_steps) * step_;
-        for (std::uint32_t i = 0; i <= last_; ++i) point_[i] = line.displacement->rest(line.at(distance(i)));
-    }
-
-    INSONIFY_FN std::uint32_t last() const { return last_; }
-    /// Of a point, metres along the line.
-    INSONIFY_FN float distance(std::uint32_t i) const {
-        return i == last_ ? end_ : begin_ + static_cast<float>(i) * step_;
-    }
-    /// In tissue at rest.
-    INSONIFY_FN vec3 point(std::uint32_t i) const { return point_[i]; }
-    /// Metres of tissue at rest per metre of the line, from one point straight to another.
-    INSONIFY_FN vec3 along(std::uint32_t from, std::uint32_t to) const {
-        return (point_[to] - point_[from]) * (1 / (distance(to) - distance(from)));
-    }
-
-    /// The end of a straight piece from a point on: no point of the curve between is further from it than `tolerance`, metres.
-    /// @param most  the last point that it may reach
-    INSONIFY_FN std::uint32_t straight_until(std::uint32_t from, std::uint32_t most, float tolerance) const {
-        std::uint32_t to = from + 1;
-        while (to < most && is_straight(from, to + 1, tolerance)) ++to;
-        return to;
-    }
-
-  private:
-    static constexpr std::uint32_t max_steps = 32;
-
-    INSONIFY_FN bool is_straight(std::uint32_t from, std::uint32_t to, float tolerance) const {
-        const vec3 step = along(from, to);
-        for (std::uint32_t i = from + 1; i < to; ++i) {
-            const vec3 aside = point_[i] - point_[from] - (distance(i) - distance(from)) * step;
-            if (dot(aside, aside) > tolerance * tolerance) return false;
-        }
-        return true;
-    }
-
-    float begin_, step_, end_ = 0; // metres along the line
-    std::uint32_t last_ = 0;
-    vec3 point_[max_steps + 1];
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#ifndef INSONIFY_ACOUSTICS_SCATTERERS_STRUCTURED_LINE_HPP
-#define INSONIFY_ACOUSTICS_SCATTERERS_STRUCTURED_LINE_HPP
 
 
 #ifndef INSONIFY_ACOUSTICS_SCATTERERS_CELL_LAYOUT_HPP
@@ -3727,58 +3604,6 @@ struct poisson_numbers {
 
 
 #endif
-#ifndef INSONIFY_ACOUSTICS_SCATTERERS_VIEW_DIRECTION_HPP
-#define INSONIFY_ACOUSTICS_SCATTERERS_VIEW_DIRECTION_HPP
-
-
-
-/// The grid of a `cell_field` is fine along the viewing direction and coarse across it. Grids exist for a lattice of
-/// directions; each line uses, slab by slab, a random one of the four around its own. Thus speckle persists while a
-/// probe turns a little, and decorrelates gradually as it turns further.
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Lattice directions lie on the six faces of a cube, an eighth of half an edge apart: 7 degrees in the middle of a
-/// face.
-inline constexpr float view_steps = 8;
-
-/// Probability that two lines at this angle, radians, choose the same direction in a slab. Exact in the middle of a
-/// face; an upper bound towards the edges of the cube, where directions are closer.
-INSONIFY_FN inline float same_view_probability(float angle) { return max(0, 1 - view_steps * std::fabs(angle)); }
-
-/// One of the four lattice directions around `towards`, chosen with bilinear weights: its mean is `towards`.
-/// @param towards  not 0
-/// @param bits     32 random bits
-/// @return         whole numbers from -view_steps to view_steps; for the opposite direction, the opposite
-INSONIFY_FN inline vec3 lattice_direction(vec3 towards, std::uint32_t bits) {
-    const vec3 size = abs(towards);
-    const float scale = view_steps / max(max(size.x, size.y), size.z);
-    const auto rounded = [&](float coordinate, std::uint32_t random) { // the largest is a whole number already
-        const float fraction = (static_cast<float>(random & 0x3FFU) + 0.5F) * 0x1p-10F;
-        return std::copysign(std::floor(std::fabs(coordinate) * scale + fraction), coordinate);
-    };
-    return {rounded(towards.x, bits), rounded(towards.y, bits >> 10U), rounded(towards.z, bits >> 20U)};
-}
-
-/// A number for each lattice direction.
-INSONIFY_FN inline std::uint32_t lattice_index(vec3 direction) {
-    const auto digit = [](float coordinate) {
-        return static_cast<std::uint32_t>(static_cast<std::int32_t>(coordinate) + 64);
-    };
-    return (digit(direction.x) << 16U) + (digit(direction.y) << 8U) + digit(direction.z);
-}
-
-/// Parallel oblique slabs that fill space; the view direction is chosen once for each.
-struct view_slabs {
-    static constexpr float thickness = 2e-3F; ///< metres
-
-    /// Position of a point in slabs; its floor is the index of the slab.
-    INSONIFY_FN static float position(vec3 point) { return dot(point, vec3{0.48F, 0.6F, 0.64F}) / thickness; }
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
 #ifndef INSONIFY_EXECUTION_SIMD_MATH_HPP
 #define INSONIFY_EXECUTION_SIMD_MATH_HPP
 
@@ -3833,7 +3658,48 @@ INSONIFY_FN INSONIFY_INLINE lanes<N> logarithm_of_two(const lanes<N>& x) {
 
 #endif
 
+/// The grid of a `cell_field` is fine along the viewing direction and coarse across it. Grids exist for a lattice of
+/// directions; each line uses, slab by slab, a random one of the four around its own. Thus speckle persists while a
+/// probe turns a little, and decorrelates gradually as it turns further.
 namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Lattice directions lie on the six faces of a cube, an eighth of half an edge apart: 7 degrees in the middle of a
+/// face.
+inline constexpr float view_steps = 8;
+
+/// Probability that two lines at this angle, radians, choose the same direction in a slab. Exact in the middle of a
+/// face; an upper bound towards the edges of the cube, where directions are closer.
+INSONIFY_FN inline float same_view_probability(float angle) { return max(0, 1 - view_steps * std::fabs(angle)); }
+
+/// One of the four lattice directions around `towards`, chosen with bilinear weights: its mean is `towards`.
+/// @param towards  not 0
+/// @param bits     32 random bits
+/// @return         whole numbers from -view_steps to view_steps; for the opposite direction, the opposite
+INSONIFY_FN inline vec3 lattice_direction(vec3 towards, std::uint32_t bits) {
+    const vec3 size = abs(towards);
+    const float scale = view_steps / max(max(size.x, size.y), size.z);
+    const auto rounded = [&](float coordinate, std::uint32_t random) { // the largest is a whole number already
+        const float fraction = (static_cast<float>(random & 0x3FFU) + 0.5F) * 0x1p-10F;
+        return std::copysign(std::floor(std::fabs(coordinate) * scale + fraction), coordinate);
+    };
+    return {rounded(towards.x, bits), rounded(towards.y, bits >> 10U), rounded(towards.z, bits >> 20U)};
+}
+
+/// A number for each lattice direction.
+INSONIFY_FN inline std::uint32_t lattice_index(vec3 direction) {
+    const auto digit = [](float coordinate) {
+        return static_cast<std::uint32_t>(static_cast<std::int32_t>(coordinate) + 64);
+    };
+    return (digit(direction.x) << 16U) + (digit(direction.y) << 8U) + digit(direction.z);
+}
+
+/// Parallel oblique slabs that fill space; the view direction is chosen once for each.
+struct view_slabs {
+    static constexpr float thickness = 2e-3F; ///< metres
+
+    /// Position of a point in slabs; its floor is the index of the slab.
+    INSONIFY_FN static float position(vec3 point) { return dot(point, vec3{0.48F, 0.6F, 0.64F}) / thickness; }
+};
 
 /// A straight segment of a line in the undeformed material.
 struct rest_line {
@@ -4018,10 +3884,7 @@ INSONIFY_FN inline vec3 resolvable(vec3 point, float cell, float spacing) {
 #define INSONIFY_TISSUE_SHEET_CROSSINGS_HPP
 
 
-#ifndef INSONIFY_TISSUE_LINE_NODES_HPP
-#define INSONIFY_TISSUE_LINE_NODES_HPP
-
-
+#include <cstdint>
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
@@ -4095,14 +3958,6 @@ class line_nodes {
 
 } // namespace insonify::inline INSONIFY_ABI::detail
 
-
-#endif
-#ifndef INSONIFY_TISSUE_LINE_PARTS_HPP
-#define INSONIFY_TISSUE_LINE_PARTS_HPP
-
-
-#include <cstdint>
-
 /// Parts of a line, a register at a time: see `sheet_crossings`.
 namespace insonify::inline INSONIFY_ABI::detail {
 
@@ -4118,10 +3973,11 @@ struct linear_lanes {
 
     INSONIFY_FN INSONIFY_INLINE floats at(const floats& distance) const { return multiply_add(distance, step, first); }
     /// Shortens an interval to its part where least <= value < most; never beyond its ends.
-    INSONIFY_FN INSONIFY_INLINE void clip(const floats& least, const floats& most, floats& begin, floats& end) const {
+    INSONIFY_FN INSONIFY_INLINE void clip(const floats& smallest, const floats& largest, floats& begin,
+                                          floats& end) const {
         const floats size = max(abs(step), floats(1e-3F)), // no select: compilers divide on both sides of it
             per_step = select(step < floats(0.0F), floats(-1.0F), floats(1.0F)) / size;
-        const floats a = (least - first) * per_step, b = (most - first) * per_step;
+        const floats a = (smallest - first) * per_step, b = (largest - first) * per_step;
         const floats from = min(max(begin, min(a, b)), end);
         end = max(min(end, max(a, b)), begin);
         begin = from;
@@ -4164,13 +4020,6 @@ struct part_lanes {
         wave = {at(of.wave), at(of.wave_step)};
     }
 };
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-
-namespace insonify::inline INSONIFY_ABI::detail {
 
 /// Fraction 0 to 1 of some of the bits.
 INSONIFY_FN INSONIFY_INLINE lanes<max_simd_width> fraction_of_bits(const bit_lanes<max_simd_width>& random,
@@ -4410,10 +4259,6 @@ class sheet_crossings {
 
 
 #endif
-#ifndef INSONIFY_TISSUE_STRUCTURE_NOISE_HPP
-#define INSONIFY_TISSUE_STRUCTURE_NOISE_HPP
-
-
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
@@ -4448,19 +4293,12 @@ INSONIFY_FN INSONIFY_INLINE lanes<N> value_noise(std::uint32_t key, const lanes<
     return (between(side(0), side(next_z), back) - floats(510.0F)) * floats(1 / deviation);
 }
 
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
 /// Distance of points between which the gains of a structure are as good as linear, metres: less than the thickness of sheets.
 INSONIFY_FN inline float gain_spacing(const structure& of) {
-    float least = 0.16e-3F;
+    float smallest = 0.16e-3F;
     for (const structure::sheet_layer* layer : {&of.sheets, &of.septa})
-        if (layer->fill > 0) least = min(least, layer->thickness);
-    return 0.85F * max(least, 0.03e-3F);
+        if (layer->fill > 0) smallest = min(smallest, layer->thickness);
+    return 0.85F * max(smallest, 0.03e-3F);
 }
 
 /// Factors on the amplitude of speckle along a straight segment of a line in an object: see `structure`. Not normalised:
@@ -4727,8 +4565,62 @@ class sheath_gains {
 
 #endif
 #include <cfloat>
+#include <cmath>
+#include <cstdint>
 
 namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Part of a line as it was at rest, which is curved where tissue is deformed: points at equal steps, of which the last may be up
+/// to half a step shorter or longer.
+class rest_curve {
+  public:
+    /// @param line   with a displacement
+    /// @param begin  metres along the line
+    /// @param end    metres along the line; the curve ends before it where it would have too many points
+    INSONIFY_FN rest_curve(const material_line& line, float begin, float end)
+        : begin_{begin}, step_{line.displacement->straight_length / length(line.along)} {
+        const float steps = (end - begin) / step_;
+        last_ = static_cast<std::uint32_t>(clamp(steps + 0.5F, 1, max_steps));
+        end_ = steps < static_cast<float>(max_steps) + 0.5F ? end : begin + static_cast<float>(max_steps) * step_;
+        for (std::uint32_t i = 0; i <= last_; ++i) point_[i] = line.displacement->rest(line.at(distance(i)));
+    }
+
+    INSONIFY_FN std::uint32_t last() const { return last_; }
+    /// Of a point, metres along the line.
+    INSONIFY_FN float distance(std::uint32_t i) const {
+        return i == last_ ? end_ : begin_ + static_cast<float>(i) * step_;
+    }
+    /// In tissue at rest.
+    INSONIFY_FN vec3 point(std::uint32_t i) const { return point_[i]; }
+    /// Metres of tissue at rest per metre of the line, from one point straight to another.
+    INSONIFY_FN vec3 along(std::uint32_t from, std::uint32_t to) const {
+        return (point_[to] - point_[from]) * (1 / (distance(to) - distance(from)));
+    }
+
+    /// The end of a straight piece from a point on: no point of the curve between is further from it than `tolerance`, metres.
+    /// @param most  the last point that it may reach
+    INSONIFY_FN std::uint32_t straight_until(std::uint32_t from, std::uint32_t largest, float tolerance) const {
+        std::uint32_t to = from + 1;
+        while (to < largest && is_straight(from, to + 1, tolerance)) ++to;
+        return to;
+    }
+
+  private:
+    static constexpr std::uint32_t max_steps = 32;
+
+    INSONIFY_FN bool is_straight(std::uint32_t from, std::uint32_t to, float tolerance) const {
+        const vec3 step = along(from, to);
+        for (std::uint32_t i = from + 1; i < to; ++i) {
+            const vec3 aside = point_[i] - point_[from] - (distance(i) - distance(from)) * step;
+            if (dot(aside, aside) > tolerance * tolerance) return false;
+        }
+        return true;
+    }
+
+    float begin_, step_, end_ = 0; // metres along the line
+    std::uint32_t last_ = 0;
+    vec3 point_[max_steps + 1];
+};
 
 /// What the structure of its medium does to the speckle along one straight segment of a line.
 class structured_line {
@@ -4778,12 +4670,6 @@ class structured_line {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#include <cfloat>
-#include <cmath>
-#include <cstdint>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -5324,9 +5210,9 @@ struct physical {
     }
     /// Attenuation of an echo per metre of a medium, there and back, dB/m; the frequency is in hertz.
     INSONIFY_FN float loss(const medium& m, float frequency) const { return attenuation(m, frequency); }
-    /// What the peak of the pulse of a line loses, dB. @param lost_db  what its carrier would lose alone
-    INSONIFY_FN float pulse_loss(const traced_line& line, float lost_db) const {
-        return detail::peak_loss(bandwidth, line, lost_db);
+    /// What the peak of the pulse of a line loses, dB. @param loss_db  what its carrier would lose alone
+    INSONIFY_FN float pulse_loss(const traced_line& line, float loss_db) const {
+        return detail::peak_loss(bandwidth, line, loss_db);
     }
 
     /// What arrives along a line, at equal steps of depth: x, the amplitude there and back, 1 at the probe face, and y, the
@@ -5380,12 +5266,12 @@ struct physical {
         const auto add_surface = [&](std::size_t i, const layer& here, const echo_path& path) {
             const layer& above = line.layers[i - 1];
             const response met = add_interface(line, above, here, path, echoes, entry);
-            entry = {met.reflected, path.shown, pulse_loss(line, path.lost_db), &line.layers[i],
+            entry = {met.reflected, path.shown, pulse_loss(line, path.loss_db), &line.layers[i],
                      &line.media[above.medium]};
             return met.transmitted;
         };
         detail::follow_sound(*this, line, add_surface, [&](std::size_t, const layer& here, const echo_path& path) {
-            if (path.shown + path.gains.least_deeper() >= echoes.depth()) return false;
+            if (path.shown + path.gains.min_deeper() >= echoes.depth()) return false;
             detail::emit_speckle(*this, line, here, path, echoes);
             return true;
         });
@@ -5413,9 +5299,9 @@ struct physical {
         const incidence at{before, after, cosine, line.frequency, below.roughness};
         const response wave = at_interface(at);
         const float elevation_fnumber = line.aperture.elevation_fnumber;
-        const float lost_db = pulse_loss(line, path.lost_db);
+        const float loss_db = pulse_loss(line, path.loss_db);
         const float arrived =
-            line.gains.amplitude(path.passed * amplitude_of_decibels(-lost_db), path.gains.last().surfaces);
+            line.gains.amplitude(path.passed * amplitude_of_decibels(-loss_db), path.gains.last().surfaces);
         const float shown = path.shown + path.gains.last().deeper;
 
         const float fnumber = line.aperture.fnumber(shown);
@@ -5435,7 +5321,7 @@ struct physical {
                              .curvature = detail::displayed_stretch(timing, before) * curvature};
         if (min_ringing < 1)
             detail::add_repetitions(coherent, entry, below, before, after, detail::displayed_stretch(timing, before),
-                                    path.shown, lost_db, wave.reflected, min_ringing, collected_by,
+                                    path.shown, loss_db, wave.reflected, min_ringing, collected_by,
                                     [&](const medium& from, const medium& to, float cosine_there) {
                                         return at_interface({from, to, cosine_there, line.frequency}).reflected;
                                     });
@@ -5808,6 +5694,9 @@ constexpr std::optional<medium> find(std::string_view name) {
 
 
 #include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -5834,6 +5723,28 @@ struct image {
 
     friend bool operator==(const image&, const image&) = default;
 };
+
+/// Largest number of columns, and of rows, of an image.
+inline constexpr std::uint32_t max_picture_side = 16384;
+
+namespace detail {
+
+inline bool is_picture_size(uvec2 size) {
+    return size.x > 0 && size.y > 0 && size.x <= max_picture_side && size.y <= max_picture_side;
+}
+
+/// @param caller  start of the sentence
+/// @param advice  end of the sentence for an image that is too large
+/// @throws usage_error  for an image without pixels, or with a side above `max_picture_side`
+inline void check_size(uvec2 size, const char* caller, std::string_view advice = "ask for fewer") {
+    if (is_picture_size(size)) return;
+    const std::string columns = std::to_string(size.x), rows = std::to_string(size.y);
+    if (size.x == 0 || size.y == 0)
+        throw usage_error{joined({caller, ": size ", columns, "x", rows, " has no pixels; it must be at least 1x1"})};
+    throw usage_error{joined({caller, ": size ", columns, "x", rows, " exceeds 16384 pixels a side; ", advice})};
+}
+
+} // namespace detail
 
 } // namespace insonify::inline INSONIFY_ABI
 
@@ -6082,11 +5993,10 @@ struct ray {
 
 
 #endif
-#ifndef INSONIFY_PROBE_PLAUSIBLE_HPP
-#define INSONIFY_PROBE_PLAUSIBLE_HPP
-
-
+#include <concepts>
+#include <cstdint>
 #include <string>
+#include <type_traits>
 
 /// Range checks of settings. Where a value is plausible in another unit the error suggests that unit: "probe: width is
 /// 38 m: did you mean 38_mm?". The limits admit all ultrasound, from the testing of concrete to acoustic microscopy.
@@ -6141,16 +6051,6 @@ inline void check_angle(float radians, const char* setting, float max, const cha
     throw usage_error{detail::joined({owner, ": ", setting, " is ", text, " rad; it must be from 1e-9 rad to ",
                                       detail::number_text(degrees), "_deg"})};
 }
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#include <concepts>
-#include <cstdint>
-#include <type_traits>
-
-namespace insonify::inline INSONIFY_ABI {
 
 /// A probe: scan lines in the slice plane y = 0 of the probe frame.
 ///
@@ -6721,15 +6621,15 @@ class compounding {
                     for (std::size_t k = 0; k < samples; ++k) {
                         const row& at = own.rows[k];
                         const float place = static_cast<float>(line) - at.shift;
-                        const float share = straight ? 1.0F : weight(place);
+                        const float fraction = straight ? 1.0F : weight(place);
                         to[k] = 0;
-                        if (share == 0) continue;
+                        if (fraction == 0) continue;
                         const float left = clamp(std::floor(place), 0, last), part = clamp(place - left, 0, 1);
                         const float* const from =
                             amplitudes.values.data() + static_cast<std::size_t>(left) * stride + at.sample;
                         const float here = multiply_add(at.fraction, from[below] - from[0], from[0]);
                         const float next = multiply_add(at.fraction, from[beside + below] - from[beside], from[beside]);
-                        to[k] = share * multiply_add(part, next - here, here);
+                        to[k] = fraction * multiply_add(part, next - here, here);
                     }
                 }
             });
@@ -6890,8 +6790,8 @@ struct tgc_settings {
     }
 
     /// What is restored where the carrier loses so much, dB.
-    float restored_db(float lost_db, float frequency) const {
-        return bandwidth > 0 && lost_db > 0 ? attenuated(lost_db, frequency, bandwidth).loss_db : lost_db;
+    float restored_db(float loss_db, float frequency) const {
+        return bandwidth > 0 && loss_db > 0 ? attenuated(loss_db, frequency, bandwidth).loss_db : loss_db;
     }
 
     /// @throws usage_error  naming a setting that is out of range
@@ -7178,76 +7078,10 @@ inline constexpr bool exec::is_unsequenced_v<detail::any_policy<true>> = true;
 #define INSONIFY_TRACING_FIND_LAYER_FINDER_HPP
 
 
-#ifndef INSONIFY_SCENE_LAYERS_HPP
-#define INSONIFY_SCENE_LAYERS_HPP
-
-
 #ifndef INSONIFY_SCENE_CROSSINGS_HPP
 #define INSONIFY_SCENE_CROSSINGS_HPP
 
 
-#ifndef INSONIFY_SCENE_MEDIA_STACK_HPP
-#define INSONIFY_SCENE_MEDIA_STACK_HPP
-
-
-#include <cstddef>
-#include <cstdint>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// The objects that contain a point moving along a line, as ascending ranks in memory of fixed capacity. The first one's
-/// medium applies.
-struct media_stack {
-    static constexpr std::uint32_t none = ~0U; ///< rank of the background
-
-    view<std::uint32_t> ranks{}; ///< room for as many objects as may contain a point
-    std::uint32_t count = 0;     ///< objects that do
-    bool overflow = false;       ///< there were more than fit
-
-    /// Outside all objects.
-    INSONIFY_FN void clear() {
-        count = 0;
-        overflow = false;
-    }
-
-    /// The point crosses the surface of an object: enters it, or leaves it.
-    INSONIFY_FN void toggle(std::uint32_t rank) {
-        std::uint32_t place = 0;
-        while (place < count && ranks[place] < rank) ++place;
-        if (place < count && ranks[place] == rank) {
-            --count;
-            for (; place < count; ++place) ranks[place] = ranks[place + 1];
-        } else if (count == ranks.size()) {
-            overflow = true;
-        } else {
-            for (std::uint32_t i = count; i > place; --i) ranks[i] = ranks[i - 1];
-            ranks[place] = rank;
-            ++count;
-        }
-    }
-
-    /// Whether the point is in this object.
-    INSONIFY_FN bool contains(std::uint32_t rank) const {
-        for (std::uint32_t i = 0; i < count; ++i)
-            if (ranks[i] == rank) return true;
-        return false;
-    }
-
-    /// Rank of the object whose medium applies; `none` outside all.
-    INSONIFY_FN std::uint32_t top() const { return count > 0 ? ranks[0] : none; }
-
-    /// Takes over the objects of another stack, not its memory.
-    INSONIFY_FN void assign(const media_stack& other) {
-        overflow = other.overflow || other.count > ranks.size();
-        count = overflow ? 0 : other.count;
-        for (std::uint32_t i = 0; i < count; ++i) ranks[i] = other.ranks[i];
-    }
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
 #ifndef INSONIFY_SCENE_SCENE_VIEW_HPP
 #define INSONIFY_SCENE_SCENE_VIEW_HPP
 
@@ -8180,10 +8014,10 @@ INSONIFY_INLINE std::uint32_t may_enter(const aabb& box, float max_abs_coordinat
         range = max(range, abs(rays.origin[axis]));
     }
     // Components of 0 become too small to matter, and can be divided by.
-    const floats least_size = max(longest, floats(min_length)) * floats(1e-9F), margin = range * floats(1e-6F);
+    const floats min_size = max(longest, floats(min_length)) * floats(1e-9F), margin = range * floats(1e-6F);
     floats in = rays.min_distance, out = rays.max_distance;
     for (int axis = 0; axis < 3; ++axis) {
-        const floats scale = inverse(select(size[axis] < least_size, least_size, rays.direction[axis]));
+        const floats scale = inverse(select(size[axis] < min_size, min_size, rays.direction[axis]));
         const floats lower = (floats(box.lower[axis]) - margin - rays.origin[axis]) * scale;
         const floats upper = (floats(box.upper[axis]) + margin - rays.origin[axis]) * scale;
         in = max(in, min(lower, upper));
@@ -8287,9 +8121,9 @@ struct ray_packet : packet_bounds<N> {
         this->end = -FLT_MAX;
         for (std::size_t g = 0; g < groups; ++g) {
             group& one = of[g];
-            const floats most = load<N>(one.limit);
-            const floats last = multiply_add(most, load<N>(one.length), floats(forward) * load<N>(one.origin[2]));
-            one.end = reduce_max(select(floats(0.0F) <= most, last, floats(-FLT_MAX))) + margin_;
+            const floats largest = load<N>(one.limit);
+            const floats last = multiply_add(largest, load<N>(one.length), floats(forward) * load<N>(one.origin[2]));
+            one.end = reduce_max(select(floats(0.0F) <= largest, last, floats(-FLT_MAX))) + margin_;
             this->end = max(this->end, one.end);
         }
     }
@@ -9328,8 +9162,59 @@ struct scene_view {
 
 
 #endif
+#include <cstddef>
+#include <cstdint>
 
 namespace insonify::inline INSONIFY_ABI {
+
+/// The objects that contain a point moving along a line, as ascending ranks in memory of fixed capacity. The first one's
+/// medium applies.
+struct media_stack {
+    static constexpr std::uint32_t none = ~0U; ///< rank of the background
+
+    view<std::uint32_t> ranks{}; ///< room for as many objects as may contain a point
+    std::uint32_t count = 0;     ///< objects that do
+    bool overflow = false;       ///< there were more than fit
+
+    /// Outside all objects.
+    INSONIFY_FN void clear() {
+        count = 0;
+        overflow = false;
+    }
+
+    /// The point crosses the surface of an object: enters it, or leaves it.
+    INSONIFY_FN void toggle(std::uint32_t rank) {
+        std::uint32_t place = 0;
+        while (place < count && ranks[place] < rank) ++place;
+        if (place < count && ranks[place] == rank) {
+            --count;
+            for (; place < count; ++place) ranks[place] = ranks[place + 1];
+        } else if (count == ranks.size()) {
+            overflow = true;
+        } else {
+            for (std::uint32_t i = count; i > place; --i) ranks[i] = ranks[i - 1];
+            ranks[place] = rank;
+            ++count;
+        }
+    }
+
+    /// Whether the point is in this object.
+    INSONIFY_FN bool contains(std::uint32_t rank) const {
+        for (std::uint32_t i = 0; i < count; ++i)
+            if (ranks[i] == rank) return true;
+        return false;
+    }
+
+    /// Rank of the object whose medium applies; `none` outside all.
+    INSONIFY_FN std::uint32_t top() const { return count > 0 ? ranks[0] : none; }
+
+    /// Takes over the objects of another stack, not its memory.
+    INSONIFY_FN void assign(const media_stack& other) {
+        overflow = other.overflow || other.count > ranks.size();
+        count = overflow ? 0 : other.count;
+        for (std::uint32_t i = 0; i < count; ++i) ranks[i] = other.ranks[i];
+    }
+};
 
 /// A point where a line crosses the surface of an object.
 struct crossing {
@@ -9436,8 +9321,8 @@ INSONIFY_FN inline bool find_crossings(const scene_view& scene, const ray& line,
 
 
 #endif
-#ifndef INSONIFY_SCENE_SURFACE_INCIDENCE_HPP
-#define INSONIFY_SCENE_SURFACE_INCIDENCE_HPP
+#ifndef INSONIFY_SCENE_LAYERS_HPP
+#define INSONIFY_SCENE_LAYERS_HPP
 
 
 
@@ -9506,9 +9391,6 @@ INSONIFY_FN inline surface_incidence incidence_at(const line_frame& line, float 
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -9653,158 +9535,6 @@ INSONIFY_FN view<const layer> stack_layers(const scene_view& scene, const Line& 
 #define INSONIFY_SCENE_SCENE_HPP
 
 
-#ifndef INSONIFY_SCENE_CHECK_OBJECT_HPP
-#define INSONIFY_SCENE_CHECK_OBJECT_HPP
-
-
-#ifndef INSONIFY_SCENE_OBJECT_HPP
-#define INSONIFY_SCENE_OBJECT_HPP
-
-
-#ifndef INSONIFY_TISSUE_FIBRE_DIRECTIONS_HPP
-#define INSONIFY_TISSUE_FIBRE_DIRECTIONS_HPP
-
-
-#include <concepts>
-#include <memory>
-#include <type_traits>
-#include <utility>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// The direction of the fibres of an object, in its coordinates and of any length: one for all, or a function of the point.
-///
-///     body.add(surface, tissue::muscle, {.fibres = {1, 0, 0}});
-///     body.add(surface, tissue::muscle, {.fibres = [](vec3 p) { return vec3{1, 0, 4 * p.x}; }});
-class fibre_directions {
-  public:
-    fibre_directions() = default;                   ///< none: the axis of the mesh
-    fibre_directions(vec3 along) : along_{along} {} ///< one for all; 0: the axis of the mesh
-    /// The same by its components.
-    template <class X, class Y, class Z>
-    fibre_directions(X x, Y y, Z z) : along_{x, y, z} {}
-    /// A function of the point, metres. It must be continuous, and defined in the whole box around the object.
-    template <class Function>
-        requires std::is_invocable_r_v<vec3, const Function&, vec3> fibre_directions(Function function)
-            : own_{std::make_shared<const Function>(std::move(function))}, call_{[](const void* own,
-                                                                                    vec3 point) -> vec3 {
-                  return (*static_cast<const Function*>(own))(point);
-              }} {}
-
-        /// Whether it is a function.
-        bool varies() const { return call_ != nullptr; }
-        /// At a point, in coordinates of the object.
-        vec3 operator()(vec3 point) const { return varies() ? call_(own_.get(), point) : along_; }
-
-      private:
-        vec3 along_{0, 0, 0};
-        std::shared_ptr<const void> own_{};
-        vec3 (*call_)(const void*, vec3) = nullptr;
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#include <cstdint>
-#include <string>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Identifies an object of one scene. Ids are never reused.
-enum class object_id : std::uint32_t {};
-
-/// Optional arguments of `scene::add`.
-struct object_settings {
-    int priority = 0;   ///< where objects overlap, the medium of the highest priority applies
-    pose at{};          ///< object to world
-    std::string name{}; ///< for reports, files and error messages; need not be unique
-    /// Their direction in coordinates of the object, as built: one for all, or a function of the point; 0: the axis of its mesh.
-    fibre_directions fibres{};
-    /// Edges where two faces meet at no more than this are smooth: echoes see a curved surface across them, not facets.
-    /// Radians, 0 to pi; 0: every face is a flat mirror.
-    float crease_angle = 30_deg;
-};
-
-/// A closed surface and the medium inside it, as the scene stores it.
-struct object {
-    object_id id{};              ///< in its scene
-    std::string name{};          ///< may be empty
-    mesh surface;                ///< in object coordinates, metres
-    medium inside{};             ///< what fills it
-    pose at{};                   ///< object to world
-    int priority = 0;            ///< the highest applies where objects overlap
-    fibre_directions fibres{};   ///< see `object_settings`
-    float crease_angle = 30_deg; ///< edges up to this angle are smooth, radians: see `object_settings`
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <string>
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// An object by its name, or by its id where it has none.
-inline std::string named(const std::string& name, object_id id) {
-    return name.empty() ? "object " + std::to_string(static_cast<std::uint32_t>(id)) : "object '" + name + "'";
-}
-
-/// @throws usage_error  for a point that is not finite
-inline void check_point(vec3 point, const char* caller) {
-    if (!is_finite(point))
-        throw usage_error{std::string{caller} + ": the point is not finite; give three numbers of metres"};
-}
-
-/// @param what  begins the message, such as "scene: the background"
-/// @throws usage_error  for a medium out of range
-inline void check_medium(const medium& m, const std::string& what) {
-    if (!is_valid(m.structure))
-        throw usage_error{what + " has a `structure` out of range: sizes must be above 0, fractions 0 to 1, "
-                                 "`lattices` 1 to 6, deviations 0 to 40 dB, bundles no wider than their spacing"};
-    if (!is_valid(m))
-        throw usage_error{what + " needs a density and a sound speed above 0, and every value finite and not below 0"};
-}
-
-/// The first vertex that is not finite; their number where there is none.
-inline std::size_t find_not_finite(const std::vector<vec3>& positions) {
-    const auto found = std::find_if(positions.begin(), positions.end(), [](const vec3& p) { return !is_finite(p); });
-    return static_cast<std::size_t>(found - positions.begin());
-}
-
-/// @throws geometry_error  for a frame in which a vertex of an object is not finite
-[[noreturn]] inline void refuse_frame(const object& one, std::size_t vertex) {
-    throw geometry_error{
-        joined({named(one.name, one.id), ": vertex ", std::to_string(vertex),
-                " was moved to a point that is not finite; all objects are back where they were before: check the "
-                "simulation, or the formula, that moved it"})};
-}
-
-/// Checks the arguments of `scene::add`, which documents what is thrown.
-inline void check_object(const mesh& surface, const medium& inside, const object_settings& settings, object_id id) {
-    const std::string who = named(settings.name, id) + ": ";
-    check_medium(inside, who + "its medium");
-    if (!is_rigid(settings.at)) throw geometry_error{who + "its pose is not a rigid transform; scale the mesh instead"};
-    if (!settings.fibres.varies() && !is_finite(settings.fibres({0, 0, 0})))
-        throw geometry_error{who + "the direction of its fibres is not finite; give three numbers, or leave it out"};
-    if (!(settings.crease_angle >= 0) || !(settings.crease_angle <= pi))
-        throw usage_error{who + "`crease_angle` is " + std::to_string(settings.crease_angle) +
-                          " radians; it must be from 0 (every face is flat) to pi; write it as in 30_deg"};
-    check_faces(surface, who);
-    if (const std::size_t vertex = find_not_finite(surface.positions); vertex < surface.positions.size())
-        throw geometry_error{joined(
-            {who, "vertex ", std::to_string(vertex), " is not finite; repair the mesh (`validate` reports more)"})};
-}
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
 #ifndef INSONIFY_SCENE_DEFORM_OBJECT_HPP
 #define INSONIFY_SCENE_DEFORM_OBJECT_HPP
 
@@ -9892,10 +9622,10 @@ class newton_inverse {
         const float tolerance = 2e-7F + 5e-7F * length(now);
         vec3 reached = map_(rest);
         float error = length(reached - now);
-        const auto improve = [&](float part, float most) { // whether the error is then less than `most`
+        const auto improve = [&](float part, float largest) { // whether the error is then less than `largest`
             const vec3 next = rest - part * (to_rest_ * (reached - now)), there = map_(next);
             const float remaining = length(there - now);
-            if (!(remaining < most)) return false;
+            if (!(remaining < largest)) return false;
             rest = next;
             reached = there;
             error = remaining;
@@ -11560,6 +11290,149 @@ void check_map(const Policy& policy, const tetrahedra& map, const aabb&) {
 
 
 #endif
+#ifndef INSONIFY_SCENE_OBJECT_HPP
+#define INSONIFY_SCENE_OBJECT_HPP
+
+
+#ifndef INSONIFY_TISSUE_FIBRE_DIRECTIONS_HPP
+#define INSONIFY_TISSUE_FIBRE_DIRECTIONS_HPP
+
+
+#include <concepts>
+#include <memory>
+#include <type_traits>
+#include <utility>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// The direction of the fibres of an object, in its coordinates and of any length: one for all, or a function of the point.
+///
+///     body.add(surface, tissue::muscle, {.fibres = {1, 0, 0}});
+///     body.add(surface, tissue::muscle, {.fibres = [](vec3 p) { return vec3{1, 0, 4 * p.x}; }});
+class fibre_directions {
+  public:
+    fibre_directions() = default;                   ///< none: the axis of the mesh
+    fibre_directions(vec3 along) : along_{along} {} ///< one for all; 0: the axis of the mesh
+    /// The same by its components.
+    template <class X, class Y, class Z>
+    fibre_directions(X x, Y y, Z z) : along_{x, y, z} {}
+    /// A function of the point, metres. It must be continuous, and defined in the whole box around the object.
+    template <class Function>
+        requires std::is_invocable_r_v<vec3, const Function&, vec3> fibre_directions(Function function)
+            : own_{std::make_shared<const Function>(std::move(function))}, call_{[](const void* own,
+                                                                                    vec3 point) -> vec3 {
+                  return (*static_cast<const Function*>(own))(point);
+              }} {}
+
+        /// Whether it is a function.
+        bool varies() const { return call_ != nullptr; }
+        /// At a point, in coordinates of the object.
+        vec3 operator()(vec3 point) const { return varies() ? call_(own_.get(), point) : along_; }
+
+      private:
+        vec3 along_{0, 0, 0};
+        std::shared_ptr<const void> own_{};
+        vec3 (*call_)(const void*, vec3) = nullptr;
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Identifies an object of one scene. Ids are never reused.
+enum class object_id : std::uint32_t {};
+
+/// Optional arguments of `scene::add`.
+struct object_settings {
+    int priority = 0;   ///< where objects overlap, the medium of the highest priority applies
+    pose at{};          ///< object to world
+    std::string name{}; ///< for reports, files and error messages; need not be unique
+    /// Their direction in coordinates of the object, as built: one for all, or a function of the point; 0: the axis of its mesh.
+    fibre_directions fibres{};
+    /// Edges where two faces meet at no more than this are smooth: echoes see a curved surface across them, not facets.
+    /// Radians, 0 to pi; 0: every face is a flat mirror.
+    float crease_angle = 30_deg;
+};
+
+/// A closed surface and the medium inside it, as the scene stores it.
+struct object {
+    object_id id{};              ///< in its scene
+    std::string name{};          ///< may be empty
+    mesh surface;                ///< in object coordinates, metres
+    medium inside{};             ///< what fills it
+    pose at{};                   ///< object to world
+    int priority = 0;            ///< the highest applies where objects overlap
+    fibre_directions fibres{};   ///< see `object_settings`
+    float crease_angle = 30_deg; ///< edges up to this angle are smooth, radians: see `object_settings`
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// An object by its name, or by its id where it has none.
+inline std::string named(const std::string& name, object_id id) {
+    return name.empty() ? "object " + std::to_string(static_cast<std::uint32_t>(id)) : "object '" + name + "'";
+}
+
+/// @throws usage_error  for a point that is not finite
+inline void check_point(vec3 point, const char* caller) {
+    if (!is_finite(point))
+        throw usage_error{std::string{caller} + ": the point is not finite; give three numbers of metres"};
+}
+
+/// @param what  begins the message, such as "scene: the background"
+/// @throws usage_error  for a medium out of range
+inline void check_medium(const medium& m, const std::string& what) {
+    if (!is_valid(m.structure))
+        throw usage_error{what + " has a `structure` out of range: sizes must be above 0, fractions 0 to 1, "
+                                 "`lattices` 1 to 6, deviations 0 to 40 dB, bundles no wider than their spacing"};
+    if (!is_valid(m))
+        throw usage_error{what + " needs a density and a sound speed above 0, and every value finite and not below 0"};
+}
+
+/// The first vertex that is not finite; their number where there is none.
+inline std::size_t find_not_finite(const std::vector<vec3>& positions) {
+    const auto found = std::find_if(positions.begin(), positions.end(), [](const vec3& p) { return !is_finite(p); });
+    return static_cast<std::size_t>(found - positions.begin());
+}
+
+/// @throws geometry_error  for a frame in which a vertex of an object is not finite
+[[noreturn]] inline void refuse_frame(const object& one, std::size_t vertex) {
+    throw geometry_error{
+        joined({named(one.name, one.id), ": vertex ", std::to_string(vertex),
+                " was moved to a point that is not finite; all objects are back where they were before: check the "
+                "simulation, or the formula, that moved it"})};
+}
+
+/// Checks the arguments of `scene::add`, which documents what is thrown.
+inline void check_object(const mesh& surface, const medium& inside, const object_settings& settings, object_id id) {
+    const std::string who = named(settings.name, id) + ": ";
+    check_medium(inside, who + "its medium");
+    if (!is_rigid(settings.at)) throw geometry_error{who + "its pose is not a rigid transform; scale the mesh instead"};
+    if (!settings.fibres.varies() && !is_finite(settings.fibres({0, 0, 0})))
+        throw geometry_error{who + "the direction of its fibres is not finite; give three numbers, or leave it out"};
+    if (!(settings.crease_angle >= 0) || !(settings.crease_angle <= pi))
+        throw usage_error{who + "`crease_angle` is " + std::to_string(settings.crease_angle) +
+                          " radians; it must be from 0 (every face is flat) to pi; write it as in 30_deg"};
+    check_faces(surface, who);
+    if (const std::size_t vertex = find_not_finite(surface.positions); vertex < surface.positions.size())
+        throw geometry_error{joined(
+            {who, "vertex ", std::to_string(vertex), " is not finite; repair the mesh (`validate` reports more)"})};
+}
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+
+#endif
 #ifndef INSONIFY_SCENE_OBJECT_STATE_HPP
 #define INSONIFY_SCENE_OBJECT_STATE_HPP
 
@@ -11979,66 +11852,6 @@ bvh(const Policy&, const Container&)
 
 
 #endif
-#ifndef INSONIFY_SCENE_POINT_BOUNDS_HPP
-#define INSONIFY_SCENE_POINT_BOUNDS_HPP
-
-
-#include <cstddef>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// What one pass over points finds.
-struct point_bounds {
-    aabb box{};         ///< around them, where all are finite
-    bool finite = true; ///< whether all are
-};
-
-/// Bounds of two sets of points.
-inline point_bounds merged(const point_bounds& a, const point_bounds& b) {
-    return {merged(a.box, b.box), a.finite && b.finite};
-}
-
-/// Bounds points and copies them, in one pass. @param copy  as many; null: none is made
-inline point_bounds bounds_of(view<const vec3> points, vec3* copy) {
-    // Coordinates interleave in three registers: x y z x, y z x y, z x y z.
-    constexpr int width = simd_width;
-    using floats = lanes<width>;
-    floats lower[3] = {floats(FLT_MAX), floats(FLT_MAX), floats(FLT_MAX)};
-    floats upper[3] = {floats(-FLT_MAX), floats(-FLT_MAX), floats(-FLT_MAX)};
-    bit_lanes<width> wild{};
-    const std::size_t whole = points.size() / width * width;
-    for (std::size_t begin = 0; begin < whole; begin += width) {
-        const auto add = [&](std::ptrdiff_t k) {
-            const floats p = load<width>(&points[begin].x + k * width);
-            wild = wild | not_finite<width>(p);
-            lower[k] = min(lower[k], p);
-            upper[k] = max(upper[k], p);
-            if (copy != nullptr) store(p, &copy[begin].x + k * width);
-        };
-        add(0), add(1), add(2); // not a loop, which g++ -O2 does not unroll
-    }
-    float lowest[3 * width], highest[3 * width];
-    for (std::ptrdiff_t k = 0; k < 3; ++k) {
-        store(lower[k], lowest + k * width);
-        store(upper[k], highest + k * width);
-    }
-    point_bounds found;
-    for (int lane = 0, i = 0; lane < width; ++lane, i += 3) {
-        found.box = merged(
-            found.box, aabb{{lowest[i], lowest[i + 1], lowest[i + 2]}, {highest[i], highest[i + 1], highest[i + 2]}});
-        found.finite = found.finite && wild[lane] >> 31 == 0;
-    }
-    for (std::size_t i = whole; i < points.size(); ++i) {
-        found = merged(found, {merged(aabb{}, points[i]), is_finite(points[i])});
-        if (copy != nullptr) copy[i] = points[i];
-    }
-    return found;
-}
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
 #ifndef INSONIFY_SCENE_SMOOTH_SURFACE_HPP
 #define INSONIFY_SCENE_SMOOTH_SURFACE_HPP
 
@@ -12106,7 +11919,7 @@ struct vertex_groups {
     /// @param crease_angle  radians
     vertex_groups(const mesh_view& surface, float crease_angle) : corners(surface.size()), slots(3 * surface.size()) {
         constexpr float rounding = 1e-4F; // edges of exactly the angle are smooth
-        least_cosine_ = std::cos(crease_angle) - rounding;
+        min_cosine_ = std::cos(crease_angle) - rounding;
         // Of two faces that each make half the angle with a third.
         const float half_angle = std::cos(0.5F * crease_angle) + rounding;
 
@@ -12172,7 +11985,7 @@ struct vertex_groups {
             if (a.other_end != b.other_end) continue;
             const vec3 &na = normal[first[a.local] / 3], &nb = normal[first[b.local] / 3];
             const bool without_area = na == vec3{0, 0, 0} || nb == vec3{0, 0, 0};
-            if (!without_area && dot(na, nb) < least_cosine_) continue;
+            if (!without_area && dot(na, nb) < min_cosine_) continue;
             const std::uint32_t of_a = root(a.local), of_b = root(b.local);
             joined_[std::max(of_a, of_b)].first = std::min(of_a, of_b);
         }
@@ -12189,7 +12002,7 @@ struct vertex_groups {
         return i;
     }
 
-    float least_cosine_ = 1;
+    float min_cosine_ = 1;
     std::vector<side> sides_{};
     std::vector<std::pair<std::uint32_t, std::uint32_t>> joined_{}; // representative of each slot's group, and the slot
 };
@@ -12499,12 +12312,61 @@ class fibre_grid {
 
 #endif
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <utility>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI::detail {
+
+/// What one pass over points finds.
+struct point_bounds {
+    aabb box{};         ///< around them, where all are finite
+    bool finite = true; ///< whether all are
+};
+
+/// Bounds of two sets of points.
+inline point_bounds merged(const point_bounds& a, const point_bounds& b) {
+    return {merged(a.box, b.box), a.finite && b.finite};
+}
+
+/// Bounds points and copies them, in one pass. @param copy  as many; null: none is made
+inline point_bounds bounds_of(view<const vec3> points, vec3* copy) {
+    // Coordinates interleave in three registers: x y z x, y z x y, z x y z.
+    constexpr int width = simd_width;
+    using floats = lanes<width>;
+    floats lower[3] = {floats(FLT_MAX), floats(FLT_MAX), floats(FLT_MAX)};
+    floats upper[3] = {floats(-FLT_MAX), floats(-FLT_MAX), floats(-FLT_MAX)};
+    bit_lanes<width> wild{};
+    const std::size_t whole = points.size() / width * width;
+    for (std::size_t begin = 0; begin < whole; begin += width) {
+        const auto add = [&](std::ptrdiff_t k) {
+            const floats p = load<width>(&points[begin].x + k * width);
+            wild = wild | not_finite<width>(p);
+            lower[k] = min(lower[k], p);
+            upper[k] = max(upper[k], p);
+            if (copy != nullptr) store(p, &copy[begin].x + k * width);
+        };
+        add(0), add(1), add(2); // not a loop, which g++ -O2 does not unroll
+    }
+    float lowest[3 * width], highest[3 * width];
+    for (std::ptrdiff_t k = 0; k < 3; ++k) {
+        store(lower[k], lowest + k * width);
+        store(upper[k], highest + k * width);
+    }
+    point_bounds found;
+    for (int lane = 0, i = 0; lane < width; ++lane, i += 3) {
+        found.box = merged(
+            found.box, aabb{{lowest[i], lowest[i + 1], lowest[i + 2]}, {highest[i], highest[i + 1], highest[i + 2]}});
+        found.finite = found.finite && wild[lane] >> 31 == 0;
+    }
+    for (std::size_t i = whole; i < points.size(); ++i) {
+        found = merged(found, {merged(aabb{}, points[i]), is_finite(points[i])});
+        if (copy != nullptr) copy[i] = points[i];
+    }
+    return found;
+}
 
 /// World box around a box in object coordinates, enlarged by the rounding error of rays transformed to the object.
 inline aabb placed_box(const aabb& local, const pose& at) {
@@ -12639,11 +12501,44 @@ struct object_state {
     }
 };
 
+/// The index of the object of each rank: of objects that contain a point the one of lowest rank gives the medium. Ordered
+/// by priority, then by smaller enclosed volume, then the later first.
+inline std::vector<std::uint32_t> ranked(const std::vector<object>& objects) {
+    std::vector<float> volume;
+    volume.reserve(objects.size());
+    for (const object& one : objects) volume.push_back(static_cast<float>(std::fabs(enclosed_volume(one.surface))));
+    std::vector<std::uint32_t> by_rank(objects.size());
+    for (std::uint32_t i = 0; i < by_rank.size(); ++i) by_rank[i] = i;
+    std::sort(by_rank.begin(), by_rank.end(), [&](std::uint32_t a, std::uint32_t b) {
+        if (objects[a].priority != objects[b].priority) return objects[a].priority > objects[b].priority;
+        if (volume[a] != volume[b]) return volume[a] < volume[b];
+        return objects[a].id > objects[b].id;
+    });
+    return by_rank;
+}
+
+/// The different media, the background first; writes the index of each object's medium into its state.
+inline std::vector<medium> distinct_media(const medium& background, const std::vector<object>& objects,
+                                          std::vector<object_state>& states) {
+    std::vector<medium> media{background};
+    media.reserve(1 + objects.size());
+    for (std::size_t i = 0; i < objects.size(); ++i) {
+        const auto known = std::find(media.begin(), media.end(), objects[i].inside);
+        states[i].medium = static_cast<std::uint32_t>(known - media.begin());
+        if (known == media.end()) media.push_back(objects[i].inside);
+    }
+    return media;
+}
+
 } // namespace insonify::inline INSONIFY_ABI::detail
 
 
 #endif
+#include <algorithm>
 #include <atomic>
+#include <memory>
+#include <type_traits>
+#include <vector>
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
@@ -12703,23 +12598,6 @@ bool deform_object(const Policy& policy, object& one, object_state& state, const
     state.accept(one);
     return true;
 }
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#ifndef INSONIFY_SCENE_DISPLACEMENTS_HPP
-#define INSONIFY_SCENE_DISPLACEMENTS_HPP
-
-
-#ifndef INSONIFY_SCENE_KEPT_MAP_HPP
-#define INSONIFY_SCENE_KEPT_MAP_HPP
-
-
-#include <memory>
-#include <type_traits>
-
-namespace insonify::inline INSONIFY_ABI::detail {
 
 /// The deformation map of a scene, of any type, as a value. Another map of the same type takes the memory of the former one.
 class kept_map {
@@ -12799,15 +12677,6 @@ class kept_map {
     std::unique_ptr<any_map> map_{};
 };
 
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#include <algorithm>
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
 /// The displacements from now to rest at the nodes of a lattice, as the lines of each place read them: the background, then
 /// the objects by rank. Empty where nothing is displaced.
 inline view<const displacement_view>
@@ -12837,54 +12706,6 @@ displacements_at(const any_policy<false>& policy, const kept_map& map, const dis
 
 
 #endif
-#ifndef INSONIFY_SCENE_OBJECT_ORDER_HPP
-#define INSONIFY_SCENE_OBJECT_ORDER_HPP
-
-
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// The index of the object of each rank: of objects that contain a point the one of lowest rank gives the medium. Ordered
-/// by priority, then by smaller enclosed volume, then the later first.
-inline std::vector<std::uint32_t> ranked(const std::vector<object>& objects) {
-    std::vector<float> volume;
-    volume.reserve(objects.size());
-    for (const object& one : objects) volume.push_back(static_cast<float>(std::fabs(enclosed_volume(one.surface))));
-    std::vector<std::uint32_t> by_rank(objects.size());
-    for (std::uint32_t i = 0; i < by_rank.size(); ++i) by_rank[i] = i;
-    std::sort(by_rank.begin(), by_rank.end(), [&](std::uint32_t a, std::uint32_t b) {
-        if (objects[a].priority != objects[b].priority) return objects[a].priority > objects[b].priority;
-        if (volume[a] != volume[b]) return volume[a] < volume[b];
-        return objects[a].id > objects[b].id;
-    });
-    return by_rank;
-}
-
-/// The different media, the background first; writes the index of each object's medium into its state.
-inline std::vector<medium> distinct_media(const medium& background, const std::vector<object>& objects,
-                                          std::vector<object_state>& states) {
-    std::vector<medium> media{background};
-    media.reserve(1 + objects.size());
-    for (std::size_t i = 0; i < objects.size(); ++i) {
-        const auto known = std::find(media.begin(), media.end(), objects[i].inside);
-        states[i].medium = static_cast<std::uint32_t>(known - media.begin());
-        if (known == media.end()) media.push_back(objects[i].inside);
-    }
-    return media;
-}
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#ifndef INSONIFY_SCENE_SCENE_VIEWS_HPP
-#define INSONIFY_SCENE_SCENE_VIEWS_HPP
-
-
 #ifndef INSONIFY_SCENE_FLAT_SCENE_HPP
 #define INSONIFY_SCENE_FLAT_SCENE_HPP
 
@@ -12999,15 +12820,6 @@ class use_count {
     std::atomic<std::uint32_t> count_{0};
 };
 
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#include <mutex>
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
 /// What a scene consists of, as its views see it.
 struct scene_parts {
     const std::vector<object>& objects;
@@ -13073,6 +12885,7 @@ class scene_views {
 
 #endif
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <optional>
 #include <span>
@@ -13334,12 +13147,6 @@ class scene {
 
 } // namespace insonify::inline INSONIFY_ABI
 
-#ifndef INSONIFY_SCENE_SCENE_CHANGES_HPP
-#define INSONIFY_SCENE_SCENE_CHANGES_HPP
-
-
-#include <atomic>
-
 namespace insonify::inline INSONIFY_ABI {
 
 inline object_id scene::add(mesh surface, const medium& inside, object_settings settings) {
@@ -13453,207 +13260,112 @@ void scene::deform_those(const threads& policy, const Map& map, const Follows& f
 
 
 #endif
+#ifndef INSONIFY_TRACING_FIND_LINE_LAYERS_HPP
+#define INSONIFY_TRACING_FIND_LINE_LAYERS_HPP
 
 
-#endif
-#ifndef INSONIFY_TRACING_FIND_CUT_NORMALS_HPP
-#define INSONIFY_TRACING_FIND_CUT_NORMALS_HPP
-
-
-#ifndef INSONIFY_TRACING_FIND_SLICE_CUT_HPP
-#define INSONIFY_TRACING_FIND_SLICE_CUT_HPP
-
-
-#ifndef INSONIFY_TRACING_FIND_CUT_FACES_HPP
-#define INSONIFY_TRACING_FIND_CUT_FACES_HPP
-
-
-#ifndef INSONIFY_TRACING_FIND_SLICE_FRAME_HPP
-#define INSONIFY_TRACING_FIND_SLICE_FRAME_HPP
-
-
-#ifndef INSONIFY_SIGNAL_KERNEL_ELEVATION_PLANE_HPP
-#define INSONIFY_SIGNAL_KERNEL_ELEVATION_PLANE_HPP
-
-
+#include <cstddef>
+#include <cstdint>
+#include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
 
 namespace detail {
 
-/// A plane in the coordinates of a probe, y = offset + slope z: the slice plane, or one above or below it that is tilted about
-/// the lateral axis.
-struct elevation_plane {
-    float offset = 0; ///< metres out of the slice plane at z = 0
-    float slope = 0;  ///< metres out of the slice plane per metre of depth
+/// Number of lines in a block of work.
+inline constexpr std::uint32_t lines_per_block = 8;
 
-    /// Metres out of the slice plane at a depth in metres.
-    INSONIFY_FN float height(float depth) const { return offset + slope * depth; }
+constexpr std::size_t blocks_of(std::uint32_t lines) { return (lines + lines_per_block - 1) / lines_per_block; }
+
+/// The layers of a block of lines, by line and plane. Keeps its memory.
+class layer_block {
+  public:
+    void clear() {
+        layers_.clear();
+        ends_.clear();
+        objects_.clear();
+        object_ends_.clear();
+        frames_.clear();
+    }
+    /// Adds the next line.
+    void add(const line_frame& frame, view<const layer> layers, view<const std::uint32_t> objects) {
+        layers_.insert(layers_.end(), layers.begin(), layers.end());
+        ends_.push_back(static_cast<std::uint32_t>(layers_.size()));
+        objects_.insert(objects_.end(), objects.begin(), objects.end());
+        object_ends_.push_back(static_cast<std::uint32_t>(objects_.size()));
+        frames_.push_back(frame);
+    }
+
+    view<const layer> layers(std::size_t number) const { return part(layers_, ends_, number); }
+    view<const std::uint32_t> objects(std::size_t number) const { return part(objects_, object_ends_, number); }
+    const line_frame& frame(std::size_t number) const { return frames_[number]; }
+
+  private:
+    template <class T>
+    static view<const T> part(const std::vector<T>& all, const std::vector<std::uint32_t>& ends, std::size_t number) {
+        const std::uint32_t begin = number == 0 ? 0 : ends[number - 1];
+        return {all.data() + begin, ends[number] - begin};
+    }
+
+    std::vector<layer> layers_{};
+    std::vector<std::uint32_t> ends_{};        // of each line, in `layers_`
+    std::vector<std::uint32_t> objects_{};     // ranks
+    std::vector<std::uint32_t> object_ends_{}; // of each line, in `objects_`
+    std::vector<line_frame> frames_{};
 };
 
 } // namespace detail
+
+/// What lies along every line of every elevation plane, as `find_layers` found it. A value: the scene may change afterwards.
+///
+///     const line_layers found = find_layers(exec::par_unseq, body, probe, at, {.depth = 40_mm, .planes = 5});
+///     float in_bone = 0; // metres, on line 32 of the slice plane
+///     for (const layer& one : found(32))
+///         if (one.object == static_cast<label_id>(bone)) in_bone += one.end - one.begin;
+class line_layers {
+  public:
+    std::uint32_t lines = 0;     ///< of the probe
+    std::uint32_t planes = 0;    ///< elevation planes: the slice plane, then pairs to both sides of it
+    std::vector<medium> media{}; ///< of the scene, the background first: what `layer::medium` is an index of
+
+    /// From the probe face on, without gaps: each layer begins where the one before ends.
+    view<const layer> operator()(std::uint32_t line, std::uint32_t plane = 0) const {
+        return block_of(line).layers(number_in_block(line, plane));
+    }
+    /// Where a line runs, in the world: `frame(line).at(one.begin)` is the point at which a layer begins.
+    const line_frame& frame(std::uint32_t line, std::uint32_t plane = 0) const {
+        return block_of(line).frame(number_in_block(line, plane));
+    }
+
+    /// Ranks of the objects that contain the origin of a line, just behind the face; ascending.
+    view<const std::uint32_t> objects_behind_face(std::uint32_t line, std::uint32_t plane) const {
+        return block_of(line).objects(number_in_block(line, plane));
+    }
+
+    /// Forgets all lines, and keeps their memory: those of each block are then to be added, for each line those of all planes.
+    void begin(std::uint32_t new_lines, std::uint32_t new_planes, view<const medium> of_scene) {
+        lines = new_lines;
+        planes = new_planes;
+        media.assign(of_scene.begin(), of_scene.end());
+        if (blocks_.size() < detail::blocks_of(lines)) blocks_.resize(detail::blocks_of(lines));
+    }
+    detail::layer_block& block_at(std::size_t line) { return blocks_[line / detail::lines_per_block]; }
+
+  private:
+    const detail::layer_block& block_of(std::uint32_t line) const { return blocks_[line / detail::lines_per_block]; }
+    std::size_t number_in_block(std::uint32_t line, std::uint32_t plane) const {
+        return std::size_t{line % detail::lines_per_block} * planes + plane;
+    }
+
+    std::vector<detail::layer_block> blocks_{};
+};
 
 } // namespace insonify::inline INSONIFY_ABI
 
 
 #endif
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Slices in world or object coordinates. Each is the plane of `across` and `along`, displaced in elevation by an offset and a
-/// tilt; positions in it are those in the plane before.
-///
-/// The level of a point has a bit for each slice below it. A point on a slice counts as below it, as if every slice were
-/// shifted upwards by an infinitesimal step.
-struct slice_frame {
-    static constexpr std::uint32_t max_slices = 8;
-
-    vec3 origin{0, 0, 0};
-    vec3 across{1, 0, 0};
-    vec3 along{0, 0, 1};
-    std::uint32_t count = 0;
-    vec3 normal[max_slices] = {};  ///< elevation less the slope of the slice times the depth axis: not of length 1
-    float height[max_slices] = {}; ///< along its normal, of the points of a slice above the origin, metres
-
-    slice_frame() = default;
-
-    /// @param probe_at  whose coordinates the planes are in
-    /// @param planes    at most `max_slices`
-    /// @param fan       coordinates of positions in the slice plane, to those of the probe
-    slice_frame(const pose& probe_at, view<const detail::elevation_plane> planes, const pose& fan = {})
-        : count{static_cast<std::uint32_t>(planes.size())} {
-        const pose at = probe_at * fan;
-        origin = at.translation;
-        across = at.rotation[0];
-        along = at.rotation[2];
-        for (std::uint32_t i = 0; i < count; ++i) {
-            normal[i] = at.rotation[1] - planes[i].slope * probe_at.rotation[2];
-            height[i] = planes[i].height(fan.translation.z);
-        }
-    }
-
-    /// The same slices in the coordinates of an object. @param at  object to world
-    slice_frame local(const pose& at) const {
-        slice_frame l = *this;
-        l.origin = at.local_point(origin);
-        l.across = at.local_direction(across);
-        l.along = at.local_direction(along);
-        for (vec3& n : l.normal) n = at.local_direction(n);
-        return l;
-    }
-
-    /// Component along an axis of a point relative to the origin; bit-equal for every copy of a point, scalar or in SIMD.
-    template <class Float>
-    INSONIFY_INLINE static Float component(vec3 axis, const Float& x, const Float& y, const Float& z) {
-        return multiply_add(Float(axis.x), x, multiply_add(Float(axis.y), y, Float(axis.z) * z));
-    }
-
-    /// Height of a point along the normal of a slice.
-    float height_of(std::uint32_t slice, vec3 p) const { return height_of(slice, p.x, p.y, p.z); }
-    template <class Float>
-    INSONIFY_INLINE Float height_of(std::uint32_t slice, const Float& x, const Float& y, const Float& z) const {
-        return component_of(normal[slice], x, y, z);
-    }
-    template <class Float>
-    INSONIFY_INLINE Float across_of(const Float& x, const Float& y, const Float& z) const {
-        return component_of(across, x, y, z);
-    }
-    template <class Float>
-    INSONIFY_INLINE Float along_of(const Float& x, const Float& y, const Float& z) const {
-        return component_of(along, x, y, z);
-    }
-    vec2 place_of(vec3 p) const { return {across_of(p.x, p.y, p.z), along_of(p.x, p.y, p.z)}; }
-
-  private:
-    template <class Float>
-    INSONIFY_INLINE Float component_of(vec3 axis, const Float& x, const Float& y, const Float& z) const {
-        return component(axis, x - Float(origin.x), y - Float(origin.y), z - Float(origin.z));
-    }
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// One corner of each of N triangles, in the coordinates of a slice frame.
-template <int N>
-struct slice_corner {
-    lanes<N> height{}, across{}, along{};
-};
-
-/// Lanes of `a` where the mask is set, of `b` elsewhere.
-template <int N>
-INSONIFY_INLINE slice_corner<N> select_corner(const lane_mask<N>& mask, const slice_corner<N>& a,
-                                              const slice_corner<N>& b) {
-    return {select(mask, a.height, b.height), select(mask, a.across, b.across), select(mask, a.along, b.along)};
-}
-
-/// The points of the edges from `below` to `above` at a height.
-///
-/// Edges are always interpolated upwards, so that faces that share an edge compute exactly the same point.
-template <int N>
-INSONIFY_INLINE slice_corner<N> cut_edges(const slice_corner<N>& below, const slice_corner<N>& above, float height) {
-    const lanes<N> zero(0.0F), one(1.0F), rise = above.height - below.height;
-    const lanes<N> share = (lanes<N>(height) - below.height) / select(zero < rise, rise, one);
-    const lanes<N> within = min(max(share, zero), one);
-    return {lanes<N>(height), multiply_add(within, above.across - below.across, below.across),
-            multiply_add(within, above.along - below.along, below.along)};
-}
-
-/// Intersects the triangles of a leaf with the slices that separate their corners: emit(slice number, a bit for each
-/// triangle that the slice cuts, from, to).
-template <class Range, int Width, class Emit>
-INSONIFY_INLINE void cut_faces(const slice_frame& frame, const leaf<Range, Width>& triangles, const Emit& emit) {
-    using floats = lanes<Width>;
-    slice_corner<Width> corner[3];
-    const auto axis = [&](int c, int k) { return load<Width>(triangles.corner[c][k]); };
-    bool placed = false;
-    for (std::uint32_t slice = 0; slice < frame.count; ++slice) {
-        for (int c = 0; c < 3; ++c) corner[c].height = frame.height_of(slice, axis(c, 0), axis(c, 1), axis(c, 2));
-        const floats here(frame.height[slice]);
-        const auto a = here < corner[0].height, b = here < corner[1].height, c = here < corner[2].height;
-        std::uint32_t mixed = ((bits_of(a) ^ bits_of(b)) | (bits_of(a) ^ bits_of(c))) & triangles.usable();
-        if (mixed == 0) continue;
-        if (!placed) {
-            for (int k = 0; k < 3; ++k) {
-                corner[k].across = frame.across_of(axis(k, 0), axis(k, 1), axis(k, 2));
-                corner[k].along = frame.along_of(axis(k, 0), axis(k, 1), axis(k, 2));
-            }
-            placed = true;
-        }
-        // The corner that is alone on its side, and the two that follow it.
-        const auto first = (b && c) || !(b || c), second = (a && c) || !(a || c);
-        const slice_corner<Width> alone =
-            select_corner<Width>(first, corner[0], select_corner<Width>(second, corner[1], corner[2]));
-        const slice_corner<Width> next =
-            select_corner<Width>(first, corner[1], select_corner<Width>(second, corner[2], corner[0]));
-        const slice_corner<Width> last =
-            select_corner<Width>(first, corner[2], select_corner<Width>(second, corner[0], corner[1]));
-        const auto up = here < alone.height;
-        const slice_corner<Width> from = cut_edges(select_corner<Width>(up, next, alone),
-                                                   select_corner<Width>(up, alone, next), frame.height[slice]);
-        const slice_corner<Width> to = cut_edges(select_corner<Width>(up, last, alone),
-                                                 select_corner<Width>(up, alone, last), frame.height[slice]);
-        mixed &=
-            bits_of(floats(0.0F) <= floats_of<Width>(not_finite<Width>(from.across) | not_finite<Width>(from.along) |
-                                                     not_finite<Width>(to.across) | not_finite<Width>(to.along)));
-        if (mixed != 0) emit(slice, mixed, from, to);
-    }
-}
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#ifndef INSONIFY_TRACING_FIND_MIXED_FACES_HPP
-#define INSONIFY_TRACING_FIND_MIXED_FACES_HPP
-
-
-#ifndef INSONIFY_TRACING_FIND_SLICE_REGION_HPP
-#define INSONIFY_TRACING_FIND_SLICE_REGION_HPP
+#ifndef INSONIFY_TRACING_FIND_SLICE_CUT_HPP
+#define INSONIFY_TRACING_FIND_SLICE_CUT_HPP
 
 
 #ifndef INSONIFY_PROBE_LINE_FAN_HPP
@@ -13946,8 +13658,106 @@ class line_fan {
 
 
 #endif
+#ifndef INSONIFY_SIGNAL_KERNEL_ELEVATION_PLANE_HPP
+#define INSONIFY_SIGNAL_KERNEL_ELEVATION_PLANE_HPP
+
+
+
+namespace insonify::inline INSONIFY_ABI {
+
+namespace detail {
+
+/// A plane in the coordinates of a probe, y = offset + slope z: the slice plane, or one above or below it that is tilted about
+/// the lateral axis.
+struct elevation_plane {
+    float offset = 0; ///< metres out of the slice plane at z = 0
+    float slope = 0;  ///< metres out of the slice plane per metre of depth
+
+    /// Metres out of the slice plane at a depth in metres.
+    INSONIFY_FN float height(float depth) const { return offset + slope * depth; }
+};
+
+} // namespace detail
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#include <algorithm>
+#include <cstddef>
 
 namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Slices in world or object coordinates. Each is the plane of `across` and `along`, displaced in elevation by an offset and a
+/// tilt; positions in it are those in the plane before.
+///
+/// The level of a point has a bit for each slice below it. A point on a slice counts as below it, as if every slice were
+/// shifted upwards by an infinitesimal step.
+struct slice_frame {
+    static constexpr std::uint32_t max_slices = 8;
+
+    vec3 origin{0, 0, 0};
+    vec3 across{1, 0, 0};
+    vec3 along{0, 0, 1};
+    std::uint32_t count = 0;
+    vec3 normal[max_slices] = {};  ///< elevation less the slope of the slice times the depth axis: not of length 1
+    float height[max_slices] = {}; ///< along its normal, of the points of a slice above the origin, metres
+
+    slice_frame() = default;
+
+    /// @param probe_at  whose coordinates the planes are in
+    /// @param planes    at most `max_slices`
+    /// @param fan       coordinates of positions in the slice plane, to those of the probe
+    slice_frame(const pose& probe_at, view<const detail::elevation_plane> planes, const pose& fan = {})
+        : count{static_cast<std::uint32_t>(planes.size())} {
+        const pose at = probe_at * fan;
+        origin = at.translation;
+        across = at.rotation[0];
+        along = at.rotation[2];
+        for (std::uint32_t i = 0; i < count; ++i) {
+            normal[i] = at.rotation[1] - planes[i].slope * probe_at.rotation[2];
+            height[i] = planes[i].height(fan.translation.z);
+        }
+    }
+
+    /// The same slices in the coordinates of an object. @param at  object to world
+    slice_frame local(const pose& at) const {
+        slice_frame l = *this;
+        l.origin = at.local_point(origin);
+        l.across = at.local_direction(across);
+        l.along = at.local_direction(along);
+        for (vec3& n : l.normal) n = at.local_direction(n);
+        return l;
+    }
+
+    /// Component along an axis of a point relative to the origin; bit-equal for every copy of a point, scalar or in SIMD.
+    template <class Float>
+    INSONIFY_INLINE static Float component(vec3 axis, const Float& x, const Float& y, const Float& z) {
+        return multiply_add(Float(axis.x), x, multiply_add(Float(axis.y), y, Float(axis.z) * z));
+    }
+
+    /// Height of a point along the normal of a slice.
+    float height_of(std::uint32_t slice, vec3 p) const { return height_of(slice, p.x, p.y, p.z); }
+    template <class Float>
+    INSONIFY_INLINE Float height_of(std::uint32_t slice, const Float& x, const Float& y, const Float& z) const {
+        return component_of(normal[slice], x, y, z);
+    }
+    template <class Float>
+    INSONIFY_INLINE Float across_of(const Float& x, const Float& y, const Float& z) const {
+        return component_of(across, x, y, z);
+    }
+    template <class Float>
+    INSONIFY_INLINE Float along_of(const Float& x, const Float& y, const Float& z) const {
+        return component_of(along, x, y, z);
+    }
+    vec2 place_of(vec3 p) const { return {across_of(p.x, p.y, p.z), along_of(p.x, p.y, p.z)}; }
+
+  private:
+    template <class Float>
+    INSONIFY_INLINE Float component_of(vec3 axis, const Float& x, const Float& y, const Float& z) const {
+        return component(axis, x - Float(origin.x), y - Float(origin.y), z - Float(origin.z));
+    }
+};
 
 /// A half space that bounds a region.
 struct region_side {
@@ -14030,12 +13840,73 @@ inline bool overlaps(const slice_region& region, const aabb& box) {
     return !box.empty() && overlaps(region, lower, upper) != 0;
 }
 
+/// One corner of each of N triangles, in the coordinates of a slice frame.
+template <int N>
+struct slice_corner {
+    lanes<N> height{}, across{}, along{};
+};
+
+/// Lanes of `a` where the mask is set, of `b` elsewhere.
+template <int N>
+INSONIFY_INLINE slice_corner<N> select_corner(const lane_mask<N>& mask, const slice_corner<N>& a,
+                                              const slice_corner<N>& b) {
+    return {select(mask, a.height, b.height), select(mask, a.across, b.across), select(mask, a.along, b.along)};
+}
+
+/// The points of the edges from `below` to `above` at a height.
+///
+/// Edges are always interpolated upwards, so that faces that share an edge compute exactly the same point.
+template <int N>
+INSONIFY_INLINE slice_corner<N> cut_edges(const slice_corner<N>& below, const slice_corner<N>& above, float height) {
+    const lanes<N> zero(0.0F), one(1.0F), rise = above.height - below.height;
+    const lanes<N> share = (lanes<N>(height) - below.height) / select(zero < rise, rise, one);
+    const lanes<N> within = min(max(share, zero), one);
+    return {lanes<N>(height), multiply_add(within, above.across - below.across, below.across),
+            multiply_add(within, above.along - below.along, below.along)};
+}
+
+/// Intersects the triangles of a leaf with the slices that separate their corners: emit(slice number, a bit for each
+/// triangle that the slice cuts, from, to).
+template <class Range, int Width, class Emit>
+INSONIFY_INLINE void cut_faces(const slice_frame& frame, const leaf<Range, Width>& triangles, const Emit& emit) {
+    using floats = lanes<Width>;
+    slice_corner<Width> corner[3];
+    const auto axis = [&](int c, int k) { return load<Width>(triangles.corner[c][k]); };
+    bool placed = false;
+    for (std::uint32_t slice = 0; slice < frame.count; ++slice) {
+        for (int c = 0; c < 3; ++c) corner[c].height = frame.height_of(slice, axis(c, 0), axis(c, 1), axis(c, 2));
+        const floats here(frame.height[slice]);
+        const auto a = here < corner[0].height, b = here < corner[1].height, c = here < corner[2].height;
+        std::uint32_t mixed = ((bits_of(a) ^ bits_of(b)) | (bits_of(a) ^ bits_of(c))) & triangles.usable();
+        if (mixed == 0) continue;
+        if (!placed) {
+            for (int k = 0; k < 3; ++k) {
+                corner[k].across = frame.across_of(axis(k, 0), axis(k, 1), axis(k, 2));
+                corner[k].along = frame.along_of(axis(k, 0), axis(k, 1), axis(k, 2));
+            }
+            placed = true;
+        }
+        // The corner that is alone on its side, and the two that follow it.
+        const auto first = (b && c) || !(b || c), second = (a && c) || !(a || c);
+        const slice_corner<Width> alone =
+            select_corner<Width>(first, corner[0], select_corner<Width>(second, corner[1], corner[2]));
+        const slice_corner<Width> next =
+            select_corner<Width>(first, corner[1], select_corner<Width>(second, corner[2], corner[0]));
+        const slice_corner<Width> last =
+            select_corner<Width>(first, corner[2], select_corner<Width>(second, corner[0], corner[1]));
+        const auto up = here < alone.height;
+        const slice_corner<Width> from = cut_edges(select_corner<Width>(up, next, alone),
+                                                   select_corner<Width>(up, alone, next), frame.height[slice]);
+        const slice_corner<Width> to = cut_edges(select_corner<Width>(up, last, alone),
+                                                 select_corner<Width>(up, alone, last), frame.height[slice]);
+        mixed &=
+            bits_of(floats(0.0F) <= floats_of<Width>(not_finite<Width>(from.across) | not_finite<Width>(from.along) |
+                                                     not_finite<Width>(to.across) | not_finite<Width>(to.along)));
+        if (mixed != 0) emit(slice, mixed, from, to);
+    }
+}
+
 } // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#include <algorithm>
-#include <cstddef>
 
 /// Finds the faces that slices cut, those whose corners differ in level (see `slice_frame`), without a tree or with one.
 namespace insonify::inline INSONIFY_ABI::detail {
@@ -14124,14 +13995,6 @@ void for_each_leaf(const bvh_view<Range, Width>& tree, std::uint32_t code, const
             for_each_child(tree, next, region, [&](std::uint32_t child) { stack[count++] = child; });
     }
 }
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#include <algorithm>
-
-namespace insonify::inline INSONIFY_ABI::detail {
 
 /// The intersection of a slice with a face: the segment from one of its edges to another, and the lines that cross it.
 struct cut_segment {
@@ -14329,204 +14192,6 @@ class slice_cut {
     std::vector<std::uint8_t> levels_;
     std::vector<std::vector<cut_segment>> found_;
     std::size_t work_ = 0; // faces to be tested, roughly
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#include <algorithm>
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Normals at the corners of the faces that slices cut, of surfaces whose vertices have moved. Many lines meet each of these
-/// faces, and none meets the others. Keeps its memory from frame to frame.
-class cut_normals {
-  public:
-    /// Computes them and makes the scene refer to them.
-    template <exec::policy Policy>
-    void compute(const Policy& policy, scene_view& scene, const slice_cut& cut) {
-        if (std::none_of(scene.objects.begin(), scene.objects.end(), lacks_normals)) return;
-        ++frame_;
-        wanted_.clear();
-        objects_.assign(scene.objects.begin(), scene.objects.end());
-        if (surfaces_.size() < objects_.size()) surfaces_.resize(objects_.size());
-        for (std::size_t i = 0; i < objects_.size(); ++i) {
-            if (!lacks_normals(objects_[i])) continue;
-            surface& own = surfaces_[i];
-            own.normals.resize(objects_[i].normals.ends.size());
-            own.wanted_in.resize(own.normals.size());
-            objects_[i].normals.normals = own.normals;
-        }
-        cut.for_each_segment([&](const cut_segment& segment) {
-            const object_view& one = scene.objects[segment.object];
-            if (segment.again || !lacks_normals(one)) return;
-            const uvec3 numbers = one.normals.corners[segment.primitive];
-            for (const std::uint32_t number : {numbers.x, numbers.y, numbers.z}) {
-                std::uint32_t& wanted_in = surfaces_[segment.object].wanted_in[number];
-                if (wanted_in != frame_) wanted_.push_back({segment.object, number});
-                wanted_in = frame_;
-            }
-        });
-        exec::for_each_block(policy, wanted_.size(), 256, 150, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) {
-                const auto [object, number] = wanted_[i];
-                surfaces_[object].normals[number] =
-                    scene.objects[object].normals.computed(scene.objects[object].surface, number);
-            }
-        });
-        scene.objects = objects_;
-    }
-
-  private:
-    struct surface {
-        std::vector<vec3> normals;            // those of this frame are valid
-        std::vector<std::uint32_t> wanted_in; // the last frame in which each was
-    };
-    struct wanted {
-        std::uint32_t object = 0, number = 0;
-    };
-
-    static bool lacks_normals(const object_view& one) {
-        return one.normals.normals.empty() && !one.normals.corners.empty();
-    }
-
-    std::uint32_t frame_ = 0;
-    std::vector<object_view> objects_{};
-    std::vector<surface> surfaces_{}; // of each object
-    std::vector<wanted> wanted_{};
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#ifndef INSONIFY_TRACING_FIND_LINE_LAYERS_HPP
-#define INSONIFY_TRACING_FIND_LINE_LAYERS_HPP
-
-
-#include <cstddef>
-#include <cstdint>
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI {
-
-namespace detail {
-
-/// Number of lines in a block of work.
-inline constexpr std::uint32_t lines_per_block = 8;
-
-constexpr std::size_t blocks_of(std::uint32_t lines) { return (lines + lines_per_block - 1) / lines_per_block; }
-
-/// The layers of a block of lines, by line and plane. Keeps its memory.
-class layer_block {
-  public:
-    void clear() {
-        layers_.clear();
-        ends_.clear();
-        objects_.clear();
-        object_ends_.clear();
-        frames_.clear();
-    }
-    /// Adds the next line.
-    void add(const line_frame& frame, view<const layer> layers, view<const std::uint32_t> objects) {
-        layers_.insert(layers_.end(), layers.begin(), layers.end());
-        ends_.push_back(static_cast<std::uint32_t>(layers_.size()));
-        objects_.insert(objects_.end(), objects.begin(), objects.end());
-        object_ends_.push_back(static_cast<std::uint32_t>(objects_.size()));
-        frames_.push_back(frame);
-    }
-
-    view<const layer> layers(std::size_t number) const { return part(layers_, ends_, number); }
-    view<const std::uint32_t> objects(std::size_t number) const { return part(objects_, object_ends_, number); }
-    const line_frame& frame(std::size_t number) const { return frames_[number]; }
-
-  private:
-    template <class T>
-    static view<const T> part(const std::vector<T>& all, const std::vector<std::uint32_t>& ends, std::size_t number) {
-        const std::uint32_t begin = number == 0 ? 0 : ends[number - 1];
-        return {all.data() + begin, ends[number] - begin};
-    }
-
-    std::vector<layer> layers_{};
-    std::vector<std::uint32_t> ends_{};        // of each line, in `layers_`
-    std::vector<std::uint32_t> objects_{};     // ranks
-    std::vector<std::uint32_t> object_ends_{}; // of each line, in `objects_`
-    std::vector<line_frame> frames_{};
-};
-
-} // namespace detail
-
-/// What lies along every line of every elevation plane, as `find_layers` found it. A value: the scene may change afterwards.
-///
-///     const line_layers found = find_layers(exec::par_unseq, body, probe, at, {.depth = 40_mm, .planes = 5});
-///     float in_bone = 0; // metres, on line 32 of the slice plane
-///     for (const layer& one : found(32))
-///         if (one.object == static_cast<label_id>(bone)) in_bone += one.end - one.begin;
-class line_layers {
-  public:
-    std::uint32_t lines = 0;     ///< of the probe
-    std::uint32_t planes = 0;    ///< elevation planes: the slice plane, then pairs to both sides of it
-    std::vector<medium> media{}; ///< of the scene, the background first: what `layer::medium` is an index of
-
-    /// From the probe face on, without gaps: each layer begins where the one before ends.
-    view<const layer> operator()(std::uint32_t line, std::uint32_t plane = 0) const {
-        return block_of(line).layers(number_in_block(line, plane));
-    }
-    /// Where a line runs, in the world: `frame(line).at(one.begin)` is the point at which a layer begins.
-    const line_frame& frame(std::uint32_t line, std::uint32_t plane = 0) const {
-        return block_of(line).frame(number_in_block(line, plane));
-    }
-
-    /// Ranks of the objects that contain the origin of a line, just behind the face; ascending.
-    view<const std::uint32_t> objects_behind_face(std::uint32_t line, std::uint32_t plane) const {
-        return block_of(line).objects(number_in_block(line, plane));
-    }
-
-    /// Forgets all lines, and keeps their memory: those of each block are then to be added, for each line those of all planes.
-    void begin(std::uint32_t new_lines, std::uint32_t new_planes, view<const medium> of_scene) {
-        lines = new_lines;
-        planes = new_planes;
-        media.assign(of_scene.begin(), of_scene.end());
-        if (blocks_.size() < detail::blocks_of(lines)) blocks_.resize(detail::blocks_of(lines));
-    }
-    detail::layer_block& block_at(std::size_t line) { return blocks_[line / detail::lines_per_block]; }
-
-  private:
-    const detail::layer_block& block_of(std::uint32_t line) const { return blocks_[line / detail::lines_per_block]; }
-    std::size_t number_in_block(std::uint32_t line, std::uint32_t plane) const {
-        return std::size_t{line % detail::lines_per_block} * planes + plane;
-    }
-
-    std::vector<detail::layer_block> blocks_{};
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#ifndef INSONIFY_TRACING_FIND_LINE_MEMORY_HPP
-#define INSONIFY_TRACING_FIND_LINE_MEMORY_HPP
-
-
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Memory in which the layers of one line are found: grows until they fit.
-struct line_memory {
-    std::vector<crossing> crossings = std::vector<crossing>(64);
-    std::vector<std::uint32_t> inside = std::vector<std::uint32_t>(16);
-    std::vector<layer> layers = std::vector<layer>(32);
-
-    /// Room for the crossings, without any.
-    line_crossings found() { return {.room = crossings, .inside = {.ranks = inside}}; }
-    void grow() {
-        crossings.resize(2 * crossings.size());
-        inside.resize(2 * inside.size());
-        layers.resize(2 * layers.size());
-    }
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
@@ -14915,17 +14580,17 @@ class elevation_planes {
         vec2 moment[max_elevation_planes] = {}; // first and second, of the power
         for (int k = 0; k < steps; ++k) {       // below the slice is the mirror image
             const float y = (static_cast<float>(k) + 0.5F) * step;
-            float share[max_elevation_planes], nearest = FLT_MAX, shares = 0;
+            float nearness[max_elevation_planes], nearest = FLT_MAX, total = 0;
             for (std::uint32_t i = 0; i < count_; ++i) {
-                share[i] = (y - height[i]) * (y - height[i]);
-                nearest = min(nearest, share[i]);
+                nearness[i] = (y - height[i]) * (y - height[i]);
+                nearest = min(nearest, nearness[i]);
             }
             for (std::uint32_t i = 0; i < count_; ++i)
-                shares += share[i] = std::exp((nearest - share[i]) / (2 * softness * softness));
+                total += nearness[i] = std::exp((nearest - nearness[i]) / (2 * softness * softness));
             const float amplitude = std::exp(-0.5F * y * y);
             for (std::uint32_t i = 0; i < count_; ++i) {
-                found.coherent[i] += amplitude * share[i] / shares;
-                const float part = amplitude * amplitude * share[i] / shares;
+                found.coherent[i] += amplitude * nearness[i] / total;
+                const float part = amplitude * amplitude * nearness[i] / total;
                 found.random[i] += part;
                 moment[i] += part * vec2{y, y * y};
             }
@@ -15069,7 +14734,85 @@ struct frame_lines {
 
 
 #endif
+#include <algorithm>
 #include <vector>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Memory in which the layers of one line are found: grows until they fit.
+struct line_memory {
+    std::vector<crossing> crossings = std::vector<crossing>(64);
+    std::vector<std::uint32_t> inside = std::vector<std::uint32_t>(16);
+    std::vector<layer> layers = std::vector<layer>(32);
+
+    /// Room for the crossings, without any.
+    line_crossings found() { return {.room = crossings, .inside = {.ranks = inside}}; }
+    void grow() {
+        crossings.resize(2 * crossings.size());
+        inside.resize(2 * inside.size());
+        layers.resize(2 * layers.size());
+    }
+};
+
+/// Normals at the corners of the faces that slices cut, of surfaces whose vertices have moved. Many lines meet each of these
+/// faces, and none meets the others. Keeps its memory from frame to frame.
+class cut_normals {
+  public:
+    /// Computes them and makes the scene refer to them.
+    template <exec::policy Policy>
+    void compute(const Policy& policy, scene_view& scene, const slice_cut& cut) {
+        if (std::none_of(scene.objects.begin(), scene.objects.end(), lacks_normals)) return;
+        ++frame_;
+        wanted_.clear();
+        objects_.assign(scene.objects.begin(), scene.objects.end());
+        if (surfaces_.size() < objects_.size()) surfaces_.resize(objects_.size());
+        for (std::size_t i = 0; i < objects_.size(); ++i) {
+            if (!lacks_normals(objects_[i])) continue;
+            surface& own = surfaces_[i];
+            own.normals.resize(objects_[i].normals.ends.size());
+            own.wanted_in.resize(own.normals.size());
+            objects_[i].normals.normals = own.normals;
+        }
+        cut.for_each_segment([&](const cut_segment& segment) {
+            const object_view& one = scene.objects[segment.object];
+            if (segment.again || !lacks_normals(one)) return;
+            const uvec3 numbers = one.normals.corners[segment.primitive];
+            for (const std::uint32_t number : {numbers.x, numbers.y, numbers.z}) {
+                std::uint32_t& wanted_in = surfaces_[segment.object].wanted_in[number];
+                if (wanted_in != frame_) wanted_.push_back({segment.object, number});
+                wanted_in = frame_;
+            }
+        });
+        exec::for_each_block(policy, wanted_.size(), 256, 150, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+                const auto [object, number] = wanted_[i];
+                surfaces_[object].normals[number] =
+                    scene.objects[object].normals.computed(scene.objects[object].surface, number);
+            }
+        });
+        scene.objects = objects_;
+    }
+
+  private:
+    struct surface {
+        std::vector<vec3> normals;            // those of this frame are valid
+        std::vector<std::uint32_t> wanted_in; // the last frame in which each was
+    };
+    struct wanted {
+        std::uint32_t object = 0, number = 0;
+    };
+
+    static bool lacks_normals(const object_view& one) {
+        return one.normals.normals.empty() && !one.normals.corners.empty();
+    }
+
+    std::uint32_t frame_ = 0;
+    std::vector<object_view> objects_{};
+    std::vector<surface> surfaces_{}; // of each object
+    std::vector<wanted> wanted_{};
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -15583,42 +15326,6 @@ class stopwatch {
 #define INSONIFY_IMAGE_SCAN_CONVERT_HPP
 
 
-#ifndef INSONIFY_IMAGE_CHECK_SIZE_HPP
-#define INSONIFY_IMAGE_CHECK_SIZE_HPP
-
-
-#include <cstdint>
-#include <string>
-#include <string_view>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Largest number of columns, and of rows, of an image.
-inline constexpr std::uint32_t max_picture_side = 16384;
-
-namespace detail {
-
-inline bool is_picture_size(uvec2 size) {
-    return size.x > 0 && size.y > 0 && size.x <= max_picture_side && size.y <= max_picture_side;
-}
-
-/// @param caller  start of the sentence
-/// @param advice  end of the sentence for an image that is too large
-/// @throws usage_error  for an image without pixels, or with a side above `max_picture_side`
-inline void check_size(uvec2 size, const char* caller, std::string_view advice = "ask for fewer") {
-    if (is_picture_size(size)) return;
-    const std::string columns = std::to_string(size.x), rows = std::to_string(size.y);
-    if (size.x == 0 || size.y == 0)
-        throw usage_error{joined({caller, ": size ", columns, "x", rows, " has no pixels; it must be at least 1x1"})};
-    throw usage_error{joined({caller, ": size ", columns, "x", rows, " exceeds 16384 pixels a side; ", advice})};
-}
-
-} // namespace detail
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
 #include <cfloat>
 #include <concepts>
 #include <cstddef>
@@ -16599,90 +16306,6 @@ INSONIFY_FN void scatter_along_fibres(const moving_scatterers<Scattering, Field>
 
 
 #endif
-#ifndef INSONIFY_DOPPLER_MOVING_SURFACES_HPP
-#define INSONIFY_DOPPLER_MOVING_SURFACES_HPP
-
-
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// The surfaces of one line, which move with the tissue beside them. Flowing media do not move their walls.
-///
-/// A plane surface that moves with the velocity v is met at a distance that changes by v . n / (a . n), where n is its
-/// normal and a the direction of the line.
-class moving_surfaces {
-  public:
-    /// @param layers  of the line at the first pulse
-    /// @return        whether any surface moves
-    template <velocity_field Field>
-    bool assign(const traced_line& line, view<const layer> layers, const Field& field, const pulse_train& pulses) {
-        now_.assign(layers.begin(), layers.end());
-        motions_.clear();
-        bool any = false;
-        for (std::size_t i = 1; i < layers.size(); ++i) {
-            const layer &above = layers[i - 1], &below = layers[i];
-            const bool flows_above = line.media[above.medium].flowing, flows_below = line.media[below.medium].flowing;
-            motion of_surface{};
-            if (!(flows_above && flows_below)) {
-                // Of two tissues, the one whose surface it is.
-                const layer& tissue = flows_above || (!flows_below && below.own_surfaces.x > 0) ? below : above;
-                const pose place = line.places.empty() ? pose{} : line.places[tissue.place];
-                const vec3 across = cross(line.frame.elevation, line.frame.along);
-                constexpr float steepest = 5.8F; // 80 degrees
-                const vec3 normal = line.frame.along + clamp(below.slope.x, -steepest, steepest) * across +
-                                    clamp(below.slope.y, -steepest, steepest) * line.frame.elevation;
-                of_surface = {tissue.object, place.local_point(line.frame.at(below.begin)),
-                              place.local_direction(normal), below.begin, 0};
-                if (const displacement_view* deformed = line.displacement(tissue.place)) {
-                    of_surface.normal = transpose(inverse(deformed->gradient(of_surface.point))) * of_surface.normal;
-                    of_surface.point = deformed->rest(of_surface.point);
-                }
-            }
-            motions_.push_back(of_surface);
-            for (std::uint32_t k = 0; k < pulses.end() && !any; ++k) any = of_surface.speed(field, pulses.time(k)) != 0;
-        }
-        return any;
-    }
-
-    /// The layers of the present pulse.
-    view<const layer> layers() const { return {now_.data(), now_.size()}; }
-
-    /// Goes on to the pulse after `pulse`.
-    template <velocity_field Field>
-    void advance(const Field& field, const pulse_train& pulses, std::uint32_t pulse) {
-        const float time = pulses.time(pulse) + 0.5F * pulses.interval;
-        for (std::size_t i = 0; i < motions_.size(); ++i) {
-            motion& of_surface = motions_[i];
-            of_surface.moved += static_cast<double>(pulses.interval * of_surface.speed(field, time));
-            const auto distance = static_cast<float>(static_cast<double>(of_surface.distance) + of_surface.moved);
-            // Surfaces do not overtake each other.
-            now_[i + 1].begin = now_[i].end = max(now_[i].begin, min(distance, now_[i + 1].end));
-        }
-    }
-
-  private:
-    struct motion {
-        std::uint32_t object = ~0U; ///< with which it moves
-        vec3 point{0, 0, 0};        ///< where it was at rest, in coordinates of the object
-        vec3 normal{0, 0, 0};       ///< over its component along the line, for velocities at rest; 0: does not move
-        float distance = 0;         ///< along the line, at pulse 0
-        double moved = 0;           ///< since then; a float would lose the phase
-
-        template <velocity_field Field>
-        float speed(const Field& field, float time) const {
-            return normal == vec3{0, 0, 0} ? 0.0F : dot(field(object_id{object}, point, time), normal);
-        }
-    };
-
-    std::vector<layer> now_{};
-    std::vector<motion> motions_{};
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
 #ifndef INSONIFY_TRACING_LINE_TRACER_HPP
 #define INSONIFY_TRACING_LINE_TRACER_HPP
 
@@ -16699,11 +16322,8 @@ class moving_surfaces {
 #define INSONIFY_SIGNAL_KERNEL_KERNEL_COMPENSATION_HPP
 
 
-#ifndef INSONIFY_SIGNAL_KERNEL_CURVED_KERNEL_HPP
-#define INSONIFY_SIGNAL_KERNEL_CURVED_KERNEL_HPP
-
-
 #include <cmath>
+#include <cstddef>
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
@@ -16774,18 +16394,6 @@ class curved_kernel {
     float sigma_;
 };
 
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#ifndef INSONIFY_SIGNAL_KERNEL_SURFACE_STRIP_HPP
-#define INSONIFY_SIGNAL_KERNEL_SURFACE_STRIP_HPP
-
-
-#include <cmath>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
 /// The part of a surface that a line stands for, out of the slice: an arc of a circle, or a straight piece.
 class surface_strip {
   public:
@@ -16830,10 +16438,6 @@ class surface_strip {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#include <cstddef>
 
 /// The acoustic model computes physics only: it emits the echo that the probe receives. `convolve` then averages
 /// neighbouring lines, and elevation planes are averaged too, which weakens echoes that differ from line to line. Here
@@ -17330,6 +16934,123 @@ lateral_kernel make_lateral_kernel(const Probe& probe, const acquisition& scan, 
     return kernel;
 }
 
+/// A copy of a few consecutive samples of every line, for filtering across the lines. H is the half width of the
+/// kernel:
+///
+///     line  -H ... -1 | 0 ... lines - 1 | lines ... lines - 1 + H
+///           zeros, or for a full circle the lines from the other end
+///
+/// The samples of a line are contiguous and each has its own weights, so that SIMD works along the line. Across steered
+/// lines the filter follows the wave front: it reads neighbours a few samples above or below, which are copied too, and
+/// with the phase that they have at the same wave front.
+class lateral_slab {
+  public:
+    static constexpr std::size_t samples = 32;
+
+    /// @param memory  scratch memory; grows as needed
+    lateral_slab(const lateral_kernel& kernel, std::vector<vec2>& memory)
+        : kernel_{kernel}, lines_{kernel.lines}, half_width_{kernel.half_width()},
+          margin_{static_cast<std::size_t>(std::abs(kernel.less.back()))}, stride_{samples + 2 * margin_} {
+        memory.resize(2 * (half_width_ + 1) * samples + (lines_ + 2 * half_width_) * stride_);
+        weights_ = memory.data();
+        tails_ = weights_ + (half_width_ + 1) * samples;
+        values_ = tails_ + (half_width_ + 1) * samples;
+        std::fill(values_, values_ + (lines_ + 2 * half_width_) * stride_, vec2{0, 0});
+    }
+
+    /// Computes the weights of samples `first` to `first` + `count` - 1.
+    void weigh(std::size_t first, std::size_t count) {
+        std::fill(weights_, values_, vec2{0, 0});
+        for (std::size_t k = 0; k < count; ++k) {
+            const lateral_kernel::blend at = kernel_.blend_at(static_cast<std::uint32_t>(first + k));
+            for (std::size_t i = 0; i < at.above.size(); ++i)
+                weights_[i * samples + k] += (1 - at.fraction) * at.above[i];
+            for (std::size_t i = 0; i < at.below.size(); ++i) weights_[i * samples + k] += at.fraction * at.below[i];
+        }
+        for (std::size_t i = half_width_; i-- > 0;) // sum of the weights of the neighbours beyond the i-th
+            for (std::size_t k = 0; k < samples; ++k)
+                tails_[i * samples + k] = tails_[(i + 1) * samples + k] + weights_[(i + 1) * samples + k];
+    }
+
+    /// Copies samples of all lines.
+    /// @param stride  from line to line
+    /// @param before  samples of the lines before `from`
+    /// @param after   samples of the lines after these
+    void copy(const vec2* from, std::size_t stride, std::size_t count, std::size_t before = 0, std::size_t after = 0) {
+        const std::size_t above = std::min(before, margin_), below = std::min(after, margin_);
+        const auto beyond = static_cast<std::ptrdiff_t>(kernel_.full_circle ? half_width_ : 0);
+        const auto lines = static_cast<std::ptrdiff_t>(lines_);
+        for (std::ptrdiff_t line = -beyond; line < lines + beyond; ++line) {
+            const vec2* source = from + static_cast<std::size_t>((line + lines) % lines) * stride - above;
+            vec2* const to = row(line);
+            std::fill(to - margin_, to - above, vec2{0, 0});
+            std::copy_n(source, above + count + below, to - above);
+            std::fill(to + count + below, to + samples + margin_, vec2{0, 0});
+            if (kernel_.steered()) turn(to - above, above + count + below, kernel_.phase(-line));
+        }
+    }
+
+    /// Filters across the lines; the weights are normalized over the lines that exist.
+    /// @tparam Width  floats in a SIMD register
+    /// @param to      in place only where lines are not steered
+    template <int Width>
+    void apply(vec2* to, std::size_t stride, std::size_t count) const {
+        vec2 sums[samples];
+        for (std::size_t line = 0; line < lines_; ++line) {
+            const std::size_t after = lines_ - 1 - line;
+            const bool whole = kernel_.full_circle || (line >= half_width_ && after >= half_width_);
+            vec2* out = whole && count == samples ? to + line * stride : sums;
+            const vec2* const here = row(static_cast<std::ptrdiff_t>(line));
+            for (std::size_t part = 0; part < samples; part += std::size_t{4} * Width)
+                sum_neighbours<Width>(here + part, weights_ + part, out + part, std::make_index_sequence<8>{});
+            if (!whole)
+                for (std::size_t k = 0; k < count; ++k)
+                    sums[k] /= 1 - (line < half_width_ ? tails_[line * samples + k].x : 0) -
+                               (after < half_width_ ? tails_[after * samples + k].x : 0);
+            if (out == sums) std::copy_n(sums, count, to + line * stride);
+            if (kernel_.steered()) turn(to + line * stride, count, kernel_.phase(static_cast<std::ptrdiff_t>(line)));
+        }
+    }
+
+  private:
+    vec2* row(std::ptrdiff_t line) const {
+        return values_ + (static_cast<std::ptrdiff_t>(half_width_) + line) * static_cast<std::ptrdiff_t>(stride_) +
+               margin_;
+    }
+
+    static void turn(vec2* values, std::size_t count, vec2 phase) {
+        for (std::size_t k = 0; k < count; ++k)
+            values[k] = {values[k].x * phase.x - values[k].y * phase.y, values[k].x * phase.y + values[k].y * phase.x};
+    }
+
+    // As many samples as eight SIMD registers hold; the sums stay in registers.
+    template <int Width, std::size_t... I>
+    INSONIFY_INLINE void sum_neighbours(const vec2* here, const vec2* weights, vec2* to,
+                                        std::index_sequence<I...>) const {
+        const auto floats = [](const vec2* at) { return reinterpret_cast<const float*>(at); };
+        lanes<Width> sums[] = {load<Width>(floats(here) + I * Width) * load<Width>(floats(weights) + I * Width)...};
+        const std::ptrdiff_t* const less_deep = kernel_.less.data();
+        for (std::size_t apart = 1; apart <= half_width_; ++apart) {
+            const std::ptrdiff_t less = less_deep[apart];
+            const float *left = floats(here - apart * stride_ + less), *right = floats(here + apart * stride_ - less),
+                        *weight = floats(weights + apart * samples);
+            ((sums[I] = multiply_add(load<Width>(left + I * Width) + load<Width>(right + I * Width),
+                                     load<Width>(weight + I * Width), sums[I])),
+             ...);
+        }
+        (store(sums[I], reinterpret_cast<float*>(to) + I * Width), ...);
+    }
+
+    const lateral_kernel& kernel_;
+    std::size_t lines_ = 0;
+    std::size_t half_width_ = 0;
+    std::size_t margin_ = 0;  // samples above and below that steered lines need
+    std::size_t stride_ = 0;  // from line to line of the copy
+    vec2* weights_ = nullptr; // by distance in lines, that of each sample twice: for x and y
+    vec2* tails_ = nullptr;   // by distance in lines: sum of the weights beyond
+    vec2* values_ = nullptr;
+};
+
 } // namespace insonify::inline INSONIFY_ABI::detail
 
 
@@ -17771,75 +17492,6 @@ INSONIFY_FN bool sum_planes(const detail::frame_view<Probe>& frame, std::uint32_
 
 
 #endif
-#ifndef INSONIFY_TRACING_PLAN_FRAME_DISPLACEMENTS_HPP
-#define INSONIFY_TRACING_PLAN_FRAME_DISPLACEMENTS_HPP
-
-
-#include <cmath>
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// How the tissue along the lines of one frame is displaced: see `scene::deform`. Sampled in the box of these lines alone, in
-/// axes of the probe.
-class frame_displacements {
-  public:
-    /// @throws geometry_error  where the map that deforms the scene folds over in the field of view
-    template <class Policy, transducer Probe>
-    view<const displacement_view> compute(const Policy& policy, const scene& body,
-                                          const detail::frame_view<Probe>& frame) {
-        const displacement_lattice where = lattice_of(frame);
-        const view<const displacement_view> found = body.displacements(policy, where, nodes_, places_);
-        for (std::size_t i = 0; !found.empty() && i < where.count(); ++i)
-            if (nodes_[4 * i + 3] != 0 && is_seen(frame, where.point(i))) throw_folded(where.point(i));
-        return found;
-    }
-
-  private:
-    static constexpr float min_spacing = 1e-3F; // metres
-    static constexpr float max_cells = 64;      // along an axis
-
-    template <transducer Probe>
-    static bool is_seen(const detail::frame_view<Probe>& frame, vec3 point) {
-        const vec3 local = frame.at.local_point(point);
-        const vec2 place = frame.probe.locate({local.x, local.z}); // line, depth
-        return place.x > -1 && place.x < static_cast<float>(frame.probe.lines) && place.y > 0 && place.y < frame.depth;
-    }
-
-    template <transducer Probe>
-    static displacement_lattice lattice_of(const detail::frame_view<Probe>& frame) {
-        aabb box;
-        for (std::uint32_t plane = 0; plane < frame.planes; ++plane)
-            for (std::uint32_t i = 0; i < frame.probe.lines; ++i) {
-                const line_frame line = frame.line(i, plane);
-                box = merged(merged(box, frame.at.local_point(line.origin)),
-                             frame.at.local_point(line.at(frame.max_depth)));
-            }
-        const vec3 extent = box.size();
-        const float spacing = max(min_spacing, max(extent.x, max(extent.y, extent.z)) / max_cells);
-        displacement_lattice lattice;
-        vec3 cells;
-        for (int axis = 0; axis < 3; ++axis) {
-            cells[axis] = max(std::ceil(extent[axis] / spacing), 1);
-            lattice.size[axis] = static_cast<std::uint32_t>(cells[axis]) + 1;
-        }
-        lattice.spacing = vec3{spacing};
-        lattice.at = {frame.at.rotation, frame.at.point(box.centre() - 0.5F * spacing * cells)};
-        return lattice;
-    }
-
-    std::vector<float> nodes_{};
-    std::vector<displacement_view> places_{};
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#ifndef INSONIFY_TRACING_SCRATCH_MEMORY_HPP
-#define INSONIFY_TRACING_SCRATCH_MEMORY_HPP
-
-
 #ifndef INSONIFY_TRACING_PATHS_PATH_BRANCH_HPP
 #define INSONIFY_TRACING_PATHS_PATH_BRANCH_HPP
 
@@ -17863,8 +17515,8 @@ class ray_tube {
 
     /// a(s). Near a focus it is bounded: there the beam has its diffraction-limited width.
     INSONIFY_FN float amplitude(float metres) const {
-        constexpr float least = 0.25F; // of the determinant: at most 6 dB
-        return 1 / std::sqrt(max(std::fabs(determinant(mat3{1} + metres * bend_)), least));
+        constexpr float smallest = 0.25F; // of the determinant: at most 6 dB
+        return 1 / std::sqrt(max(std::fabs(determinant(mat3{1} + metres * bend_)), smallest));
     }
 
     /// The tube after s metres: K (I + s K)^-1.
@@ -17936,42 +17588,65 @@ struct path_arrival {
 
 
 #endif
+#ifndef INSONIFY_TRACING_PLAN_FRAME_DISPLACEMENTS_HPP
+#define INSONIFY_TRACING_PLAN_FRAME_DISPLACEMENTS_HPP
+
+
+#include <cmath>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// The scratch of one thread on the host: doubles until the line fits.
-class scratch_memory {
+/// How the tissue along the lines of one frame is displaced: see `scene::deform`. Sampled in the box of these lines alone, in
+/// axes of the probe.
+class frame_displacements {
   public:
-    line_scratch scratch() {
-        return {.found = {.room = crossings_, .inside = {.ranks = inside_}},
-                .layers = layers_,
-                .branches = branches_,
-                .branch_objects = branch_objects_,
-                .arrivals = arrivals_};
-    }
-    void grow() {
-        crossings_.resize(2 * crossings_.size());
-        inside_.resize(2 * inside_.size());
-        layers_.resize(2 * layers_.size());
-        branches_.resize(2 * branches_.size());
-        branch_objects_.resize(2 * branch_objects_.size());
-        arrivals_.resize(2 * arrivals_.size());
-    }
-
-    /// Calls attempt(scratch), in larger and larger memory, until it returns true.
-    template <class Attempt>
-    void fit(const Attempt& attempt) {
-        for (line_scratch room = scratch(); !attempt(room); room = scratch()) grow();
+    /// @throws geometry_error  where the map that deforms the scene folds over in the field of view
+    template <class Policy, transducer Probe>
+    view<const displacement_view> compute(const Policy& policy, const scene& body,
+                                          const detail::frame_view<Probe>& frame) {
+        const displacement_lattice where = lattice_of(frame);
+        const view<const displacement_view> found = body.displacements(policy, where, nodes_, places_);
+        for (std::size_t i = 0; !found.empty() && i < where.count(); ++i)
+            if (nodes_[4 * i + 3] != 0 && is_seen(frame, where.point(i))) throw_folded(where.point(i));
+        return found;
     }
 
   private:
-    std::vector<crossing> crossings_ = std::vector<crossing>(128);
-    std::vector<std::uint32_t> inside_ = std::vector<std::uint32_t>(16);
-    std::vector<layer> layers_ = std::vector<layer>(64);
-    std::vector<detail::path_branch> branches_ = std::vector<detail::path_branch>(32);
-    std::vector<std::uint32_t> branch_objects_ = std::vector<std::uint32_t>(128);
-    std::vector<detail::path_arrival> arrivals_ = std::vector<detail::path_arrival>(128);
+    static constexpr float min_spacing = 1e-3F; // metres
+    static constexpr float max_cells = 64;      // along an axis
+
+    template <transducer Probe>
+    static bool is_seen(const detail::frame_view<Probe>& frame, vec3 point) {
+        const vec3 local = frame.at.local_point(point);
+        const vec2 place = frame.probe.locate({local.x, local.z}); // line, depth
+        return place.x > -1 && place.x < static_cast<float>(frame.probe.lines) && place.y > 0 && place.y < frame.depth;
+    }
+
+    template <transducer Probe>
+    static displacement_lattice lattice_of(const detail::frame_view<Probe>& frame) {
+        aabb box;
+        for (std::uint32_t plane = 0; plane < frame.planes; ++plane)
+            for (std::uint32_t i = 0; i < frame.probe.lines; ++i) {
+                const line_frame line = frame.line(i, plane);
+                box = merged(merged(box, frame.at.local_point(line.origin)),
+                             frame.at.local_point(line.at(frame.max_depth)));
+            }
+        const vec3 extent = box.size();
+        const float spacing = max(min_spacing, max(extent.x, max(extent.y, extent.z)) / max_cells);
+        displacement_lattice lattice;
+        vec3 cells;
+        for (int axis = 0; axis < 3; ++axis) {
+            cells[axis] = max(std::ceil(extent[axis] / spacing), 1);
+            lattice.size[axis] = static_cast<std::uint32_t>(cells[axis]) + 1;
+        }
+        lattice.spacing = vec3{spacing};
+        lattice.at = {frame.at.rotation, frame.at.point(box.centre() - 0.5F * spacing * cells)};
+        return lattice;
+    }
+
+    std::vector<float> nodes_{};
+    std::vector<displacement_view> places_{};
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
@@ -17986,27 +17661,46 @@ class scratch_memory {
 #define INSONIFY_TRACING_APERTURE_APERTURE_SHADING_HPP
 
 
-#ifndef INSONIFY_TRACING_APERTURE_APERTURE_MEAN_HPP
-#define INSONIFY_TRACING_APERTURE_APERTURE_MEAN_HPP
-
-
 #ifndef INSONIFY_TRACING_APERTURE_TURNED_LINES_HPP
 #define INSONIFY_TRACING_APERTURE_TURNED_LINES_HPP
 
 
-#ifndef INSONIFY_TRACING_APERTURE_SLICE_SEGMENTS_HPP
-#define INSONIFY_TRACING_APERTURE_SLICE_SEGMENTS_HPP
-
-
-#ifndef INSONIFY_TRACING_APERTURE_TURNED_FAN_HPP
-#define INSONIFY_TRACING_APERTURE_TURNED_FAN_HPP
-
-
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI::detail {
+
+/// What arrives at one depth of a line.
+struct sound_at_depth {
+    float amplitude = 0;     ///< one way
+    float shown = 0;         ///< displayed depth, metres
+    std::uint32_t place = 0; ///< what the depth lies in: see `layer::place`
+};
+
+/// What arrives along a line, at equal steps of depth: element k at (k + 1) * spacing.
+struct sound_profile {
+    static constexpr std::uint32_t steps = 64;
+
+    std::array<sound_at_depth, steps> at{};
+
+    /// @param line     with its layers
+    /// @param spacing  of the steps, metres
+    template <class Model>
+    INSONIFY_FN void compute(const traced_line& line, const Model& model, float spacing) {
+        vec2 both_ways[steps];
+        model.arrivals(line, spacing, view<vec2>{both_ways, steps});
+        std::size_t i = 0;
+        for (std::uint32_t k = 0; k < steps; ++k) {
+            // A step on a surface lies behind it, as in `physical::arrivals`.
+            while (i + 1 < line.layers.size() && line.layers[i].end <= static_cast<float>(k + 1) * spacing) ++i;
+            at[k] = {std::sqrt(max(both_ways[k].x, aperture_gains::min_amplitude)), both_ways[k].y,
+                     line.layers[i].place};
+        }
+    }
+};
 
 /// Where the lines of a fan begin and how they diverge, where neighbours are equally far apart.
 struct face_shape {
@@ -18254,16 +17948,6 @@ class turned_fan {
     std::vector<float> lines_[4] = {}; // x, y of origins; x, y of directions; the last line is repeated at the end
 };
 
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#include <algorithm>
-#include <cstddef>
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
 /// The segments of one slice by the sum of the depths of their ends, which lie in flat arrays so that a register takes several.
 /// Keeps its memory from frame to frame.
 class slice_segments {
@@ -18299,57 +17983,6 @@ class slice_segments {
     std::vector<float> ends_[4] = {};
 };
 
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#ifndef INSONIFY_TRACING_APERTURE_SOUND_PROFILE_HPP
-#define INSONIFY_TRACING_APERTURE_SOUND_PROFILE_HPP
-
-
-#include <array>
-#include <cmath>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// What arrives at one depth of a line.
-struct sound_at_depth {
-    float amplitude = 0;     ///< one way
-    float shown = 0;         ///< displayed depth, metres
-    std::uint32_t place = 0; ///< what the depth lies in: see `layer::place`
-};
-
-/// What arrives along a line, at equal steps of depth: element k at (k + 1) * spacing.
-struct sound_profile {
-    static constexpr std::uint32_t steps = 64;
-
-    std::array<sound_at_depth, steps> at{};
-
-    /// @param line     with its layers
-    /// @param spacing  of the steps, metres
-    template <class Model>
-    INSONIFY_FN void compute(const traced_line& line, const Model& model, float spacing) {
-        vec2 both_ways[steps];
-        model.arrivals(line, spacing, view<vec2>{both_ways, steps});
-        std::size_t i = 0;
-        for (std::uint32_t k = 0; k < steps; ++k) {
-            // A step on a surface lies behind it, as in `physical::arrivals`.
-            while (i + 1 < line.layers.size() && line.layers[i].end <= static_cast<float>(k + 1) * spacing) ++i;
-            at[k] = {std::sqrt(max(both_ways[k].x, aperture_gains::least)), both_ways[k].y, line.layers[i].place};
-        }
-    }
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#include <algorithm>
-#include <cmath>
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
 /// The points of an aperture shading: lines of the probe, equally far apart, in each plane of the frame. They are reached by the
 /// lines of a fan, turned or shifted: those of the points, and of a phased array, whose aperture is as wide at the edges of its
 /// sector, also some beyond.
@@ -18377,14 +18010,14 @@ class turned_lines {
         lines_ = points.fan.size();
         spacing_ = spacing;
         sound_.resize(std::size_t{points.planes} * steps * lines_);
-        share_.resize(std::size_t{points.planes} * steps);
+        weight_.resize(std::size_t{points.planes} * steps);
         for (std::uint32_t plane = 0; plane < points.planes; ++plane)
             fans_[plane].assign(points.fan, points.shape, turn[plane]);
     }
 
-    /// Share of the aperture that the lines stand for, at one step of one plane.
-    float& share(std::size_t row) { return share_[row]; }
-    float share(std::size_t row) const { return share_[row]; }
+    /// Fraction of the aperture that the lines stand for, at one step of one plane.
+    float& weight(std::size_t row) { return weight_[row]; }
+    float weight(std::size_t row) const { return weight_[row]; }
     /// How many lines the one that ends in a line of the fan has crossed on its way to one step of one plane.
     float lines_crossed(std::size_t row, std::uint32_t line) const {
         return fans_[row / steps].lines_crossed(static_cast<float>(row % steps + 1) * spacing_, line);
@@ -18522,7 +18155,7 @@ class turned_lines {
     std::vector<std::uint32_t> ends_{};   // of each plane and line, in `crossings_`
     std::vector<crossing> crossings_{};   // at metres along the turned line
     std::vector<sound_at_depth> sound_{}; // by plane, step and line
-    std::vector<float> share_{};          // by plane and step
+    std::vector<float> weight_{};         // by plane and step
     line_memory memory_{};
 };
 
@@ -18530,6 +18163,7 @@ class turned_lines {
 
 
 #endif
+#include <algorithm>
 #include <cfloat>
 #include <cmath>
 #include <vector>
@@ -18571,17 +18205,17 @@ class aperture_average {
         const std::size_t padded = (std::size_t{points.size()} + simd_width - 1) / simd_width * simd_width;
         // What arrives along each direction, then the share of the last, then what arrives times its displayed depth.
         weighted_.assign((2 * count + 1) * padded, 0);
-        float *const shares = weighted_.data() + count * padded, *const depths = shares + count * padded;
+        float *const weights = weighted_.data() + count * padded, *const depths = weights + count * padded;
         for (std::size_t k = 0; k < count; ++k)
-            weigh(points, directions[k], row, place, weighted_.data() + k * padded, shares + k * padded, depths);
+            weigh(points, directions[k], row, place, weighted_.data() + k * padded, weights + k * padded, depths);
         for (std::uint32_t first = 0; first < points.size(); first += simd_width) {
             const received sound = receive(weighted_.data() + first, padded, count),
-                           all = receive(shares + first, padded, count);
-            const floats least(FLT_MIN); // divides where there is no line at all
+                           all = receive(weights + first, padded, count);
+            const floats smallest(FLT_MIN); // divides where there is no line at all
             float mean[simd_width], rms[simd_width], depth[simd_width], whole[simd_width];
-            store(load<simd_width>(depths + first) / max(sound.sum, least), depth);
-            store(sound.sum / max(all.sum, least), mean);
-            store(sqrt(sound.power / max(all.power, least)), rms);
+            store(load<simd_width>(depths + first) / max(sound.sum, smallest), depth);
+            store(sound.sum / max(all.sum, smallest), mean);
+            store(sqrt(sound.power / max(all.power, smallest)), rms);
             store(all.sum, whole);
             for (std::uint32_t i = 0; i < simd_width && first + i < points.size(); ++i)
                 means[first + i] = {mean[i] * mean[i], rms[i], depth[i], whole[i] > 0};
@@ -18595,15 +18229,15 @@ class aperture_average {
     // between those of two points, neither of which is used where it has left the fan: slices end there.
     template <class Place>
     static void weigh(const shading_points& points, const turned_lines& one, std::size_t row, const Place& place,
-                      float* weighted, float* shares, float* depths) {
-        const float share = one.share(row);
-        if (!(share > 0)) return;
+                      float* weighted, float* weights, float* depths) {
+        const float weight = one.weight(row);
+        if (!(weight > 0)) return;
         const auto count = static_cast<std::int64_t>(points.size()), beyond = static_cast<std::int64_t>(points.beyond);
         const sound_at_depth* const sound = one.sound(row);
-        const bool alike = points.shape.form != face_shape::form::point; // all cross as many lines
+        const bool same_crossings = points.shape.form != face_shape::form::point; // all cross as many lines
         float back = -one.lines_crossed(row, 0);
         for (std::int64_t point = 0; point < count; ++point) {
-            if (!alike) back = -one.lines_crossed(row, static_cast<std::uint32_t>(point + beyond));
+            if (!same_crossings) back = -one.lines_crossed(row, static_cast<std::uint32_t>(point + beyond));
             const float whole = std::floor(back), fraction = back - whole;
             std::int64_t from = point + beyond + static_cast<std::int64_t>(whole), next = from + 1;
             bool from_within = true, next_within = true;
@@ -18612,8 +18246,8 @@ class aperture_average {
                 next = (from + 1) % count;
             } else {
                 const std::int64_t all = count + 2 * beyond;
-                from_within = from >= 0 && from < all && (!alike || point > 0 || fraction == 0);
-                next_within = next >= 0 && next < all && (!alike || point + 1 < count);
+                from_within = from >= 0 && from < all && (!same_crossings || point > 0 || fraction == 0);
+                next_within = next >= 0 && next < all && (!same_crossings || point + 1 < count);
                 if (!from_within) from = next;
                 if (!next_within) next = from;
                 if (!from_within && !next_within) continue;
@@ -18622,8 +18256,8 @@ class aperture_average {
             const blend_of_two between{from_within && sound[from].place == here,
                                        next_within && sound[next].place == here, fraction};
             if (!between.any()) continue;
-            weighted[point] = share * between(sound[from].amplitude, sound[next].amplitude);
-            shares[point] = share;
+            weighted[point] = weight * between(sound[from].amplitude, sound[next].amplitude);
+            weights[point] = weight;
             depths[point] += weighted[point] * between(sound[from].shown, sound[next].shown);
         }
     }
@@ -18654,12 +18288,6 @@ class aperture_average {
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#include <algorithm>
-#include <cmath>
-#include <vector>
 
 /// Sound reaches a point from the whole width of the aperture, so shadows have a penumbra: behind a needle it comes past it
 /// from both sides, and beside a needle part of it is blocked. Here lines are traced to every point from several places of the
@@ -18793,17 +18421,17 @@ class aperture_shading {
     float widest(const detail::frame_view<Probe>& frame) const {
         const float radius = points_.shape.radius, incline = std::fabs(points_.shape.incline);
         if (is_point()) return max_shift(frame);
-        float most = 0;
+        float max_turn = 0;
         for (std::uint32_t k = 0; k < steps; ++k) {
             const float z = depth_of(k), half = half_aperture(frame, z);
             if (radius == 0) {
-                most = max(most, half / (z - min(incline * half, 0.9F * z)));
+                max_turn = max(max_turn, half / (z - min(incline * half, 0.9F * z)));
             } else {
                 const float place = min(half / radius, 0.9F), down = std::sqrt(1 - place * place);
-                most = max(most, std::asin(place) + std::atan(radius * place / (z + radius * (1 - down))));
+                max_turn = max(max_turn, std::asin(place) + std::atan(radius * place / (z + radius * (1 - down))));
             }
         }
-        return min(most, radius == 0 ? min(3, 0.9F / max(incline, 0.1F)) : 1.3F);
+        return min(max_turn, radius == 0 ? min(3, 0.9F / max(incline, 0.1F)) : 1.3F);
     }
     template <transducer Probe>
     static float max_shift(const detail::frame_view<Probe>& frame) {
@@ -18834,10 +18462,10 @@ class aperture_shading {
 
     template <transducer Probe>
     void turn_lines(const detail::frame_view<Probe>& frame, std::uint32_t count) {
-        const float radius = points_.shape.radius, most = widest(frame);
+        const float radius = points_.shape.radius, max_turn = widest(frame);
         const auto turned_by = [&](float part) -> line_turn { // -1 to 1
-            if (is_point()) return {.shift = part * most, .is_shift = true};
-            const float angle = radius == 0 ? std::atan(part * most) : part * most;
+            if (is_point()) return {.shift = part * max_turn, .is_shift = true};
+            const float angle = radius == 0 ? std::atan(part * max_turn) : part * max_turn;
             return {std::sin(angle), std::cos(angle), radius, points_.shape.incline};
         };
         for (std::uint32_t k = 0; k < count; ++k) {
@@ -18855,7 +18483,7 @@ class aperture_shading {
                                 right = turned_by(k + 1 == count ? 1.0F : edge(1, plane));
                 for (std::uint32_t step = 0; step < steps; ++step) {
                     const float z = depth_of(step), half = half_aperture(frame, z);
-                    turned_[k].share(std::size_t{plane} * steps + step) =
+                    turned_[k].weight(std::size_t{plane} * steps + step) =
                         max(min(right.place_on_face(z), half) - max(left.place_on_face(z), -half), 0);
                 }
             }
@@ -18970,6 +18598,44 @@ struct straight_lines {
 #include <concepts>
 #include <utility>
 #include <vector>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// The scratch of one thread on the host: doubles until the line fits.
+class scratch_memory {
+  public:
+    line_scratch scratch() {
+        return {.found = {.room = crossings_, .inside = {.ranks = inside_}},
+                .layers = layers_,
+                .branches = branches_,
+                .branch_objects = branch_objects_,
+                .arrivals = arrivals_};
+    }
+    void grow() {
+        crossings_.resize(2 * crossings_.size());
+        inside_.resize(2 * inside_.size());
+        layers_.resize(2 * layers_.size());
+        branches_.resize(2 * branches_.size());
+        branch_objects_.resize(2 * branch_objects_.size());
+        arrivals_.resize(2 * arrivals_.size());
+    }
+
+    /// Calls attempt(scratch), in larger and larger memory, until it returns true.
+    template <class Attempt>
+    void fit(const Attempt& attempt) {
+        for (line_scratch room = scratch(); !attempt(room); room = scratch()) grow();
+    }
+
+  private:
+    std::vector<crossing> crossings_ = std::vector<crossing>(128);
+    std::vector<std::uint32_t> inside_ = std::vector<std::uint32_t>(16);
+    std::vector<layer> layers_ = std::vector<layer>(64);
+    std::vector<detail::path_branch> branches_ = std::vector<detail::path_branch>(32);
+    std::vector<std::uint32_t> branch_objects_ = std::vector<std::uint32_t>(128);
+    std::vector<detail::path_arrival> arrivals_ = std::vector<detail::path_arrival>(128);
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -19132,6 +18798,82 @@ class line_tracer {
 
 #endif
 #include <vector>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// The surfaces of one line, which move with the tissue beside them. Flowing media do not move their walls.
+///
+/// A plane surface that moves with the velocity v is met at a distance that changes by v . n / (a . n), where n is its
+/// normal and a the direction of the line.
+class moving_surfaces {
+  public:
+    /// @param layers  of the line at the first pulse
+    /// @return        whether any surface moves
+    template <velocity_field Field>
+    bool assign(const traced_line& line, view<const layer> layers, const Field& field, const pulse_train& pulses) {
+        now_.assign(layers.begin(), layers.end());
+        motions_.clear();
+        bool any = false;
+        for (std::size_t i = 1; i < layers.size(); ++i) {
+            const layer &above = layers[i - 1], &below = layers[i];
+            const bool flows_above = line.media[above.medium].flowing, flows_below = line.media[below.medium].flowing;
+            motion of_surface{};
+            if (!(flows_above && flows_below)) {
+                // Of two tissues, the one whose surface it is.
+                const layer& tissue = flows_above || (!flows_below && below.own_surfaces.x > 0) ? below : above;
+                const pose place = line.places.empty() ? pose{} : line.places[tissue.place];
+                const vec3 across = cross(line.frame.elevation, line.frame.along);
+                constexpr float steepest = 5.8F; // 80 degrees
+                const vec3 normal = line.frame.along + clamp(below.slope.x, -steepest, steepest) * across +
+                                    clamp(below.slope.y, -steepest, steepest) * line.frame.elevation;
+                of_surface = {tissue.object, place.local_point(line.frame.at(below.begin)),
+                              place.local_direction(normal), below.begin, 0};
+                if (const displacement_view* deformed = line.displacement(tissue.place)) {
+                    of_surface.normal = transpose(inverse(deformed->gradient(of_surface.point))) * of_surface.normal;
+                    of_surface.point = deformed->rest(of_surface.point);
+                }
+            }
+            motions_.push_back(of_surface);
+            for (std::uint32_t k = 0; k < pulses.end() && !any; ++k) any = of_surface.speed(field, pulses.time(k)) != 0;
+        }
+        return any;
+    }
+
+    /// The layers of the present pulse.
+    view<const layer> layers() const { return {now_.data(), now_.size()}; }
+
+    /// Goes on to the pulse after `pulse`.
+    template <velocity_field Field>
+    void advance(const Field& field, const pulse_train& pulses, std::uint32_t pulse) {
+        const float time = pulses.time(pulse) + 0.5F * pulses.interval;
+        for (std::size_t i = 0; i < motions_.size(); ++i) {
+            motion& of_surface = motions_[i];
+            of_surface.moved += static_cast<double>(pulses.interval * of_surface.speed(field, time));
+            const auto distance = static_cast<float>(static_cast<double>(of_surface.distance) + of_surface.moved);
+            // Surfaces do not overtake each other.
+            now_[i + 1].begin = now_[i].end = max(now_[i].begin, min(distance, now_[i + 1].end));
+        }
+    }
+
+  private:
+    struct motion {
+        std::uint32_t object = ~0U; ///< with which it moves
+        vec3 point{0, 0, 0};        ///< where it was at rest, in coordinates of the object
+        vec3 normal{0, 0, 0};       ///< over its component along the line, for velocities at rest; 0: does not move
+        float distance = 0;         ///< along the line, at pulse 0
+        double moved = 0;           ///< since then; a float would lose the phase
+
+        template <velocity_field Field>
+        float speed(const Field& field, float time) const {
+            return normal == vec3{0, 0, 0} ? 0.0F : dot(field(object_id{object}, point, time), normal);
+        }
+    };
+
+    std::vector<layer> now_{};
+    std::vector<motion> motions_{};
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -19378,136 +19120,6 @@ class axial_kernel {
     std::size_t zeros_ = 0;  // padding before and after each row
     std::size_t stride_ = 0; // from row to row
     std::vector<tap> taps_;
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#ifndef INSONIFY_SIGNAL_KERNEL_LATERAL_SLAB_HPP
-#define INSONIFY_SIGNAL_KERNEL_LATERAL_SLAB_HPP
-
-
-#include <algorithm>
-#include <utility>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// A copy of a few consecutive samples of every line, for filtering across the lines. H is the half width of the
-/// kernel:
-///
-///     line  -H ... -1 | 0 ... lines - 1 | lines ... lines - 1 + H
-///           zeros, or for a full circle the lines from the other end
-///
-/// The samples of a line are contiguous and each has its own weights, so that SIMD works along the line. Across steered
-/// lines the filter follows the wave front: it reads neighbours a few samples above or below, which are copied too, and
-/// with the phase that they have at the same wave front.
-class lateral_slab {
-  public:
-    static constexpr std::size_t samples = 32;
-
-    /// @param memory  scratch memory; grows as needed
-    lateral_slab(const lateral_kernel& kernel, std::vector<vec2>& memory)
-        : kernel_{kernel}, lines_{kernel.lines}, half_width_{kernel.half_width()},
-          margin_{static_cast<std::size_t>(std::abs(kernel.less.back()))}, stride_{samples + 2 * margin_} {
-        memory.resize(2 * (half_width_ + 1) * samples + (lines_ + 2 * half_width_) * stride_);
-        weights_ = memory.data();
-        tails_ = weights_ + (half_width_ + 1) * samples;
-        values_ = tails_ + (half_width_ + 1) * samples;
-        std::fill(values_, values_ + (lines_ + 2 * half_width_) * stride_, vec2{0, 0});
-    }
-
-    /// Computes the weights of samples `first` to `first` + `count` - 1.
-    void weigh(std::size_t first, std::size_t count) {
-        std::fill(weights_, values_, vec2{0, 0});
-        for (std::size_t k = 0; k < count; ++k) {
-            const lateral_kernel::blend at = kernel_.blend_at(static_cast<std::uint32_t>(first + k));
-            for (std::size_t i = 0; i < at.above.size(); ++i)
-                weights_[i * samples + k] += (1 - at.fraction) * at.above[i];
-            for (std::size_t i = 0; i < at.below.size(); ++i) weights_[i * samples + k] += at.fraction * at.below[i];
-        }
-        for (std::size_t i = half_width_; i-- > 0;) // sum of the weights of the neighbours beyond the i-th
-            for (std::size_t k = 0; k < samples; ++k)
-                tails_[i * samples + k] = tails_[(i + 1) * samples + k] + weights_[(i + 1) * samples + k];
-    }
-
-    /// Copies samples of all lines.
-    /// @param stride  from line to line
-    /// @param before  samples of the lines before `from`
-    /// @param after   samples of the lines after these
-    void copy(const vec2* from, std::size_t stride, std::size_t count, std::size_t before = 0, std::size_t after = 0) {
-        const std::size_t above = std::min(before, margin_), below = std::min(after, margin_);
-        const auto beyond = static_cast<std::ptrdiff_t>(kernel_.full_circle ? half_width_ : 0);
-        const auto lines = static_cast<std::ptrdiff_t>(lines_);
-        for (std::ptrdiff_t line = -beyond; line < lines + beyond; ++line) {
-            const vec2* source = from + static_cast<std::size_t>((line + lines) % lines) * stride - above;
-            vec2* const to = row(line);
-            std::fill(to - margin_, to - above, vec2{0, 0});
-            std::copy_n(source, above + count + below, to - above);
-            std::fill(to + count + below, to + samples + margin_, vec2{0, 0});
-            if (kernel_.steered()) turn(to - above, above + count + below, kernel_.phase(-line));
-        }
-    }
-
-    /// Filters across the lines; the weights are normalized over the lines that exist.
-    /// @tparam Width  floats in a SIMD register
-    /// @param to      in place only where lines are not steered
-    template <int Width>
-    void apply(vec2* to, std::size_t stride, std::size_t count) const {
-        vec2 sums[samples];
-        for (std::size_t line = 0; line < lines_; ++line) {
-            const std::size_t after = lines_ - 1 - line;
-            const bool whole = kernel_.full_circle || (line >= half_width_ && after >= half_width_);
-            vec2* out = whole && count == samples ? to + line * stride : sums;
-            const vec2* const here = row(static_cast<std::ptrdiff_t>(line));
-            for (std::size_t part = 0; part < samples; part += std::size_t{4} * Width)
-                sum_neighbours<Width>(here + part, weights_ + part, out + part, std::make_index_sequence<8>{});
-            if (!whole)
-                for (std::size_t k = 0; k < count; ++k)
-                    sums[k] /= 1 - (line < half_width_ ? tails_[line * samples + k].x : 0) -
-                               (after < half_width_ ? tails_[after * samples + k].x : 0);
-            if (out == sums) std::copy_n(sums, count, to + line * stride);
-            if (kernel_.steered()) turn(to + line * stride, count, kernel_.phase(static_cast<std::ptrdiff_t>(line)));
-        }
-    }
-
-  private:
-    vec2* row(std::ptrdiff_t line) const {
-        return values_ + (static_cast<std::ptrdiff_t>(half_width_) + line) * static_cast<std::ptrdiff_t>(stride_) +
-               margin_;
-    }
-
-    static void turn(vec2* values, std::size_t count, vec2 phase) {
-        for (std::size_t k = 0; k < count; ++k)
-            values[k] = {values[k].x * phase.x - values[k].y * phase.y, values[k].x * phase.y + values[k].y * phase.x};
-    }
-
-    // As many samples as eight SIMD registers hold; the sums stay in registers.
-    template <int Width, std::size_t... I>
-    INSONIFY_INLINE void sum_neighbours(const vec2* here, const vec2* weights, vec2* to,
-                                        std::index_sequence<I...>) const {
-        const auto floats = [](const vec2* at) { return reinterpret_cast<const float*>(at); };
-        lanes<Width> sums[] = {load<Width>(floats(here) + I * Width) * load<Width>(floats(weights) + I * Width)...};
-        const std::ptrdiff_t* const less_deep = kernel_.less.data();
-        for (std::size_t apart = 1; apart <= half_width_; ++apart) {
-            const std::ptrdiff_t less = less_deep[apart];
-            const float *left = floats(here - apart * stride_ + less), *right = floats(here + apart * stride_ - less),
-                        *weight = floats(weights + apart * samples);
-            ((sums[I] = multiply_add(load<Width>(left + I * Width) + load<Width>(right + I * Width),
-                                     load<Width>(weight + I * Width), sums[I])),
-             ...);
-        }
-        (store(sums[I], reinterpret_cast<float*>(to) + I * Width), ...);
-    }
-
-    const lateral_kernel& kernel_;
-    std::size_t lines_ = 0;
-    std::size_t half_width_ = 0;
-    std::size_t margin_ = 0;  // samples above and below that steered lines need
-    std::size_t stride_ = 0;  // from line to line of the copy
-    vec2* weights_ = nullptr; // by distance in lines, that of each sample twice: for x and y
-    vec2* tails_ = nullptr;   // by distance in lines: sum of the weights beyond
-    vec2* values_ = nullptr;
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
@@ -21720,8 +21332,8 @@ diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const 
         const path_survey half =
             survey_paths(layer_search{}(exec::par, body, probe, at, {.depth = scan.depth}, half_depth, false),
                          probe.frequency, half_depth);
-        const auto of_pulse = [&](float lost_db) {
-            return attenuated(lost_db, probe.frequency, fractional_bandwidth(probe)).loss_db;
+        const auto of_pulse = [&](float loss_db) {
+            return attenuated(loss_db, probe.frequency, fractional_bandwidth(probe)).loss_db;
         };
         const float needed = 2 * clamp(half.attenuation, 50, 100) * probe.frequency * 1e-6F * half.length;
         const float gain = min(of_pulse(needed), max_gain_db), lost = of_pulse(half.loss_db);
@@ -21824,14 +21436,14 @@ struct colour_overlay_settings {
 };
 
 /// The colour of a velocity. @param share  of the largest, -1 (away) to 1 (towards the probe)
-INSONIFY_FN inline vec3 velocity_colour(float share) {
-    const float fast = min(std::fabs(share), 1), strong = 0.35F + 0.65F * min(1.6F * fast, 1),
+INSONIFY_FN inline vec3 velocity_colour(float fraction) {
+    const float fast = min(std::fabs(fraction), 1), strong = 0.35F + 0.65F * min(1.6F * fast, 1),
                 bright = max(fast - 0.35F, 0) / 0.65F;
-    return share > 0 ? vec3{strong, 0.9F * bright, 0} : vec3{0, 0.9F * bright, strong};
+    return fraction > 0 ? vec3{strong, 0.9F * bright, 0} : vec3{0, 0.9F * bright, strong};
 }
 /// The colour of a power. @param share  0 (weakest) to 1 (strongest)
-INSONIFY_FN inline vec3 power_colour(float share) {
-    const float level = clamp(share, 0, 1);
+INSONIFY_FN inline vec3 power_colour(float fraction) {
+    const float level = clamp(fraction, 0, 1);
     return {0.35F + 0.65F * min(1.5F * level, 1), 0.9F * max(level - 0.3F, 0) / 0.7F, 0.1F * level};
 }
 
@@ -21998,8 +21610,8 @@ struct poiseuille {
     vec3 operator()(object_id of, vec3 point, float time) const {
         if (of != object) return {0, 0, 0};
         const vec3 along = normalize(to - from), from_axis = point - from - dot(point - from, along) * along;
-        const float share = 1 - dot(from_axis, from_axis) / (radius * radius);
-        return share > 0 ? peak_velocity * waveform(time) * share * along : vec3{0, 0, 0};
+        const float fraction = 1 - dot(from_axis, from_axis) / (radius * radius);
+        return fraction > 0 ? peak_velocity * waveform(time) * fraction * along : vec3{0, 0, 0};
     }
     /// Volume per second at a time, m^3/s: pi radius^2 / 2 times the velocity on the axis.
     float volume_flow(float time) const { return 0.5F * pi * radius * radius * peak_velocity * waveform(time); }
@@ -22089,9 +21701,9 @@ struct velocity_samples {
         vec3 sum{0, 0, 0};
         for (std::uint32_t corner = 0; corner < 8; ++corner) {
             const std::uint32_t x = corner & 1U, y = corner >> 1U & 1U, z = corner >> 2U;
-            const float share = (x == 1 ? weight.x : 1 - weight.x) * (y == 1 ? weight.y : 1 - weight.y) *
-                                (z == 1 ? weight.z : 1 - weight.z);
-            sum += share *
+            const float fraction = (x == 1 ? weight.x : 1 - weight.x) * (y == 1 ? weight.y : 1 - weight.y) *
+                                   (z == 1 ? weight.z : 1 - weight.z);
+            sum += fraction *
                    velocities[((std::size_t{step} * size.z + cell.z + z) * size.y + cell.y + y) * size.x + cell.x + x];
         }
         return sum;
@@ -23107,10 +22719,6 @@ void write_png(const std::string& path, const colour_image& picture);
 #define INSONIFY_MOTION_BODY_MOTION_HPP
 
 
-#ifndef INSONIFY_MOTION_REST_ALONG_HPP
-#define INSONIFY_MOTION_REST_ALONG_HPP
-
-
 #include <cmath>
 
 namespace insonify::inline INSONIFY_ABI::detail {
@@ -23143,9 +22751,6 @@ vec3 rest_along(const Map& map, vec3 now, vec3 direction, float max) {
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
 
 /// Maps for `scene::deform`: how bodies move by themselves, and with a needle. Times are seconds; the same second gives the same
 /// deformation.
@@ -23201,7 +22806,7 @@ struct pulsation {
     friend bool operator==(const pulsation&, const pulsation&) = default;
 };
 
-/// Breathing: a region moves to and fro, and rests longer when breathed out.
+/// Breathing: a region moves back and forth, and rests longer when breathed out.
 /// Source: Lujan et al. 1999, Med. Phys. 26, 715: displacement by 1 - cos^(2n)(pi t / period), n = 3.
 struct breathing {
     vec3 direction{0, 0, 1};  ///< when breathing in, of any length above 0
@@ -23347,10 +22952,6 @@ struct collapse {
 #endif
 #ifndef INSONIFY_MOTION_COMPOSE_HPP
 #define INSONIFY_MOTION_COMPOSE_HPP
-
-
-#ifndef INSONIFY_MOTION_KEEP_CONTACT_HPP
-#define INSONIFY_MOTION_KEEP_CONTACT_HPP
 
 
 #ifndef INSONIFY_MOTION_PRESSED_FACE_HPP
@@ -23501,6 +23102,7 @@ struct pressed_face {
 #endif
 #include <cfloat>
 #include <cmath>
+#include <type_traits>
 #include <utility>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -23547,8 +23149,8 @@ class kept_contact {
                 back_.height[i] = face.surface_at(place);
                 touches[k][i] = face.depth_at(on_face) > 0;
                 if (!touches[k][i]) continue;
-                const float most = 0.9F * face.decay;
-                moved[k][i] = clamp(distance_from_face(map, face, on_face), -most, most);
+                const float largest = 0.9F * face.decay;
+                moved[k][i] = clamp(distance_from_face(map, face, on_face), -largest, largest);
                 away = away || std::fabs(moved[k][i]) > 1e-7F;
             }
         if (!away) return;
@@ -23600,15 +23202,6 @@ composed<Map, kept_contact> keep_contact(Map map, const pressed_face& face) {
     kept_contact keeper{map, face};
     return {std::move(map), keeper};
 }
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#include <type_traits>
-#include <utility>
-
-namespace insonify::inline INSONIFY_ABI {
 
 namespace detail {
 
@@ -23725,146 +23318,6 @@ struct displacement_grid {
 #define INSONIFY_MOTION_PRESS_HPP
 
 
-#ifndef INSONIFY_MOTION_SKIN_HEIGHTS_HPP
-#define INSONIFY_MOTION_SKIN_HEIGHTS_HPP
-
-
-#include <algorithm>
-#include <cfloat>
-#include <cmath>
-#include <cstdint>
-#include <iterator>
-#include <span>
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Where lines along z through the points of a probe's face leave a body that consists of several surfaces. Keeps its memory.
-class skin_heights {
-  public:
-    /// Begins a body. @param face  its pose, edges and heights
-    void begin(const pressed_face& face) {
-        face_ = face;
-        intervals_.clear();
-        std::fill(std::begin(depth_), std::end(depth_), 0.0F);
-        std::fill(std::begin(gap_), std::end(gap_), FLT_MAX);
-    }
-
-    /// Adds a closed surface of the body. @param to_world  of its positions
-    void add(std::span<const uvec3> faces, std::span<const vec3> positions, const pose& to_world) {
-        const pose to_face = inverse(face_.at) * to_world;
-        points_.clear();
-        for (const vec3& p : positions) points_.push_back(to_face.point(p));
-        crossings_.clear();
-        for (const uvec3& corner : faces) find_crossings({points_[corner.x], points_[corner.y], points_[corner.z]});
-        std::sort(crossings_.begin(), crossings_.end(), [](const crossing& a, const crossing& b) {
-            return a.sample != b.sample ? a.sample < b.sample : a.behind < b.behind;
-        });
-        for (std::size_t i = 0; i < crossings_.size();) i = add_intervals(i);
-    }
-
-    /// Finishes the body: `depth` may be called.
-    void finish() {
-        std::sort(intervals_.begin(), intervals_.end(), [](const interval& a, const interval& b) {
-            return a.sample != b.sample ? a.sample < b.sample : a.from < b.from;
-        });
-        constexpr float touching = 10e-6F; // layers that touch are one body
-        for (const interval& one : intervals_) {
-            float& depth = depth_[one.sample];
-            if (one.from <= max(depth, 0) + touching) depth = max(depth, one.to);
-        }
-        for (std::size_t i = 0; i < samples; ++i)
-            if (depth_[i] == 0) depth_[i] = -gap_[i];
-    }
-
-    /// How deep a point of the face is below the skin, metres; below 0: how far in front of the face the skin is.
-    float depth(std::size_t row, std::size_t column) const { return depth_[row * pressed_face::columns + column]; }
-
-  private:
-    static constexpr std::size_t samples = pressed_face::rows * pressed_face::columns;
-    struct crossing {
-        std::size_t sample;
-        float behind; // the face, metres; below 0: in front of it
-    };
-    struct interval { // inside of a surface, metres behind the face
-        std::size_t sample;
-        float from, to;
-    };
-
-    // The intervals of one sample, whose crossings begin here. @return  where those of the next one begin
-    std::size_t add_intervals(std::size_t i) {
-        const std::size_t sample = crossings_[i].sample;
-        bool inside = false;
-        float from = 0;
-        for (; i < crossings_.size() && crossings_[i].sample == sample; ++i) {
-            const float behind = crossings_[i].behind;
-            if (behind < 0)
-                gap_[sample] = min(gap_[sample], -behind);
-            else if (inside)
-                intervals_.push_back({sample, from, behind});
-            inside = !inside;
-            from = max(behind, 0);
-        }
-        return i;
-    }
-
-    void find_crossings(const triangle& t) {
-        const vec3 lower = min(min(t.a, t.b), t.c), upper = max(max(t.a, t.b), t.c);
-        const float half = 0.5F * face_.elevation;
-        if (upper.x < face_.left || lower.x > face_.right || upper.y < -half || lower.y > half) return;
-        const vec3 normal = cross(t.b - t.a, t.c - t.a);
-        if (normal.z == 0) return;
-        const span_of_points columns =
-            points_between(lower.x, upper.x, face_.left, face_.right - face_.left, pressed_face::columns);
-        const span_of_points rows = points_between(lower.y, upper.y, -half, face_.elevation, pressed_face::rows);
-        for (std::size_t row = rows.first; row <= rows.last; ++row)
-            for (std::size_t i = columns.first; i <= columns.last; ++i) {
-                const float x =
-                    face_.left + (face_.right - face_.left) * static_cast<float>(i) / (pressed_face::columns - 1);
-                const float y = face_.elevation * (static_cast<float>(row) / (pressed_face::rows - 1) - 0.5F);
-                if (!is_above(t, x, y)) continue;
-                const float z = t.a.z + (normal.x * (t.a.x - x) + normal.y * (t.a.y - y)) / normal.z;
-                crossings_.push_back({row * pressed_face::columns + i, face_.height[i] - z});
-            }
-    }
-
-    // The points of the face, along one axis of it, that may lie between two coordinates.
-    struct span_of_points {
-        std::size_t first, last;
-    };
-    static span_of_points points_between(float low, float high, float from, float size, std::size_t count) {
-        constexpr float rounding = 0.01F;
-        const auto last = static_cast<float>(count - 1);
-        if (!(size > 0)) return {0, count - 1};
-        return {static_cast<std::size_t>(clamp(std::floor((low - from) / size * last - rounding), 0, last)),
-                static_cast<std::size_t>(clamp(std::ceil((high - from) / size * last + rounding), 0, last))};
-    }
-
-    // Whether a line along z crosses a triangle. Edges are half-open: a line through an edge or a vertex crosses one face.
-    static bool is_above(const triangle& t, float x, float y) {
-        const vec3 corners[] = {t.a, t.b, t.c};
-        bool odd = false;
-        for (int i = 0; i < 3; ++i) {
-            const vec3 &a = corners[i], &b = corners[(i + 1) % 3];
-            if ((a.y > y) == (b.y > y)) continue;
-            const vec3 &low = a.y < b.y ? a : b, &high = a.y < b.y ? b : a;
-            if (x < low.x + (y - low.y) / (high.y - low.y) * (high.x - low.x)) odd = !odd;
-        }
-        return odd;
-    }
-
-    pressed_face face_{};
-    std::vector<vec3> points_{};
-    std::vector<crossing> crossings_{};
-    std::vector<interval> intervals_{};
-    float depth_[samples] = {};
-    float gap_[samples] = {};
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
 #ifndef INSONIFY_SCENE_QUERIES_HPP
 #define INSONIFY_SCENE_QUERIES_HPP
 
@@ -23993,10 +23446,141 @@ inline std::optional<surface_point> nearest_surface(const scene& body, object_id
 
 
 #endif
+#include <algorithm>
+#include <cfloat>
+#include <cmath>
 #include <concepts>
 #include <cstdint>
+#include <iterator>
+#include <span>
 #include <utility>
 #include <vector>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Where lines along z through the points of a probe's face leave a body that consists of several surfaces. Keeps its memory.
+class skin_heights {
+  public:
+    /// Begins a body. @param face  its pose, edges and heights
+    void begin(const pressed_face& face) {
+        face_ = face;
+        intervals_.clear();
+        std::fill(std::begin(depth_), std::end(depth_), 0.0F);
+        std::fill(std::begin(gap_), std::end(gap_), FLT_MAX);
+    }
+
+    /// Adds a closed surface of the body. @param to_world  of its positions
+    void add(std::span<const uvec3> faces, std::span<const vec3> positions, const pose& to_world) {
+        const pose to_face = inverse(face_.at) * to_world;
+        points_.clear();
+        for (const vec3& p : positions) points_.push_back(to_face.point(p));
+        crossings_.clear();
+        for (const uvec3& corner : faces) find_crossings({points_[corner.x], points_[corner.y], points_[corner.z]});
+        std::sort(crossings_.begin(), crossings_.end(), [](const crossing& a, const crossing& b) {
+            return a.sample != b.sample ? a.sample < b.sample : a.behind < b.behind;
+        });
+        for (std::size_t i = 0; i < crossings_.size();) i = add_intervals(i);
+    }
+
+    /// Finishes the body: `depth` may be called.
+    void finish() {
+        std::sort(intervals_.begin(), intervals_.end(), [](const interval& a, const interval& b) {
+            return a.sample != b.sample ? a.sample < b.sample : a.from < b.from;
+        });
+        constexpr float touching = 10e-6F; // layers that touch are one body
+        for (const interval& one : intervals_) {
+            float& depth = depth_[one.sample];
+            if (one.from <= max(depth, 0) + touching) depth = max(depth, one.to);
+        }
+        for (std::size_t i = 0; i < samples; ++i)
+            if (depth_[i] == 0) depth_[i] = -gap_[i];
+    }
+
+    /// How deep a point of the face is below the skin, metres; below 0: how far in front of the face the skin is.
+    float depth(std::size_t row, std::size_t column) const { return depth_[row * pressed_face::columns + column]; }
+
+  private:
+    static constexpr std::size_t samples = pressed_face::rows * pressed_face::columns;
+    struct crossing {
+        std::size_t sample;
+        float behind; // the face, metres; below 0: in front of it
+    };
+    struct interval { // inside of a surface, metres behind the face
+        std::size_t sample;
+        float from, to;
+    };
+
+    // The intervals of one sample, whose crossings begin here. @return  where those of the next one begin
+    std::size_t add_intervals(std::size_t i) {
+        const std::size_t sample = crossings_[i].sample;
+        bool inside = false;
+        float from = 0;
+        for (; i < crossings_.size() && crossings_[i].sample == sample; ++i) {
+            const float behind = crossings_[i].behind;
+            if (behind < 0)
+                gap_[sample] = min(gap_[sample], -behind);
+            else if (inside)
+                intervals_.push_back({sample, from, behind});
+            inside = !inside;
+            from = max(behind, 0);
+        }
+        return i;
+    }
+
+    void find_crossings(const triangle& t) {
+        const vec3 lower = min(min(t.a, t.b), t.c), upper = max(max(t.a, t.b), t.c);
+        const float half = 0.5F * face_.elevation;
+        if (upper.x < face_.left || lower.x > face_.right || upper.y < -half || lower.y > half) return;
+        const vec3 normal = cross(t.b - t.a, t.c - t.a);
+        if (normal.z == 0) return;
+        const span_of_points columns =
+            points_between(lower.x, upper.x, face_.left, face_.right - face_.left, pressed_face::columns);
+        const span_of_points rows = points_between(lower.y, upper.y, -half, face_.elevation, pressed_face::rows);
+        for (std::size_t row = rows.first; row <= rows.last; ++row)
+            for (std::size_t i = columns.first; i <= columns.last; ++i) {
+                const float x =
+                    face_.left + (face_.right - face_.left) * static_cast<float>(i) / (pressed_face::columns - 1);
+                const float y = face_.elevation * (static_cast<float>(row) / (pressed_face::rows - 1) - 0.5F);
+                if (!is_above(t, x, y)) continue;
+                const float z = t.a.z + (normal.x * (t.a.x - x) + normal.y * (t.a.y - y)) / normal.z;
+                crossings_.push_back({row * pressed_face::columns + i, face_.height[i] - z});
+            }
+    }
+
+    // The points of the face, along one axis of it, that may lie between two coordinates.
+    struct span_of_points {
+        std::size_t first, last;
+    };
+    static span_of_points points_between(float low, float high, float from, float size, std::size_t count) {
+        constexpr float rounding = 0.01F;
+        const auto last = static_cast<float>(count - 1);
+        if (!(size > 0)) return {0, count - 1};
+        return {static_cast<std::size_t>(clamp(std::floor((low - from) / size * last - rounding), 0, last)),
+                static_cast<std::size_t>(clamp(std::ceil((high - from) / size * last + rounding), 0, last))};
+    }
+
+    // Whether a line along z crosses a triangle. Edges are half-open: a line through an edge or a vertex crosses one face.
+    static bool is_above(const triangle& t, float x, float y) {
+        const vec3 corners[] = {t.a, t.b, t.c};
+        bool odd = false;
+        for (int i = 0; i < 3; ++i) {
+            const vec3 &a = corners[i], &b = corners[(i + 1) % 3];
+            if ((a.y > y) == (b.y > y)) continue;
+            const vec3 &low = a.y < b.y ? a : b, &high = a.y < b.y ? b : a;
+            if (x < low.x + (y - low.y) / (high.y - low.y) * (high.x - low.x)) odd = !odd;
+        }
+        return odd;
+    }
+
+    pressed_face face_{};
+    std::vector<vec3> points_{};
+    std::vector<crossing> crossings_{};
+    std::vector<interval> intervals_{};
+    float depth_[samples] = {};
+    float gap_[samples] = {};
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -24880,13 +24464,10 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// How far sound is followed through refraction and reflection.
 struct path_settings {
-    std::uint32_t bounces = 16;       ///< reflections of a path before its last echo, at most
-    float min_amplitude = 1e-5F;      ///< a path is dropped where its own echo would be weaker
-    float face_reflection = 0;        ///< of the probe's face, as pressure amplitude, for echoes that return to it
-    std::uint32_t paths_per_line = 0; ///< random paths (Monte Carlo); 0: every path, split at each surface
-    float rough_power = 40;           ///< random paths: normals of rough surfaces are distributed as cos^rough_power
-    std::uint64_t seed = 1;           ///< of random paths; another seed is another frame of the same picture
-    bool pairs = true;                ///< sound also returns along a different path; never with random paths
+    std::uint32_t bounces = 16;  ///< reflections of a path before its last echo, at most
+    float min_amplitude = 1e-5F; ///< a path is dropped where its own echo would be weaker
+    float face_reflection = 0;   ///< of the probe's face, as pressure amplitude, for echoes that return to it
+    bool pairs = true;           ///< sound also returns along a different path
 
     friend bool operator==(const path_settings&, const path_settings&) = default;
 };
@@ -24908,12 +24489,11 @@ concept path_model = acoustic_model<Model> && requires(const Model& m, const tra
 template <detail::path_model Model>
 class path_walk {
   public:
-    /// @param random  numbers the random paths: a different stream for each
     INSONIFY_FN path_walk(const line_task& task, const Model& model, const path_settings& settings,
-                          line_scratch& scratch, view<vec2> out, std::uint64_t random)
+                          line_scratch& scratch, view<vec2> out)
         : scene_{task.scene}, model_{model}, settings_{settings}, line_{task.line}, face_{task.line.frame},
           echoes_{task.echoes(out)}, found_{scratch.found}, branches_{scratch.branches},
-          branch_objects_{scratch.branch_objects}, arrivals_{scratch.arrivals}, random_{random} {
+          branch_objects_{scratch.branch_objects}, arrivals_{scratch.arrivals} {
         for (const medium& m : scene_.media) fastest_ = max(fastest_, m.sound_speed);
     }
 
@@ -24933,7 +24513,7 @@ class path_walk {
     static constexpr std::uint32_t spread_steps = 96; // of a piece of a path
 
     // Displayed depth at which paths end. Beyond the depth of the lines they may still be half of a pair.
-    INSONIFY_FN float max_shown() const { return (keeps_arrivals() ? 2 : 1) * echoes_.depth(); }
+    INSONIFY_FN float max_shown() const { return (settings_.pairs ? 2 : 1) * echoes_.depth(); }
     // How far a path can go on from a displayed depth, metres.
     INSONIFY_FN float range(float shown) const { return (max_shown() - shown) * fastest_ / display_speed; }
 
@@ -25006,31 +24586,21 @@ class path_walk {
         if (frame.tilt != 0 && by_tilt)
             frame = {frame.origin, normalize(frame.path()), frame.elevation, 0, frame.steering};
         const vec3 along = frame.along;
-        const bool random = settings_.paths_per_line > 0;
-        vec3 facet = smooth;
         const incidence at{before, after, walk.met().cosine, line_.frequency, below.roughness};
-        if (random && rms_height(at) > 0) {
-            const float first = uniform();
-            facet = detail::perturbed_normal(dot(smooth, along) > 0 ? -smooth : smooth, settings_.rough_power,
-                                             {first, uniform()});
-        }
         const response met = model_.add_interface(line_, above, below, now.path, echoes_);
-        if (keeps_arrivals()) record(now, below.begin, walk.met().normal, above, below);
-        // There and back. A rough surface mirrors only its coherent part; random paths have its facets instead.
-        const float mirrored = random ? 1.0F : model_.roughness.coherent(at);
+        if (settings_.pairs) record(now, below.begin, walk.met().normal, above, below);
+        // There and back. A rough surface mirrors only its coherent part.
+        const float mirrored = model_.roughness.coherent(at);
         const float back = met.reflected * met.reflected * mirrored * mirrored;
 
-        // A normal that would send the path to the wrong side of the face is replaced: a facet's by that of the mean surface,
-        // that one by the face's own.
+        // A smooth normal that would send the path to the wrong side of the face is replaced by the face's own.
         const auto crosses = [&](vec3 direction) { return dot(direction, flat) * dot(along, flat) > 0; };
         const auto transmitted_by = [&](vec3 normal) { return model_.refracted(along, normal, before, after); };
         const auto mirrored_by = [&](vec3 normal) { return along - 2 * dot(along, normal) * normal; };
-        vec3 onwards = transmitted_by(facet), reflected = mirrored_by(facet);
-        if (!crosses(onwards)) onwards = transmitted_by(smooth);
+        vec3 onwards = transmitted_by(smooth), reflected = mirrored_by(smooth);
         if (!crosses(onwards)) onwards = transmitted_by(flat);
         if (onwards == vec3{0, 0, 0} && met.transmitted > 0)
             onwards = along; // the law transmits where Snell's does not
-        if (crosses(reflected)) reflected = mirrored_by(smooth);
         if (crosses(reflected)) reflected = mirrored_by(flat);
 
         const vec3 point = now.frame.at(below.begin);
@@ -25048,14 +24618,6 @@ class path_walk {
         off.own_surface = walk.is_own() ? 0.0F : cosine;
         off.inverted = now.inverted != (met.reflected < 0);
         ++off.bounces;
-        if (random) { // one of the two, with the probability of its part: its weight stays
-            const float both = back + met.transmitted;
-            if (!(both > 0)) return;
-            const bool reflects = uniform() * both < back;
-            (reflects ? off : on).path.passed = now.path.passed * both;
-            if (reflects) walk.step_back(found_.inside);
-            return push(reflects ? off : on, found_.inside);
-        }
         push(on, found_.inside);
         walk.step_back(found_.inside);
         push(off, found_.inside);
@@ -25068,8 +24630,8 @@ class path_walk {
         if (!now.tube.plane()) now = arrived_at(now, distance);
         add_face_echo(now.path);
         const vec3 point = now.frame.at(distance);
-        if (keeps_arrivals()) record(now, distance, face_.along, {}, {});
-        if (keeps_arrivals() && !overflow_) arrivals_[arrived_ - 1].at_face = true;
+        if (settings_.pairs) record(now, distance, face_.along, {}, {});
+        if (settings_.pairs && !overflow_) arrivals_[arrived_ - 1].at_face = true;
         now.frame = turned(now.frame, point, now.frame.along - 2 * dot(now.frame.along, face_.along) * face_.along);
         if (!now.tube.plane())
             now.tube = now.tube.mirrored(face_.along, now.frame.along, {0, 0, 0}, {0, 0, 0}, {0, 0, 0});
@@ -25082,11 +24644,9 @@ class path_walk {
     // The echo that the face itself sends back.
     INSONIFY_FN void add_face_echo(const echo_path& path) const {
         echoes_.add(path.shown, {path.passed * settings_.face_reflection *
-                                     amplitude_of_decibels(-pulse_loss(model_, line_, path.lost_db)),
+                                     amplitude_of_decibels(-pulse_loss(model_, line_, path.loss_db)),
                                  0});
     }
-
-    INSONIFY_FN bool keeps_arrivals() const { return settings_.pairs && settings_.paths_per_line == 0; }
 
     INSONIFY_FN void record(const detail::path_branch& now, float distance, vec3 normal, const layer& above,
                             const layer& below) {
@@ -25107,7 +24667,7 @@ class path_walk {
                 if (out.above.object != home.above.object || out.below.object != home.below.object) continue;
                 const float sign = out.inverted == home.inverted ? 2.0F : -2.0F;
                 const echo_path both{.shown = 0.5F * (out.path.shown + home.path.shown),
-                                     .lost_db = 0.5F * (out.path.lost_db + home.path.lost_db),
+                                     .loss_db = 0.5F * (out.path.loss_db + home.path.loss_db),
                                      .passed =
                                          sign * in_common(out, home) * std::sqrt(out.path.passed * home.path.passed)};
                 if (both.passed == 0 || both.shown >= echoes_.depth()) continue;
@@ -25128,7 +24688,7 @@ class path_walk {
     }
 
     INSONIFY_FN void push(detail::path_branch next, const media_stack& inside) {
-        const float amplitude = next.path.passed * amplitude_of_decibels(-pulse_loss(model_, line_, next.path.lost_db));
+        const float amplitude = next.path.passed * amplitude_of_decibels(-pulse_loss(model_, line_, next.path.loss_db));
         if (next.frame.along == vec3{0, 0, 0} || !(amplitude >= settings_.min_amplitude)) return;
         if (next.bounces > settings_.bounces || next.path.shown >= max_shown()) return;
         overflow_ = overflow_ || count_ == branches_.size() || objects_ + inside.count > branch_objects_.size();
@@ -25144,8 +24704,6 @@ class path_walk {
         return {point, along, size > 1e-3F ? elevation / size : before.elevation, before.tilt, before.steering};
     }
 
-    INSONIFY_FN float uniform() { return hash_uniform(settings_.seed, random_++); }
-
     const scene_view& scene_;
     const Model& model_;
     const path_settings& settings_;
@@ -25156,7 +24714,6 @@ class path_walk {
     view<detail::path_branch> branches_;
     view<std::uint32_t> branch_objects_;
     view<detail::path_arrival> arrivals_;
-    std::uint64_t random_;
     float fastest_ = display_speed;
     std::uint32_t count_ = 0, objects_ = 0; // branches, and the objects that contain them
     std::uint32_t arrived_ = 0;             // arrivals at surfaces
@@ -25188,86 +24745,18 @@ struct paths {
 
     /// @throws usage_error  for settings out of range
     void check() const {
-        if (!(settings.min_amplitude > 0) || !(std::fabs(settings.face_reflection) <= 1) || !(settings.rough_power > 0))
-            throw usage_error{
-                "paths: `min_amplitude` and `rough_power` must be above 0, `face_reflection` from -1 to 1"};
+        if (!(settings.min_amplitude > 0) || !(std::fabs(settings.face_reflection) <= 1))
+            throw usage_error{"paths: `min_amplitude` must be above 0, `face_reflection` from -1 to 1"};
     }
 
     /// Traces one line: see `tracer`.
     template <class Policy, detail::path_model Model>
     INSONIFY_FN bool operator()(const Policy&, const line_task& task, const Model& model, line_scratch& scratch,
                                 view<vec2> out) const {
-        const std::uint32_t times = settings.paths_per_line > 0 ? settings.paths_per_line : 1;
-        for (std::uint32_t i = 0; i < times; ++i) {
-            const std::uint64_t stream = hash_bits(std::uint64_t{task.number} * task.planes + task.plane, i);
-            if (!detail::path_walk<Model>{task, model, settings, scratch, out, stream}.run()) return false;
-        }
-        if (times > 1)
-            for (vec2& sample : out) sample *= 1 / static_cast<float>(times);
-        return true;
+        return detail::path_walk<Model>{task, model, settings, scratch, out}.run();
     }
 
     friend bool operator==(const paths&, const paths&) = default;
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#ifndef INSONIFY_TRACING_PATHS_PATH_ESTIMATE_HPP
-#define INSONIFY_TRACING_PATHS_PATH_ESTIMATE_HPP
-
-
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// The mean of independent random estimates of the same lines, with its standard error.
-///
-///     path_estimate echoes;
-///     for (std::uint64_t frame = 0; frame < 50; ++frame)
-///         echoes.add(policy, trace_paths(..., {.paths_per_line = 40, .seed = frame}));
-///
-/// Source of the update: Welford 1962.
-class path_estimate {
-  public:
-    /// @throws usage_error  where the shape of the lines differs from the former ones
-    template <exec::policy Policy>
-    void add(const Policy& policy, const iq_lines& lines) {
-        if (frames_ == 0) {
-            mean_ = iq_lines{lines.count, lines.samples, lines.depth};
-            squares_.assign(lines.values.size(), 0);
-        } else if (lines.count != mean_.count || lines.samples != mean_.samples || lines.depth != mean_.depth)
-            throw usage_error{"path_estimate: all frames must have the same lines, samples and depth"};
-        ++frames_;
-        exec::for_each_block(policy, lines.values.size(), 4096, 2, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) {
-                const vec2 before = lines.values[i] - mean_.values[i];
-                mean_.values[i] += before / static_cast<float>(frames_);
-                squares_[i] += dot(before, lines.values[i] - mean_.values[i]);
-            }
-        });
-    }
-
-    /// Number of estimates.
-    std::uint32_t frames() const { return frames_; }
-    /// Their mean, sample by sample.
-    const iq_lines& mean() const { return mean_; }
-
-    /// Standard error of the mean of each sample: the standard deviation of the complex value over the square root of the
-    /// number of frames; 0 before two frames.
-    scan_lines standard_error() const {
-        scan_lines error{mean_.count, mean_.samples, mean_.depth};
-        if (frames_ > 1)
-            for (std::size_t i = 0; i < squares_.size(); ++i)
-                error.values[i] =
-                    std::sqrt(squares_[i] / static_cast<float>(frames_ - 1) / static_cast<float>(frames_));
-        return error;
-    }
-
-  private:
-    std::uint32_t frames_ = 0;
-    iq_lines mean_;
-    std::vector<float> squares_;
 };
 
 } // namespace insonify::inline INSONIFY_ABI

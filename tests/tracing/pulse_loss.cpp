@@ -1,11 +1,11 @@
 #include <insonify/acoustics/physical.hpp>
 #include <insonify/b_mode.hpp>
 #include <insonify/doppler/doppler_ensemble.hpp>
-#include <insonify/geometry/shapes.hpp>
 #include <insonify/doppler/velocity_field.hpp>
+#include <insonify/geometry/shapes.hpp>
 #include <insonify/signal/kernel/convolve.hpp>
-#include <insonify/tracing/read/ground_truth.hpp>
 #include <insonify/tracing/paths.hpp>
+#include <insonify/tracing/read/ground_truth.hpp>
 #include <insonify/tracing/trace.hpp>
 #include "physical_scenes.hpp"
 #include <algorithm>
@@ -22,9 +22,9 @@ namespace {
 const medium soft = physical_test::of_impedance(1.70_MRayl, 1540, 1_dB_per_cm),
              hard = physical_test::of_impedance(6.69_MRayl, 1540, 5_dB_per_cm);
 
-// Peak of a pulse, dB, of which a frequency f loses `lost_db` f / f0, over what it is without loss. Its envelope is a Gaussian of
+// Peak of a pulse, dB, of which a frequency f loses `loss_db` f / f0, over what it is without loss. Its envelope is a Gaussian of
 // fractional bandwidth B, smoothed by a burst.
-double peak(double lost_db, double bandwidth, double burst = 0) {
+double peak(double loss_db, double bandwidth, double burst = 0) {
     constexpr int steps = 4000;
     const double sigma = bandwidth / 2.3548; // of the spectrum; frequencies in units of f0, times in cycles
     double most = 0, whole = 0;
@@ -35,7 +35,7 @@ double peak(double lost_db, double bandwidth, double burst = 0) {
             const double amplitude =
                 std::exp(-0.5 * off * off / sigma / sigma) * (std::fabs(x) > 1e-9 ? std::sin(x) / x : 1);
             if (time == -1) whole += amplitude;
-            sum += amplitude * std::pow(10, -lost_db * f / 20) * std::polar(1.0, 6.28318530717959 * off * time);
+            sum += amplitude * std::pow(10, -loss_db * f / 20) * std::polar(1.0, 6.28318530717959 * off * time);
         }
         most = std::max(most, std::abs(sum));
     }

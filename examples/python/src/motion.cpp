@@ -139,7 +139,7 @@ void bind_body_motion(py::module_& module, py::class_<scene>& scene_type) {
         .member("above", &collapse::above, "the same above and below its wall, metres");
     vein.type().def_property_readonly("opening", &collapse::opening, "height of the lumen over that at rest");
     bind_map(vein.type(), scene_type);
-    settings_class<breathing> breath{module, "breathing", "A region that moves to and fro: a map for deform."};
+    settings_class<breathing> breath{module, "breathing", "A region that moves back and forth: a map for deform."};
     breath.member("direction", &breathing::direction, "when breathing in")
         .member("amplitude", &breathing::amplitude, "metres")
         .member("centre", &breathing::centre, "where the motion is largest, metres")

@@ -22,7 +22,7 @@ struct scatterer_echoes {
     vec2 slope{0, 0}; ///< change of displayed depth per metre across the line: in the slice plane, out of it
 };
 
-/// The specular echo of a plane or curved surface, with its repetitions where sound goes to and fro in a thin layer above it.
+/// The specular echo of a plane or curved surface, with its repetitions where sound reverberates in a thin layer above it.
 struct curved_echo {
     float depth = 0;     ///< displayed, metres
     float amplitude = 0; ///< of the whole echo, before the aperture has its part
@@ -37,9 +37,9 @@ struct curved_echo {
     /// @param range  metres of displayed depth after which they end
     template <class Visit>
     INSONIFY_FN void for_each_repetition(float range, const Visit& visit) const {
-        constexpr std::uint32_t most = 256;
+        constexpr std::uint32_t largest = 256;
         float factor = 1;
-        for (std::uint32_t i = 0; i < most && std::fabs(factor) > 1e-3F; ++i) {
+        for (std::uint32_t i = 0; i < largest && std::fabs(factor) > 1e-3F; ++i) {
             const float deeper = static_cast<float>(i) * repeat_step;
             if (i > 0 && !(deeper < range)) return;
             visit(deeper, factor);

@@ -22,7 +22,7 @@ enum class pulse_bandwidth { narrow, broad };
 /// State of the wave at a point of its path.
 struct echo_path {
     float shown = 0;                      ///< displayed depth, metres
-    float lost_db = 0;                    ///< attenuation so far, there and back, dB
+    float loss_db = 0;                    ///< attenuation so far, there and back, dB
     float passed = 1;                     ///< factor on amplitude of the interfaces so far, there and back
     detail::refracted_layer refraction{}; ///< of the present layer
     detail::layer_gains gains{};          ///< of the present layer
@@ -31,7 +31,7 @@ struct echo_path {
     /// @param along      metres below the beginning of the present layer
     /// @param per_metre  attenuation of its medium, there and back, dB/m
     INSONIFY_FN float lost_at(float along, float per_metre) const {
-        return lost_db + per_metre * refraction.length(along);
+        return loss_db + per_metre * refraction.length(along);
     }
 };
 
@@ -52,12 +52,12 @@ INSONIFY_FN inline float sigma_of(const traced_line& line) {
 }
 
 /// The loss at the peak of the pulse, dB; that of the carrier for a line that states neither bandwidth nor pulse.
-/// @param lost_db  that of the carrier
-INSONIFY_FN inline float peak_loss(pulse_bandwidth bandwidth, const traced_line& line, float lost_db) {
-    if (bandwidth == pulse_bandwidth::narrow || !(max(line.bandwidth, line.pulse_sigma) > 0)) return lost_db;
+/// @param loss_db  that of the carrier
+INSONIFY_FN inline float peak_loss(pulse_bandwidth bandwidth, const traced_line& line, float loss_db) {
+    if (bandwidth == pulse_bandwidth::narrow || !(max(line.bandwidth, line.pulse_sigma) > 0)) return loss_db;
     const float fractional =
         line.bandwidth > 0 ? line.bandwidth : axial_sigma(line.pulse_sigma, line.frequency); // its own inverse
-    return attenuated(lost_db, line.frequency, fractional).loss_db;
+    return attenuated(loss_db, line.frequency, fractional).loss_db;
 }
 
 } // namespace detail

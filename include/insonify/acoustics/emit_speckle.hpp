@@ -17,7 +17,7 @@ template <class Model, class Echoes>
 INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const layer& here, const echo_path& path,
                               const Echoes& echoes) {
     const medium& m = line.media[here.medium];
-    const float begin = path.shown + path.gains.least_deeper();
+    const float begin = path.shown + path.gains.min_deeper();
     if (!(m.backscatter > 0) || begin >= echoes.depth()) return;
     const float displayed = displayed_stretch(model.timing, m);
     const float attenuation = model.attenuation(m, line.frequency); // dB/m
@@ -29,9 +29,9 @@ INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const
     float level = m.backscatter * amplitude_of_decibels(model.texture_db) / pulse_gain;
     const float background_loss = model.attenuation(line.media[0], line.frequency);
     // Amplitude there and back at displayed depth `shown`, no less than the floor.
-    const auto arriving = [&](float lost_db, float shown, float gain) {
+    const auto arriving = [&](float loss_db, float shown, float gain) {
         const float direct =
-            line.gains.amplitude(path.passed * amplitude_of_decibels(-pulse_loss(model, line, lost_db)), gain);
+            line.gains.amplitude(path.passed * amplitude_of_decibels(-pulse_loss(model, line, loss_db)), gain);
         if (model.shadow_floor_db == -FLT_MAX) return direct;
         return max(direct, amplitude_of_decibels(model.shadow_floor_db - shown * background_loss));
     };

@@ -14,13 +14,13 @@
 namespace insonify::inline INSONIFY_ABI::detail {
 
 /// The loss at the peak of the pulse of a line by a model, dB; that of the carrier for models that state no other.
-/// @param lost_db  that of the carrier
+/// @param loss_db  that of the carrier
 template <class Model>
-INSONIFY_FN float pulse_loss(const Model& model, const traced_line& line, float lost_db) {
-    if constexpr (requires { model.pulse_loss(line, lost_db); })
-        return model.pulse_loss(line, lost_db);
+INSONIFY_FN float pulse_loss(const Model& model, const traced_line& line, float loss_db) {
+    if constexpr (requires { model.pulse_loss(line, loss_db); })
+        return model.pulse_loss(line, loss_db);
     else
-        return lost_db;
+        return loss_db;
 }
 
 /// Sound passes through a layer to its end.
@@ -28,7 +28,7 @@ template <class Model>
 INSONIFY_FN void pass(const Model& model, const traced_line& line, const layer& here, echo_path& path) {
     const medium& m = line.media[here.medium];
     path.shown += (here.end - here.begin) * displayed_stretch(model.timing, m);
-    path.lost_db = path.lost_at(here.end - here.begin, model.attenuation(m, line.frequency));
+    path.loss_db = path.lost_at(here.end - here.begin, model.attenuation(m, line.frequency));
 }
 
 /// The fraction of the power of a strip of the beam that passes beside a layer which is narrow out of the slice plane, such as
@@ -70,13 +70,13 @@ INSONIFY_FN bool add_sound_beside(const Model& model, const traced_line& line, c
     pass(model, line, tissue, around);
     const float through = below.passed / above.passed *
                           amplitude_of_decibels(min(
-                              pulse_loss(model, line, around.lost_db) - pulse_loss(model, line, below.lost_db), 300));
+                              pulse_loss(model, line, around.loss_db) - pulse_loss(model, line, below.loss_db), 300));
     if (!(through < 0.5F)) return false;
     const float beside = power_beside(obstacle, behind, line.aperture.strip(0.5F * (above.shown + around.shown)));
     if (beside == 0) return false;
     const float power = (1 - beside) * through * through + beside;
     below.shown += beside / power * (around.shown - below.shown);
-    below.lost_db = around.lost_db;
+    below.loss_db = around.loss_db;
     below.refraction.enters_at = 0; // what passes beside it arrives straight
     below.passed = above.passed * std::sqrt(power);
     return true;

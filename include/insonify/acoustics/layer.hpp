@@ -90,16 +90,16 @@ struct aperture_gain {
 /// or later than through it; beside an obstacle, part of it is blocked.
 ///
 /// Factors on the amplitude that arrives there and returns along the line alone, at equal steps of depth. Amplitudes below
-/// `least` are taken as `least`. Empty: the line alone counts.
+/// `min_amplitude` are taken as `min_amplitude`. Empty: the line alone counts.
 struct aperture_gains {
-    static constexpr float least = 1e-12F; ///< smallest amplitude that a factor belongs to
+    static constexpr float min_amplitude = 1e-12F; ///< smallest amplitude that a factor belongs to
 
     view<const aperture_gain> at_steps{}; ///< element k at a distance of (k + 1) * spacing from the probe face
     float spacing = 1;                    ///< metres along the line
 
     /// The amplitude that arrives through the whole aperture. @param factor  `surfaces` or `speckle` of a gain
     INSONIFY_FN float amplitude(float along_line, float factor) const {
-        return at_steps.empty() ? along_line : max(along_line, least) * factor;
+        return at_steps.empty() ? along_line : max(along_line, min_amplitude) * factor;
     }
 };
 
@@ -128,11 +128,11 @@ struct layer_gains {
         return {a.surfaces + part * (b.surfaces - a.surfaces), a.speckle + part * (b.speckle - a.speckle),
                 a.deeper + part * (b.deeper - a.deeper)};
     }
-    /// The least `deeper` within the layer.
-    INSONIFY_FN float least_deeper() const {
-        float least = at_steps.empty() ? before.deeper : at_steps[0].deeper;
-        for (const aperture_gain& gain : at_steps) least = min(least, gain.deeper);
-        return least;
+    /// The smallest `deeper` within the layer.
+    INSONIFY_FN float min_deeper() const {
+        float smallest = at_steps.empty() ? before.deeper : at_steps[0].deeper;
+        for (const aperture_gain& gain : at_steps) smallest = min(smallest, gain.deeper);
+        return smallest;
     }
     /// At the end of the layer.
     INSONIFY_FN const aperture_gain& last() const { return at_steps.empty() ? before : at_steps[at_steps.size() - 1]; }

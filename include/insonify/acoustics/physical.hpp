@@ -134,9 +134,9 @@ struct physical {
     }
     /// Attenuation of an echo per metre of a medium, there and back, dB/m; the frequency is in hertz.
     INSONIFY_FN float loss(const medium& m, float frequency) const { return attenuation(m, frequency); }
-    /// What the peak of the pulse of a line loses, dB. @param lost_db  what its carrier would lose alone
-    INSONIFY_FN float pulse_loss(const traced_line& line, float lost_db) const {
-        return detail::peak_loss(bandwidth, line, lost_db);
+    /// What the peak of the pulse of a line loses, dB. @param loss_db  what its carrier would lose alone
+    INSONIFY_FN float pulse_loss(const traced_line& line, float loss_db) const {
+        return detail::peak_loss(bandwidth, line, loss_db);
     }
 
     /// What arrives along a line, at equal steps of depth: x, the amplitude there and back, 1 at the probe face, and y, the
@@ -190,12 +190,12 @@ struct physical {
         const auto add_surface = [&](std::size_t i, const layer& here, const echo_path& path) {
             const layer& above = line.layers[i - 1];
             const response met = add_interface(line, above, here, path, echoes, entry);
-            entry = {met.reflected, path.shown, pulse_loss(line, path.lost_db), &line.layers[i],
+            entry = {met.reflected, path.shown, pulse_loss(line, path.loss_db), &line.layers[i],
                      &line.media[above.medium]};
             return met.transmitted;
         };
         detail::follow_sound(*this, line, add_surface, [&](std::size_t, const layer& here, const echo_path& path) {
-            if (path.shown + path.gains.least_deeper() >= echoes.depth()) return false;
+            if (path.shown + path.gains.min_deeper() >= echoes.depth()) return false;
             detail::emit_speckle(*this, line, here, path, echoes);
             return true;
         });
@@ -223,9 +223,9 @@ struct physical {
         const incidence at{before, after, cosine, line.frequency, below.roughness};
         const response wave = at_interface(at);
         const float elevation_fnumber = line.aperture.elevation_fnumber;
-        const float lost_db = pulse_loss(line, path.lost_db);
+        const float loss_db = pulse_loss(line, path.loss_db);
         const float arrived =
-            line.gains.amplitude(path.passed * amplitude_of_decibels(-lost_db), path.gains.last().surfaces);
+            line.gains.amplitude(path.passed * amplitude_of_decibels(-loss_db), path.gains.last().surfaces);
         const float shown = path.shown + path.gains.last().deeper;
 
         const float fnumber = line.aperture.fnumber(shown);
@@ -245,7 +245,7 @@ struct physical {
                              .curvature = detail::displayed_stretch(timing, before) * curvature};
         if (min_ringing < 1)
             detail::add_repetitions(coherent, entry, below, before, after, detail::displayed_stretch(timing, before),
-                                    path.shown, lost_db, wave.reflected, min_ringing, collected_by,
+                                    path.shown, loss_db, wave.reflected, min_ringing, collected_by,
                                     [&](const medium& from, const medium& to, float cosine_there) {
                                         return at_interface({from, to, cosine_there, line.frequency}).reflected;
                                     });

@@ -8,7 +8,7 @@
 #include <insonify/acoustics/interface_law.hpp>
 #include <insonify/core/decibels.hpp>
 
-/// Sound goes to and fro in a thin hard layer, such as a needle, and each time part of it leaves towards the probe: the echo of
+/// Sound reverberates in a thin hard layer, such as a needle, and each time part of it leaves towards the probe: the echo of
 /// the layer's far surface repeats at its thickness, a ladder of lines that grow fainter. Straight lines get it from here;
 /// `paths` follows the sound itself. Layers more than 20 degrees from across the line do not ring.
 namespace insonify::inline INSONIFY_ABI::detail {
@@ -17,7 +17,7 @@ namespace insonify::inline INSONIFY_ABI::detail {
 struct layer_entry {
     float reflected = 0;             ///< there, from outside; 0: the probe's face
     float shown = 0;                 ///< displayed depth, metres
-    float lost_db = 0;               ///< attenuation up to there, there and back, of the peak of the pulse, dB
+    float loss_db = 0;               ///< attenuation up to there, there and back, of the peak of the pulse, dB
     const layer* present = nullptr;  ///< which begins there
     const medium* outside = nullptr; ///< before it
 };
@@ -34,7 +34,7 @@ INSONIFY_FN inline vec2 nearest_of(vec2 slope, vec2 curvature, float thickness) 
 ///
 ///     ratio = r' r 10^(-loss / 20),   r' = -r of the near surface from outside
 ///
-/// for each time that sound goes to and fro. Where the surfaces are not parallel, each reflection turns it further: the ratio
+/// for each time that sound crosses the layer and returns. Where the surfaces are not parallel, each reflection turns it further: the ratio
 /// takes the fraction of the first repetition that the aperture collects. The echo of a curved surface comes from where that is
 /// nearest to the probe, so slopes, angles and thickness are those of that place: a needle rings alike in all planes that cut it.
 /// @param far        the layer that begins at the far surface
@@ -42,15 +42,15 @@ INSONIFY_FN inline vec2 nearest_of(vec2 slope, vec2 curvature, float thickness) 
 /// @param behind     medium below it
 /// @param stretch    displayed depth per metre inside
 /// @param shown      displayed depth of the far surface, metres
-/// @param lost_db    attenuation down to it, there and back, of the peak of the pulse, dB
+/// @param loss_db    attenuation down to it, there and back, of the peak of the pulse, dB
 /// @param reflected  r of the far surface
 /// @param least      no layer rings whose ratio is smaller than this
 /// @param collects   collects(slope): fractions that the aperture collects of a surface of this slope, as in `curved_echo`
 /// @param reflects   reflects(before, after, cosine): r of an interface
 template <class Collects, class Reflects>
 INSONIFY_FN void add_repetitions(curved_echo& one, const layer_entry& near, const layer& far, const medium& inside,
-                                 const medium& behind, float stretch, float shown, float lost_db, float reflected,
-                                 float least, const Collects& collects, const Reflects& reflects) {
+                                 const medium& behind, float stretch, float shown, float loss_db, float reflected,
+                                 float smallest, const Collects& collects, const Reflects& reflects) {
     constexpr float thickest = 2e-3F; // displayed: beyond, the beam has widened
     float step = shown - near.shown;
     if (near.reflected == 0 || !(step > 0) || step > thickest) return;
@@ -74,8 +74,8 @@ INSONIFY_FN void add_repetitions(curved_echo& one, const layer_entry& near, cons
     constexpr float steepest = 0.36F, total = 0.9999F;
     if (dot(near_slope, near_slope) > steepest * steepest || dot(far_slope, far_slope) > steepest * steepest) return;
     if (std::fabs(near_reflected) > total || std::fabs(reflected) > total) return;
-    const float ratio = -near_reflected * reflected * amplitude_of_decibels(min(near.lost_db - lost_db, 0));
-    if (!(std::fabs(ratio) >= least)) return;
+    const float ratio = -near_reflected * reflected * amplitude_of_decibels(min(near.loss_db - loss_db, 0));
+    if (!(std::fabs(ratio) >= smallest)) return;
     // A wedge turns sound in the layer by twice its angle, and refraction changes that outside.
     const vec2 by = (far_slope - near_slope) / speeds;
     const vec2 collected = dot(by, by) < 1e-8F ? whole : collects(far_slope + by);

@@ -78,10 +78,10 @@ INSONIFY_INLINE std::uint32_t may_enter(const aabb& box, float max_abs_coordinat
         range = max(range, abs(rays.origin[axis]));
     }
     // Components of 0 become too small to matter, and can be divided by.
-    const floats least_size = max(longest, floats(min_length)) * floats(1e-9F), margin = range * floats(1e-6F);
+    const floats min_size = max(longest, floats(min_length)) * floats(1e-9F), margin = range * floats(1e-6F);
     floats in = rays.min_distance, out = rays.max_distance;
     for (int axis = 0; axis < 3; ++axis) {
-        const floats scale = inverse(select(size[axis] < least_size, least_size, rays.direction[axis]));
+        const floats scale = inverse(select(size[axis] < min_size, min_size, rays.direction[axis]));
         const floats lower = (floats(box.lower[axis]) - margin - rays.origin[axis]) * scale;
         const floats upper = (floats(box.upper[axis]) + margin - rays.origin[axis]) * scale;
         in = max(in, min(lower, upper));

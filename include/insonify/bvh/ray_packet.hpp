@@ -96,9 +96,9 @@ struct ray_packet : packet_bounds<N> {
         this->end = -FLT_MAX;
         for (std::size_t g = 0; g < groups; ++g) {
             group& one = of[g];
-            const floats most = load<N>(one.limit);
-            const floats last = multiply_add(most, load<N>(one.length), floats(forward) * load<N>(one.origin[2]));
-            one.end = reduce_max(select(floats(0.0F) <= most, last, floats(-FLT_MAX))) + margin_;
+            const floats largest = load<N>(one.limit);
+            const floats last = multiply_add(largest, load<N>(one.length), floats(forward) * load<N>(one.origin[2]));
+            one.end = reduce_max(select(floats(0.0F) <= largest, last, floats(-FLT_MAX))) + margin_;
             this->end = max(this->end, one.end);
         }
     }

@@ -49,14 +49,14 @@ struct colour_overlay_settings {
 };
 
 /// The colour of a velocity. @param share  of the largest, -1 (away) to 1 (towards the probe)
-INSONIFY_FN inline vec3 velocity_colour(float share) {
-    const float fast = min(std::fabs(share), 1), strong = 0.35F + 0.65F * min(1.6F * fast, 1),
+INSONIFY_FN inline vec3 velocity_colour(float fraction) {
+    const float fast = min(std::fabs(fraction), 1), strong = 0.35F + 0.65F * min(1.6F * fast, 1),
                 bright = max(fast - 0.35F, 0) / 0.65F;
-    return share > 0 ? vec3{strong, 0.9F * bright, 0} : vec3{0, 0.9F * bright, strong};
+    return fraction > 0 ? vec3{strong, 0.9F * bright, 0} : vec3{0, 0.9F * bright, strong};
 }
 /// The colour of a power. @param share  0 (weakest) to 1 (strongest)
-INSONIFY_FN inline vec3 power_colour(float share) {
-    const float level = clamp(share, 0, 1);
+INSONIFY_FN inline vec3 power_colour(float fraction) {
+    const float level = clamp(fraction, 0, 1);
     return {0.35F + 0.65F * min(1.5F * level, 1), 0.9F * max(level - 0.3F, 0) / 0.7F, 0.1F * level};
 }
 

@@ -70,8 +70,8 @@ struct poiseuille {
     vec3 operator()(object_id of, vec3 point, float time) const {
         if (of != object) return {0, 0, 0};
         const vec3 along = normalize(to - from), from_axis = point - from - dot(point - from, along) * along;
-        const float share = 1 - dot(from_axis, from_axis) / (radius * radius);
-        return share > 0 ? peak_velocity * waveform(time) * share * along : vec3{0, 0, 0};
+        const float fraction = 1 - dot(from_axis, from_axis) / (radius * radius);
+        return fraction > 0 ? peak_velocity * waveform(time) * fraction * along : vec3{0, 0, 0};
     }
     /// Volume per second at a time, m^3/s: pi radius^2 / 2 times the velocity on the axis.
     float volume_flow(float time) const { return 0.5F * pi * radius * radius * peak_velocity * waveform(time); }

@@ -69,9 +69,9 @@ struct velocity_samples {
         vec3 sum{0, 0, 0};
         for (std::uint32_t corner = 0; corner < 8; ++corner) {
             const std::uint32_t x = corner & 1U, y = corner >> 1U & 1U, z = corner >> 2U;
-            const float share = (x == 1 ? weight.x : 1 - weight.x) * (y == 1 ? weight.y : 1 - weight.y) *
-                                (z == 1 ? weight.z : 1 - weight.z);
-            sum += share *
+            const float fraction = (x == 1 ? weight.x : 1 - weight.x) * (y == 1 ? weight.y : 1 - weight.y) *
+                                   (z == 1 ? weight.z : 1 - weight.z);
+            sum += fraction *
                    velocities[((std::size_t{step} * size.z + cell.z + z) * size.y + cell.y + y) * size.x + cell.x + x];
         }
         return sum;

@@ -26,7 +26,7 @@ struct vertex_groups {
     /// @param crease_angle  radians
     vertex_groups(const mesh_view& surface, float crease_angle) : corners(surface.size()), slots(3 * surface.size()) {
         constexpr float rounding = 1e-4F; // edges of exactly the angle are smooth
-        least_cosine_ = std::cos(crease_angle) - rounding;
+        min_cosine_ = std::cos(crease_angle) - rounding;
         // Of two faces that each make half the angle with a third.
         const float half_angle = std::cos(0.5F * crease_angle) + rounding;
 
@@ -92,7 +92,7 @@ struct vertex_groups {
             if (a.other_end != b.other_end) continue;
             const vec3 &na = normal[first[a.local] / 3], &nb = normal[first[b.local] / 3];
             const bool without_area = na == vec3{0, 0, 0} || nb == vec3{0, 0, 0};
-            if (!without_area && dot(na, nb) < least_cosine_) continue;
+            if (!without_area && dot(na, nb) < min_cosine_) continue;
             const std::uint32_t of_a = root(a.local), of_b = root(b.local);
             joined_[std::max(of_a, of_b)].first = std::min(of_a, of_b);
         }
@@ -109,7 +109,7 @@ struct vertex_groups {
         return i;
     }
 
-    float least_cosine_ = 1;
+    float min_cosine_ = 1;
     std::vector<side> sides_{};
     std::vector<std::pair<std::uint32_t, std::uint32_t>> joined_{}; // representative of each slot's group, and the slot
 };

@@ -92,7 +92,7 @@ struct pulsation {
     friend bool operator==(const pulsation&, const pulsation&) = default;
 };
 
-/// Breathing: a region moves to and fro, and rests longer when breathed out.
+/// Breathing: a region moves back and forth, and rests longer when breathed out.
 /// Source: Lujan et al. 1999, Med. Phys. 26, 715: displacement by 1 - cos^(2n)(pi t / period), n = 3.
 struct breathing {
     vec3 direction{0, 0, 1};  ///< when breathing in, of any length above 0

@@ -54,8 +54,8 @@ class kept_contact {
                 back_.height[i] = face.surface_at(place);
                 touches[k][i] = face.depth_at(on_face) > 0;
                 if (!touches[k][i]) continue;
-                const float most = 0.9F * face.decay;
-                moved[k][i] = clamp(distance_from_face(map, face, on_face), -most, most);
+                const float largest = 0.9F * face.decay;
+                moved[k][i] = clamp(distance_from_face(map, face, on_face), -largest, largest);
                 away = away || std::fabs(moved[k][i]) > 1e-7F;
             }
         if (!away) return;

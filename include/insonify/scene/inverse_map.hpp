@@ -86,10 +86,10 @@ class newton_inverse {
         const float tolerance = 2e-7F + 5e-7F * length(now);
         vec3 reached = map_(rest);
         float error = length(reached - now);
-        const auto improve = [&](float part, float most) { // whether the error is then less than `most`
+        const auto improve = [&](float part, float largest) { // whether the error is then less than `largest`
             const vec3 next = rest - part * (to_rest_ * (reached - now)), there = map_(next);
             const float remaining = length(there - now);
-            if (!(remaining < most)) return false;
+            if (!(remaining < largest)) return false;
             rest = next;
             reached = there;
             error = remaining;

@@ -207,15 +207,15 @@ class compounding {
                     for (std::size_t k = 0; k < samples; ++k) {
                         const row& at = own.rows[k];
                         const float place = static_cast<float>(line) - at.shift;
-                        const float share = straight ? 1.0F : weight(place);
+                        const float fraction = straight ? 1.0F : weight(place);
                         to[k] = 0;
-                        if (share == 0) continue;
+                        if (fraction == 0) continue;
                         const float left = clamp(std::floor(place), 0, last), part = clamp(place - left, 0, 1);
                         const float* const from =
                             amplitudes.values.data() + static_cast<std::size_t>(left) * stride + at.sample;
                         const float here = multiply_add(at.fraction, from[below] - from[0], from[0]);
                         const float next = multiply_add(at.fraction, from[beside + below] - from[beside], from[beside]);
-                        to[k] = share * multiply_add(part, next - here, here);
+                        to[k] = fraction * multiply_add(part, next - here, here);
                     }
                 }
             });

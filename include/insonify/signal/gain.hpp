@@ -108,8 +108,8 @@ struct tgc_settings {
     }
 
     /// What is restored where the carrier loses so much, dB.
-    float restored_db(float lost_db, float frequency) const {
-        return bandwidth > 0 && lost_db > 0 ? attenuated(lost_db, frequency, bandwidth).loss_db : lost_db;
+    float restored_db(float loss_db, float frequency) const {
+        return bandwidth > 0 && loss_db > 0 ? attenuated(loss_db, frequency, bandwidth).loss_db : loss_db;
     }
 
     /// @throws usage_error  naming a setting that is out of range

@@ -95,10 +95,11 @@ struct linear_lanes {
 
     INSONIFY_FN INSONIFY_INLINE floats at(const floats& distance) const { return multiply_add(distance, step, first); }
     /// Shortens an interval to its part where least <= value < most; never beyond its ends.
-    INSONIFY_FN INSONIFY_INLINE void clip(const floats& least, const floats& most, floats& begin, floats& end) const {
+    INSONIFY_FN INSONIFY_INLINE void clip(const floats& smallest, const floats& largest, floats& begin,
+                                          floats& end) const {
         const floats size = max(abs(step), floats(1e-3F)), // no select: compilers divide on both sides of it
             per_step = select(step < floats(0.0F), floats(-1.0F), floats(1.0F)) / size;
-        const floats a = (least - first) * per_step, b = (most - first) * per_step;
+        const floats a = (smallest - first) * per_step, b = (largest - first) * per_step;
         const floats from = min(max(begin, min(a, b)), end);
         end = max(min(end, max(a, b)), begin);
         begin = from;

@@ -90,7 +90,9 @@ struct structure {
 
 /// True if every value is finite and in range: sizes above 0, fractions from 0 to 1, deviations 0 to 40 dB.
 INSONIFY_FN inline bool is_valid(const structure& s) {
-    const auto within = [](float value, float least, float most) { return value >= least && value <= most; };
+    const auto within = [](float value, float smallest, float largest) {
+        return value >= smallest && value <= largest;
+    };
     const auto size_fits = [&](vec3 size) {
         return within(size.x, 1e-6F, 10) && within(size.y, 1e-6F, 10) && within(size.z, 1e-6F, 10);
     };

@@ -42,10 +42,10 @@ INSONIFY_FN INSONIFY_INLINE lanes<N> value_noise(std::uint32_t key, const lanes<
 
 /// Distance of points between which the gains of a structure are as good as linear, metres: less than the thickness of sheets.
 INSONIFY_FN inline float gain_spacing(const structure& of) {
-    float least = 0.16e-3F;
+    float smallest = 0.16e-3F;
     for (const structure::sheet_layer* layer : {&of.sheets, &of.septa})
-        if (layer->fill > 0) least = min(least, layer->thickness);
-    return 0.85F * max(least, 0.03e-3F);
+        if (layer->fill > 0) smallest = min(smallest, layer->thickness);
+    return 0.85F * max(smallest, 0.03e-3F);
 }
 
 /// Factors on the amplitude of speckle along a straight segment of a line in an object: see `structure`. Not normalised:

@@ -42,9 +42,9 @@ class rest_curve {
 
     /// The end of a straight piece from a point on: no point of the curve between is further from it than `tolerance`, metres.
     /// @param most  the last point that it may reach
-    INSONIFY_FN std::uint32_t straight_until(std::uint32_t from, std::uint32_t most, float tolerance) const {
+    INSONIFY_FN std::uint32_t straight_until(std::uint32_t from, std::uint32_t largest, float tolerance) const {
         std::uint32_t to = from + 1;
-        while (to < most && is_straight(from, to + 1, tolerance)) ++to;
+        while (to < largest && is_straight(from, to + 1, tolerance)) ++to;
         return to;
     }
 

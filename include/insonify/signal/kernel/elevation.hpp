@@ -188,17 +188,17 @@ class elevation_planes {
         vec2 moment[max_elevation_planes] = {}; // first and second, of the power
         for (int k = 0; k < steps; ++k) {       // below the slice is the mirror image
             const float y = (static_cast<float>(k) + 0.5F) * step;
-            float share[max_elevation_planes], nearest = FLT_MAX, shares = 0;
+            float nearness[max_elevation_planes], nearest = FLT_MAX, total = 0;
             for (std::uint32_t i = 0; i < count_; ++i) {
-                share[i] = (y - height[i]) * (y - height[i]);
-                nearest = min(nearest, share[i]);
+                nearness[i] = (y - height[i]) * (y - height[i]);
+                nearest = min(nearest, nearness[i]);
             }
             for (std::uint32_t i = 0; i < count_; ++i)
-                shares += share[i] = std::exp((nearest - share[i]) / (2 * softness * softness));
+                total += nearness[i] = std::exp((nearest - nearness[i]) / (2 * softness * softness));
             const float amplitude = std::exp(-0.5F * y * y);
             for (std::uint32_t i = 0; i < count_; ++i) {
-                found.coherent[i] += amplitude * share[i] / shares;
-                const float part = amplitude * amplitude * share[i] / shares;
+                found.coherent[i] += amplitude * nearness[i] / total;
+                const float part = amplitude * amplitude * nearness[i] / total;
                 found.random[i] += part;
                 moment[i] += part * vec2{y, y * y};
             }

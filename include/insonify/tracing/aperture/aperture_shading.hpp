@@ -50,17 +50,17 @@ class aperture_average {
         const std::size_t padded = (std::size_t{points.size()} + simd_width - 1) / simd_width * simd_width;
         // What arrives along each direction, then the share of the last, then what arrives times its displayed depth.
         weighted_.assign((2 * count + 1) * padded, 0);
-        float *const shares = weighted_.data() + count * padded, *const depths = shares + count * padded;
+        float *const weights = weighted_.data() + count * padded, *const depths = weights + count * padded;
         for (std::size_t k = 0; k < count; ++k)
-            weigh(points, directions[k], row, place, weighted_.data() + k * padded, shares + k * padded, depths);
+            weigh(points, directions[k], row, place, weighted_.data() + k * padded, weights + k * padded, depths);
         for (std::uint32_t first = 0; first < points.size(); first += simd_width) {
             const received sound = receive(weighted_.data() + first, padded, count),
-                           all = receive(shares + first, padded, count);
-            const floats least(FLT_MIN); // divides where there is no line at all
+                           all = receive(weights + first, padded, count);
+            const floats smallest(FLT_MIN); // divides where there is no line at all
             float mean[simd_width], rms[simd_width], depth[simd_width], whole[simd_width];
-            store(load<simd_width>(depths + first) / max(sound.sum, least), depth);
-            store(sound.sum / max(all.sum, least), mean);
-            store(sqrt(sound.power / max(all.power, least)), rms);
+            store(load<simd_width>(depths + first) / max(sound.sum, smallest), depth);
+            store(sound.sum / max(all.sum, smallest), mean);
+            store(sqrt(sound.power / max(all.power, smallest)), rms);
             store(all.sum, whole);
             for (std::uint32_t i = 0; i < simd_width && first + i < points.size(); ++i)
                 means[first + i] = {mean[i] * mean[i], rms[i], depth[i], whole[i] > 0};
@@ -74,15 +74,15 @@ class aperture_average {
     // between those of two points, neither of which is used where it has left the fan: slices end there.
     template <class Place>
     static void weigh(const shading_points& points, const turned_lines& one, std::size_t row, const Place& place,
-                      float* weighted, float* shares, float* depths) {
-        const float share = one.share(row);
-        if (!(share > 0)) return;
+                      float* weighted, float* weights, float* depths) {
+        const float weight = one.weight(row);
+        if (!(weight > 0)) return;
         const auto count = static_cast<std::int64_t>(points.size()), beyond = static_cast<std::int64_t>(points.beyond);
         const sound_at_depth* const sound = one.sound(row);
-        const bool alike = points.shape.form != face_shape::form::point; // all cross as many lines
+        const bool same_crossings = points.shape.form != face_shape::form::point; // all cross as many lines
         float back = -one.lines_crossed(row, 0);
         for (std::int64_t point = 0; point < count; ++point) {
-            if (!alike) back = -one.lines_crossed(row, static_cast<std::uint32_t>(point + beyond));
+            if (!same_crossings) back = -one.lines_crossed(row, static_cast<std::uint32_t>(point + beyond));
             const float whole = std::floor(back), fraction = back - whole;
             std::int64_t from = point + beyond + static_cast<std::int64_t>(whole), next = from + 1;
             bool from_within = true, next_within = true;
@@ -91,8 +91,8 @@ class aperture_average {
                 next = (from + 1) % count;
             } else {
                 const std::int64_t all = count + 2 * beyond;
-                from_within = from >= 0 && from < all && (!alike || point > 0 || fraction == 0);
-                next_within = next >= 0 && next < all && (!alike || point + 1 < count);
+                from_within = from >= 0 && from < all && (!same_crossings || point > 0 || fraction == 0);
+                next_within = next >= 0 && next < all && (!same_crossings || point + 1 < count);
                 if (!from_within) from = next;
                 if (!next_within) next = from;
                 if (!from_within && !next_within) continue;
@@ -101,8 +101,8 @@ class aperture_average {
             const blend_of_two between{from_within && sound[from].place == here,
                                        next_within && sound[next].place == here, fraction};
             if (!between.any()) continue;
-            weighted[point] = share * between(sound[from].amplitude, sound[next].amplitude);
-            shares[point] = share;
+            weighted[point] = weight * between(sound[from].amplitude, sound[next].amplitude);
+            weights[point] = weight;
             depths[point] += weighted[point] * between(sound[from].shown, sound[next].shown);
         }
     }
@@ -266,17 +266,17 @@ class aperture_shading {
     float widest(const detail::frame_view<Probe>& frame) const {
         const float radius = points_.shape.radius, incline = std::fabs(points_.shape.incline);
         if (is_point()) return max_shift(frame);
-        float most = 0;
+        float max_turn = 0;
         for (std::uint32_t k = 0; k < steps; ++k) {
             const float z = depth_of(k), half = half_aperture(frame, z);
             if (radius == 0) {
-                most = max(most, half / (z - min(incline * half, 0.9F * z)));
+                max_turn = max(max_turn, half / (z - min(incline * half, 0.9F * z)));
             } else {
                 const float place = min(half / radius, 0.9F), down = std::sqrt(1 - place * place);
-                most = max(most, std::asin(place) + std::atan(radius * place / (z + radius * (1 - down))));
+                max_turn = max(max_turn, std::asin(place) + std::atan(radius * place / (z + radius * (1 - down))));
             }
         }
-        return min(most, radius == 0 ? min(3, 0.9F / max(incline, 0.1F)) : 1.3F);
+        return min(max_turn, radius == 0 ? min(3, 0.9F / max(incline, 0.1F)) : 1.3F);
     }
     template <transducer Probe>
     static float max_shift(const detail::frame_view<Probe>& frame) {
@@ -307,10 +307,10 @@ class aperture_shading {
 
     template <transducer Probe>
     void turn_lines(const detail::frame_view<Probe>& frame, std::uint32_t count) {
-        const float radius = points_.shape.radius, most = widest(frame);
+        const float radius = points_.shape.radius, max_turn = widest(frame);
         const auto turned_by = [&](float part) -> line_turn { // -1 to 1
-            if (is_point()) return {.shift = part * most, .is_shift = true};
-            const float angle = radius == 0 ? std::atan(part * most) : part * most;
+            if (is_point()) return {.shift = part * max_turn, .is_shift = true};
+            const float angle = radius == 0 ? std::atan(part * max_turn) : part * max_turn;
             return {std::sin(angle), std::cos(angle), radius, points_.shape.incline};
         };
         for (std::uint32_t k = 0; k < count; ++k) {
@@ -328,7 +328,7 @@ class aperture_shading {
                                 right = turned_by(k + 1 == count ? 1.0F : edge(1, plane));
                 for (std::uint32_t step = 0; step < steps; ++step) {
                     const float z = depth_of(step), half = half_aperture(frame, z);
-                    turned_[k].share(std::size_t{plane} * steps + step) =
+                    turned_[k].weight(std::size_t{plane} * steps + step) =
                         max(min(right.place_on_face(z), half) - max(left.place_on_face(z), -half), 0);
                 }
             }

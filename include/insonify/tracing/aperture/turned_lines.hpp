@@ -41,7 +41,8 @@ struct sound_profile {
         for (std::uint32_t k = 0; k < steps; ++k) {
             // A step on a surface lies behind it, as in `physical::arrivals`.
             while (i + 1 < line.layers.size() && line.layers[i].end <= static_cast<float>(k + 1) * spacing) ++i;
-            at[k] = {std::sqrt(max(both_ways[k].x, aperture_gains::least)), both_ways[k].y, line.layers[i].place};
+            at[k] = {std::sqrt(max(both_ways[k].x, aperture_gains::min_amplitude)), both_ways[k].y,
+                     line.layers[i].place};
         }
     }
 };
@@ -354,14 +355,14 @@ class turned_lines {
         lines_ = points.fan.size();
         spacing_ = spacing;
         sound_.resize(std::size_t{points.planes} * steps * lines_);
-        share_.resize(std::size_t{points.planes} * steps);
+        weight_.resize(std::size_t{points.planes} * steps);
         for (std::uint32_t plane = 0; plane < points.planes; ++plane)
             fans_[plane].assign(points.fan, points.shape, turn[plane]);
     }
 
-    /// Share of the aperture that the lines stand for, at one step of one plane.
-    float& share(std::size_t row) { return share_[row]; }
-    float share(std::size_t row) const { return share_[row]; }
+    /// Fraction of the aperture that the lines stand for, at one step of one plane.
+    float& weight(std::size_t row) { return weight_[row]; }
+    float weight(std::size_t row) const { return weight_[row]; }
     /// How many lines the one that ends in a line of the fan has crossed on its way to one step of one plane.
     float lines_crossed(std::size_t row, std::uint32_t line) const {
         return fans_[row / steps].lines_crossed(static_cast<float>(row % steps + 1) * spacing_, line);
@@ -499,7 +500,7 @@ class turned_lines {
     std::vector<std::uint32_t> ends_{};   // of each plane and line, in `crossings_`
     std::vector<crossing> crossings_{};   // at metres along the turned line
     std::vector<sound_at_depth> sound_{}; // by plane, step and line
-    std::vector<float> share_{};          // by plane and step
+    std::vector<float> weight_{};         // by plane and step
     line_memory memory_{};
 };
 

@@ -24,8 +24,8 @@ class ray_tube {
 
     /// a(s). Near a focus it is bounded: there the beam has its diffraction-limited width.
     INSONIFY_FN float amplitude(float metres) const {
-        constexpr float least = 0.25F; // of the determinant: at most 6 dB
-        return 1 / std::sqrt(max(std::fabs(determinant(mat3{1} + metres * bend_)), least));
+        constexpr float smallest = 0.25F; // of the determinant: at most 6 dB
+        return 1 / std::sqrt(max(std::fabs(determinant(mat3{1} + metres * bend_)), smallest));
     }
 
     /// The tube after s metres: K (I + s K)^-1.

@@ -193,7 +193,7 @@ class path_walk {
     // The echo that the face itself sends back.
     INSONIFY_FN void add_face_echo(const echo_path& path) const {
         echoes_.add(path.shown, {path.passed * settings_.face_reflection *
-                                     amplitude_of_decibels(-pulse_loss(model_, line_, path.lost_db)),
+                                     amplitude_of_decibels(-pulse_loss(model_, line_, path.loss_db)),
                                  0});
     }
 
@@ -216,7 +216,7 @@ class path_walk {
                 if (out.above.object != home.above.object || out.below.object != home.below.object) continue;
                 const float sign = out.inverted == home.inverted ? 2.0F : -2.0F;
                 const echo_path both{.shown = 0.5F * (out.path.shown + home.path.shown),
-                                     .lost_db = 0.5F * (out.path.lost_db + home.path.lost_db),
+                                     .loss_db = 0.5F * (out.path.loss_db + home.path.loss_db),
                                      .passed =
                                          sign * in_common(out, home) * std::sqrt(out.path.passed * home.path.passed)};
                 if (both.passed == 0 || both.shown >= echoes_.depth()) continue;
@@ -237,7 +237,7 @@ class path_walk {
     }
 
     INSONIFY_FN void push(detail::path_branch next, const media_stack& inside) {
-        const float amplitude = next.path.passed * amplitude_of_decibels(-pulse_loss(model_, line_, next.path.lost_db));
+        const float amplitude = next.path.passed * amplitude_of_decibels(-pulse_loss(model_, line_, next.path.loss_db));
         if (next.frame.along == vec3{0, 0, 0} || !(amplitude >= settings_.min_amplitude)) return;
         if (next.bounces > settings_.bounces || next.path.shown >= max_shown()) return;
         overflow_ = overflow_ || count_ == branches_.size() || objects_ + inside.count > branch_objects_.size();
