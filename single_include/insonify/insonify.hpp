@@ -13065,6 +13065,8 @@ class scene {
         return was != 0 && std::fabs(now) > 0.01 * std::fabs(was) && (now < 0) != (was < 0); // flat ones are not
     }
 
+    /// Whether `deform` has moved tissue from where it rests.
+    bool is_deformed() const { return !deformation_.empty(); }
     /// Whether `build` was called since the last `add` or `remove`.
     bool is_built() const { return built_; }
     /// @throws usage_error  where it was not
@@ -14535,6 +14537,7 @@ class elevation_planes {
 
     /// At a depth in metres: linear between the depths of a table.
     weights at(float depth) const {
+        if (count_ == 1) return {.coherent = {1}, .random = {1}};
         const float place = clamp(depth / spacing_ - 0.5F, 0, static_cast<float>(depths - 1));
         const auto above = static_cast<std::uint32_t>(place);
         const weights &a = table_[above], &b = table_[above + 1 < depths ? above + 1 : above];
@@ -14562,6 +14565,7 @@ class elevation_planes {
     static constexpr std::uint32_t depths = 128; // parts of the depth of the image
 
     void make_table() {
+        if (count_ == 1) return; // the same at every depth: see `at`
         for (std::uint32_t k = 0; k < depths; ++k) table_[k] = integrate((static_cast<float>(k) + 0.5F) * spacing_);
     }
 
@@ -17605,6 +17609,7 @@ class frame_displacements {
     template <class Policy, transducer Probe>
     view<const displacement_view> compute(const Policy& policy, const scene& body,
                                           const detail::frame_view<Probe>& frame) {
+        if (!body.is_deformed()) return {};
         const displacement_lattice where = lattice_of(frame);
         const view<const displacement_view> found = body.displacements(policy, where, nodes_, places_);
         for (std::size_t i = 0; !found.empty() && i < where.count(); ++i)
@@ -23626,9 +23631,18 @@ class presser {
         face.at = at;
         face.decay = settings.decay;
         face.recovery = settings.recovery;
+        if (is_full_circle(probe))
+            throw usage_error{
+                "press: the lines of the probe run all around it, so it has no face that presses; use a linear, "
+                "convex or phased array"};
         const auto last = static_cast<float>(probe.lines) - 0.5F;
         face.left = min(probe.beam(-0.5F).origin.x, probe.beam(last).origin.x);
         face.right = max(probe.beam(-0.5F).origin.x, probe.beam(last).origin.x);
+        if constexpr (requires { probe.aperture(); })
+            if (!(face.right > face.left)) { // lines that leave one point of a plane face
+                face.right = 0.5F * probe.aperture();
+                face.left = -face.right;
+            }
         face.elevation = pressed_face{}.elevation;
         if constexpr (requires { probe.elevation_height; }) face.elevation = probe.elevation_height;
         for (std::size_t i = 0; i < pressed_face::columns; ++i)

@@ -1,11 +1,13 @@
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/core/units.hpp>
 #include <insonify/geometry/shapes.hpp>
-#include <insonify/probe/convex_array.hpp>
-#include <insonify/probe/linear_array.hpp>
 #include <insonify/motion/body_motion.hpp>
 #include <insonify/motion/compose.hpp>
 #include <insonify/motion/press.hpp>
+#include <insonify/probe/convex_array.hpp>
+#include <insonify/probe/linear_array.hpp>
+#include <insonify/probe/phased_array.hpp>
+#include <insonify/probe/radial_array.hpp>
 #include <cmath>
 #include <doctest/doctest.h>
 
@@ -138,4 +140,24 @@ TEST_CASE("what a probe touches stays in touch, whatever else deforms and in wha
             }
         }
     }
+}
+
+TEST_CASE("the plane face of a phased array presses as that of a linear one of its width; a probe that looks around "
+          "does not") {
+    scene body{tissue::air};
+    body.add(make_box({-60_mm, -60_mm, -4_mm}, {60_mm, 60_mm, 80_mm}, 4), tissue::muscle);
+    body.build(exec::par);
+    const phased_array sector{.lines = 64, .width = 20_mm, .elevation_height = 6_mm};
+    const linear_array wide{.lines = 64, .width = 20_mm, .elevation_height = 6_mm};
+    const contact of_sector = press(body, sector, pose{}), of_wide = press(body, wide, pose{});
+    CHECK(of_sector.depth == doctest::Approx(4e-3).scale(1e-30));
+    CHECK(of_sector.deformation.right - of_sector.deformation.left == doctest::Approx(20e-3).scale(1e-30));
+    CHECK(of_sector.touching == 64);
+    CHECK(of_sector.pressure > 0);
+    CHECK(of_sector.pressure == doctest::Approx(static_cast<double>(of_wide.pressure)).epsilon(0.02).scale(1e-30));
+    CHECK_THROWS_WITH_AS(
+        press(body, radial_array{}, pose{}),
+        "press: the lines of the probe run all around it, so it has no face that presses; use a linear, "
+        "convex or phased array",
+        usage_error);
 }

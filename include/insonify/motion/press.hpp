@@ -187,9 +187,18 @@ class presser {
         face.at = at;
         face.decay = settings.decay;
         face.recovery = settings.recovery;
+        if (is_full_circle(probe))
+            throw usage_error{
+                "press: the lines of the probe run all around it, so it has no face that presses; use a linear, "
+                "convex or phased array"};
         const auto last = static_cast<float>(probe.lines) - 0.5F;
         face.left = min(probe.beam(-0.5F).origin.x, probe.beam(last).origin.x);
         face.right = max(probe.beam(-0.5F).origin.x, probe.beam(last).origin.x);
+        if constexpr (requires { probe.aperture(); })
+            if (!(face.right > face.left)) { // lines that leave one point of a plane face
+                face.right = 0.5F * probe.aperture();
+                face.left = -face.right;
+            }
         face.elevation = pressed_face{}.elevation;
         if constexpr (requires { probe.elevation_height; }) face.elevation = probe.elevation_height;
         for (std::size_t i = 0; i < pressed_face::columns; ++i)

@@ -191,6 +191,8 @@ class scene {
         return was != 0 && std::fabs(now) > 0.01 * std::fabs(was) && (now < 0) != (was < 0); // flat ones are not
     }
 
+    /// Whether `deform` has moved tissue from where it rests.
+    bool is_deformed() const { return !deformation_.empty(); }
     /// Whether `build` was called since the last `add` or `remove`.
     bool is_built() const { return built_; }
     /// @throws usage_error  where it was not

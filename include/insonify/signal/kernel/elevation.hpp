@@ -143,6 +143,7 @@ class elevation_planes {
 
     /// At a depth in metres: linear between the depths of a table.
     weights at(float depth) const {
+        if (count_ == 1) return {.coherent = {1}, .random = {1}};
         const float place = clamp(depth / spacing_ - 0.5F, 0, static_cast<float>(depths - 1));
         const auto above = static_cast<std::uint32_t>(place);
         const weights &a = table_[above], &b = table_[above + 1 < depths ? above + 1 : above];
@@ -170,6 +171,7 @@ class elevation_planes {
     static constexpr std::uint32_t depths = 128; // parts of the depth of the image
 
     void make_table() {
+        if (count_ == 1) return; // the same at every depth: see `at`
         for (std::uint32_t k = 0; k < depths; ++k) table_[k] = integrate((static_cast<float>(k) + 0.5F) * spacing_);
     }
 

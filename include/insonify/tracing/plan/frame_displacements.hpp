@@ -19,6 +19,7 @@ class frame_displacements {
     template <class Policy, transducer Probe>
     view<const displacement_view> compute(const Policy& policy, const scene& body,
                                           const detail::frame_view<Probe>& frame) {
+        if (!body.is_deformed()) return {};
         const displacement_lattice where = lattice_of(frame);
         const view<const displacement_view> found = body.displacements(policy, where, nodes_, places_);
         for (std::size_t i = 0; !found.empty() && i < where.count(); ++i)
