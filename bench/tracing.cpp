@@ -15,13 +15,13 @@ void frame(benchmark::State& state, const Trace& trace_frame) {
 void by_beams(benchmark::State& state) {
     frame(state, [](const scene& body) {
         return trace(exec::unseq, body, bench::chain::probe, bench::chain::at, law2011{},
-                           {.depth = 120_mm, .samples = 512}, straight_lines{line_search::rays});
+                     {.depth = 120_mm, .samples = 512}, straight_lines{line_search::rays});
     });
 }
 void by_slice(benchmark::State& state) {
     frame(state, [](const scene& body) {
         return trace(exec::unseq, body, bench::chain::probe, bench::chain::at, law2011{},
-                           {.depth = 120_mm, .samples = 512}, straight_lines{line_search::slices});
+                     {.depth = 120_mm, .samples = 512}, straight_lines{line_search::slices});
     });
 }
 void by_pixels(benchmark::State& state) {
@@ -38,7 +38,7 @@ void physical_lines(benchmark::State& state) {
 void by_paths(benchmark::State& state) {
     frame(state, [](const scene& body) {
         return trace(exec::unseq, body, bench::chain::probe, bench::chain::at, physical<>{},
-                           {.depth = 120_mm, .samples = 2048}, paths{});
+                     {.depth = 120_mm, .samples = 2048}, paths{});
     });
 }
 void labels(benchmark::State& state) {

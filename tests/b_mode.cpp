@@ -54,8 +54,8 @@ TEST_CASE("in the picture blood is darker than muscle, bone is bright and casts 
     constexpr std::uint32_t seeds = 8;
     float darker = 0, bone = 0;
     for (std::uint32_t seed = 1; seed <= seeds; ++seed) {
-        const image seen = b_mode(exec::par_unseq, b_mode_test::phantom(), b_mode_test::probe, pose{}, physical<>{.scattering = {.seed = seed}, .seed = seed},
-                                  b_mode_test::settings);
+        const image seen = b_mode(exec::par_unseq, b_mode_test::phantom(), b_mode_test::probe, pose{},
+                                  physical<>{.scattering = {.seed = seed}, .seed = seed}, b_mode_test::settings);
         bone += b_mode_test::mean(seen, {7.5_mm, 14.55_mm}, {8.5_mm, 14.75_mm}) / seeds; // 15 mm, displayed
         darker += (b_mode_test::mean(seen, {-2_mm, 13_mm}, {2_mm, 17_mm}) -
                    b_mode_test::mean(seen, {-10_mm, 13_mm}, {-6_mm, 17_mm})) /
@@ -106,8 +106,7 @@ TEST_CASE("a clip of one scanner shows what pictures drawn one by one show, what
     b_mode_settings& settings = machine.settings;
     physical<>& model = machine.model;
     const auto check = [&](const pose& at) {
-        CHECK(machine.scan(exec::par_unseq, body, at) ==
-              b_mode(exec::par_unseq, body, probe, at, model, settings));
+        CHECK(machine.scan(exec::par_unseq, body, at) == b_mode(exec::par_unseq, body, probe, at, model, settings));
     };
     check(pose{});
     check({.translation = {1_mm, 2_mm, 0}});

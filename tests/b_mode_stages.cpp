@@ -134,13 +134,12 @@ TEST_CASE("b_mode: a clip with persistence is the clip of the stages, and restar
     b_mode_settings& knobs = machine.settings;
     persistence fading{0.5F};
     for (; knobs.frame < 4; ++knobs.frame)
-        CHECK(same_bits(machine.scan(exec::par_unseq, body, pose{}),
-                        by_stages(body, probe, pose{}, knobs, fading)));
+        CHECK(same_bits(machine.scan(exec::par_unseq, body, pose{}), by_stages(body, probe, pose{}, knobs, fading)));
     CHECK_FALSE(same_bits(machine.picture(), b_mode(exec::par_unseq, body, probe, pose{}, knobs)));
     const auto restarts = [&](const linear_array& with) {
         machine.probe = with;
-        CHECK(same_bits(machine.scan(exec::par_unseq, body, pose{}),
-                        b_mode(exec::par_unseq, body, with, pose{}, knobs)));
+        CHECK(
+            same_bits(machine.scan(exec::par_unseq, body, pose{}), b_mode(exec::par_unseq, body, with, pose{}, knobs)));
         ++knobs.frame;
     };
     knobs.gain_db = 3;
@@ -151,8 +150,7 @@ TEST_CASE("b_mode: a clip with persistence is the clip of the stages, and restar
     knobs.persistence = 0.5F;
     restarts({.lines = 40, .width = 30_mm, .frequency = 5_MHz, .fnumber = 3});
     knobs.persistence = 1;
-    for (int i = 0; i < 2; ++i)
-        CHECK_THROWS_AS(machine.scan(exec::par_unseq, body, pose{}), usage_error);
+    for (int i = 0; i < 2; ++i) CHECK_THROWS_AS(machine.scan(exec::par_unseq, body, pose{}), usage_error);
 }
 
 TEST_CASE("b_mode: the same number of the frame gives the same picture, another number other noise") {

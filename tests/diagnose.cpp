@@ -1,9 +1,9 @@
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/core/units.hpp>
+#include <insonify/diagnose.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
-#include <insonify/diagnose.hpp>
 #include <cmath>
 #include <doctest/doctest.h>
 #include <string>

@@ -1,4 +1,4 @@
-# Who includes whom:
+# Who includes whom, and which test covers what:
 #     cmake -P tests/floors.cmake
 #
 # A folder, with those in it, includes itself and lower floors, never a sibling. The roots stand above all; `fwd.hpp` alone may be included
@@ -119,5 +119,24 @@ endforeach()
 foreach(header IN LISTS headers)
     if(NOT header STREQUAL insonify.hpp AND NOT header IN_LIST reached)
         fault("is included by no other header")
+    endif()
+endforeach()
+
+# Each header of tracing and acoustics has its test, or is named in the first line of the one that covers it.
+file(GLOB_RECURSE tests ${project}/tests/*.cpp)
+set(covered)
+foreach(test IN LISTS tests)
+    file(STRINGS ${test} first LIMIT_COUNT 1)
+    if(first MATCHES "^// Covers ")
+        string(APPEND covered " ${first}")
+    endif()
+endforeach()
+foreach(header IN LISTS headers)
+    if(header MATCHES "^(tracing|acoustics)/")
+        set(top ${CMAKE_MATCH_1})
+        cmake_path(GET header STEM name)
+        if(NOT EXISTS ${project}/tests/${top}/${name}.cpp AND NOT covered MATCHES " ${header}[,.]")
+            fault("has no test of its name in tests/${top}, and no test says that it covers it")
+        endif()
     endif()
 endforeach()

@@ -1,8 +1,8 @@
 #include <insonify/core/random.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/probe/presets.hpp>
-#include <insonify/signal/pulse.hpp>
 #include <insonify/signal/kernel/elevation.hpp>
+#include <insonify/signal/pulse.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

@@ -1,13 +1,13 @@
 #ifndef INSONIFY_BENCH_SUPPORT_PAPER_SCENES_HPP
 #define INSONIFY_BENCH_SUPPORT_PAPER_SCENES_HPP
 
-#include <insonify/paper/law2011.hpp>
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/geometry/shapes.hpp>
+#include <insonify/paper/camera.hpp>
+#include <insonify/paper/law2011.hpp>
 #include <insonify/probe/acquisition.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/scene/scene.hpp>
-#include <insonify/paper/camera.hpp>
 #include <insonify/tracing/trace.hpp>
 #include <vector>
 

@@ -1,3 +1,4 @@
+// Covers acoustics/follow_sound.hpp.
 #include <insonify/acoustics/follow_sound.hpp>
 #include <insonify/core/units.hpp>
 #include <cmath>

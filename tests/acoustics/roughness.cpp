@@ -1,7 +1,5 @@
 #include <insonify/acoustics/fresnel.hpp>
 #include <insonify/acoustics/roughness.hpp>
-#include <insonify/core/random.hpp>
-#include <algorithm>
 #include <doctest/doctest.h>
 #include <initializer_list>
 #include <vector>
@@ -80,3 +78,18 @@ TEST_CASE("roughness: Lambert's law conserves energy over the half space") {
         CHECK(power == doctest::Approx(cosine_in).epsilon(1e-5).scale(1e-30));
     }
 }
+
+} // namespace roughness_test
+
+namespace roughness_test {
+namespace {
+struct polished { // a minimal law
+    float coherent(const incidence&) const { return 1; }
+    float diffuse(const incidence&) const { return 0; }
+};
+struct coherent_only {
+    float coherent(const incidence&) const { return 1; }
+};
+} // namespace
+static_assert(roughness_law<polished> && roughness_law<kirchhoff> && !roughness_law<coherent_only>);
+} // namespace roughness_test

@@ -14,7 +14,8 @@ using namespace insonify;
 using tree_view = bvh_view<mesh_view>;
 
 static_assert(std::is_trivially_copyable_v<tree_view> && std::is_trivially_copyable_v<traced_line>);
-static_assert(std::is_trivially_copyable_v<detail::frame_view<linear_array>> && std::is_trivially_copyable_v<scene_view>);
+static_assert(std::is_trivially_copyable_v<detail::frame_view<linear_array>> &&
+              std::is_trivially_copyable_v<scene_view>);
 static_assert(std::is_trivially_copyable_v<line_scratch>);
 
 void check(cudaError_t code) {

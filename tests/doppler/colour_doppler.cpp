@@ -1,9 +1,9 @@
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/doppler/colour_doppler.hpp>
-#include <insonify/geometry/shapes.hpp>
 #include <insonify/doppler/doppler_picture.hpp>
-#include <insonify/probe/linear_array.hpp>
 #include <insonify/doppler/poiseuille.hpp>
+#include <insonify/geometry/shapes.hpp>
+#include <insonify/probe/linear_array.hpp>
 #include <chrono>
 #include <cmath>
 #include <complex>
@@ -194,8 +194,7 @@ TEST_CASE("colour Doppler: the box, threads, and a workspace do not change the v
     settings.box = {.from = 12_mm, .to = 28_mm, .first_line = 30, .lines = 25};
     colour_scanner<linear_array> own;
     for (int repeat = 0; repeat < 2; ++repeat) {
-        const flow_lines boxed =
-            own.acquire(exec::par_unseq, t.body, probe, pose{}, physical{}, t.stream, settings);
+        const flow_lines boxed = own.acquire(exec::par_unseq, t.body, probe, pose{}, physical{}, t.stream, settings);
         double worst = 0;
         bool outside_is_empty = true;
         for (std::uint32_t line = 0; line < 96; ++line)

@@ -1,8 +1,8 @@
 #include <insonify/acoustics/tissue.hpp>
+#include <insonify/doppler/poiseuille.hpp>
+#include <insonify/doppler/pulsed_doppler.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/probe/linear_array.hpp>
-#include <insonify/doppler/pulsed_doppler.hpp>
-#include <insonify/doppler/poiseuille.hpp>
 #include <cmath>
 #include <doctest/doctest.h>
 

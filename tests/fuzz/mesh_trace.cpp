@@ -1,10 +1,10 @@
 // Arbitrary bits as vertices, faces, media and poses: what cannot be used is refused, and the rest is traced. Trees over
 // triangles answer as going through all of them does.
-#include <insonify/paper/law2011.hpp>
 #include <insonify/acoustics/physical.hpp>
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/bvh/bvh.hpp>
 #include <insonify/geometry/validate.hpp>
+#include <insonify/paper/law2011.hpp>
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/tracing/read/ground_truth.hpp>
@@ -145,7 +145,8 @@ void check_frame(const scene& body, const Probe& probe, const pose& at, const ac
         const scan_lines rays = trace(exec::seq, body, probe, at, law2011{}, scan, straight_lines{line_search::rays});
         fuzz::require(fuzz::all_finite(rays.values), "intensities are finite");
     } else if (way == 1) {
-        const scan_lines slices = trace(exec::unseq, body, probe, at, law2011{}, scan, straight_lines{line_search::slices});
+        const scan_lines slices =
+            trace(exec::unseq, body, probe, at, law2011{}, scan, straight_lines{line_search::slices});
         fuzz::require(fuzz::all_finite(slices.values), "intensities are finite");
     } else if (way == 2) {
         const ground_truth_lines truth = ground_truth(exec::seq, body, probe, at, settings);

@@ -88,8 +88,8 @@ inline image needle() {
     body.add(make_box({-20_mm, -20_mm, 30_mm}, {20_mm, 20_mm, 31_mm}), tissue::fascia);
     body.build(exec::par);
     const linear_array probe{.lines = 192, .width = 20_mm, .frequency = 7.5_MHz, .focus = 12_mm};
-    const iq_lines echoes = trace(exec::par_unseq, body, probe, pose{}, physical<>{},
-                                        {.depth = 25_mm, .samples = 1024}, paths{{.bounces = 12}});
+    const iq_lines echoes = trace(exec::par_unseq, body, probe, pose{}, physical<>{}, {.depth = 25_mm, .samples = 1024},
+                                  paths{{.bounces = 12}});
     scan_lines lines = envelope(exec::par_unseq, convolve(exec::par_unseq, echoes, pulse{}, probe));
     lines = log_compress(exec::par, tgc(exec::par, std::move(lines), probe.frequency, {.attenuation = 100}));
     return scan_convert(exec::par, lines, probe, {.size = size});

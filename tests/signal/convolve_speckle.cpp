@@ -1,6 +1,6 @@
 #include <insonify/probe/linear_array.hpp>
-#include <insonify/signal/kernel/convolve.hpp>
 #include <insonify/signal/envelope.hpp>
+#include <insonify/signal/kernel/convolve.hpp>
 #include "convolve_lines.hpp"
 #include <cmath>
 #include <doctest/doctest.h>

@@ -1,7 +1,7 @@
 #include <insonify/core/random.hpp>
 #include <insonify/probe/linear_array.hpp>
-#include <insonify/signal/kernel/convolve.hpp>
 #include <insonify/signal/envelope.hpp>
+#include <insonify/signal/kernel/convolve.hpp>
 #include <insonify/signal/rf.hpp>
 #include <cmath>
 #include <doctest/doctest.h>

@@ -3,8 +3,8 @@
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/scene/scene.hpp>
-#include <insonify/signal/kernel/convolve.hpp>
 #include <insonify/signal/envelope.hpp>
+#include <insonify/signal/kernel/convolve.hpp>
 #include <insonify/tracing/trace.hpp>
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
-#include <insonify/tissue/structure_gains.hpp>
 #include <insonify/acoustics/tissue.hpp>
+#include <insonify/tissue/structure_gains.hpp>
 #include <cmath>
 #include <doctest/doctest.h>
 #include <string>

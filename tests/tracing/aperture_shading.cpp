@@ -1,3 +1,4 @@
+// Covers tracing/aperture/turned_lines.hpp.
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/probe/convex_array.hpp>

@@ -1,8 +1,8 @@
 #include <insonify/acoustics/tissue.hpp>
+#include <insonify/diagnose.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
-#include <insonify/diagnose.hpp>
 #include <insonify/tracing/read/automatic_tgc.hpp>
 #include <doctest/doctest.h>
 

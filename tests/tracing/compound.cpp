@@ -1,8 +1,8 @@
 #include <insonify/acoustics/physical.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/signal/compound.hpp>
-#include <insonify/signal/kernel/convolve.hpp>
 #include <insonify/signal/envelope.hpp>
+#include <insonify/signal/kernel/convolve.hpp>
 #include <insonify/tracing/trace.hpp>
 #include <doctest/doctest.h>
 #include <vector>

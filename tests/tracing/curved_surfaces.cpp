@@ -5,8 +5,8 @@
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/probe/phased_array.hpp>
 #include <insonify/probe/radial_array.hpp>
-#include <insonify/signal/kernel/convolve.hpp>
 #include <insonify/signal/envelope.hpp>
+#include <insonify/signal/kernel/convolve.hpp>
 #include <insonify/tracing/paths.hpp>
 #include <algorithm>
 #include <cmath>
@@ -186,7 +186,7 @@ TEST_CASE("behind a curved mirror sound spreads: 1 / sqrt((1 + 2 s / (a cos i)) 
                 body.build(exec::par);
                 const auto found =
                     echoes_test::echoes_of(trace(exec::par, body, one_line, pose{}, physical<>{},
-                                                       {.depth = 35_mm, .samples = 3500}, paths{{.bounces = 1}}),
+                                                 {.depth = 35_mm, .samples = 3500}, paths{{.bounces = 1}}),
                                            0);
                 double largest = 0;
                 for (const auto& one : found)

@@ -1,6 +1,6 @@
-#include <insonify/paper/law2011.hpp>
 #include <insonify/acoustics/physical.hpp>
 #include <insonify/geometry/shapes.hpp>
+#include <insonify/paper/law2011.hpp>
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/probe/phased_array.hpp>
@@ -219,8 +219,10 @@ TEST_CASE("a frame in tilted planes is the same by rays and by slices") {
     body.build(exec::par);
     const auto differing = [&](const auto& any_probe) {
         const acquisition scan{.depth = 50_mm, .samples = 500, .planes = 7};
-        const scan_lines slices = trace(exec::par_unseq, body, any_probe, pose{}, law2011{}, scan, straight_lines{line_search::slices}),
-                         rays = trace(exec::par_unseq, body, any_probe, pose{}, law2011{}, scan, straight_lines{line_search::rays});
+        const scan_lines slices = trace(exec::par_unseq, body, any_probe, pose{}, law2011{}, scan,
+                                        straight_lines{line_search::slices}),
+                         rays = trace(exec::par_unseq, body, any_probe, pose{}, law2011{}, scan,
+                                      straight_lines{line_search::rays});
         std::size_t apart = 0;
         for (std::size_t i = 0; i < rays.values.size(); ++i)
             apart += std::fabs(slices.values[i] - rays.values[i]) > 1e-5F;

@@ -1,3 +1,4 @@
+// Covers tracing/plan/frame_lines.hpp.
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/probe/presets.hpp>

@@ -69,9 +69,7 @@ TEST_CASE("tables are computed when probe, model, depth, samples or planes chang
     acquisition scan{.depth = 20_mm};
     pose at{};
     line_tracer<linear_array, comparable_model> own;
-    const auto frame = [&] {
-        return computes([&] { own.trace(exec::par.threads(2), body, now, at, model, scan); });
-    };
+    const auto frame = [&] { return computes([&] { own.trace(exec::par.threads(2), body, now, at, model, scan); }); };
     CHECK(frame());
     CHECK_FALSE(frame());
     at.translation.y = 1_mm;
@@ -119,8 +117,7 @@ TEST_CASE("another tracer, and another setting of it, has the same tables") {
     const scene body = scene{medium{}}.build(exec::seq);
     line_tracer<linear_array, comparable_model> own;
     const auto frame = [&](straight_lines how) {
-        return computes(
-            [&] { own.trace(exec::seq, body, probe, pose{}, comparable_model{}, {.depth = 20_mm}, how); });
+        return computes([&] { own.trace(exec::seq, body, probe, pose{}, comparable_model{}, {.depth = 20_mm}, how); });
     };
     CHECK(frame({}));
     CHECK_FALSE(frame({line_search::rays}));
@@ -132,9 +129,7 @@ TEST_CASE("gain, dynamic range, size and background of a picture leave the table
     const scene body = scene{medium{}}.build(exec::seq);
     scanner<linear_array, comparable_model> machine{probe, {.depth = 20_mm, .size = {32, 32}, .planes = 3}};
     b_mode_settings& settings = machine.settings;
-    const auto frame = [&] {
-        return computes([&] { machine.scan(exec::seq, body, pose{}); });
-    };
+    const auto frame = [&] { return computes([&] { machine.scan(exec::seq, body, pose{}); }); };
     CHECK(frame());
     CHECK_FALSE(frame());
     settings.gain_db = 6;

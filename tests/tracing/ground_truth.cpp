@@ -1,8 +1,8 @@
 #include <insonify/acoustics/tissue.hpp>
+#include <insonify/paper/pixels.hpp>
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/tracing/read/ground_truth.hpp>
-#include <insonify/paper/pixels.hpp>
 #include "ground_truth_scenes.hpp"
 #include "solids.hpp"
 #include <cmath>
@@ -103,9 +103,9 @@ TEST_CASE("of several surfaces in one sample the first is reported, and all weak
     const object_id film = body.add(make_box({-9_mm, -9_mm, 20.02_mm}, {9_mm, 9_mm, 20.05_mm}), metal);
     body.add(make_box({-9_mm, -9_mm, 20.08_mm}, {9_mm, 9_mm, 30.05_mm}), metal);
     body.build(exec::par);
-    const ground_truth_lines truth =
-        ground_truth(exec::par, body, ground_truth_test::middle_line(5_MHz), pose{},
-                     physical{.bandwidth = pulse_bandwidth::narrow}, {.depth = 40_mm, .samples = 400}); // the loss of a single frequency
+    const ground_truth_lines truth = ground_truth(exec::par, body, ground_truth_test::middle_line(5_MHz), pose{},
+                                                  physical{.bandwidth = pulse_bandwidth::narrow},
+                                                  {.depth = 40_mm, .samples = 400}); // the loss of a single frequency
     CHECK(ground_truth_test::surfaces_of(truth, 0) == std::vector<std::uint32_t>{200, 300});
     CHECK(truth.surface(0, 200) == static_cast<label_id>(film));
     const double water_db = 2 * 0.00217 * 25 * 1.995; // there and back, to sample 199

@@ -26,7 +26,8 @@ float transmitted_at(const scene& body, float frequency, float depth,
                      enum label_settings::grid grid = label_settings::grid::geometric) {
     const auto k = static_cast<std::uint32_t>(depth / 0.1_mm);
     return ground_truth(exec::par, body, middle_line(frequency), pose{},
-                        physical<>{.bandwidth = pulse_bandwidth::narrow}, {.depth = 80_mm, .samples = 800, .grid = grid})
+                        physical<>{.bandwidth = pulse_bandwidth::narrow},
+                        {.depth = 80_mm, .samples = 800, .grid = grid})
         .transmitted(0, k);
 }
 

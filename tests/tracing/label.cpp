@@ -1,9 +1,9 @@
 #include <insonify/acoustics/tissue.hpp>
+#include <insonify/paper/pixels.hpp>
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/probe/phased_array.hpp>
 #include <insonify/tracing/read/label.hpp>
-#include <insonify/paper/pixels.hpp>
 #include "solids.hpp"
 #include <doctest/doctest.h>
 #include <limits>

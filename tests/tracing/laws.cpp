@@ -1,9 +1,9 @@
-#include <insonify/paper/law2011.hpp>
 #include <insonify/geometry/shapes.hpp>
+#include <insonify/paper/law2011.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/signal/kernel/convolve.hpp>
-#include <insonify/tracing/read/ground_truth.hpp>
 #include <insonify/tracing/paths.hpp>
+#include <insonify/tracing/read/ground_truth.hpp>
 #include <cmath>
 #include <doctest/doctest.h>
 

@@ -1,10 +1,11 @@
-#include <insonify/paper/law2011.hpp>
+// Covers tracing/emit/trace_line.hpp, tracing/straight_lines.hpp.
 #include <insonify/core/units.hpp>
 #include <insonify/geometry/shapes.hpp>
-#include <insonify/probe/linear_array.hpp>
-#include <insonify/tracing/read/label.hpp>
-#include <insonify/tracing/paths.hpp>
+#include <insonify/paper/law2011.hpp>
 #include <insonify/paper/pixels.hpp>
+#include <insonify/probe/linear_array.hpp>
+#include <insonify/tracing/paths.hpp>
+#include <insonify/tracing/read/label.hpp>
 #include <algorithm>
 #include <cmath>
 #include <doctest/doctest.h>
@@ -73,8 +74,10 @@ TEST_CASE("3000 nested objects: the intensities of their closed form, by rays an
     using namespace trace_frame_test;
     const scene body = nested_boxes(3000);
     REQUIRE(expected_at(4999, 3000) < 0.93); // 3000 surfaces are seen in it
-    const double rays = worst_error(trace(exec::seq, body, probe, pose{}, law2011{}, scan, straight_lines{line_search::rays}), 3000);
-    const double slices = worst_error(trace(exec::par, body, probe, pose{}, law2011{}, scan, straight_lines{line_search::slices}), 3000);
+    const double rays =
+        worst_error(trace(exec::seq, body, probe, pose{}, law2011{}, scan, straight_lines{line_search::rays}), 3000);
+    const double slices =
+        worst_error(trace(exec::par, body, probe, pose{}, law2011{}, scan, straight_lines{line_search::slices}), 3000);
     const double best = worst_error(trace(exec::par_unseq, body, probe, pose{}, law2011{}, scan), 3000);
     MESSAGE("largest relative errors: rays ", rays, ", slices ", slices, ", best ", best);
     CHECK(rays < 2e-4);
@@ -88,8 +91,10 @@ TEST_CASE("3000 nested objects: the intensities of their closed form, by rays an
 TEST_CASE("3000 stacked objects: the intensities of their closed form, by rays, by slices and by pixels") {
     using namespace trace_frame_test;
     const scene body = stacked_slabs(3000);
-    const double rays = worst_error(trace(exec::seq, body, probe, pose{}, law2011{}, scan, straight_lines{line_search::rays}), 3000);
-    const double slices = worst_error(trace(exec::par, body, probe, pose{}, law2011{}, scan, straight_lines{line_search::slices}), 3000);
+    const double rays =
+        worst_error(trace(exec::seq, body, probe, pose{}, law2011{}, scan, straight_lines{line_search::rays}), 3000);
+    const double slices =
+        worst_error(trace(exec::par, body, probe, pose{}, law2011{}, scan, straight_lines{line_search::slices}), 3000);
     MESSAGE("largest relative errors: rays ", rays, ", slices ", slices);
     CHECK(rays < 2e-4);
     CHECK(slices < 2e-4);
@@ -204,9 +209,10 @@ TEST_CASE("surfaces that are hidden in an object of precedence fill the memory, 
     along(pose{}, straight);
     straight.build(exec::par);
     const acquisition fine{.depth = 30_mm, .samples = 3000};
-    for (const scan_lines& lines : {trace(exec::seq, straight, one, pose{}, law2011{}, fine, straight_lines{line_search::rays}),
-                                    trace(exec::seq, straight, one, pose{}, law2011{}, fine, straight_lines{line_search::slices}),
-                                    trace_pixels(exec::seq, straight, one, pose{}, law2011{}, fine)})
+    for (const scan_lines& lines :
+         {trace(exec::seq, straight, one, pose{}, law2011{}, fine, straight_lines{line_search::rays}),
+          trace(exec::seq, straight, one, pose{}, law2011{}, fine, straight_lines{line_search::slices}),
+          trace_pixels(exec::seq, straight, one, pose{}, law2011{}, fine)})
         for (std::uint32_t k = 0; k < 3000; ++k) {
             const double z = (k + 0.5) * 1e-5;
             const auto above = std::count_if(std::begin(depths), std::end(depths), [&](double d) { return d < z; });

@@ -1,8 +1,8 @@
-#include <insonify/paper/law2011.hpp>
 #include <insonify/geometry/shapes.hpp>
+#include <insonify/paper/law2011.hpp>
+#include <insonify/paper/pixels.hpp>
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
-#include <insonify/paper/pixels.hpp>
 #include <insonify/tracing/trace.hpp>
 #include <cmath>
 #include <doctest/doctest.h>
@@ -61,9 +61,10 @@ TEST_CASE("of 10,000 objects each line meets those of brute force in double prec
     using namespace many_objects_test;
     const scene body = cloud(true);
     const auto compare = [&](const auto& probe, const pose& at) {
-        const scan_lines found[] = {trace(exec::par, body, probe, at, model, scan),
-                                    trace(exec::par, body, probe, at, model, scan, straight_lines{line_search::rays}),
-                                    trace(exec::par_unseq, body, probe, at, model, scan, straight_lines{line_search::slices})};
+        const scan_lines found[] = {
+            trace(exec::par, body, probe, at, model, scan),
+            trace(exec::par, body, probe, at, model, scan, straight_lines{line_search::rays}),
+            trace(exec::par_unseq, body, probe, at, model, scan, straight_lines{line_search::slices})};
         double worst = 0, least = 1;
         std::size_t surfaces = 0;
         for (std::uint32_t i = 0; i < probe.lines; ++i) {
@@ -95,7 +96,8 @@ TEST_CASE("10,000 objects of eight impedances: rays, slices and pixels make the 
     const linear_array probe{.lines = 10, .width = 34_mm, .frequency = 2_MHz};
     const scan_lines pixels = trace_pixels(exec::par, body, probe, pose{}, model, scan);
     for (const scan_lines& lines :
-         {trace(exec::par, body, probe, pose{}, model, scan), trace(exec::par, body, probe, pose{}, model, scan, straight_lines{line_search::rays}),
+         {trace(exec::par, body, probe, pose{}, model, scan),
+          trace(exec::par, body, probe, pose{}, model, scan, straight_lines{line_search::rays}),
           trace(exec::par, body, probe, pose{}, model, scan, straight_lines{line_search::slices})}) {
         std::size_t apart = 0;
         const double worst = worst_difference(lines, pixels, apart);
@@ -118,8 +120,9 @@ TEST_CASE(
         for (vec3& p : body.positions(object_id{i})) p += vec3{1.5_mm, 0.2_mm, -2_mm};
     body.update(exec::par);
     const linear_array probe{.lines = 6, .width = 34_mm, .frequency = 2_MHz};
-    for (const scan_lines& lines : {trace(exec::par, body, probe, pose{}, model, scan, straight_lines{line_search::slices}),
-                                    trace(exec::par, body, probe, pose{}, model, scan, straight_lines{line_search::rays})}) {
+    for (const scan_lines& lines :
+         {trace(exec::par, body, probe, pose{}, model, scan, straight_lines{line_search::slices}),
+          trace(exec::par, body, probe, pose{}, model, scan, straight_lines{line_search::rays})}) {
         double worst = 0;
         for (std::uint32_t i = 0; i < probe.lines; ++i) {
             const reference::line line =

@@ -78,7 +78,8 @@ int compare(const std::string& title, stack expected, double lowest_db) {
     expected.follow(0, true, 0, 1);
     const iq_lines lines =
         trace(exec::par, expected.body(), linear_array{.lines = 1, .width = 1_mm, .frequency = 5_MHz}, pose{},
-                    physical<>{}, {.depth = static_cast<float>(expected.depth), .samples = 8000}, paths{{.bounces = 64, .min_amplitude = 1e-8F, .face_reflection = static_cast<float>(expected.face)}});
+              physical<>{}, {.depth = static_cast<float>(expected.depth), .samples = 8000},
+              paths{{.bounces = 64, .min_amplitude = 1e-8F, .face_reflection = static_cast<float>(expected.face)}});
     const std::vector<echoes_test::echo> found = echoes_test::echoes_of(lines, 0);
     int compared = 0;
     double worst = 0;
@@ -132,10 +133,10 @@ TEST_CASE("surfaces that touch the face of the probe do not reverberate with wha
         body.add(make_box({-60_mm, -60_mm, shift}, {60_mm, 60_mm, 60_mm}), quiet(tissue::muscle), {.at = turned});
         body.add(make_box({-50_mm, -50_mm, 10_mm}, {50_mm, 50_mm, 40_mm}), quiet(tissue::bone), {.at = turned});
         body.build(exec::par);
-        const auto found = echoes_test::echoes_of(
-            trace(exec::par, body, linear_array{.lines = 1, .width = 1_mm, .frequency = 5_MHz}, turned,
-                        physical<>{}, {.depth = 19_mm, .samples = 1900}, paths{}),
-            0);
+        const auto found =
+            echoes_test::echoes_of(trace(exec::par, body, linear_array{.lines = 1, .width = 1_mm, .frequency = 5_MHz},
+                                         turned, physical<>{}, {.depth = 19_mm, .samples = 1900}, paths{}),
+                                   0);
         CHECK(found.size() == 1); // the near side of the bone
     }
 }
@@ -148,7 +149,7 @@ TEST_CASE("a path that reaches the face of the probe ends there") {
     const auto lines = [&] {
         body.build(exec::par);
         return trace(exec::par, body, linear_array{.lines = 16}, pose{}, physical<>{},
-                           {.depth = 50_mm, .samples = 2000}, paths{});
+                     {.depth = 50_mm, .samples = 2000}, paths{});
     };
     const iq_lines alone = lines();
     body.add(make_box({-20_mm, -20_mm, -12_mm}, {20_mm, 20_mm, -8_mm}), quiet(tissue::bone)); // behind the probe

@@ -8,8 +8,8 @@
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/probe/phased_array.hpp>
 #include <insonify/probe/radial_array.hpp>
-#include <insonify/signal/kernel/convolve.hpp>
 #include <insonify/signal/envelope.hpp>
+#include <insonify/signal/kernel/convolve.hpp>
 #include <insonify/tracing/trace.hpp>
 #include <algorithm>
 #include <cfenv>

@@ -1,9 +1,9 @@
 #ifndef INSONIFY_TESTS_TRACING_REFERENCE_HPP
 #define INSONIFY_TESTS_TRACING_REFERENCE_HPP
 
-#include <insonify/paper/law2011.hpp>
 #include <insonify/core/random.hpp>
 #include <insonify/geometry/shapes.hpp>
+#include <insonify/paper/law2011.hpp>
 #include <insonify/scene/scene.hpp>
 #include <algorithm>
 #include <vector>

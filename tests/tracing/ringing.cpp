@@ -1,8 +1,9 @@
+// Covers acoustics/ringing.hpp.
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/geometry/needle.hpp>
 #include <insonify/probe/linear_array.hpp>
-#include <insonify/signal/kernel/convolve.hpp>
 #include <insonify/signal/envelope.hpp>
+#include <insonify/signal/kernel/convolve.hpp>
 #include <insonify/tracing/paths.hpp>
 #include <algorithm>
 #include <cmath>

@@ -1,3 +1,4 @@
+// Covers tracing/find/slice_finder.hpp.
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/paper/pixels.hpp>

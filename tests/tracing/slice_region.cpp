@@ -1,3 +1,4 @@
+// Covers tracing/find/slice_cut.hpp.
 #include <insonify/core/random.hpp>
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>

@@ -1,3 +1,4 @@
+// Covers acoustics/emit_speckle.hpp.
 #include <insonify/acoustics/physical.hpp>
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>

@@ -3,8 +3,8 @@
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/probe/steered.hpp>
-#include <insonify/signal/kernel/convolve.hpp>
 #include <insonify/signal/envelope.hpp>
+#include <insonify/signal/kernel/convolve.hpp>
 #include <insonify/tracing/trace.hpp>
 #include <doctest/doctest.h>
 
@@ -191,7 +191,8 @@ TEST_CASE("steered lines: slices and rays find the same echoes") {
     const auto differing = [&](const auto& look) {
         const acquisition scan{.depth = 40_mm, .samples = 800};
         const iq_lines rays = trace(exec::seq, body, look, pose{}, physical{}, scan, straight_lines{line_search::rays}),
-                       slices = trace(exec::seq, body, look, pose{}, physical{}, scan, straight_lines{line_search::slices});
+                       slices =
+                           trace(exec::seq, body, look, pose{}, physical{}, scan, straight_lines{line_search::slices});
         std::size_t apart = 0;
         for (std::size_t i = 0; i < rays.values.size(); ++i)
             apart += length(rays.values[i] - slices.values[i]) > 1e-4F ? 1U : 0U;

@@ -1,9 +1,9 @@
-#include <insonify/paper/law2011.hpp>
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/geometry/shapes.hpp>
+#include <insonify/paper/law2011.hpp>
+#include <insonify/paper/pixels.hpp>
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
-#include <insonify/paper/pixels.hpp>
 #include <insonify/tracing/trace.hpp>
 #include <doctest/doctest.h>
 #include <limits>

@@ -1,13 +1,13 @@
-#include <insonify/paper/law2011.hpp>
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/b_mode.hpp>
 #include <insonify/core/error.hpp>
 #include <insonify/geometry/shapes.hpp>
+#include <insonify/paper/law2011.hpp>
 #include <insonify/probe/linear_array.hpp>
-#include <insonify/tracing/read/label.hpp>
-#include <insonify/tracing/paths.hpp>
-#include <insonify/tracing/trace.hpp>
 #include <insonify/tracing/emit/tracer.hpp>
+#include <insonify/tracing/paths.hpp>
+#include <insonify/tracing/read/label.hpp>
+#include <insonify/tracing/trace.hpp>
 #include <atomic>
 #include <cmath>
 #include <doctest/doctest.h>
@@ -240,7 +240,8 @@ TEST_CASE("a user's tracer with a model of whole numbers: one plane is traced, s
     using namespace tracer_test;
     const scene body = ball(tissue::muscle, tissue::liver, 3);
     const auto lines = trace(exec::par, body, probe, pose{}, counting_model{}, {.depth = 40_mm}, greedy{});
-    CHECK(lines == trace(exec::seq, body, probe, pose{}, counting_model{}, {.depth = 40_mm}, straight_lines{line_search::rays}));
+    CHECK(lines ==
+          trace(exec::seq, body, probe, pose{}, counting_model{}, {.depth = 40_mm}, straight_lines{line_search::rays}));
     CHECK(lines(20, 10) == 1);
     CHECK(lines(20, 40) == 2);
     CHECK(lines(20, 70) == 3);

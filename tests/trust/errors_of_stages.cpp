@@ -1,3 +1,4 @@
+// Covers tracing/plan/check.hpp.
 #include "refusals.hpp"
 #include <cstdint>
 #include <doctest/doctest.h>

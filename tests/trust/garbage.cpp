@@ -1,8 +1,8 @@
-#include <insonify/paper/law2011.hpp>
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/bvh/bvh.hpp>
 #include <insonify/core/random.hpp>
 #include <insonify/geometry/validate.hpp>
+#include <insonify/paper/law2011.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/tracing/read/label.hpp>
 #include <insonify/tracing/trace.hpp>
@@ -95,13 +95,15 @@ TEST_CASE("a thousand scenes of random bits are built, moved and traced") {
         body.update(exec::seq);
         const linear_array probe{.lines = 4, .frequency = min_frequency};
         const acquisition scan{.depth = 1 + 9 * hash_uniform(seed, 0), .samples = 16};
-        const scan_lines slices = trace(exec::unseq, body, probe, pose{}, law2011{}, scan, straight_lines{line_search::slices});
+        const scan_lines slices =
+            trace(exec::unseq, body, probe, pose{}, law2011{}, scan, straight_lines{line_search::slices});
         for (const float value : slices.values) bad_values += is_finite(value) ? 0 : 1;
         const label_lines labels =
             label(exec::seq, body, probe, pose{}, {.depth = scan.depth, .samples = scan.samples});
         for (const label_id id : labels.values) bad_labels += id == background_label || id < 20 ? 0 : 1;
         body.update(exec::seq);
-        const scan_lines rays = trace(exec::seq, body, probe, pose{}, law2011{}, scan, straight_lines{line_search::rays});
+        const scan_lines rays =
+            trace(exec::seq, body, probe, pose{}, law2011{}, scan, straight_lines{line_search::rays});
         for (const float value : rays.values) bad_values += is_finite(value) ? 0 : 1;
     }
     CHECK(bad_hits == 0);

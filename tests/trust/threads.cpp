@@ -1,8 +1,8 @@
-#include <insonify/paper/law2011.hpp>
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/core/units.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <insonify/geometry/shapes.hpp>
+#include <insonify/paper/law2011.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/scene/scene.hpp>
 #include <insonify/tracing/trace.hpp>
@@ -47,7 +47,8 @@ TEST_CASE("const functions of one scene may be called from many threads") {
     at_once([&](int thread) {
         for (int i = 0; i < 5; ++i) {
             const scan_lines seen = (i + thread) % 2 == 0
-                                        ? trace(exec::par.threads(2), fixed, probe, pose{}, law2011{}, scan, straight_lines{line_search::rays})
+                                        ? trace(exec::par.threads(2), fixed, probe, pose{}, law2011{}, scan,
+                                                straight_lines{line_search::rays})
                                         : trace(exec::par.threads(3), fixed, probe, pose{}, law2011{}, scan);
             if ((i + thread) % 2 != 0 && !(seen == expected)) ++different;
             if (fixed.box().empty() || fixed.find("none")) ++different;

@@ -52,9 +52,10 @@ portrait portrait_of(const scene& body) {
     p.box = body.box();
     p.built = body.is_built();
     try {
-        p.seen = trace(exec::seq, body, linear_array{.lines = 16}, pose{}, law2011{}, {.depth = 40_mm}, straight_lines{line_search::slices});
-        const scan_lines rays =
-            trace(exec::seq, body, linear_array{.lines = 16}, pose{}, law2011{}, {.depth = 40_mm}, straight_lines{line_search::rays});
+        p.seen = trace(exec::seq, body, linear_array{.lines = 16}, pose{}, law2011{}, {.depth = 40_mm},
+                       straight_lines{line_search::slices});
+        const scan_lines rays = trace(exec::seq, body, linear_array{.lines = 16}, pose{}, law2011{}, {.depth = 40_mm},
+                                      straight_lines{line_search::rays});
         p.seen.values.insert(p.seen.values.end(), rays.values.begin(), rays.values.end());
     } catch (const usage_error&) {
     }
