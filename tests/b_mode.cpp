@@ -184,7 +184,7 @@ TEST_CASE("a sector picture has the size asked for, or one that fits") {
     CHECK_THROWS_AS(b_mode(exec::par, body, convex_array{}, pose{}, {.depth = 0}), usage_error);
 }
 
-TEST_CASE("a picture along paths is the chain of its stages by hand, with and without a workspace") {
+TEST_CASE("a picture along paths is the chain of its stages by hand, drawn once and by a scanner") {
     const scene body = b_mode_test::phantom();
     const paths how{{.bounces = 2, .face_reflection = 0.1F}};
     const b_mode_settings settings{.depth = 30_mm,

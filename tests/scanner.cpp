@@ -1,5 +1,6 @@
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/b_mode.hpp>
+#include <insonify/doppler/poiseuille.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
@@ -7,6 +8,7 @@
 #include <cmath>
 #include <cstring>
 #include <doctest/doctest.h>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -351,3 +353,43 @@ TEST_CASE("scanner: the echoes of a compounded frame are those of its straight l
 }
 
 } // namespace scanner_test
+
+TEST_CASE("scanner: a scan that is refused leaves the stored picture, its layers and its Doppler") {
+    scene body{tissue::muscle};
+    const object_id vessel = body.add(make_cylinder({-20_mm, 0, 10_mm}, {20_mm, 0, 20_mm}, 3_mm, 32), tissue::blood);
+    body.build(exec::par);
+    const poiseuille stream{
+        .object = vessel, .from = {-20_mm, 0, 10_mm}, .to = {20_mm, 0, 20_mm}, .radius = 3_mm, .peak_velocity = 0.3F};
+    scanner machine{linear_array{.lines = 48, .width = 30_mm}, b_mode_settings{.depth = 30_mm, .size = {64, 0}}};
+    const image first = machine.scan(exec::par_unseq, body, pose{});
+    const flow_lines flow = machine.colour(exec::par_unseq, body, stream, {.ensemble = 4});
+    CHECK(flow.count == 48);
+    CHECK(flow.depth == 30_mm);
+    CHECK(flow ==
+          colour_doppler(exec::par_unseq, body, machine.probe, pose{}, stream, {.depth = 30_mm, .ensemble = 4}));
+    const scene not_built{tissue::muscle};
+    pose bad{};
+    bad.translation.x = std::numeric_limits<float>::quiet_NaN();
+    CHECK_THROWS_WITH_AS(
+        machine.scan(exec::par_unseq, body, bad),
+        "scanner: the pose of the probe is not a rigid transform; make it with look_at, or mend it with "
+        "orthonormalised",
+        geometry_error);
+    CHECK_THROWS_AS(machine.scan(exec::par_unseq, not_built, pose{}), usage_error);
+    machine.model.texture_db = std::numeric_limits<float>::quiet_NaN();
+    CHECK_THROWS_AS(machine.scan(exec::par_unseq, body, pose{}), usage_error);
+    machine.model = {};
+    machine.how.directions = 0;
+    CHECK_THROWS_AS(machine.scan(exec::par_unseq, body, pose{}), usage_error);
+    machine.how = {};
+    CHECK(machine.cine().size() == 1);
+    CHECK(machine.layers().lines > 0);
+    CHECK(machine.show(exec::par_unseq) == first);
+
+    // Doppler is that of the picture, whatever has been set since.
+    machine.probe.lines = 24;
+    machine.settings.depth = 50_mm;
+    CHECK(machine.colour(exec::par_unseq, body, stream, {.ensemble = 4}) == flow);
+    CHECK_THROWS_AS(machine.spectrum(exec::par_unseq, body, stream, {.line = 10, .gate = 40_mm}), usage_error);
+    CHECK(machine.spectrum(exec::par_unseq, body, stream, {.line = 24, .gate = 15_mm, .duration = 0.05F}).windows > 0);
+}

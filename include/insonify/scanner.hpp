@@ -133,7 +133,8 @@ class scanner {
         return *echo_probe_;
     }
     /// What lies along the lines of the look that was acquired last, of `layers_probe`; with a tracer other than
-    /// `straight_lines`, no lines. The middle one of an odd number of looks is straight.
+    /// `straight_lines`, no lines. Lines end as deep as the fastest medium of the scene may be displayed within the picture: clip
+    /// layers at the depth that counts.
     /// @throws usage_error  before the first picture
     const line_layers& layers() const {
         check_picture();
@@ -169,24 +170,26 @@ class scanner {
     template <exec::policy Policy>
     const label_image& labels(const Policy& policy, const scene& body);
 
-    /// Colour and power Doppler of what the last picture shows: see `colour_doppler`. The probe, its pose, the model and the depth
-    /// are those of the picture.
+    /// Colour and power Doppler of what the last picture shows: see `colour_doppler`. Its probe, pose and depth are those of the
+    /// picture, its model is that of the scanner.
     /// @throws usage_error  before the first picture, and as `colour_doppler`
     template <exec::policy Policy, velocity_field Field>
     flow_lines colour(const Policy& policy, const scene& body, const Field& field, doppler_settings with = {}) {
         check_picture();
-        with.depth = settings.depth;
-        return colour_.acquire(policy, body, probe, at_, model, field, with);
+        const stored_frame<Probe>& shown = cine_[shown_];
+        with.depth = shown.amplitudes.depth;
+        return colour_.acquire(policy, body, Probe{*shown.probe}, shown.at, model, field, with);
     }
-    /// Pulsed Doppler of what the last picture shows: see `pulsed_doppler`. The probe, its pose, the model and the depth are those
-    /// of the picture.
+    /// Pulsed Doppler of what the last picture shows: see `pulsed_doppler`. Its probe, pose and depth are those of the picture, its
+    /// model is that of the scanner.
     /// @throws usage_error  before the first picture, and as `pulsed_doppler`
     template <exec::policy Policy, velocity_field Field>
     doppler_spectrum spectrum(const Policy& policy, const scene& body, const Field& field,
                               pulsed_doppler_settings with = {}) {
         check_picture();
-        with.depth = settings.depth;
-        return gate_.acquire(policy, body, probe, at_, model, field, with);
+        const stored_frame<Probe>& shown = cine_[shown_];
+        with.depth = shown.amplitudes.depth;
+        return gate_.acquire(policy, body, Probe{*shown.probe}, shown.at, model, field, with);
     }
 
   private:
@@ -245,8 +248,11 @@ template <transducer Probe, acoustic_model Model, class Tracer>
 template <exec::policy Policy>
 const image& scanner<Probe, Model, Tracer>::scan(const Policy& policy, const scene& body, const pose& at) {
     if (frozen_) return show(policy, shown_);
-    probe.check(); // before a stored frame is overwritten
+    probe.check(); // all of these before a stored frame is overwritten
     settings.check();
+    detail::check_lines(body, probe, at, settings.depth, "scanner");
+    if constexpr (requires { model.check(); }) model.check();
+    if constexpr (requires { how.check(); }) how.check();
     const detail::stopwatch clock;
     times_ = {};
     if (interrupted_) forget(); // the last frame threw

@@ -13268,11 +13268,14 @@ void scene::deform_those(const threads& policy, const Map& map, const Follows& f
 
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
 
 namespace detail {
+
+class layer_finder;
 
 /// Number of lines in a block of work.
 inline constexpr std::uint32_t lines_per_block = 8;
@@ -13330,7 +13333,23 @@ class line_layers {
     std::uint32_t planes = 0;    ///< elevation planes: the slice plane, then pairs to both sides of it
     std::vector<medium> media{}; ///< of the scene, the background first: what `layer::medium` is an index of
 
-    /// From the probe face on, without gaps: each layer begins where the one before ends.
+    line_layers() = default;
+    line_layers(const line_layers&) = default;
+    line_layers& operator=(const line_layers&) = default;
+    /// Nothing is left of what is moved from.
+    /// @{
+    line_layers(line_layers&& other) noexcept { *this = std::move(other); }
+    line_layers& operator=(line_layers&& other) noexcept {
+        if (this == &other) return *this;
+        lines = std::exchange(other.lines, 0);
+        planes = std::exchange(other.planes, 0);
+        media = std::move(other.media);
+        blocks_ = std::move(other.blocks_);
+        return *this;
+    }
+    /// @}
+
+    /// From the probe face on, without gaps: each layer begins where the one before ends. The numbers are not checked.
     view<const layer> operator()(std::uint32_t line, std::uint32_t plane = 0) const {
         return block_of(line).layers(number_in_block(line, plane));
     }
@@ -13339,12 +13358,15 @@ class line_layers {
         return block_of(line).frame(number_in_block(line, plane));
     }
 
-    /// Ranks of the objects that contain the origin of a line, just behind the face; ascending.
+    /// Ranks (numbers in `scene_view::objects`) of the objects that contain the origin of a line, just behind the face; ascending.
     view<const std::uint32_t> objects_behind_face(std::uint32_t line, std::uint32_t plane) const {
         return block_of(line).objects(number_in_block(line, plane));
     }
 
-    /// Forgets all lines, and keeps their memory: those of each block are then to be added, for each line those of all planes.
+  private:
+    friend class detail::layer_finder;
+
+    // Forgets all lines, and keeps their memory: those of each block are then to be added, for each line those of all planes.
     void begin(std::uint32_t new_lines, std::uint32_t new_planes, view<const medium> of_scene) {
         lines = new_lines;
         planes = new_planes;
@@ -13353,7 +13375,6 @@ class line_layers {
     }
     detail::layer_block& block_at(std::size_t line) { return blocks_[line / detail::lines_per_block]; }
 
-  private:
     const detail::layer_block& block_of(std::uint32_t line) const { return blocks_[line / detail::lines_per_block]; }
     std::size_t number_in_block(std::uint32_t line, std::uint32_t plane) const {
         return std::size_t{line % detail::lines_per_block} * planes + plane;
@@ -14413,6 +14434,13 @@ inline constexpr std::uint32_t max_elevation_planes = 7;
 
 namespace detail {
 
+/// @throws usage_error  for a number of elevation planes other than 1, 3, 5 or 7
+inline void check_planes(std::uint32_t count, const char* caller) {
+    if (count % 2 == 0 || count > max_elevation_planes)
+        throw usage_error{joined({caller, ": `planes` is ", std::to_string(count),
+                                  "; it must be 1, 3, 5 or 7: the slice plane, and pairs to both sides of it"})};
+}
+
 /// Whether the planes of a probe can follow its beam with the depth z: all lines within 60 degrees of z.
 template <transducer Probe>
 bool lines_follow_depth(const Probe& probe) {
@@ -14466,9 +14494,7 @@ class elevation_planes {
     elevation_planes(const beam_model& beam, std::uint32_t count, view<const elevation_pair> pairs, float depth,
                      bool tilted)
         : beam_{beam}, count_{count}, spacing_{depth / depths} {
-        if (count % 2 == 0 || count > max_elevation_planes)
-            throw usage_error{"trace: `planes` is " + std::to_string(count) +
-                              "; it must be 1, 3, 5 or 7: the slice plane, and pairs to both sides of it"};
+        check_planes(count, "trace");
         for (std::uint32_t i = 1; i < count; ++i) {
             const elevation_pair& own = pairs[(i - 1) / 2];
             const float side = i % 2 == 0 ? own.delta : -own.delta;
@@ -14876,6 +14902,11 @@ class layer_finder {
         return by_rays + (sliced_ ? slices_.search_time() : 0.0F);
     }
 
+    /// Begins a frame, whose blocks are then found.
+    template <transducer Probe>
+    void begin(const frame_lines<Probe>& frame, line_layers& found) const {
+        found.begin(frame.probe.lines, frame.planes, scene_.media);
+    }
     /// Finds the layers of the block of lines that begins with one; different blocks on any threads.
     /// @param incident  whether to compute how lines meet surfaces: see `stack_layers`
     template <transducer Probe>
@@ -14893,7 +14924,7 @@ class layer_finder {
     /// Finds those of all lines.
     template <exec::policy Policy, transducer Probe>
     void find(const Policy& policy, const detail::frame_lines<Probe>& frame, bool incident, line_layers& found) {
-        found.begin(frame.probe.lines, frame.planes, scene_.media);
+        begin(frame, found);
         exec::for_each_block(policy, frame.probe.lines, lines_per_block,
                              search_time() * static_cast<float>(frame.planes),
                              [&](std::size_t begin, std::size_t) { find_block(frame, begin, incident, found); });
@@ -15045,6 +15076,7 @@ template <exec::policy Policy, transducer Probe>
 line_layers find_layers(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                         const acquisition& scan) {
     detail::check_lines(body, probe, at, scan.depth, "find_layers");
+    detail::check_planes(scan.planes, "find_layers");
     return std::move(
         detail::layer_search{}(detail::any_policy<false>{policy}, body, probe, at, scan, scan.depth, true));
 }
@@ -15053,6 +15085,7 @@ line_layers find_layers(const Policy& policy, const scene& body, const Probe& pr
 
 
 #endif
+#include <string>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -15113,7 +15146,11 @@ iq_lines add_near_field(const Policy& policy, iq_lines echoes, const line_layers
                         const near_field_settings& settings = {}) {
     using lines = near_field_settings::lines;
     settings.check();
-    if (echoes.count != probe.lines || found.lines != probe.lines || echoes.samples == 0 ||
+    if (found.lines != probe.lines)
+        throw usage_error{
+            detail::joined({"add_near_field: the layers have ", std::to_string(found.lines), " lines and the probe ",
+                            std::to_string(probe.lines), "; give those that find_layers finds for this probe"})};
+    if (echoes.count != probe.lines || echoes.samples == 0 ||
         echoes.values.size() != static_cast<std::size_t>(echoes.count) * echoes.samples)
         throw usage_error{
             "add_near_field: the echoes must have as many lines as the probe, and a value for every sample"};
@@ -18678,7 +18715,7 @@ class line_driver {
                 gains = shading_.view_of();
             }
         if (!shaded) {
-            layers_.begin(frame.probe.lines, frame.planes, seen.media);
+            finder_.begin(frame, layers_);
             line_time += finder_.search_time();
         }
         sum_blocks(
@@ -18700,7 +18737,7 @@ class line_driver {
         constexpr float line_time = 1e6F;
         scene_view seen = body.view_for_rays(policy);
         seen.displacements = displacements_.compute(policy, body, frame);
-        layers_.begin(0, 0, {});
+        layers_ = {};
         if (scratch_.size() < blocks_of(frame.probe.lines)) scratch_.resize(blocks_of(frame.probe.lines));
         line_grid<Sample>* const sink = &lines;
         sum_blocks(
@@ -19292,6 +19329,7 @@ struct ensemble_settings {
                               " Hz; it must be 1 Hz to 1 MHz, such as 4_kHz"};
         if (pulses < 1 || pulses > 1U << 20U || first > 1U << 24U)
             throw usage_error{"doppler: the number of pulses must be 1 to 2^20; 8 to 16 are usual for colour"};
+        detail::check_planes(planes, "doppler");
         if (!is_finite(time)) throw usage_error{"doppler: `time` must be a finite number of seconds"};
     }
 };
@@ -19776,6 +19814,10 @@ struct pulsed_doppler_settings {
         check_length(gate, "gate", max_scan_depth, "pulsed_doppler");
         check_length(gate_length, "gate_length", max_scan_depth, "pulsed_doppler");
         if (depth != 0) check_depth(depth, "pulsed_doppler");
+        if (depth != 0 && gate - 0.5F * gate_length >= depth)
+            throw usage_error{detail::joined({"pulsed_doppler: the gate is ", detail::number_text(gate * 1e3F),
+                                              " mm deep, below the end of the image at ",
+                                              detail::number_text(depth * 1e3F), " mm; raise it, or `depth`"})};
         if (!is_finite(duration) || !(duration * prf >= 1 && duration * prf <= 0x1p20F))
             throw usage_error{"pulsed_doppler: `duration` times `prf` must be 1 to 2^20 pulses; 1_s at 5_kHz is usual"};
     }
@@ -20304,7 +20346,12 @@ inline path_survey survey_paths(const line_layers& found, float frequency, float
 /// dB/(cm MHz)).
 /// @param found  what lies along the lines of the probe
 /// @param depth  of the picture, metres
+/// @throws usage_error  for layers without lines, or a depth out of range
 inline float automatic_tgc(const line_layers& found, float depth) {
+    check_depth(depth, "automatic_tgc");
+    if (found.lines == 0)
+        throw usage_error{"automatic_tgc: the layers have no lines: tracers other than straight_lines find none; call "
+                          "find_layers"};
     constexpr float any_frequency = 1e6F; // of losses, which have no part in it
     const detail::path_survey passed = detail::survey_paths(found, any_frequency, depth);
     return clamp(passed.length > 0 ? passed.attenuation : found.media[0].attenuation, 50, 100);
@@ -20404,13 +20451,18 @@ const line_layers& layers_for_labels(const Policy& policy, const scene& body, co
 } // namespace detail
 
 /// The object that each sample of lines lies in, whose layers have been found.
-/// @param found     layers; those of the slice plane are read
+/// @param found     layers; those of the slice plane are read. The last layer of a line is taken to go on for ever: they must reach
+///                  as deep as `settings` displays
 /// @param settings  `samples` must not be 0
 /// @param recycled  labels whose memory is reused
+/// @throws usage_error  for a depth or a number of samples out of range
 template <exec::policy Policy>
 label_lines label(const Policy& policy, const line_layers& found, const label_settings& settings,
                   label_lines recycled = {}) {
-    const std::uint32_t samples = settings.samples;
+    check_depth(settings.depth, "label");
+    if (settings.samples == 0)
+        throw usage_error{"label: `samples` is 0; give the number along each line of the layers"};
+    const std::uint32_t samples = detail::checked_samples(found.lines, settings.samples, "label");
     recycled.reshape(found.lines, samples, settings.depth);
     const float spacing = settings.depth / static_cast<float>(samples);
     exec::for_each_block(policy, found.lines, detail::lines_per_block, 0.2F * static_cast<float>(samples),
@@ -20600,7 +20652,8 @@ class scanner {
         return *echo_probe_;
     }
     /// What lies along the lines of the look that was acquired last, of `layers_probe`; with a tracer other than
-    /// `straight_lines`, no lines. The middle one of an odd number of looks is straight.
+    /// `straight_lines`, no lines. Lines end as deep as the fastest medium of the scene may be displayed within the picture: clip
+    /// layers at the depth that counts.
     /// @throws usage_error  before the first picture
     const line_layers& layers() const {
         check_picture();
@@ -20636,24 +20689,26 @@ class scanner {
     template <exec::policy Policy>
     const label_image& labels(const Policy& policy, const scene& body);
 
-    /// Colour and power Doppler of what the last picture shows: see `colour_doppler`. The probe, its pose, the model and the depth
-    /// are those of the picture.
+    /// Colour and power Doppler of what the last picture shows: see `colour_doppler`. Its probe, pose and depth are those of the
+    /// picture, its model is that of the scanner.
     /// @throws usage_error  before the first picture, and as `colour_doppler`
     template <exec::policy Policy, velocity_field Field>
     flow_lines colour(const Policy& policy, const scene& body, const Field& field, doppler_settings with = {}) {
         check_picture();
-        with.depth = settings.depth;
-        return colour_.acquire(policy, body, probe, at_, model, field, with);
+        const stored_frame<Probe>& shown = cine_[shown_];
+        with.depth = shown.amplitudes.depth;
+        return colour_.acquire(policy, body, Probe{*shown.probe}, shown.at, model, field, with);
     }
-    /// Pulsed Doppler of what the last picture shows: see `pulsed_doppler`. The probe, its pose, the model and the depth are those
-    /// of the picture.
+    /// Pulsed Doppler of what the last picture shows: see `pulsed_doppler`. Its probe, pose and depth are those of the picture, its
+    /// model is that of the scanner.
     /// @throws usage_error  before the first picture, and as `pulsed_doppler`
     template <exec::policy Policy, velocity_field Field>
     doppler_spectrum spectrum(const Policy& policy, const scene& body, const Field& field,
                               pulsed_doppler_settings with = {}) {
         check_picture();
-        with.depth = settings.depth;
-        return gate_.acquire(policy, body, probe, at_, model, field, with);
+        const stored_frame<Probe>& shown = cine_[shown_];
+        with.depth = shown.amplitudes.depth;
+        return gate_.acquire(policy, body, Probe{*shown.probe}, shown.at, model, field, with);
     }
 
   private:
@@ -20712,8 +20767,11 @@ template <transducer Probe, acoustic_model Model, class Tracer>
 template <exec::policy Policy>
 const image& scanner<Probe, Model, Tracer>::scan(const Policy& policy, const scene& body, const pose& at) {
     if (frozen_) return show(policy, shown_);
-    probe.check(); // before a stored frame is overwritten
+    probe.check(); // all of these before a stored frame is overwritten
     settings.check();
+    detail::check_lines(body, probe, at, settings.depth, "scanner");
+    if constexpr (requires { model.check(); }) model.check();
+    if constexpr (requires { how.check(); }) how.check();
     const detail::stopwatch clock;
     times_ = {};
     if (interrupted_) forget(); // the last frame threw

@@ -180,7 +180,7 @@ TEST_CASE("colour Doppler: walls that move at 1 cm/s are filtered to -40 dB") {
     }
 }
 
-TEST_CASE("colour Doppler: the box, threads, and a workspace do not change the velocities") {
+TEST_CASE("colour Doppler: the box, threads, and memory that is kept do not change the velocities") {
     const tube t{45_deg, 0.3F, 1};
     doppler_settings settings{.depth = 40_mm};
     const flow_lines whole = colour_doppler(exec::par_unseq, t.body, probe, pose{}, t.stream, settings);

@@ -8,7 +8,7 @@
 
 using namespace insonify;
 
-namespace path_attenuation_test {
+namespace automatic_tgc_test {
 namespace {
 
 const linear_array probe{.lines = 128, .width = 40_mm, .frequency = 5_MHz};
@@ -75,4 +75,4 @@ TEST_CASE("diagnose: a depth from which attenuation lets nothing return is repor
           "below; lower the frequency or `depth`.");
 }
 
-} // namespace path_attenuation_test
+} // namespace automatic_tgc_test

@@ -177,10 +177,22 @@ TEST_CASE("what has no layers is refused with a sentence") {
                          usage_error);
     body.build(exec::par);
     CHECK_THROWS_AS(find_layers(exec::par, body, linear_array{}, pose{}, {.depth = 80}), usage_error);
-    CHECK_THROWS_AS(find_layers(exec::par, body, linear_array{}, pose{}, {.depth = 30_mm, .planes = 4}), usage_error);
+    CHECK_THROWS_WITH_AS(
+        find_layers(exec::par, body, linear_array{}, pose{}, {.depth = 30_mm, .planes = 4}),
+        "find_layers: `planes` is 4; it must be 1, 3, 5 or 7: the slice plane, and pairs to both sides of it",
+        usage_error);
     CHECK_THROWS_AS(find_layers(exec::par, body, linear_array{.lines = 0}, pose{}, {}), usage_error);
     CHECK_THROWS_AS(find_layers(exec::par, body, linear_array{}, {.rotation = mat3{2}}, {}), geometry_error);
     const line_layers found = find_layers(exec::par, body, linear_array{.lines = 4}, pose{}, {.depth = 30_mm});
     REQUIRE(found(3).size() == 1); // nothing but water
     CHECK(found(3)[0].object == background_label);
+
+    CHECK_THROWS_AS(automatic_tgc(line_layers{}, 30_mm), usage_error);
+    CHECK_THROWS_AS(label(exec::par, found, {.depth = 30_mm, .samples = 0}), usage_error);
+    CHECK_THROWS_AS(label(exec::par, found, {.depth = -1, .samples = 10}), usage_error);
+    line_layers from = found;
+    const line_layers to = std::move(from);
+    CHECK(from.lines == 0); // NOLINT(bugprone-use-after-move): it is left without lines
+    CHECK(to.lines == 4);
+    CHECK(to(3).size() == 1);
 }

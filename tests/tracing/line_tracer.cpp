@@ -16,7 +16,7 @@
 
 using namespace insonify;
 
-namespace trace_frame_test {
+namespace line_tracer_test {
 namespace {
 
 // Without speckle, and without the faint diffraction of surfaces that are tilted out of the aperture.
@@ -68,10 +68,10 @@ double worst_error(const scan_lines& lines, std::uint32_t surfaces) {
 }
 
 } // namespace
-} // namespace trace_frame_test
+} // namespace line_tracer_test
 
 TEST_CASE("3000 nested objects: the intensities of their closed form, by rays and by slices") {
-    using namespace trace_frame_test;
+    using namespace line_tracer_test;
     const scene body = nested_boxes(3000);
     REQUIRE(expected_at(4999, 3000) < 0.93); // 3000 surfaces are seen in it
     const double rays =
@@ -89,7 +89,7 @@ TEST_CASE("3000 nested objects: the intensities of their closed form, by rays an
 }
 
 TEST_CASE("3000 stacked objects: the intensities of their closed form, by rays, by slices and by pixels") {
-    using namespace trace_frame_test;
+    using namespace line_tracer_test;
     const scene body = stacked_slabs(3000);
     const double rays =
         worst_error(trace(exec::seq, body, probe, pose{}, law2011{}, scan, straight_lines{line_search::rays}), 3000);
@@ -108,7 +108,7 @@ TEST_CASE("3000 stacked objects: the intensities of their closed form, by rays, 
 }
 
 TEST_CASE("a probe inside 1000 nested objects finds itself in the innermost, and leaves them one by one") {
-    using namespace trace_frame_test;
+    using namespace line_tracer_test;
     scene body{light};
     for (std::uint32_t i = 0; i < 1000; ++i) {
         const float half = 10_mm + 10_um * static_cast<float>(i);
@@ -124,7 +124,7 @@ TEST_CASE("a probe inside 1000 nested objects finds itself in the innermost, and
 }
 
 TEST_CASE("paths through 600 nested objects have the echoes of straight lines, where nothing bends") {
-    using namespace trace_frame_test;
+    using namespace line_tracer_test;
     const scene body = nested_boxes(600);
     const auto model = physical{}.with_scattering(no_scatterers{});
     const linear_array one{.lines = 1, .width = 1_mm, .frequency = 5_MHz};
@@ -164,7 +164,7 @@ TEST_CASE("sixty reflections within a plate, more than branches fit at first, ar
 TEST_CASE(
     "a path that is mirrored aside into 100 slabs has all their echoes, though the line itself meets few surfaces") {
     // A wall at 45 degrees, of r = 1 - 1/500, 20 mm deep; slabs 0.1 mm thick from 5 mm beside the line on.
-    using namespace trace_frame_test;
+    using namespace line_tracer_test;
     scene body{light};
     body.add(make_box({-9_mm, -9_mm, 0}, {9_mm, 9_mm, 9_mm}), medium{.density = 999000, .sound_speed = 1540},
              {.priority = 1, .at = look_at({0, 0, 20_mm}, {1, 0, 1 + 20_mm}, {1, 0, -1})});
@@ -187,7 +187,7 @@ TEST_CASE(
 
 TEST_CASE("surfaces that are hidden in an object of precedence fill the memory, but hide nothing before or behind it") {
     // Three plates, and between them two boxes of higher priority that hide a hundred slabs each: ten surfaces in all.
-    using namespace trace_frame_test;
+    using namespace line_tracer_test;
     const auto along = [](const pose& at, scene& body) {
         const auto add = [&](float from, float to, const medium& inside, int priority) {
             body.add(make_box({-2_mm, -2_mm, from}, {2_mm, 2_mm, to}), inside, {.priority = priority, .at = at});

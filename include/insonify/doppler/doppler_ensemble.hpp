@@ -34,6 +34,7 @@ struct ensemble_settings {
                               " Hz; it must be 1 Hz to 1 MHz, such as 4_kHz"};
         if (pulses < 1 || pulses > 1U << 20U || first > 1U << 24U)
             throw usage_error{"doppler: the number of pulses must be 1 to 2^20; 8 to 16 are usual for colour"};
+        detail::check_planes(planes, "doppler");
         if (!is_finite(time)) throw usage_error{"doppler: `time` must be a finite number of seconds"};
     }
 };

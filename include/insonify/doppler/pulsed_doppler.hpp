@@ -34,6 +34,10 @@ struct pulsed_doppler_settings {
         check_length(gate, "gate", max_scan_depth, "pulsed_doppler");
         check_length(gate_length, "gate_length", max_scan_depth, "pulsed_doppler");
         if (depth != 0) check_depth(depth, "pulsed_doppler");
+        if (depth != 0 && gate - 0.5F * gate_length >= depth)
+            throw usage_error{detail::joined({"pulsed_doppler: the gate is ", detail::number_text(gate * 1e3F),
+                                              " mm deep, below the end of the image at ",
+                                              detail::number_text(depth * 1e3F), " mm; raise it, or `depth`"})};
         if (!is_finite(duration) || !(duration * prf >= 1 && duration * prf <= 0x1p20F))
             throw usage_error{"pulsed_doppler: `duration` times `prf` must be 1 to 2^20 pulses; 1_s at 5_kHz is usual"};
     }

@@ -91,7 +91,7 @@ class line_driver {
                 gains = shading_.view_of();
             }
         if (!shaded) {
-            layers_.begin(frame.probe.lines, frame.planes, seen.media);
+            finder_.begin(frame, layers_);
             line_time += finder_.search_time();
         }
         sum_blocks(
@@ -113,7 +113,7 @@ class line_driver {
         constexpr float line_time = 1e6F;
         scene_view seen = body.view_for_rays(policy);
         seen.displacements = displacements_.compute(policy, body, frame);
-        layers_.begin(0, 0, {});
+        layers_ = {};
         if (scratch_.size() < blocks_of(frame.probe.lines)) scratch_.resize(blocks_of(frame.probe.lines));
         line_grid<Sample>* const sink = &lines;
         sum_blocks(

@@ -141,7 +141,7 @@ void check_tree() {
     }
 }
 
-/// A workspace that ran out of memory is as good as a new one.
+/// A scanner that ran out of memory is as good as a new one.
 void check_frame(const scene& body) {
     const linear_array probe{.lines = 16};
     const b_mode_settings settings{.depth = 20_mm, .samples = 512, .size = {32, 32}, .planes = 1};

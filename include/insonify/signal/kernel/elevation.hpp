@@ -4,6 +4,7 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/core/error.hpp>
+#include <insonify/core/text.hpp>
 #include <insonify/core/view.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <insonify/signal/beam.hpp>
@@ -18,6 +19,13 @@ namespace insonify::inline INSONIFY_ABI {
 inline constexpr std::uint32_t max_elevation_planes = 7;
 
 namespace detail {
+
+/// @throws usage_error  for a number of elevation planes other than 1, 3, 5 or 7
+inline void check_planes(std::uint32_t count, const char* caller) {
+    if (count % 2 == 0 || count > max_elevation_planes)
+        throw usage_error{joined({caller, ": `planes` is ", std::to_string(count),
+                                  "; it must be 1, 3, 5 or 7: the slice plane, and pairs to both sides of it"})};
+}
 
 /// Whether the planes of a probe can follow its beam with the depth z: all lines within 60 degrees of z.
 template <transducer Probe>
@@ -72,9 +80,7 @@ class elevation_planes {
     elevation_planes(const beam_model& beam, std::uint32_t count, view<const elevation_pair> pairs, float depth,
                      bool tilted)
         : beam_{beam}, count_{count}, spacing_{depth / depths} {
-        if (count % 2 == 0 || count > max_elevation_planes)
-            throw usage_error{"trace: `planes` is " + std::to_string(count) +
-                              "; it must be 1, 3, 5 or 7: the slice plane, and pairs to both sides of it"};
+        check_planes(count, "trace");
         for (std::uint32_t i = 1; i < count; ++i) {
             const elevation_pair& own = pairs[(i - 1) / 2];
             const float side = i % 2 == 0 ? own.delta : -own.delta;

@@ -150,6 +150,11 @@ class layer_finder {
         return by_rays + (sliced_ ? slices_.search_time() : 0.0F);
     }
 
+    /// Begins a frame, whose blocks are then found.
+    template <transducer Probe>
+    void begin(const frame_lines<Probe>& frame, line_layers& found) const {
+        found.begin(frame.probe.lines, frame.planes, scene_.media);
+    }
     /// Finds the layers of the block of lines that begins with one; different blocks on any threads.
     /// @param incident  whether to compute how lines meet surfaces: see `stack_layers`
     template <transducer Probe>
@@ -167,7 +172,7 @@ class layer_finder {
     /// Finds those of all lines.
     template <exec::policy Policy, transducer Probe>
     void find(const Policy& policy, const detail::frame_lines<Probe>& frame, bool incident, line_layers& found) {
-        found.begin(frame.probe.lines, frame.planes, scene_.media);
+        begin(frame, found);
         exec::for_each_block(policy, frame.probe.lines, lines_per_block,
                              search_time() * static_cast<float>(frame.planes),
                              [&](std::size_t begin, std::size_t) { find_block(frame, begin, incident, found); });

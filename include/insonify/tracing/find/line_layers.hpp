@@ -6,11 +6,14 @@
 #include <insonify/acoustics/layer.hpp>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
 
 namespace detail {
+
+class layer_finder;
 
 /// Number of lines in a block of work.
 inline constexpr std::uint32_t lines_per_block = 8;
@@ -68,7 +71,23 @@ class line_layers {
     std::uint32_t planes = 0;    ///< elevation planes: the slice plane, then pairs to both sides of it
     std::vector<medium> media{}; ///< of the scene, the background first: what `layer::medium` is an index of
 
-    /// From the probe face on, without gaps: each layer begins where the one before ends.
+    line_layers() = default;
+    line_layers(const line_layers&) = default;
+    line_layers& operator=(const line_layers&) = default;
+    /// Nothing is left of what is moved from.
+    /// @{
+    line_layers(line_layers&& other) noexcept { *this = std::move(other); }
+    line_layers& operator=(line_layers&& other) noexcept {
+        if (this == &other) return *this;
+        lines = std::exchange(other.lines, 0);
+        planes = std::exchange(other.planes, 0);
+        media = std::move(other.media);
+        blocks_ = std::move(other.blocks_);
+        return *this;
+    }
+    /// @}
+
+    /// From the probe face on, without gaps: each layer begins where the one before ends. The numbers are not checked.
     view<const layer> operator()(std::uint32_t line, std::uint32_t plane = 0) const {
         return block_of(line).layers(number_in_block(line, plane));
     }
@@ -77,12 +96,15 @@ class line_layers {
         return block_of(line).frame(number_in_block(line, plane));
     }
 
-    /// Ranks of the objects that contain the origin of a line, just behind the face; ascending.
+    /// Ranks (numbers in `scene_view::objects`) of the objects that contain the origin of a line, just behind the face; ascending.
     view<const std::uint32_t> objects_behind_face(std::uint32_t line, std::uint32_t plane) const {
         return block_of(line).objects(number_in_block(line, plane));
     }
 
-    /// Forgets all lines, and keeps their memory: those of each block are then to be added, for each line those of all planes.
+  private:
+    friend class detail::layer_finder;
+
+    // Forgets all lines, and keeps their memory: those of each block are then to be added, for each line those of all planes.
     void begin(std::uint32_t new_lines, std::uint32_t new_planes, view<const medium> of_scene) {
         lines = new_lines;
         planes = new_planes;
@@ -91,7 +113,6 @@ class line_layers {
     }
     detail::layer_block& block_at(std::size_t line) { return blocks_[line / detail::lines_per_block]; }
 
-  private:
     const detail::layer_block& block_of(std::uint32_t line) const { return blocks_[line / detail::lines_per_block]; }
     std::size_t number_in_block(std::uint32_t line, std::uint32_t plane) const {
         return std::size_t{line % detail::lines_per_block} * planes + plane;

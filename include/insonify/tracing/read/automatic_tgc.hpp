@@ -61,7 +61,12 @@ inline path_survey survey_paths(const line_layers& found, float frequency, float
 /// dB/(cm MHz)).
 /// @param found  what lies along the lines of the probe
 /// @param depth  of the picture, metres
+/// @throws usage_error  for layers without lines, or a depth out of range
 inline float automatic_tgc(const line_layers& found, float depth) {
+    check_depth(depth, "automatic_tgc");
+    if (found.lines == 0)
+        throw usage_error{"automatic_tgc: the layers have no lines: tracers other than straight_lines find none; call "
+                          "find_layers"};
     constexpr float any_frequency = 1e6F; // of losses, which have no part in it
     const detail::path_survey passed = detail::survey_paths(found, any_frequency, depth);
     return clamp(passed.length > 0 ? passed.attenuation : found.media[0].attenuation, 50, 100);

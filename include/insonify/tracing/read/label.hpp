@@ -84,13 +84,18 @@ const line_layers& layers_for_labels(const Policy& policy, const scene& body, co
 } // namespace detail
 
 /// The object that each sample of lines lies in, whose layers have been found.
-/// @param found     layers; those of the slice plane are read
+/// @param found     layers; those of the slice plane are read. The last layer of a line is taken to go on for ever: they must reach
+///                  as deep as `settings` displays
 /// @param settings  `samples` must not be 0
 /// @param recycled  labels whose memory is reused
+/// @throws usage_error  for a depth or a number of samples out of range
 template <exec::policy Policy>
 label_lines label(const Policy& policy, const line_layers& found, const label_settings& settings,
                   label_lines recycled = {}) {
-    const std::uint32_t samples = settings.samples;
+    check_depth(settings.depth, "label");
+    if (settings.samples == 0)
+        throw usage_error{"label: `samples` is 0; give the number along each line of the layers"};
+    const std::uint32_t samples = detail::checked_samples(found.lines, settings.samples, "label");
     recycled.reshape(found.lines, samples, settings.depth);
     const float spacing = settings.depth / static_cast<float>(samples);
     exec::for_each_block(policy, found.lines, detail::lines_per_block, 0.2F * static_cast<float>(samples),

@@ -11,6 +11,7 @@
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/signal/pulse.hpp>
 #include <insonify/tracing/find/find_layers.hpp>
+#include <string>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -71,7 +72,11 @@ iq_lines add_near_field(const Policy& policy, iq_lines echoes, const line_layers
                         const near_field_settings& settings = {}) {
     using lines = near_field_settings::lines;
     settings.check();
-    if (echoes.count != probe.lines || found.lines != probe.lines || echoes.samples == 0 ||
+    if (found.lines != probe.lines)
+        throw usage_error{
+            detail::joined({"add_near_field: the layers have ", std::to_string(found.lines), " lines and the probe ",
+                            std::to_string(probe.lines), "; give those that find_layers finds for this probe"})};
+    if (echoes.count != probe.lines || echoes.samples == 0 ||
         echoes.values.size() != static_cast<std::size_t>(echoes.count) * echoes.samples)
         throw usage_error{
             "add_near_field: the echoes must have as many lines as the probe, and a value for every sample"};
