@@ -112,7 +112,7 @@ int main() {
     b_mode_settings grey = presets::settings_for(probe);
     grey.depth = 36_mm;
     grey.size = {190, 0};
-    doppler_settings colour{.depth = grey.depth, .prf = 5_kHz, .ensemble = 10, .wall = {.order = 1}};
+    doppler_settings colour{.prf = 5_kHz, .ensemble = 10, .wall = {.order = 1}};
     const scan_map map = make_scan_map(exec::par, probe, {.depth = grey.depth}, {.size = grey.size});
     colour_image strip{{frames * (map.size.x + 6), 2 * (map.size.y + 6)}};
     scanner<linear_array> machine{probe};
@@ -125,7 +125,7 @@ int main() {
         colour.time = time;
         machine.settings = grey;
         const image tissue_picture = machine.scan(exec::par_unseq, body, pose{});
-        const flow_lines seen = colour_doppler(exec::par_unseq, body, probe, pose{}, flow, colour);
+        const flow_lines seen = machine.colour(exec::par_unseq, body, flow, colour);
         const colour_image shown = colour_overlay(exec::par, tissue_picture, seen, probe,
                                                   {.max_velocity = 0.2_m_per_s, .min_velocity = 0.03_m_per_s});
         write_png("colour_doppler_" + std::to_string(frame) + ".png", shown);

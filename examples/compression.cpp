@@ -159,9 +159,8 @@ class examination_of_groin {
         };
         ++machine_.settings.frame;
         const image& grey = machine_.scan(exec::par_unseq, own_.body, face);
-        const flow_lines moving =
-            colour_doppler(exec::par_unseq, own_.body, probe_, face, flow,
-                           {.depth = settings_.depth, .prf = 5.5_kHz, .ensemble = 10, .box = box_, .time = time});
+        const flow_lines moving = machine_.colour(exec::par_unseq, own_.body, flow,
+                                                  {.prf = 5.5_kHz, .ensemble = 10, .box = box_, .time = time});
         constexpr float slowest = 0.03_m_per_s;
         seen.picture =
             colour_overlay(exec::par, grey, moving, probe_, {.max_velocity = 0.2_m_per_s, .min_velocity = slowest});

@@ -45,19 +45,18 @@ class doppler_unit {
         return {std::clamp(gate.x, -0.5F * probe.width, 0.5F * probe.width), std::clamp(gate.y, 2_mm, depth - 1_mm)};
     }
 
-    /// Velocities in the box, at a time.
+    /// Velocities in the box, at the time of the last picture.
     template <exec::policy Policy>
-    void acquire_colour(const Policy& policy, const scene& body, const linear_array& probe, const pose& at,
-                        const blood_flow& flow, float depth, float time) {
-        const auto [from, to] = box_in(probe, depth);
-        const std::uint32_t first = line_at(probe, from.x), last = line_at(probe, to.x);
-        seen_ = colours_.acquire(policy, body, probe, at, {}, flow,
-                                 {.depth = depth,
-                                  .prf = prf(probe),
-                                  .box = {.from = from.y, .to = to.y, .first_line = first, .lines = last - first + 1},
-                                  .wall = {.order = 1},
-                                  .time = time});
-        probe_ = probe;
+    void acquire_colour(const Policy& policy, const scene& body, scanner<linear_array>& machine,
+                        const blood_flow& flow) {
+        probe_ = machine.probe;
+        const auto [from, to] = box_in(probe_, machine.settings.depth);
+        const std::uint32_t first = line_at(probe_, from.x), last = line_at(probe_, to.x);
+        seen_ = machine.colour(policy, body, flow,
+                               {.prf = prf(probe_),
+                                .box = {.from = from.y, .to = to.y, .first_line = first, .lines = last - first + 1},
+                                .wall = {.order = 1},
+                                .time = static_cast<float>(machine.time)});
     }
     template <exec::policy Policy>
     colour_image overlay(const Policy& policy, const image& gray, mode shown) const {
@@ -70,26 +69,26 @@ class doppler_unit {
     bool has_colour() const { return seen_.count > 0; }
     const flow_lines& velocities() const { return seen_; }
 
-    /// The next columns of the spectrum, which end at a time.
+    /// The next columns of the spectrum, which end at the time of the last picture.
     /// @param ticks  since the last ones, 1 or more
     template <exec::policy Policy>
-    void acquire_spectrum(const Policy& policy, const scene& body, const linear_array& probe, const pose& at,
-                          const blood_flow& flow, float depth, float time, std::uint32_t ticks) {
+    void acquire_spectrum(const Policy& policy, const scene& body, scanner<linear_array>& machine,
+                          const blood_flow& flow, std::uint32_t ticks) {
         constexpr float tick = 1.0F / 120;
         const std::uint32_t wanted = std::min(ticks, max_new_columns), added = std::min(ticks, columns);
-        const vec2 middle = gate_in(probe, depth);
+        const linear_array& probe = machine.probe;
+        const vec2 middle = gate_in(probe, machine.settings.depth);
         const float rate = prf(probe), hop = tick * rate;
         const float overlap = std::clamp(1 - hop / bins, 0.0F, 0.96F);
-        const doppler_spectrum next = pulses_.acquire(
-            policy, body, probe, at, {}, flow,
+        const doppler_spectrum next = machine.spectrum(
+            policy, body, flow,
             {.line = line_at(probe, middle.x),
              .gate = middle.y,
              .gate_length = gate_length,
              .prf = rate,
              .duration = (bins + static_cast<float>(wanted - 1) * std::round(bins * (1 - overlap)) + 1) / rate,
              .spectrum = {.window = bins, .overlap = overlap, .baseline = baseline, .angle = angle, .wall_order = 2},
-             .depth = depth,
-             .time = time});
+             .time = static_cast<float>(machine.time)});
         if (strip_.size.x == 0) strip_ = image{{columns, bins}};
         if (next.windows == 0) return;
         const std::uint32_t newest = std::min(next.windows, wanted) - 1;
@@ -115,8 +114,6 @@ class doppler_unit {
     }
 
   private:
-    colour_scanner<linear_array> colours_{};
-    gate_scanner<linear_array> pulses_{};
     flow_lines seen_{};
     linear_array probe_{};
     image strip_{{0, 0}};

@@ -178,14 +178,12 @@ const image& session::frame(const Policy& policy) {
     shown_size_ = gray.size;
     shown_pitch_ = machine.map().pitch;
     if (acquires) {
-        const auto time = static_cast<float>(machine.time);
-        const float depth = machine.settings.depth;
         if (shown == mode::m)
             add_m_columns();
         else if (shown == mode::pulsed)
-            doppler.acquire_spectrum(policy, body, machine.probe, machine.at(), flow, depth, time, ticks);
+            doppler.acquire_spectrum(policy, body, machine, flow, ticks);
         else if (shown != mode::b)
-            doppler.acquire_colour(policy, body, machine.probe, machine.at(), flow, depth, time);
+            doppler.acquire_colour(policy, body, machine, flow);
     }
     draw_screen(policy, gray);
     return gray;

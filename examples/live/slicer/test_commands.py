@@ -116,10 +116,10 @@ def test_without_effect(commands):
     commands.accepted(line_of("hold_probe", IDENTITY + [0, 0, 0]))
     commands.refused("slide -2 0", "slide: a tracker holds the probe; send release first")
     commands.accepted("release\nslide -2 0")
-    commands.accepted("advance 60")
+    commands.accepted("advance -20")
     commands.accepted("advance 60")
     commands.refused("advance 1", "advance: that is the end of its way; it can only go back")
-    commands.accepted("advance -60")
+    commands.accepted("advance -20")
 
 
 def test_messages(client):

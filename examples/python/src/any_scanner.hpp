@@ -1,7 +1,7 @@
 #ifndef INSONIFY_PYTHON_ANY_SCANNER_HPP
 #define INSONIFY_PYTHON_ANY_SCANNER_HPP
 
-#include "bindings.hpp"
+#include "velocity_fields.hpp"
 #include <variant>
 
 namespace insonify_python {
@@ -37,6 +37,10 @@ class any_scanner {
     virtual image scan(const std::string& policy, const scene& body, const pose& at) = 0;
     virtual image show(const std::string& policy, std::uint32_t back) = 0;
     virtual label_image labels(const std::string& policy, const scene& body) = 0;
+    virtual flow_lines colour(const std::string& policy, const scene& body, const velocity_fields& field,
+                              const doppler_settings& settings) = 0;
+    virtual doppler_spectrum spectrum(const std::string& policy, const scene& body, const velocity_fields& field,
+                                      const pulsed_doppler_settings& settings) = 0;
     virtual void freeze() = 0;
     virtual void unfreeze() = 0;
     virtual bool frozen() const = 0;
@@ -48,11 +52,22 @@ class any_scanner {
     virtual const scan_lines& lines() const = 0;
     virtual const iq_lines& echoes() const = 0;
     virtual std::vector<ray> echo_beams() const = 0; ///< the lines of the echoes, in the frame of the probe
+    virtual const line_layers& layers() const = 0;
     virtual const scan_map& map() const = 0;
     virtual const pose& at() const = 0;
     virtual const stage_times& times() const = 0;
     virtual vec3 point(vec2 pixel) const = 0;
     virtual vec2 pixel(vec3 point) const = 0;
+};
+
+/// Doppler of a scanner, compiled in the files of Doppler.
+template <class Probe, class Tracer>
+struct scanner_doppler {
+    using machine = scanner<Probe, physical<>, Tracer>;
+    static flow_lines colour(machine& own, const std::string& policy, const scene& body, const velocity_fields& field,
+                             const doppler_settings& settings);
+    static doppler_spectrum spectrum(machine& own, const std::string& policy, const scene& body,
+                                     const velocity_fields& field, const pulsed_doppler_settings& settings);
 };
 
 /// The scanner of a type of probe and of tracer.
@@ -84,6 +99,14 @@ class scanner_of final : public any_scanner {
     label_image labels(const std::string& policy, const scene& body) override {
         return run(policy, [&](const auto& chosen) { return label_image{own_.labels(chosen, body)}; });
     }
+    flow_lines colour(const std::string& policy, const scene& body, const velocity_fields& field,
+                      const doppler_settings& settings) override {
+        return scanner_doppler<Probe, Tracer>::colour(own_, policy, body, field, settings);
+    }
+    doppler_spectrum spectrum(const std::string& policy, const scene& body, const velocity_fields& field,
+                              const pulsed_doppler_settings& settings) override {
+        return scanner_doppler<Probe, Tracer>::spectrum(own_, policy, body, field, settings);
+    }
     void freeze() override { own_.freeze(); }
     void unfreeze() override { own_.unfreeze(); }
     bool frozen() const override { return own_.frozen(); }
@@ -103,6 +126,7 @@ class scanner_of final : public any_scanner {
             beams.push_back(own_.echo_probe().beam(static_cast<float>(line)));
         return beams;
     }
+    const line_layers& layers() const override { return own_.layers(); }
     const scan_map& map() const override { return own_.map(); }
     const pose& at() const override { return own_.at(); }
     const stage_times& times() const override { return own_.times(); }

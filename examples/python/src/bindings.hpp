@@ -295,6 +295,7 @@ void bind_flow(py::module_& module);
 void bind_probes(py::module_& module);
 void bind_settings(py::module_& module);
 void bind_tracers(py::module_& module);
+void bind_layers(py::module_& module);
 void bind_stages(py::module_& module);
 void bind_scanner(py::module_& module);
 void bind_linear_array(py::module_& module);

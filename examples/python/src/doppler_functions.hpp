@@ -1,9 +1,21 @@
 #ifndef INSONIFY_PYTHON_DOPPLER_FUNCTIONS_HPP
 #define INSONIFY_PYTHON_DOPPLER_FUNCTIONS_HPP
 
-#include "velocity_fields.hpp"
+#include "any_scanner.hpp"
 
 namespace insonify_python {
+
+template <class Probe, class Tracer>
+flow_lines scanner_doppler<Probe, Tracer>::colour(machine& own, const std::string& policy, const scene& body,
+                                                  const velocity_fields& field, const doppler_settings& settings) {
+    return run(policy, [&](const auto& chosen) { return own.colour(chosen, body, field, settings); });
+}
+template <class Probe, class Tracer>
+doppler_spectrum scanner_doppler<Probe, Tracer>::spectrum(machine& own, const std::string& policy, const scene& body,
+                                                          const velocity_fields& field,
+                                                          const pulsed_doppler_settings& settings) {
+    return run(policy, [&](const auto& chosen) { return own.spectrum(chosen, body, field, settings); });
+}
 
 /// Doppler functions that depend on the type of the probe, as overloads.
 template <class Probe>
@@ -17,8 +29,8 @@ void bind_doppler_functions(py::module_& module) {
             });
         },
         py::arg("scene"), py::arg("probe"), py::arg("pose"), py::arg("field"),
-        py::arg_v("settings", doppler_settings{}, "doppler_settings()"), py::arg_v("model", physical<>{}, "physical()"),
-        py::kw_only(), py::arg("policy") = "par_unseq",
+        py::arg_v("settings", doppler_settings{}, "doppler_settings()"), py::kw_only(),
+        py::arg_v("model", physical<>{}, "physical()"), py::arg("policy") = "par_unseq",
         "Velocity, power and variance of what moves, along the lines of the probe.");
     module.def(
         "pulsed_doppler",
@@ -28,8 +40,8 @@ void bind_doppler_functions(py::module_& module) {
                 return pulsed_doppler(chosen, body, probe, at, model, field, settings);
             });
         },
-        py::arg("scene"), py::arg("probe"), py::arg("pose"), py::arg("field"), py::arg("settings"),
-        py::arg_v("model", physical<>{}, "physical()"), py::kw_only(), py::arg("policy") = "par_unseq",
+        py::arg("scene"), py::arg("probe"), py::arg("pose"), py::arg("field"), py::arg("settings"), py::kw_only(),
+        py::arg_v("model", physical<>{}, "physical()"), py::arg("policy") = "par_unseq",
         "The spectrum of a gate on one line against time.");
     module.def(
         "doppler_ensemble",
@@ -40,8 +52,8 @@ void bind_doppler_functions(py::module_& module) {
             });
         },
         py::arg("scene"), py::arg("probe"), py::arg("pose"), py::arg("field"),
-        py::arg_v("settings", ensemble_settings{}, "ensemble_settings()"),
-        py::arg_v("model", physical<>{}, "physical()"), py::kw_only(), py::arg("policy") = "par_unseq",
+        py::arg_v("settings", ensemble_settings{}, "ensemble_settings()"), py::kw_only(),
+        py::arg_v("model", physical<>{}, "physical()"), py::arg("policy") = "par_unseq",
         "The echoes of a pulse train, after pulse and beam.");
     module.def(
         "doppler_picture",

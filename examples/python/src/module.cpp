@@ -41,6 +41,7 @@ PYBIND11_MODULE(insonify, module) {
     bind_flow(module);
     bind_settings(module);
     bind_tracers(module);
+    bind_layers(module);
     bind_probes(module);
     bind_stages(module);
     bind_scanner(module);

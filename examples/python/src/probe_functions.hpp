@@ -22,9 +22,9 @@ void bind_probe_functions(py::module_& module) {
             return std::visit(draw, how);
         },
         py::arg("scene"), py::arg("probe"), py::arg("pose"),
-        py::arg_v("settings", b_mode_settings{}, "b_mode_settings()"), py::arg_v("model", physical<>{}, "physical()"),
-        py::arg_v("how", straight_lines{}, "straight_lines()"), py::kw_only(), py::arg("policy") = "par_unseq",
-        "A B-mode image: the whole chain in one call.");
+        py::arg_v("settings", b_mode_settings{}, "b_mode_settings()"), py::kw_only(),
+        py::arg_v("model", physical<>{}, "physical()"), py::arg_v("how", straight_lines{}, "straight_lines()"),
+        py::arg("policy") = "par_unseq", "A B-mode image: the whole chain in one call.");
     module.def(
         "sampling_of", [](const Probe& probe, const b_mode_settings& settings) { return sampling_of(probe, settings); },
         py::arg("probe"), py::arg("settings"), "Lines, samples, planes and looks that a picture traces.");
@@ -41,6 +41,14 @@ void bind_probe_functions(py::module_& module) {
         py::arg("scene"), py::arg("probe"), py::arg("pose"), py::arg("model"), py::arg("settings"),
         py::arg_v("how", straight_lines{}, "straight_lines()"), py::kw_only(), py::arg("policy") = "par_unseq",
         "What the probe receives along its lines, before `convolve`.");
+    module.def(
+        "find_layers",
+        [](const scene& body, const Probe& probe, const pose& at, const acquisition& scan, const std::string& policy) {
+            return run(policy, [&](const auto& chosen) { return find_layers(chosen, body, probe, at, scan); });
+        },
+        py::arg("scene"), py::arg("probe"), py::arg("pose"), py::arg("scan"), py::kw_only(),
+        py::arg("policy") = "par_unseq",
+        "What lies along the lines of a probe, in every elevation plane; `scan.samples` has no effect.");
     module.def(
         "convolve",
         [](const iq_lines& echoes, const Probe& probe, const std::string& policy) {
@@ -64,8 +72,8 @@ void bind_probe_functions(py::module_& module) {
             return run(policy,
                        [&](const auto& chosen) { return ground_truth(chosen, body, probe, at, model, settings); });
         },
-        py::arg("scene"), py::arg("probe"), py::arg("pose"), py::arg("settings"),
-        py::arg_v("model", physical<>{}, "physical()"), py::kw_only(), py::arg("policy") = "par_unseq",
+        py::arg("scene"), py::arg("probe"), py::arg("pose"), py::arg("settings"), py::kw_only(),
+        py::arg_v("model", physical<>{}, "physical()"), py::arg("policy") = "par_unseq",
         "Labels, surfaces, angles, shadows and depths of a frame.");
     module.def(
         "diagnose",

@@ -115,6 +115,21 @@ void bind_scanner(py::module_& module) {
             [](any_scanner& self, const scene& body, const std::string& policy) { return self.labels(policy, body); },
             py::arg("scene"), py::kw_only(), py::arg("policy") = "par_unseq",
             "The object at each pixel of the last picture.")
+        .def(
+            "colour",
+            [](any_scanner& self, const scene& body, const velocity_fields& field, const doppler_settings& with,
+               const std::string& policy) { return self.colour(policy, body, field, with); },
+            py::arg("scene"), py::arg("field"), py::arg_v("settings", doppler_settings{}, "doppler_settings()"),
+            py::kw_only(), py::arg("policy") = "par_unseq",
+            "Colour and power Doppler of what the last picture shows: its probe, pose, model and depth.")
+        .def(
+            "spectrum",
+            [](any_scanner& self, const scene& body, const velocity_fields& field, const pulsed_doppler_settings& with,
+               const std::string& policy) { return self.spectrum(policy, body, field, with); },
+            py::arg("scene"), py::arg("field"),
+            py::arg_v("settings", pulsed_doppler_settings{}, "pulsed_doppler_settings()"), py::kw_only(),
+            py::arg("policy") = "par_unseq",
+            "Pulsed Doppler of what the last picture shows: its probe, pose, model and depth.")
         .def_property_readonly(
             "cine", [](const any_scanner& self) { return stored_pictures{self}; }, py::keep_alive<0, 1>(),
             "the stored frames, the newest first")
@@ -129,6 +144,8 @@ void bind_scanner(py::module_& module) {
                                "a copy of the complex echoes of the last frame's straight look, on lines of their own")
         .def_property_readonly("echo_beams", &echo_beams,
                                "origin and direction of each line of the echoes, lines x 2 x 3, in the probe's frame")
+        .def_property_readonly("layers", py::cpp_function(&any_scanner::layers, copy),
+                               "a copy of what lies along the lines of the look that was acquired last")
         .def_property_readonly("map", py::cpp_function(&any_scanner::map, settings),
                                "pixels of the last picture to points of the slice")
         .def_property_readonly("at", py::cpp_function(&any_scanner::at, copy),

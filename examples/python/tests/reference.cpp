@@ -47,11 +47,11 @@ void draw_paths(writer& write) {
     const scene body = phantom();
     const linear_array probe{.lines = 96};
     write(trace(exec::par_unseq, body, probe, pose{}, physical{}, {.depth = 50_mm}, paths{}).values);
-    write(b_mode(exec::par_unseq, body, probe, pose{}, settings, physical{}, paths{}).pixels);
+    write(b_mode(exec::par_unseq, body, probe, pose{}, physical{}, settings, paths{}).pixels);
     const paths random{.settings = {.paths_per_line = 8, .seed = 3}};
     write(trace(exec::par_unseq, body, probe, pose{}, physical{}, {.depth = 50_mm}, random).values);
     const straight_lines rays{.search = line_search::rays, .directions = 1};
-    write(b_mode(exec::par_unseq, body, radial_array{.lines = 96}, pose{}, settings, physical{}, rays).pixels);
+    write(b_mode(exec::par_unseq, body, radial_array{.lines = 96}, pose{}, physical{}, settings, rays).pixels);
 }
 
 void draw_clip(writer& write) {
@@ -68,6 +68,27 @@ void draw_clip(writer& write) {
     machine.freeze();
     machine.settings.gain_db = 6;
     write(machine.show(exec::par_unseq, 2).pixels);
+}
+
+void list_layers(writer& write, const line_layers& found) {
+    for (std::uint32_t line = 0; line < found.lines; ++line)
+        for (std::uint32_t plane = 0; plane < found.planes; ++plane)
+            for (const layer& one : found(line, plane)) {
+                write(std::vector{one.begin, one.end, one.cosine, one.slope.x, one.slope.y, one.curvature.x,
+                                  one.curvature.y, one.curvature.z, one.roughness});
+                write(std::vector{one.medium, one.object});
+            }
+}
+
+void list_layers(writer& write) {
+    const scene body = phantom();
+    const acquisition scan{.depth = 50_mm, .planes = 3};
+    const pose at{.translation = {2_mm, 0, 1_mm}};
+    list_layers(write, find_layers(exec::par_unseq, body, linear_array{.lines = 24}, at, scan));
+    list_layers(write, find_layers(exec::par_unseq, body, radial_array{.lines = 24}, at, scan));
+    scanner machine{linear_array{.lines = 96}, settings};
+    machine.scan(exec::par_unseq, body, at);
+    list_layers(write, machine.layers());
 }
 
 void draw_motion(writer& write) {
@@ -125,6 +146,13 @@ void draw_flow(writer& write) {
     const iq_ensemble echoes =
         doppler_ensemble(exec::par_unseq, body, probe, pose{}, stream, {.depth = 40_mm, .pulses = 3});
     for (const iq_lines& pulse : echoes.pulses) write(pulse.values);
+    scanner machine{probe, b_mode_settings{.depth = 30_mm, .size = {160, 0}}};
+    machine.scan(exec::par_unseq, body, pose{});
+    const flow_lines of_picture =
+        machine.colour(exec::par_unseq, body, stream, {.prf = 6_kHz, .ensemble = 6, .time = 0.125F});
+    write(doppler_picture(exec::par, of_picture, probe).pixels);
+    write(machine.spectrum(exec::par_unseq, body, stream, {.line = 24, .gate = 22_mm, .prf = 6_kHz, .duration = 0.05F})
+              .power);
 }
 
 } // namespace
@@ -136,6 +164,7 @@ int main(int argc, char** argv) {
     if (wanted("pictures")) draw_pictures(write);
     if (wanted("paths")) draw_paths(write);
     if (wanted("clip")) draw_clip(write);
+    if (wanted("layers")) list_layers(write);
     if (wanted("motion")) draw_motion(write);
     if (wanted("flow")) draw_flow(write);
 }

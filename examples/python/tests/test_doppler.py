@@ -34,8 +34,32 @@ def test_flow_equals_that_of_cpp_bit_for_bit(vessel, equals_cpp):
     around = us.colour_doppler(body, catheter, us.pose(), stream, us.doppler_settings(depth=40 * mm, prf=6 * kHz, ensemble=6, time=0.125))
     spectrum = us.pulsed_doppler(body, PROBE, us.pose(), stream, us.pulsed_doppler_settings(line=24, gate=22 * mm, prf=6 * kHz, duration=0.05))
     echoes = us.doppler_ensemble(body, PROBE, us.pose(), stream, us.ensemble_settings(depth=40 * mm, pulses=3))
+    machine = us.scanner(PROBE, us.b_mode_settings(depth=30 * mm, size=(160, 0)))
+    machine.scan(body, us.pose())
+    of_picture = machine.colour(body, stream, us.doppler_settings(prf=6 * kHz, ensemble=6, time=0.125))
+    its_spectrum = machine.spectrum(body, stream, us.pulsed_doppler_settings(line=24, gate=22 * mm, prf=6 * kHz, duration=0.05))
     equals_cpp("flow", [seen.velocity, seen.power, seen.variance, us.doppler_picture(seen, PROBE).pixels,
-                        us.doppler_picture(around, catheter).pixels, us.colour_overlay(grey, seen, PROBE).pixels, spectrum.power, *[pulse.values for pulse in echoes.pulses]])
+                        us.doppler_picture(around, catheter).pixels, us.colour_overlay(grey, seen, PROBE).pixels, spectrum.power, *[pulse.values for pulse in echoes.pulses],
+                        us.doppler_picture(of_picture, PROBE).pixels, its_spectrum.power])
+
+
+@pytest.mark.parametrize("how", [us.straight_lines(), us.paths()], ids=lambda how: type(how).__name__)
+def test_a_scanner_measures_flow_in_its_picture(vessel, how):
+    body, stream = vessel
+    at = us.pose(translation=(1 * mm, 0, 0))
+    machine = us.scanner(PROBE, us.b_mode_settings(depth=40 * mm), us.physical(seed=7), how)
+    with pytest.raises(us.usage_error, match="there is no picture yet"):
+        machine.colour(body, stream)
+    machine.scan(body, at)
+    here = us.doppler_settings(prf=6 * kHz, ensemble=6, time=0.125)
+    seen = machine.colour(body, stream, here)
+    here.depth = 40 * mm
+    alone = us.colour_doppler(body, PROBE, at, stream, here, model=us.physical(seed=7))
+    assert seen.depth == alone.depth and np.array_equal(seen.velocity, alone.velocity) and seen.velocity.any()
+    gate = us.pulsed_doppler_settings(line=20, gate=20 * mm, duration=0.03)
+    spectrum = machine.spectrum(body, [stream], gate)
+    gate.depth = 40 * mm
+    assert np.array_equal(spectrum.power, us.pulsed_doppler(body, PROBE, at, stream, gate, model=us.physical(seed=7)).power)
 
 
 def test_velocities_are_views_and_keep_their_owner(vessel):
