@@ -724,30 +724,16 @@ class straight_lines:
 
 class path_settings:
     """How far sound is followed."""
-    def __init__(self, *, bounces: int = ..., min_amplitude: float = ..., face_reflection: float = ..., paths_per_line: int = ..., rough_power: float = ..., seed: int = ..., pairs: bool = ...) -> None: ...
+    def __init__(self, *, bounces: int = ..., min_amplitude: float = ..., face_reflection: float = ..., pairs: bool = ...) -> None: ...
     bounces: int
     face_reflection: float
     min_amplitude: float
     pairs: bool
-    paths_per_line: int
-    rough_power: float
-    seed: int
 
 class paths:
     """Sound that is refracted, and reflected several times: a tracer."""
     def __init__(self, *, settings: path_settings = ...) -> None: ...
     settings: path_settings
-
-class path_estimate:
-    """The mean of random estimates of the same lines."""
-    def __init__(self) -> None: ...
-    def add(self, lines: iq_lines, *, policy: str = ...) -> None: ...
-    @property
-    def frames(self) -> int: ...
-    @property
-    def mean(self) -> iq_lines: ...
-    @property
-    def standard_error(self) -> scan_lines: ...
 
 class line_frame:
     """Where a line runs, in the world."""

@@ -48,8 +48,6 @@ void draw_paths(writer& write) {
     const linear_array probe{.lines = 96};
     write(trace(exec::par_unseq, body, probe, pose{}, physical{}, {.depth = 50_mm}, paths{}).values);
     write(b_mode(exec::par_unseq, body, probe, pose{}, physical{}, settings, paths{}).pixels);
-    const paths random{.settings = {.paths_per_line = 8, .seed = 3}};
-    write(trace(exec::par_unseq, body, probe, pose{}, physical{}, {.depth = 50_mm}, random).values);
     const straight_lines rays{.search = line_search::rays, .directions = 1};
     write(b_mode(exec::par_unseq, body, radial_array{.lines = 96}, pose{}, physical{}, settings, rays).pixels);
 }

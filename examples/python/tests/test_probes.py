@@ -70,15 +70,13 @@ def test_a_radial_array_measures_flow():
 def test_paths_equal_those_of_cpp_bit_for_bit(phantom, equals_cpp):
     body, probe, scan = phantom(), us.linear_array(lines=96), us.acquisition(depth=50 * mm)
     how = us.b_mode_settings(depth=50 * mm, size=(160, 0))
-    random = us.paths(settings=us.path_settings(paths_per_line=8, seed=3))
     rays = us.straight_lines(search="rays", directions=1)
     equals_cpp("paths", [us.trace(body, probe, us.pose(), us.physical(), scan, us.paths()).values, us.b_mode(body, probe, us.pose(), how, how=us.paths()).pixels,
-                         us.trace(body, probe, us.pose(), us.physical(), scan, how=random).values,
                          us.b_mode(body, us.radial_array(lines=96), us.pose(), how, how=rays).pixels])
 
 
 def test_paths_show_the_reverberations_of_a_plate():
-    """Between two faces sound goes to and fro: echoes r, (1 - r^2) r, (1 - r^2) r^3, each 2 d later."""
+    """Sound reverberates between two faces: echoes r, (1 - r^2) r, (1 - r^2) r^3, each 2 d later."""
     plate = us.medium(density=1000, sound_speed=3080)
     body = us.scene(us.medium(density=1000, sound_speed=1540))
     body.add(us.make_box((-60 * mm, -60 * mm, 10 * mm), (60 * mm, 60 * mm, 16 * mm)), plate, crease_angle=0)
@@ -93,19 +91,6 @@ def test_paths_show_the_reverberations_of_a_plate():
     expected = np.array([1, 1 - r**2, (1 - r**2) * r**2, (1 - r**2) * r**4])
     assert np.array(level["paths"]) / level["paths"][0] == pytest.approx(expected, rel=0.02)
     assert level["straight"][2] < 0.01 * level["straight"][0] < level["straight"][1]
-
-
-def test_random_paths_are_averaged(phantom):
-    body, probe, scan = phantom(), us.linear_array(lines=8), us.acquisition(depth=40 * mm, samples=300)
-    estimate, frames = us.path_estimate(), []
-    for seed in range(6):
-        frames.append(us.trace(body, probe, us.pose(), us.physical(), scan, us.paths(settings=us.path_settings(paths_per_line=4, seed=seed))))
-        estimate.add(frames[-1])
-    values = np.array([one.values for one in frames])
-    assert estimate.frames == 6 and np.allclose(estimate.mean.values, values.mean(axis=0), atol=1e-7)
-    assert np.allclose(estimate.standard_error.values, values.std(axis=0, ddof=1) / np.sqrt(6), atol=1e-7)
-    with pytest.raises(us.usage_error, match="same lines"):
-        estimate.add(us.iq_lines(np.zeros((1, 3)), depth=1))
 
 
 def test_a_scanner_keeps_its_tracer(phantom):
