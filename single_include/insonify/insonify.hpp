@@ -13333,11 +13333,11 @@ class line_layers {
     std::uint32_t planes = 0;    ///< elevation planes: the slice plane, then pairs to both sides of it
     std::vector<medium> media{}; ///< of the scene, the background first: what `layer::medium` is an index of
 
+    /// A copy is a value of its own; nothing is left of what is moved from.
+    /// @{
     line_layers() = default;
     line_layers(const line_layers&) = default;
     line_layers& operator=(const line_layers&) = default;
-    /// Nothing is left of what is moved from.
-    /// @{
     line_layers(line_layers&& other) noexcept { *this = std::move(other); }
     line_layers& operator=(line_layers&& other) noexcept {
         if (this == &other) return *this;
