@@ -9288,7 +9288,7 @@ struct crossing_collector {
         if (may_begin_in(one.rank)) found.inside.toggle(one.rank);
         if (one.distance <= depth) found.add(one);
     }
-    /// Adds those with the objects that are not skipped, by rays through their trees.
+    /// Visits those with the objects that are not skipped, by rays through their trees.
     /// @param skipped  of each object, by rank; empty: none is
     /// @param visit    visit(crossing), `add` or what calls it
     template <class Visit>
@@ -9299,9 +9299,19 @@ struct crossing_collector {
             const object_view& one = scene.objects[rank];
             ray local = one.local(line);
             if (may_begin_in(rank)) local.max_distance = FLT_MAX;
-            one.tree.for_each_hit(local, [&](const hit& at) { visit({at.distance, rank, at.primitive}); });
+            one.tree.for_each_hit(local, crossing_of<Visit>{rank, visit});
         });
     }
+
+  private:
+    template <class Visit>
+    struct crossing_of {
+        std::uint32_t rank;
+        const Visit& visit;
+
+        INSONIFY_VISITS
+        INSONIFY_FN void operator()(const hit& at) const { visit(crossing{at.distance, rank, at.primitive}); }
+    };
 };
 
 } // namespace detail
@@ -14247,6 +14257,7 @@ class slice_finder {
         view<const crossing> crossings{};
 
         /// Calls visit(crossing) for every crossing in front of the probe, of a line in a slice.
+        INSONIFY_VISITS
         template <class Visit>
         INSONIFY_FN void find(std::uint32_t line, std::uint32_t slice, const Visit& visit) const {
             const std::size_t slot = std::size_t{slice} * block + line % block;
@@ -17508,6 +17519,7 @@ INSONIFY_FN void add_weighted(view<Sample> samples, const float* weights, view<S
 /// @param trace   trace(plane, samples): adds what is received in a plane to samples that are 0, those of one grid after those of
 ///                another; false where it cannot
 /// @return        false where `trace` did; the samples are then undefined
+INSONIFY_VISITS
 template <transducer Probe, class Sample, class OutOf, class Trace>
 INSONIFY_FN bool sum_planes(const detail::frame_view<Probe>& frame, std::uint32_t number, std::size_t grids,
                             view<Sample> room, const OutOf& out_of, const Trace& trace) {
@@ -17708,7 +17720,6 @@ class frame_displacements {
 
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <vector>
@@ -17726,7 +17737,7 @@ struct sound_at_depth {
 struct sound_profile {
     static constexpr std::uint32_t steps = 64;
 
-    std::array<sound_at_depth, steps> at{};
+    sound_at_depth at[steps] = {};
 
     /// @param line     with its layers
     /// @param spacing  of the steps, metres

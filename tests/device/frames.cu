@@ -38,9 +38,14 @@ __global__ void frame(detail::frame_view<linear_array> plan, scene_view scene, M
     const std::uint32_t line = blockIdx.x * blockDim.x + threadIdx.x;
     if (line >= plan.probe.lines) return;
     const std::size_t first = std::size_t{line} * plan.samples;
-    fits[line] =
-        detail::trace_line(exec::sequenced_policy{}, plan, scene, how, model, line, scratch[line],
-                           {plane_samples.data() + first, plan.samples}, {samples.data() + first, plan.samples});
+    const view<typename Model::sample_type> room{plane_samples.data() + first, plan.samples},
+        out{samples.data() + first, plan.samples};
+    fits[line] = detail::sum_planes(
+        plan, line, 1, room, [&](std::size_t) { return out; },
+        [&](std::uint32_t plane, view<typename Model::sample_type> of_plane) {
+            return how(exec::sequenced_policy{}, detail::task_of(plan, scene, line, plane), model, scratch[line],
+                       of_plane);
+        });
 }
 
 // Milliseconds of a launch, the shortest of five.

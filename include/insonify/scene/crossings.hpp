@@ -131,7 +131,7 @@ struct crossing_collector {
         if (may_begin_in(one.rank)) found.inside.toggle(one.rank);
         if (one.distance <= depth) found.add(one);
     }
-    /// Adds those with the objects that are not skipped, by rays through their trees.
+    /// Visits those with the objects that are not skipped, by rays through their trees.
     /// @param skipped  of each object, by rank; empty: none is
     /// @param visit    visit(crossing), `add` or what calls it
     template <class Visit>
@@ -142,9 +142,19 @@ struct crossing_collector {
             const object_view& one = scene.objects[rank];
             ray local = one.local(line);
             if (may_begin_in(rank)) local.max_distance = FLT_MAX;
-            one.tree.for_each_hit(local, [&](const hit& at) { visit({at.distance, rank, at.primitive}); });
+            one.tree.for_each_hit(local, crossing_of<Visit>{rank, visit});
         });
     }
+
+  private:
+    template <class Visit>
+    struct crossing_of {
+        std::uint32_t rank;
+        const Visit& visit;
+
+        INSONIFY_VISITS
+        INSONIFY_FN void operator()(const hit& at) const { visit(crossing{at.distance, rank, at.primitive}); }
+    };
 };
 
 } // namespace detail

@@ -11,7 +11,6 @@
 #include <insonify/tracing/find/slice_cut.hpp>
 #include <insonify/tracing/find/slice_finder.hpp>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <vector>
@@ -29,7 +28,7 @@ struct sound_at_depth {
 struct sound_profile {
     static constexpr std::uint32_t steps = 64;
 
-    std::array<sound_at_depth, steps> at{};
+    sound_at_depth at[steps] = {};
 
     /// @param line     with its layers
     /// @param spacing  of the steps, metres

@@ -55,6 +55,7 @@ INSONIFY_FN void add_weighted(view<Sample> samples, const float* weights, view<S
 /// @param trace   trace(plane, samples): adds what is received in a plane to samples that are 0, those of one grid after those of
 ///                another; false where it cannot
 /// @return        false where `trace` did; the samples are then undefined
+INSONIFY_VISITS
 template <transducer Probe, class Sample, class OutOf, class Trace>
 INSONIFY_FN bool sum_planes(const detail::frame_view<Probe>& frame, std::uint32_t number, std::size_t grids,
                             view<Sample> room, const OutOf& out_of, const Trace& trace) {

@@ -30,6 +30,7 @@ class slice_finder {
         view<const crossing> crossings{};
 
         /// Calls visit(crossing) for every crossing in front of the probe, of a line in a slice.
+        INSONIFY_VISITS
         template <class Visit>
         INSONIFY_FN void find(std::uint32_t line, std::uint32_t slice, const Visit& visit) const {
             const std::size_t slot = std::size_t{slice} * block + line % block;
