@@ -132,7 +132,7 @@ def test_whole_numbers_of_numpy_are_taken():
     for wrong in (-1, 2**32, 10**30):  # not of 32 bits
         with pytest.raises(TypeError):
             us.make_sphere((0, 0, 0), 1 * mm, wrong)
-    assert us.path_settings(seed=2**64 - 1).seed == 2**64 - 1
+    assert us.electronic_noise_settings(seed=2**64 - 1).seed == 2**64 - 1
 
 
 @pytest.mark.filterwarnings("error")
