@@ -350,7 +350,10 @@ scan_lines scanner<Probe, Model, Tracer>::acquire_look(const Policy& policy, con
     last_look_ = number;
     layers_probe_.emplace(traced);
     constexpr bool finds_layers = std::same_as<Tracer, straight_lines>;
-    if (finds_layers && traced.lines == look.lines && look.steering == 0) label_look_ = number;
+    const float labelled = detail::max_depth_of(
+        label_settings{.depth = settings.depth, .grid = label_settings::grid::displayed}, body.media());
+    const bool reaches_labels = detail::max_depth_of(model, settings.depth, body.media()) >= labelled;
+    if (finds_layers && traced.lines == look.lines && look.steering == 0 && reaches_labels) label_look_ = number;
     choose_time_gain(policy, body, at, look.steering == 0 && found.lines > 0 ? &found : nullptr);
     times_.trace += clock.lap();
     if constexpr (finds_layers)
@@ -369,8 +372,8 @@ scan_lines scanner<Probe, Model, Tracer>::acquire_look(const Policy& policy, con
     return tgc(policy, envelope(policy, echoes, std::move(recycled)), probe.frequency, gain_);
 }
 
-// The automatic attenuation is chosen at the first frame, and again where the probe or the depth has changed: by the layers of the first
-// look, null where that is steered or has none: then along the lines of the probe.
+// The automatic attenuation is chosen at the first frame, and again where the probe or the depth has changed. `found` are the
+// layers of the first look; where that is steered or has none it is null, and those along the lines of the probe are found.
 template <transducer Probe, acoustic_model Model, class Tracer>
 template <class Policy>
 void scanner<Probe, Model, Tracer>::choose_time_gain(const Policy& policy, const scene& body, const pose& at,

@@ -18708,6 +18708,7 @@ class line_driver {
                     const straight_lines& how, float line_time, view<line_grid<Sample>* const> sinks,
                     const Emit& emit) {
         constexpr bool incident = !takes_normal_incidence<Model>();
+        half_found exception{layers_};
         const view<const displacement_view> displaced = displacements_.compute(policy, body, frame);
         const bool fan = finder_.assign(frame.probe);
         bool shaded = false;
@@ -18739,6 +18740,7 @@ class line_driver {
                 task.line.gains = gains.of_line(number, plane);
                 emit(block, task, layers_(number, plane), samples);
             });
+        exception.layers = nullptr; // there was none
     }
 
     /// The same for a tracer that makes the samples of a line itself.
@@ -18765,6 +18767,18 @@ class line_driver {
     const line_layers& layers() const { return layers_; }
 
   private:
+    // Where an exception ends a frame, the layers that were found of it are dropped: others are missing.
+    struct half_found {
+        line_layers* layers;
+
+        explicit half_found(line_layers& of) : layers{&of} {}
+        half_found(const half_found&) = delete;
+        half_found& operator=(const half_found&) = delete;
+        ~half_found() {
+            if (layers != nullptr) *layers = {};
+        }
+    };
+
     template <exec::policy Policy, transducer Probe, class BeginBlock, class Trace>
     void sum_blocks(const Policy& policy, const detail::frame_view<Probe>& frame, float line_time,
                     view<line_grid<Sample>* const> sinks, const BeginBlock& begin_block, const Trace& trace) {
@@ -20880,7 +20894,10 @@ scan_lines scanner<Probe, Model, Tracer>::acquire_look(const Policy& policy, con
     last_look_ = number;
     layers_probe_.emplace(traced);
     constexpr bool finds_layers = std::same_as<Tracer, straight_lines>;
-    if (finds_layers && traced.lines == look.lines && look.steering == 0) label_look_ = number;
+    const float labelled = detail::max_depth_of(
+        label_settings{.depth = settings.depth, .grid = label_settings::grid::displayed}, body.media());
+    const bool reaches_labels = detail::max_depth_of(model, settings.depth, body.media()) >= labelled;
+    if (finds_layers && traced.lines == look.lines && look.steering == 0 && reaches_labels) label_look_ = number;
     choose_time_gain(policy, body, at, look.steering == 0 && found.lines > 0 ? &found : nullptr);
     times_.trace += clock.lap();
     if constexpr (finds_layers)
@@ -20899,8 +20916,8 @@ scan_lines scanner<Probe, Model, Tracer>::acquire_look(const Policy& policy, con
     return tgc(policy, envelope(policy, echoes, std::move(recycled)), probe.frequency, gain_);
 }
 
-// The automatic attenuation is chosen at the first frame, and again where the probe or the depth has changed: by the layers of the first
-// look, null where that is steered or has none: then along the lines of the probe.
+// The automatic attenuation is chosen at the first frame, and again where the probe or the depth has changed. `found` are the
+// layers of the first look; where that is steered or has none it is null, and those along the lines of the probe are found.
 template <transducer Probe, acoustic_model Model, class Tracer>
 template <class Policy>
 void scanner<Probe, Model, Tracer>::choose_time_gain(const Policy& policy, const scene& body, const pose& at,

@@ -8,6 +8,7 @@
 #include <insonify/scanner.hpp>
 #include <insonify/tracing/find/find_layers.hpp>
 #include <insonify/tracing/paths.hpp>
+#include <algorithm>
 #include <cmath>
 #include <doctest/doctest.h>
 #include <vector>
@@ -72,6 +73,16 @@ void check_chords(const scene& body, const Probe& probe, std::uint32_t planes) {
     CHECK(met >= 7);
     CHECK(worst < 0.1_mm);
 }
+
+// A model that throws where it is told to.
+struct moody {
+    using sample_type = float;
+    bool fails = false;
+    std::uint32_t samples(float, float) const { return 64; }
+    void operator()(const auto&, const traced_line&, float, view<float>) const {
+        if (fails) throw usage_error{"moody"};
+    }
+};
 
 } // namespace
 } // namespace find_layers_test
@@ -195,4 +206,35 @@ TEST_CASE("what has no layers is refused with a sentence") {
     CHECK(from.lines == 0); // NOLINT(bugprone-use-after-move): it is left without lines
     CHECK(to.lines == 4);
     CHECK(to(3).size() == 1);
+}
+
+TEST_CASE("a frame that throws leaves no layers, and the next one all of its own") {
+    using namespace find_layers_test;
+    const scene body = ball();
+    const linear_array probe{.lines = 40};
+    line_tracer<linear_array, moody> tracer;
+    tracer.trace(exec::seq, body, probe, pose{}, moody{}, {.depth = 45_mm});
+    CHECK(tracer.layers().lines == 40);
+    CHECK_THROWS_AS(tracer.trace(exec::seq, body, probe, pose{}, moody{true}, {.depth = 45_mm}), usage_error);
+    CHECK(tracer.layers().lines == 0);
+    tracer.trace(exec::seq, body, probe, pose{}, moody{}, {.depth = 45_mm});
+    REQUIRE(tracer.layers().lines == 40);
+    CHECK(tracer.layers()(20).size() == 3);
+}
+
+TEST_CASE(
+    "labels of a scanner are those of the scene, though its model follows lines less deep than they are displayed") {
+    using namespace find_layers_test;
+    scene body{tissue::muscle};
+    body.add(make_box({-40_mm, -40_mm, 5_mm}, {40_mm, 40_mm, 60_mm}), tissue::bone);
+    body.add(make_box({-40_mm, -40_mm, 50_mm}, {40_mm, 40_mm, 58_mm}), tissue::liver); // within it, displayed at 26 mm
+    body.build(exec::par);
+    const linear_array probe{.lines = 32, .width = 30_mm};
+    scanner machine{probe, b_mode_settings{.depth = 30_mm, .size = {32, 120}}, physical{.timing = timing::uniform}};
+    scanner usual{probe, b_mode_settings{.depth = 30_mm, .size = {32, 120}}};
+    machine.scan(exec::par_unseq, body, pose{});
+    usual.scan(exec::par_unseq, body, pose{});
+    const label_image labels = usual.labels(exec::par, body);
+    CHECK(std::count(labels.pixels.begin(), labels.pixels.end(), label_id{1}) > 100);
+    CHECK(machine.labels(exec::par, body).pixels == labels.pixels);
 }

@@ -73,6 +73,7 @@ class line_driver {
                     const straight_lines& how, float line_time, view<line_grid<Sample>* const> sinks,
                     const Emit& emit) {
         constexpr bool incident = !takes_normal_incidence<Model>();
+        half_found exception{layers_};
         const view<const displacement_view> displaced = displacements_.compute(policy, body, frame);
         const bool fan = finder_.assign(frame.probe);
         bool shaded = false;
@@ -104,6 +105,7 @@ class line_driver {
                 task.line.gains = gains.of_line(number, plane);
                 emit(block, task, layers_(number, plane), samples);
             });
+        exception.layers = nullptr; // there was none
     }
 
     /// The same for a tracer that makes the samples of a line itself.
@@ -130,6 +132,18 @@ class line_driver {
     const line_layers& layers() const { return layers_; }
 
   private:
+    // Where an exception ends a frame, the layers that were found of it are dropped: others are missing.
+    struct half_found {
+        line_layers* layers;
+
+        explicit half_found(line_layers& of) : layers{&of} {}
+        half_found(const half_found&) = delete;
+        half_found& operator=(const half_found&) = delete;
+        ~half_found() {
+            if (layers != nullptr) *layers = {};
+        }
+    };
+
     template <exec::policy Policy, transducer Probe, class BeginBlock, class Trace>
     void sum_blocks(const Policy& policy, const detail::frame_view<Probe>& frame, float line_time,
                     view<line_grid<Sample>* const> sinks, const BeginBlock& begin_block, const Trace& trace) {
