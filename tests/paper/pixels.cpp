@@ -7,7 +7,7 @@
 #include <insonify/tracing/trace.hpp>
 #include <doctest/doctest.h>
 
-#include "reference.hpp"
+#include "../tracing/reference.hpp"
 
 using namespace insonify;
 
