@@ -6189,6 +6189,7 @@ struct acquisition {
 
 #endif
 #include <cfloat>
+#include <cmath>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -6313,6 +6314,18 @@ INSONIFY_FN float line_advance(const Probe& probe) {
     const ray left = probe.beam(middle - 0.5F), right = probe.beam(middle + 0.5F);
     const float advance = dot(right.origin - left.origin, probe.beam(middle).direction);
     return probe.lines < 2 || std::fabs(advance) < 1e-9F ? 0 : advance; // less is rounding
+}
+
+/// Number of lines to trace for each line of the probe, so that at the focus `lines_per_beam_width` lines lie within the
+/// beam width or, by default, they are at most half of it apart: from `min_rays` to 4. Within these limits the number of
+/// traced lines does not depend on that of the probe.
+/// @param min_rays  below 1 where the lines that are left out are interpolated (`resample_lines`) or not shown
+template <transducer Probe>
+float rays_per_line(const Probe& probe, float depth, float min_rays = 1, float lines_per_beam_width = 2) {
+    const beam_model beam = beam_of(probe, depth);
+    const float needed = lines_per_beam_width * line_spacing(probe, beam.focus) / beam.lateral_width(beam.focus);
+    const auto lines = static_cast<float>(probe.lines);
+    return std::ceil(clamp(needed, min_rays, 4) * lines - 0.01F) / lines;
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -15293,18 +15306,6 @@ struct b_mode_settings {
 
     friend bool operator==(const b_mode_settings&, const b_mode_settings&) = default;
 };
-
-/// Number of lines to trace for each line of the probe, so that at the focus `lines_per_beam_width` lines lie within the
-/// beam width or, by default, they are at most half of it apart: from `min_rays` to 4. Within these limits the number of
-/// traced lines does not depend on that of the probe.
-/// @param min_rays  below 1 where the lines that are left out are interpolated (`resample_lines`) or not shown
-template <transducer Probe>
-float rays_per_line(const Probe& probe, float depth, float min_rays = 1, float lines_per_beam_width = 2) {
-    const beam_model beam = beam_of(probe, depth);
-    const float needed = lines_per_beam_width * line_spacing(probe, beam.focus) / beam.lateral_width(beam.focus);
-    const auto lines = static_cast<float>(probe.lines);
-    return std::ceil(clamp(needed, min_rays, 4) * lines - 0.01F) / lines;
-}
 
 /// What is traced for a picture: the result of `sampling_of`.
 struct b_mode_sampling {

@@ -3,6 +3,7 @@
 #include <insonify/doppler/poiseuille.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/probe/linear_array.hpp>
+#include <insonify/tracing/trace.hpp>
 #include <cmath>
 #include <doctest/doctest.h>
 #include <numbers>

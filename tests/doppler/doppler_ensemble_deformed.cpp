@@ -6,6 +6,7 @@
 #include <insonify/motion/collapse.hpp>
 #include <insonify/motion/indentation.hpp>
 #include <insonify/probe/linear_array.hpp>
+#include <insonify/tracing/trace.hpp>
 #include <cmath>
 #include <doctest/doctest.h>
 #include <functional>
