@@ -131,7 +131,7 @@ namespace motion_test {
 
 TEST_CASE("a frame with a vertex that is not finite is refused by `update`, and the last one stays") {
     for (const float wild : {nan, infinity, -infinity})
-        for (const std::size_t vertex : {0, 1277, 2561}) {
+        for (const std::size_t vertex : {0U, 1277U, 2561U}) {
             two_balls two;
             scene& body = two.body;
             const std::vector<vec3> heart = copy_of(body, two.heart), still = copy_of(body, two.still);
