@@ -18,7 +18,7 @@ struct arrival_model {
     using sample_type = vec2;
     physical<> model{};
 
-    std::uint32_t samples(float, float) const { return detail::aperture_shading::steps; }
+    std::uint32_t samples(float, float) const { return detail::sound_profile::steps; }
     void arrivals(const traced_line& line, float spacing, view<vec2> out) const { model.arrivals(line, spacing, out); }
     template <class Policy>
     void operator()(const Policy&, const traced_line& line, float spacing, view<vec2> out) const {

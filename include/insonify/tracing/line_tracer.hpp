@@ -6,6 +6,7 @@
 #include <insonify/execution/any_policy.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/scene/scene.hpp>
+#include <insonify/tracing/aperture/aperture_shading.hpp>
 #include <insonify/tracing/emit/trace_line.hpp>
 #include <insonify/tracing/emit/tracer.hpp>
 #include <insonify/tracing/paths/path_branch.hpp>
@@ -84,12 +85,13 @@ class line_driver {
                         shaded ? shading_.beyond(frame) : outer_lines{});
         scene_view seen = finder_.scene_seen();
         seen.displacements = displaced;
-        aperture_shading::gains_view gains{};
+        frame_gains gains{};
         if constexpr (states_arrivals<Model>)
             if (shaded) {
                 finder_.find(policy, frame, incident, layers_);
-                shading_.compute(policy, seen, frame, model, how.directions, layers_, finder_.slices());
-                gains = shading_.view_of();
+                const aperture_view<Probe> shading = shading_.prepare(seen, frame, how.directions);
+                shading_.compute(policy, shading, model, layers_, finder_.slices());
+                gains = shading.gains;
             }
         if (!shaded) {
             finder_.begin(frame, layers_);

@@ -3,7 +3,7 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/tracing/aperture/aperture_shading.hpp>
+#include <insonify/tracing/aperture/aperture_view.hpp>
 #include <insonify/tracing/emit/tracer.hpp>
 #include <insonify/tracing/find/layer_finder.hpp>
 #include <string>
@@ -22,7 +22,7 @@ struct straight_lines {
 
     /// @throws usage_error  for a number of directions out of range
     void check() const {
-        if (directions < 1 || directions > detail::aperture_shading::max_directions)
+        if (directions < 1 || directions > detail::max_aperture_directions)
             throw usage_error{"straight_lines: `directions` is " + std::to_string(directions) +
                               "; it must be 1 to 64 lines to each point, and 16 is usual"};
     }

@@ -3,11 +3,10 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/acoustics/layer.hpp>
 #include <insonify/execution/for_each.hpp>
-#include <insonify/scene/crossings.hpp>
-#include <insonify/scene/layers.hpp>
 #include <insonify/scene/scene.hpp>
+#include <insonify/tracing/find/crossing_lists.hpp>
+#include <insonify/tracing/find/find_line.hpp>
 #include <insonify/tracing/find/line_layers.hpp>
 #include <insonify/tracing/find/slice_cut.hpp>
 #include <insonify/tracing/find/slice_finder.hpp>
@@ -16,21 +15,6 @@
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Memory in which the layers of one line are found: grows until they fit.
-struct line_memory {
-    std::vector<crossing> crossings = std::vector<crossing>(64);
-    std::vector<std::uint32_t> inside = std::vector<std::uint32_t>(16);
-    std::vector<layer> layers = std::vector<layer>(32);
-
-    /// Room for the crossings, without any.
-    line_crossings found() { return {.room = crossings, .inside = {.ranks = inside}}; }
-    void grow() {
-        crossings.resize(2 * crossings.size());
-        inside.resize(2 * inside.size());
-        layers.resize(2 * layers.size());
-    }
-};
 
 /// Normals at the corners of the faces that slices cut, of surfaces whose vertices have moved. Many lines meet each of these
 /// faces, and none meets the others. Keeps its memory from frame to frame.
@@ -160,13 +144,23 @@ class layer_finder {
     template <transducer Probe>
     void find_block(const detail::frame_lines<Probe>& frame, std::size_t begin, bool incident, line_layers& found) {
         block_memory& own = memory_[begin / lines_per_block];
+        const crossing_lists& sliced = own.sliced;
         layer_block& into = found.block_at(begin);
         into.clear();
         if (sliced_) slices_.find_block(begin, own.sliced);
         const auto count = static_cast<std::uint32_t>(begin) + lines_per_block;
-        for (auto line = static_cast<std::uint32_t>(begin); line < frame.probe.lines && line < count; ++line)
-            for (std::uint32_t plane = 0; plane < frame.planes; ++plane)
-                while (!find_line(frame, line, plane, incident, own, into)) own.line.grow();
+        for (auto number = static_cast<std::uint32_t>(begin); number < frame.probe.lines && number < count; ++number)
+            for (std::uint32_t plane = 0; plane < frame.planes; ++plane) {
+                const line_frame line = frame.line(number, plane);
+                const crossing_source from =
+                    sliced_ ? slices_.source(sliced[slice_finder::list_of(number, plane)]) : crossing_source{};
+                found_line one;
+                own.line.fit([&](const line_room& room) {
+                    one = find_line(scene_, line, frame.max_depth, incident, from, room);
+                    return !one.layers.empty();
+                });
+                into.add(line, one.layers, one.behind_face);
+            }
     }
 
     /// Finds those of all lines.
@@ -181,35 +175,9 @@ class layer_finder {
   private:
     // In which the lines of one block are found.
     struct block_memory {
-        slice_finder::block_crossings sliced{};
+        crossing_lists sliced{};
         line_memory line{};
-        std::vector<std::uint32_t> behind_face{};
     };
-
-    template <transducer Probe>
-    bool find_line(const detail::frame_lines<Probe>& frame, std::uint32_t number, std::uint32_t plane, bool incident,
-                   block_memory& own, layer_block& into) const {
-        const line_frame line = frame.line(number, plane);
-        line_crossings found = own.line.found();
-        const crossing_collector collector{
-            scene_, {line.origin, line.path(), 0, frame.max_depth}, frame.max_depth, found};
-        const auto add = [&](const crossing& one) { collector.add(one); };
-        if (sliced_) slices_.view_of(own.sliced).find(number, plane, add);
-        if (!sliced_ || slices_.leaves_rays())
-            collector.trace(sliced_ ? slices_.chosen() : view<const std::uint8_t>{}, add);
-        found.sort();
-        if (!found.complete()) return false;
-        own.behind_face.resize(own.line.inside.size());
-        media_stack behind_face{.ranks = own.behind_face};
-        behind_face.assign(found.inside);
-        for (std::uint32_t i = 0; i < found.count && found.room[i].distance <= touching_distance; ++i)
-            behind_face.toggle(found.room[i].rank);
-        if (behind_face.overflow) return false;
-        const view<const layer> layers =
-            stack_layers(scene_, line, frame.max_depth, found, view<layer>{own.line.layers}, incident);
-        if (!layers.empty()) into.add(line, layers, {behind_face.ranks.data(), behind_face.count});
-        return !layers.empty();
-    }
 
     bool can_cut_ = false, sliced_ = false;
     scene_view scene_{};

@@ -3,9 +3,9 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/bvh/large_array.hpp>
-#include <insonify/scene/crossings.hpp>
 #include <insonify/signal/kernel/elevation_plane.hpp>
+#include <insonify/tracing/find/crossing_lists.hpp>
+#include <insonify/tracing/find/find_line.hpp>
 #include <insonify/tracing/find/line_layers.hpp>
 #include <insonify/tracing/find/slice_cut.hpp>
 #include <algorithm>
@@ -18,26 +18,6 @@ class slice_finder {
   public:
     static constexpr int block = static_cast<int>(lines_per_block);
     static_assert(block % simd_width == 0);
-
-    /// The crossings of the lines of one block, by slice and line, nearly sorted.
-    struct block_crossings {
-        std::vector<std::uint32_t> ends{}; ///< of each slice and line, in `crossings`
-        std::vector<crossing> crossings{};
-    };
-    /// The same in flat arrays.
-    struct block_view {
-        view<const std::uint32_t> ends{};
-        view<const crossing> crossings{};
-
-        /// Calls visit(crossing) for every crossing in front of the probe, of a line in a slice.
-        INSONIFY_VISITS
-        template <class Visit>
-        INSONIFY_FN void find(std::uint32_t line, std::uint32_t slice, const Visit& visit) const {
-            const std::size_t slot = std::size_t{slice} * block + line % block;
-            for (std::size_t i = slot == 0 ? 0 : ends[slot - 1]; i < ends[slot]; ++i)
-                if (crossings[i].distance >= 0) visit(crossings[i]);
-        }
-    };
 
     /// Takes over the lines of a probe. @return false where they are not a `line_fan`: then nothing can be cut
     template <transducer Probe>
@@ -71,9 +51,9 @@ class slice_finder {
         return cut > 0;
     }
 
-    /// Whether an object is cut; rays find the crossings of the others.
-    view<const std::uint8_t> chosen() const { return chosen_; }
-    /// Whether there are others.
+    /// Where the crossings of a line come from, of which slices have found these.
+    crossing_source source(view<const crossing> sliced) const { return {sliced, chosen_, leaves_rays_}; }
+    /// Whether rays find the crossings with some objects.
     bool leaves_rays() const { return leaves_rays_; }
 
     const line_fan& fan() const { return fan_; }
@@ -82,8 +62,7 @@ class slice_finder {
 
     /// Nanoseconds to find the crossings of a line and turn them into layers, roughly.
     float search_time() const {
-        const auto blocks = static_cast<float>(block_end_.size());
-        return 150 + 70 * static_cast<float>(of_blocks_.size()) / blocks;
+        return 150 + 70 * static_cast<float>(of_blocks_.size()) / static_cast<float>(blocks() + 1);
     }
 
     /// Cuts the objects that were chosen, of the same scene: see `slice_cut::cut`.
@@ -92,57 +71,52 @@ class slice_finder {
              float depth, bool keep_all, const outer_lines& beyond = {}) {
         slices_ = planes.size();
         cut_.cut(policy, scene, view<const std::uint8_t>{chosen_}, fan_, at, planes, depth, keep_all, beyond);
-        const std::size_t blocks = (fan_.size() + block - 1) / block;
-        block_end_.resize(blocks + 1);
-        std::fill(block_end_.begin(), block_end_.end(), 0);
         const auto each_block = [&](const auto& visit) {
             cut_.for_each_segment([&](const cut_segment& segment) {
                 for (std::size_t b = segment.first / block; b * block < segment.last; ++b) visit(b, segment);
             });
         };
-        each_block([&](std::size_t b, const cut_segment&) { ++block_end_[b + 1]; });
-        for (std::size_t b = 0; b < blocks; ++b) block_end_[b + 1] += block_end_[b];
-        of_blocks_.resize(block_end_[blocks]);
+        of_blocks_.clear(blocks());
+        each_block([&](std::size_t b, const cut_segment&) { of_blocks_.count(b); });
+        of_blocks_.make_room();
         each_block([&](std::size_t b, const cut_segment& segment) {
-            of_blocks_[block_end_[b]++] = {segment.from.y + segment.to.y, &segment};
+            of_blocks_.add(b, {segment.from.y + segment.to.y, &segment});
         });
     }
 
     /// Finds where the lines from `begin` to before `begin + block` cross their segments.
-    void find_block(std::size_t begin, block_crossings& own) {
-        const std::size_t b = begin / block;
-        block_segment* const first = of_blocks_.data() + (b == 0 ? 0 : block_end_[b - 1]);
-        block_segment* const last = of_blocks_.data() + block_end_[b];
+    /// @param found  nearly sorted lists: see `list_of`
+    void find_block(std::size_t begin, crossing_lists& found) {
+        const view<block_segment> segments = of_blocks_.editable(begin / block);
         // By depth, once for the block, so that the crossings of each line are nearly sorted.
-        std::sort(first, last,
+        std::sort(segments.begin(), segments.end(),
                   [](const block_segment& one, const block_segment& other) { return one.depth < other.depth; });
-
-        own.ends.assign(block * slices_ + 1, 0);
         const auto each_segment = [&](const auto& visit) {
-            for (auto i = first; i != last; ++i) {
-                const cut_segment& segment = *i->segment;
+            for (const block_segment& one : segments) {
+                const cut_segment& segment = *one.segment;
                 visit(segment, std::max<std::size_t>(segment.first, begin) - begin,
                       std::min<std::size_t>(segment.last, begin + block) - begin);
             }
         };
+        found.clear(block * slices_);
         each_segment([&](const cut_segment& segment, std::size_t from, std::size_t to) {
-            for (std::size_t line = from; line < to; ++line) ++own.ends[std::size_t{segment.slice} * block + line + 1];
+            for (std::size_t line = from; line < to; ++line) found.count(list_of(line, segment.slice));
         });
-        for (std::size_t slot = 0; slot < block * slices_; ++slot) own.ends[slot + 1] += own.ends[slot];
-        own.crossings.resize(own.ends[block * slices_]);
+        found.make_room();
         line_fan::neighbours<simd_width> lines[block / simd_width];
         for (std::size_t i = 0; i < block; i += simd_width) lines[i / simd_width] = fan_.from<simd_width>(begin + i);
         each_segment([&](const cut_segment& segment, std::size_t from, std::size_t to) {
             float distance[block];
             for (std::size_t i = 0; i < block; i += simd_width)
                 store(lines[i / simd_width].intersect(segment.from, segment.to), distance + i);
-            std::uint32_t* const end = own.ends.data() + std::size_t{segment.slice} * block;
             for (std::size_t line = from; line < to; ++line)
-                own.crossings[end[line]++] = {distance[line], segment.object, segment.primitive};
+                found.add(list_of(line, segment.slice), {distance[line], segment.object, segment.primitive});
         });
     }
-
-    block_view view_of(const block_crossings& own) const { return {own.ends, own.crossings}; }
+    /// Of a line in a slice, among the lists of its block.
+    static std::size_t list_of(std::size_t line, std::uint32_t slice) {
+        return std::size_t{slice} * block + line % block;
+    }
 
   private:
     // A segment that lines of a block cross.
@@ -150,6 +124,8 @@ class slice_finder {
         float depth = 0; // the sum of its ends'
         const cut_segment* segment = nullptr;
     };
+
+    std::size_t blocks() const { return (fan_.size() + block - 1) / block; }
 
     bool worth_cutting(const object_view& one, const slice_frame& frame, std::uint32_t directions) const {
         const std::uint32_t near_lines = one.box.empty() ? 0 : lines_near(one.box, frame);
@@ -191,8 +167,7 @@ class slice_finder {
     std::vector<std::uint8_t> chosen_; // of each object, by rank
     bool leaves_rays_ = true;
     slice_cut cut_;
-    large_array<std::size_t> block_end_; // where the segments of each block end, in `of_blocks_`
-    large_array<block_segment> of_blocks_;
+    counted_lists<block_segment> of_blocks_;
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
