@@ -1,3 +1,5 @@
+#include "frame_steps.hpp"
+
 #include <insonify/insonify.hpp>
 #include <cstdio>
 #include <cstdlib>
@@ -6,8 +8,8 @@
 #include <memory>
 #include <type_traits>
 
-/// The hot code on a device, beside the same code on the host: the closest hits of rays, and frames of both acoustic models
-/// and both tracers. A machine without a device compiles it, and stops there (exit status 77).
+/// The hot code on a device, beside the same code on the host: the closest hits of rays, frames of both acoustic models and
+/// both tracers, and the default frame with its shadows. A machine without a device compiles it, and stops there (exit status 77).
 namespace device {
 using namespace insonify;
 
@@ -134,6 +136,39 @@ bool same_frame(const char* title, const scene& body, const Model& model, const 
     return level < -85 && too_long == 0;
 }
 
+// One step of a default frame, for all of its indices.
+template <class Steps>
+__global__ void run_step(Steps all, frame_step one) {
+    const std::size_t i = std::size_t{blockIdx.x} * blockDim.x + threadIdx.x;
+    if (i < all.count(one)) all.run(one, i);
+}
+
+bool same_default_frame(const scene& body, std::uint32_t planes) {
+    using steps = frame_steps<linear_array, physical<>>;
+    static_assert(std::is_trivially_copyable_v<steps>);
+    const linear_array probe{.lines = 256, .width = 40_mm, .frequency = 7.5_MHz};
+    const acquisition scan{.depth = 40_mm, .samples = 2048, .planes = planes};
+    const iq_lines expected =
+        trace(exec::par, body, probe, pose{}, physical{}, scan, straight_lines{.search = line_search::rays});
+    frame_memory<linear_array, physical<>> memory;
+    const steps all = memory.prepare(body, probe, physical{}, scan);
+    const float time = shortest_time([&] {
+        for (const frame_step one : all_frame_steps)
+            run_step<<<static_cast<unsigned>((all.count(one) + 63) / 64), 64>>>(all, one);
+    });
+    std::size_t too_small = 0;
+    for (const std::uint32_t one : all.too_small) too_small += one;
+    double difference = 0, power = 1e-300;
+    for (std::size_t i = 0; i < expected.values.size(); ++i) {
+        difference += static_cast<double>(square(all.samples[i] - expected.values[i]));
+        power += static_cast<double>(square(expected.values[i]));
+    }
+    const double level = 10 * std::log10(difference / power + 1e-30);
+    std::printf("default frame, %u plane(s): difference %.0f dB, %zu lines do not fit; %.2f ms\n", planes, level,
+                too_small, static_cast<double>(time));
+    return level < -85 && too_small == 0;
+}
+
 int run() {
     int count = 0;
     if (cudaGetDeviceCount(&count) != cudaSuccess || count == 0) {
@@ -152,6 +187,7 @@ int run() {
     for (const std::uint32_t planes : {1U, 5U}) {
         same = same_frame("physical, straight lines", body, physical{}, by_rays, planes) && same;
         same = same_frame("physical, paths", body, physical{}, paths{}, planes) && same;
+        same = same_default_frame(body, planes) && same;
     }
     return same ? 0 : 1;
 }
