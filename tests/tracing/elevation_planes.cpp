@@ -1,10 +1,9 @@
-// Covers tracing/plan/frame_lines.hpp.
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/probe/presets.hpp>
 #include <insonify/probe/radial_array.hpp>
 #include <insonify/signal/kernel/elevation.hpp>
-#include <insonify/tracing/plan/frame_lines.hpp>
+#include <insonify/tracing/plan/frame_plan.hpp>
 #include <doctest/doctest.h>
 
 using namespace insonify;

@@ -1,4 +1,4 @@
-// Covers tracing/find/layer_finder.hpp, tracing/find/line_layers.hpp.
+// Covers tracing/find/line_layers.hpp.
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/paper/law2011.hpp>

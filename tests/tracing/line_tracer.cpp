@@ -1,4 +1,4 @@
-// Covers tracing/emit/trace_line.hpp, tracing/straight_lines.hpp.
+// Covers tracing/straight_lines.hpp.
 #include <insonify/core/units.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/paper/law2011.hpp>

@@ -1,4 +1,4 @@
-// Covers tracing/paths/path_walk.hpp, tracing/paths/path_branch.hpp.
+// Covers tracing/paths/path_follower.hpp.
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/probe/linear_array.hpp>

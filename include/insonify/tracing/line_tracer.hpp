@@ -7,9 +7,8 @@
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/scene/scene.hpp>
 #include <insonify/tracing/aperture/aperture_shading.hpp>
-#include <insonify/tracing/emit/trace_line.hpp>
 #include <insonify/tracing/emit/tracer.hpp>
-#include <insonify/tracing/paths/path_branch.hpp>
+#include <insonify/tracing/paths/path_follower.hpp>
 #include <insonify/tracing/plan/check.hpp>
 #include <insonify/tracing/plan/frame_displacements.hpp>
 #include <insonify/tracing/plan/frame_plan.hpp>
@@ -49,9 +48,9 @@ class scratch_memory {
     std::vector<crossing> crossings_ = std::vector<crossing>(128);
     std::vector<std::uint32_t> inside_ = std::vector<std::uint32_t>(16);
     std::vector<layer> layers_ = std::vector<layer>(64);
-    std::vector<detail::path_branch> branches_ = std::vector<detail::path_branch>(32);
+    std::vector<path_branch> branches_ = std::vector<path_branch>(32);
     std::vector<std::uint32_t> branch_objects_ = std::vector<std::uint32_t>(128);
-    std::vector<detail::path_arrival> arrivals_ = std::vector<detail::path_arrival>(128);
+    std::vector<path_arrival> arrivals_ = std::vector<path_arrival>(128);
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
@@ -70,7 +69,7 @@ class line_driver {
     /// @param sinks      grids that receive the samples; planes are weighted and added
     /// @param emit       emit(block, task, layers, samples): adds to samples that are 0, those of one sink after those of another
     template <exec::policy Policy, transducer Probe, acoustic_model Model, class Emit>
-    void emit_lines(const Policy& policy, const scene& body, const detail::frame_view<Probe>& frame, const Model& model,
+    void emit_lines(const Policy& policy, const scene& body, const frame_view<Probe>& frame, const Model& model,
                     const straight_lines& how, float line_time, view<line_grid<Sample>* const> sinks,
                     const Emit& emit) {
         constexpr bool incident = !takes_normal_incidence<Model>();
@@ -112,8 +111,8 @@ class line_driver {
 
     /// The same for a tracer that makes the samples of a line itself.
     template <exec::policy Policy, transducer Probe, acoustic_model Model, tracer<Model> Tracer>
-    void trace_lines(const Policy& policy, const scene& body, const detail::frame_view<Probe>& frame,
-                     const Model& model, const Tracer& how, line_grid<Sample>& lines) {
+    void trace_lines(const Policy& policy, const scene& body, const frame_view<Probe>& frame, const Model& model,
+                     const Tracer& how, line_grid<Sample>& lines) {
         constexpr float line_time = 1e6F;
         scene_view seen = body.view_for_rays(policy);
         seen.displacements = displacements_.compute(policy, body, frame);
@@ -147,7 +146,7 @@ class line_driver {
     };
 
     template <exec::policy Policy, transducer Probe, class BeginBlock, class Trace>
-    void sum_blocks(const Policy& policy, const detail::frame_view<Probe>& frame, float line_time,
+    void sum_blocks(const Policy& policy, const frame_view<Probe>& frame, float line_time,
                     view<line_grid<Sample>* const> sinks, const BeginBlock& begin_block, const Trace& trace) {
         if (rooms_.size() < blocks_of(frame.probe.lines)) rooms_.resize(blocks_of(frame.probe.lines));
         line_time *= static_cast<float>(frame.planes);

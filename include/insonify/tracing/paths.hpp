@@ -4,7 +4,7 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/core/error.hpp>
-#include <insonify/tracing/paths/path_walk.hpp>
+#include <insonify/tracing/paths/path_follower.hpp>
 #include <insonify/tracing/trace.hpp>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -34,7 +34,7 @@ struct paths {
     template <class Policy, detail::path_model Model>
     INSONIFY_FN bool operator()(const Policy&, const line_task& task, const Model& model, line_scratch& scratch,
                                 view<vec2> out) const {
-        return detail::path_walk<Model>{task, model, settings, scratch, out}.run();
+        return detail::path_follower<Model>{task, model, settings, scratch, out}.run();
     }
 
     friend bool operator==(const paths&, const paths&) = default;

@@ -5,7 +5,7 @@
 
 #include <insonify/tracing/aperture/aperture_view.hpp>
 #include <insonify/tracing/emit/tracer.hpp>
-#include <insonify/tracing/find/layer_finder.hpp>
+#include <insonify/tracing/find/find_layers.hpp>
 #include <string>
 
 namespace insonify::inline INSONIFY_ABI {

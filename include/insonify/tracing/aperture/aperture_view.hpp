@@ -6,7 +6,7 @@
 #include <insonify/acoustics/acoustic_model.hpp>
 #include <insonify/execution/simd.hpp>
 #include <insonify/tracing/aperture/turned_line.hpp>
-#include <insonify/tracing/emit/trace_line.hpp>
+#include <insonify/tracing/emit/tracer.hpp>
 #include <insonify/tracing/find/find_line.hpp>
 #include <cfloat>
 #include <cmath>

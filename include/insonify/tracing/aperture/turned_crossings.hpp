@@ -5,8 +5,8 @@
 
 #include <insonify/probe/line_fan.hpp>
 #include <insonify/tracing/aperture/turned_line.hpp>
-#include <insonify/tracing/find/crossing_lists.hpp>
 #include <insonify/tracing/find/slice_cut.hpp>
+#include <insonify/tracing/find/slice_finder.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>

@@ -40,7 +40,7 @@ struct slice_frame {
     /// @param probe_at  whose coordinates the planes are in
     /// @param planes    at most `max_slices`
     /// @param fan       coordinates of positions in the slice plane, to those of the probe
-    slice_frame(const pose& probe_at, view<const detail::elevation_plane> planes, const pose& fan = {})
+    slice_frame(const pose& probe_at, view<const elevation_plane> planes, const pose& fan = {})
         : count{static_cast<std::uint32_t>(planes.size())} {
         const pose at = probe_at * fan;
         origin = at.translation;
@@ -106,7 +106,7 @@ struct slice_region {
 
     /// Between the first and the last line, beyond their origins, of any depth.
     /// @param beside  metres by which it is larger, to all sides
-    slice_region(const slice_frame& slices, const detail::line_fan& fan, float beside = 0) : frame{slices} {
+    slice_region(const slice_frame& slices, const line_fan& fan, float beside = 0) : frame{slices} {
         if (!fan.is_wedge()) return;
         const auto &left = fan[0], &right = fan[fan.size() - 1];
         add_side({-left.along.y, left.along.x}, left.right({0, 0}) + beside);
@@ -115,7 +115,7 @@ struct slice_region {
     }
 
     /// The same for lines of this length, metres.
-    slice_region within(float length, const detail::line_fan& fan) const {
+    slice_region within(float length, const line_fan& fan) const {
         slice_region near_part = *this;
         near_part.add_side({0, 1}, fan.extent().max.y + length * fan.extent().max_cosine);
         return near_part;
@@ -275,7 +275,7 @@ inline void find_levels(const slice_frame& frame, view<const vec3> points, std::
 /// Calls visit(i) for the faces of the groups [begin, end) whose corners differ in level. Most groups are on one side of all
 /// slices, so the branches predict well.
 template <class Visit>
-void for_each_mixed(view<const uvec3> faces, const detail::face_groups_view& groups, std::size_t begin, std::size_t end,
+void for_each_mixed(view<const uvec3> faces, const face_groups_view& groups, std::size_t begin, std::size_t end,
                     const std::uint8_t* levels, Visit&& visit) {
     for (std::size_t group = begin; group < end; ++group) {
         const view<const std::uint32_t> vertices = groups[group];
@@ -283,8 +283,8 @@ void for_each_mixed(view<const uvec3> faces, const detail::face_groups_view& gro
         unsigned different = 0;
         for (const std::uint32_t vertex : vertices) different |= levels[vertex] ^ first;
         if (different == 0) continue;
-        const std::size_t last = std::min((group + 1) * detail::face_groups_view::size, faces.size());
-        for (std::size_t i = group * detail::face_groups_view::size; i < last; ++i) {
+        const std::size_t last = std::min((group + 1) * face_groups_view::size, faces.size());
+        for (std::size_t i = group * face_groups_view::size; i < last; ++i) {
             const uvec3 corner = faces[i];
             const unsigned a = levels[corner.x], b = levels[corner.y], c = levels[corner.z];
             if (((a ^ b) | (a ^ c)) != 0) visit(static_cast<std::uint32_t>(i));
@@ -300,7 +300,7 @@ INSONIFY_INLINE void for_each_child(const bvh_view<Range, Width>& tree, std::uin
     const auto row = [&](std::ptrdiff_t k) { return load<Width>(side + k * Width); };
     const lanes<Width> lower[3] = {row(0), row(1), row(2)}, upper[3] = {row(3), row(4), row(5)};
     for (std::uint32_t left = overlaps(region, lower, upper); left != 0; left &= left - 1) {
-        const std::uint32_t child = tree.nodes[node].child[detail::lowest_bit(left)];
+        const std::uint32_t child = tree.nodes[node].child[lowest_bit(left)];
         if (child != no_child) visit(child);
     }
 }
@@ -360,7 +360,7 @@ class slice_cut {
     /// @param beyond     lines that the segments are kept for, too
     template <exec::policy Policy>
     void cut(const Policy& policy, const scene_view& scene, view<const std::uint8_t> chosen, const line_fan& fan,
-             const pose& probe_at, view<const detail::elevation_plane> planes, float max_depth, bool keep_all,
+             const pose& probe_at, view<const elevation_plane> planes, float max_depth, bool keep_all,
              const outer_lines& beyond) {
         keep_all_ = keep_all;
         plan(scene, chosen, fan, probe_at, planes, max_depth, beyond);
@@ -385,7 +385,7 @@ class slice_cut {
 
   private:
     static constexpr std::uint32_t block = 8192; // vertices or faces that one thread processes at a time
-    static constexpr std::uint32_t groups_of_block = block / detail::face_groups_view::size;
+    static constexpr std::uint32_t groups_of_block = block / face_groups_view::size;
 
     static constexpr std::size_t max_subtrees = 32; // that one object's tree is divided into, roughly
 
@@ -399,10 +399,10 @@ class slice_cut {
 
     // Collects the work items, in the order in which `for_each_segment` visits their results.
     void plan(const scene_view& scene, view<const std::uint8_t> chosen, const line_fan& fan, const pose& probe_at,
-              view<const detail::elevation_plane> planes, float max_depth, const outer_lines& beyond) {
+              view<const elevation_plane> planes, float max_depth, const outer_lines& beyond) {
         const float beside = beyond.shift;
         aabb face; // of the probe
-        for (const detail::elevation_plane& plane : planes)
+        for (const elevation_plane& plane : planes)
             for (const float x : {fan.extent().min.x - beside, fan.extent().max.x + beside})
                 for (const float y : {fan.extent().min.y - beside, fan.extent().max.y + beside}) {
                     const vec3 corner = fan.upright().point({x, 0, y});
@@ -480,7 +480,7 @@ class slice_cut {
                 const auto places_from = fan.places_of<simd_width>(from.across, from.along);
                 const auto places_to = fan.places_of<simd_width>(to.across, to.along);
                 for (; cut_ones != 0; cut_ones &= cut_ones - 1) {
-                    const std::uint32_t i = detail::lowest_bit(cut_ones);
+                    const std::uint32_t i = lowest_bit(cut_ones);
                     const vec2 p{ends[0][i], ends[1][i]}, q{ends[2][i], ends[3][i]};
                     cut_segment segment{
                         .from = p, .to = q, .slice = slice, .object = own.object, .primitive = faces.primitive[i]};

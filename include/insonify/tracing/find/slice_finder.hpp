@@ -3,14 +3,54 @@
 
 #include <insonify/core/save_macros.hpp>
 
+#include <insonify/bvh/large_array.hpp>
+#include <insonify/core/view.hpp>
+#include <insonify/scene/crossings.hpp>
 #include <insonify/signal/kernel/elevation_plane.hpp>
-#include <insonify/tracing/find/crossing_lists.hpp>
 #include <insonify/tracing/find/find_line.hpp>
 #include <insonify/tracing/find/line_layers.hpp>
 #include <insonify/tracing/find/slice_cut.hpp>
 #include <algorithm>
+#include <cstddef>
 
 namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Lists in one flat array, by a counting sort: what each list is to hold is counted, then added. Keeps its memory.
+template <class T>
+class counted_lists {
+  public:
+    /// Begins to count for so many lists.
+    void clear(std::size_t lists) {
+        ends_.resize(lists + 1);
+        std::fill(ends_.begin(), ends_.end(), 0);
+    }
+    void count(std::size_t list) { ++ends_[list + 1]; }
+    /// After the last `count`, before the first `add`.
+    void make_room() {
+        for (std::size_t list = 1; list < ends_.size(); ++list) ends_[list] += ends_[list - 1];
+        items_.resize(ends_[ends_.size() - 1]);
+    }
+    /// The end of each list's predecessor is where its own items begin; it moves on to its own end as they come in.
+    void add(std::size_t list, const T& item) { items_[ends_[list]++] = item; }
+
+    /// One list, after the last `add`.
+    view<const T> operator[](std::size_t list) const {
+        return {items_.data() + begin(list), ends_[list] - begin(list)};
+    }
+    /// The same, to be sorted.
+    view<T> editable(std::size_t list) { return {items_.data() + begin(list), ends_[list] - begin(list)}; }
+    /// Items in all lists.
+    std::size_t size() const { return items_.size(); }
+
+  private:
+    std::size_t begin(std::size_t list) const { return list == 0 ? 0 : ends_[list - 1]; }
+
+    large_array<std::uint32_t> ends_; // in `items_`
+    large_array<T> items_;
+};
+
+/// The crossings of many lines with segments of slices, by line. Those behind the origin of their line have negative distances.
+using crossing_lists = counted_lists<crossing>;
 
 /// Finds the crossings of all lines of a frame at once: cuts the scene by the slices that contain the lines and distributes
 /// the segments over the lines. Keeps its memory from frame to frame.
@@ -36,7 +76,7 @@ class slice_finder {
     /// @param all         cut all objects
     /// @param directions  in which each line is traced
     /// @return whether any is cut
-    bool choose(const scene_view& scene, const pose& at, view<const detail::elevation_plane> planes, bool all,
+    bool choose(const scene_view& scene, const pose& at, view<const elevation_plane> planes, bool all,
                 std::uint32_t directions) {
         const slice_frame frame{at, planes, fan_.upright()};
         chosen_.resize(scene.objects.size());
@@ -67,7 +107,7 @@ class slice_finder {
 
     /// Cuts the objects that were chosen, of the same scene: see `slice_cut::cut`.
     template <exec::policy Policy>
-    void cut(const Policy& policy, const scene_view& scene, const pose& at, view<const detail::elevation_plane> planes,
+    void cut(const Policy& policy, const scene_view& scene, const pose& at, view<const elevation_plane> planes,
              float depth, bool keep_all, const outer_lines& beyond = {}) {
         slices_ = planes.size();
         cut_.cut(policy, scene, view<const std::uint8_t>{chosen_}, fan_, at, planes, depth, keep_all, beyond);

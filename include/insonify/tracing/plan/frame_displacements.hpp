@@ -17,8 +17,7 @@ class frame_displacements {
   public:
     /// @throws geometry_error  where the map that deforms the scene folds over in the field of view
     template <class Policy, transducer Probe>
-    view<const displacement_view> compute(const Policy& policy, const scene& body,
-                                          const detail::frame_view<Probe>& frame) {
+    view<const displacement_view> compute(const Policy& policy, const scene& body, const frame_view<Probe>& frame) {
         if (!body.is_deformed()) return {};
         const displacement_lattice where = lattice_of(frame);
         const view<const displacement_view> found = body.displacements(policy, where, nodes_, places_);
@@ -32,14 +31,14 @@ class frame_displacements {
     static constexpr float max_cells = 64;      // along an axis
 
     template <transducer Probe>
-    static bool is_seen(const detail::frame_view<Probe>& frame, vec3 point) {
+    static bool is_seen(const frame_view<Probe>& frame, vec3 point) {
         const vec3 local = frame.at.local_point(point);
         const vec2 place = frame.probe.locate({local.x, local.z}); // line, depth
         return place.x > -1 && place.x < static_cast<float>(frame.probe.lines) && place.y > 0 && place.y < frame.depth;
     }
 
     template <transducer Probe>
-    static displacement_lattice lattice_of(const detail::frame_view<Probe>& frame) {
+    static displacement_lattice lattice_of(const frame_view<Probe>& frame) {
         aabb box;
         for (std::uint32_t plane = 0; plane < frame.planes; ++plane)
             for (std::uint32_t i = 0; i < frame.probe.lines; ++i) {

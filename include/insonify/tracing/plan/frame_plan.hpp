@@ -4,22 +4,48 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/acoustics/acoustic_model.hpp>
+#include <insonify/acoustics/layer.hpp>
 #include <insonify/core/memo.hpp>
 #include <insonify/probe/acquisition.hpp>
+#include <insonify/probe/transducer.hpp>
 #include <insonify/signal/kernel/elevation.hpp>
 #include <insonify/signal/kernel/kernel_table.hpp>
 #include <insonify/signal/pulse.hpp>
 #include <insonify/tracing/plan/check.hpp>
-#include <insonify/tracing/plan/frame_lines.hpp>
 #include <vector>
 
-namespace insonify::inline INSONIFY_ABI {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-namespace detail {
+/// The lines of a frame in all of its elevation planes. Trivially copyable where the probe is.
+template <transducer Probe>
+struct frame_lines {
+    Probe probe{};                                    ///< that sends and receives
+    pose at{};                                        ///< probe to world
+    float depth = 0;                                  ///< of the last sample's end, metres
+    float max_depth = 0;                              ///< how far lines are followed, metres
+    std::uint32_t planes = 1;                         ///< that represent the thickness of the slice
+    elevation_plane plane[max_elevation_planes] = {}; ///< the slice plane, then pairs to both sides of it
+
+    /// A line of the probe in one of the planes, in the world: displaced in elevation alone, so the distance along it stays the
+    /// displayed one.
+    INSONIFY_FN line_frame line(std::uint32_t number, std::uint32_t of_plane) const {
+        const ray beam = probe.beam(static_cast<float>(number));
+        const vec3 elevation = at.direction({0, 1, 0});
+        line_frame line{at.point(beam.origin) + plane[of_plane].height(beam.origin.z) * elevation,
+                        at.direction(beam.direction), elevation, plane[of_plane].slope * beam.direction.z};
+        if constexpr (requires { probe.scatterer_axis(0.0F); })
+            line.steering = at.direction(beam.direction - probe.scatterer_axis(static_cast<float>(number)));
+        return line;
+    }
+    /// The tilt of a line of any direction in the world that runs in one of the planes: see `line_frame`.
+    INSONIFY_FN float tilt(vec3 direction, std::uint32_t of_plane) const {
+        return plane[of_plane].slope * dot(direction, at.direction({0, 0, 1}));
+    }
+};
 
 /// What the function of one line reads of a frame: its lines, sampling and kernels. Trivially copyable where the probe is.
 template <transducer Probe>
-struct frame_view : detail::frame_lines<Probe> {
+struct frame_view : frame_lines<Probe> {
     float spacing = 0;                      ///< metres from sample to sample
     float pulse_sigma = 0;                  ///< standard deviation of the pulse envelope, metres of displayed depth
     float bandwidth = 0;                    ///< see `traced_line`
@@ -27,7 +53,7 @@ struct frame_view : detail::frame_lines<Probe> {
     view<const std::uint32_t> plane_sets{}; ///< of each line, the number of its set of plane weights
     view<const float> plane_weights{};      ///< for each set, plane after plane, one weight for each sample
     line_aperture aperture{};               ///< that receives
-    detail::kernel_table_view kernels{};    ///< of the stages that follow
+    kernel_table_view kernels{};            ///< of the stages that follow
     std::uint32_t frame_number = 0;         ///< speckle of flowing media depends on it
 
     /// The weights of the samples of a line in one of the planes; where there are several.
@@ -43,16 +69,16 @@ class frame_plan {
     /// @param samples  along each line, chosen
     /// @throws usage_error  for a number of planes other than 1, 3, 5 or 7
     template <class Policy>
-    detail::frame_view<Probe> view_of(const Policy& policy, const Probe& probe, const pose& at, const Model& model,
-                                      const acquisition& scan, std::uint32_t samples, view<const medium> media) {
+    frame_view<Probe> view_of(const Policy& policy, const Probe& probe, const pose& at, const Model& model,
+                              const acquisition& scan, std::uint32_t samples, view<const medium> media) {
         const tables& made =
             tables_([&](tables& t) { t.compute(policy, probe, scan.depth, samples, scan.planes, model); }, probe,
                     scan.depth, samples, scan.planes, model);
-        detail::frame_view<Probe> frame{detail::frame_lines<Probe>{.probe = probe,
-                                                                   .at = at,
-                                                                   .depth = scan.depth,
-                                                                   .max_depth = max_depth_of(model, scan.depth, media),
-                                                                   .planes = scan.planes}};
+        frame_view<Probe> frame{frame_lines<Probe>{.probe = probe,
+                                                   .at = at,
+                                                   .depth = scan.depth,
+                                                   .max_depth = max_depth_of(model, scan.depth, media),
+                                                   .planes = scan.planes}};
         frame.spacing = scan.depth / static_cast<float>(samples);
         frame.pulse_sigma = nominal_pulse(probe).sigma_z(probe.frequency);
         frame.bandwidth = fractional_bandwidth(probe);
@@ -68,7 +94,7 @@ class frame_plan {
 
   private:
     struct tables {
-        std::vector<detail::elevation_plane> plane{};
+        std::vector<elevation_plane> plane{};
         std::vector<std::uint32_t> plane_sets{};
         std::vector<float> plane_weights{}, fnumbers{}, strips{}, phase_spreads{};
         float fnumber_spacing = 1, elevation_fnumber = 4, height = 0;
@@ -88,7 +114,7 @@ class frame_plan {
             for (std::size_t set = 0; count > 1 && set < of_lines.sets(); ++set)
                 of_lines[set].weights_of_samples(samples, depth / static_cast<float>(samples), plane_weights);
             compute_kernel_table(policy, probe, depth, of_lines, model, kernels);
-            constexpr std::uint32_t parts = detail::kernel_table_view::depths;
+            constexpr std::uint32_t parts = kernel_table_view::depths;
             fnumber_spacing = depth / parts;
             fnumbers.clear();
             strips.clear();
@@ -110,8 +136,7 @@ class frame_plan {
     memo<tables, Probe, float, std::uint32_t, std::uint32_t, Model> tables_{};
 };
 
-} // namespace detail
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 
 #include <insonify/core/restore_macros.hpp>
 

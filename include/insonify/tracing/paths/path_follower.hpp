@@ -1,13 +1,15 @@
-#ifndef INSONIFY_TRACING_PATHS_PATH_WALK_HPP
-#define INSONIFY_TRACING_PATHS_PATH_WALK_HPP
+#ifndef INSONIFY_TRACING_PATHS_PATH_FOLLOWER_HPP
+#define INSONIFY_TRACING_PATHS_PATH_FOLLOWER_HPP
 
 #include <insonify/core/save_macros.hpp>
 
+#include <insonify/acoustics/echo_path.hpp>
+#include <insonify/acoustics/layer.hpp>
 #include <insonify/acoustics/physical.hpp>
 #include <insonify/core/random.hpp>
 #include <insonify/scene/layers.hpp>
 #include <insonify/tracing/emit/tracer.hpp>
-#include <insonify/tracing/paths/path_branch.hpp>
+#include <cmath>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -23,6 +25,86 @@ struct path_settings {
 
 namespace detail {
 
+/// The curvature of the wave front that a path follows. Waves leave the probe plane; curved mirrors spread or focus them:
+///
+///     a(s) = 1 / sqrt(|det(I + s K)|)    amplitude after s metres
+///
+/// with the curvature K in 1/m, a symmetric tensor in the world whose null direction is the path's. Source: conservation of
+/// energy in a tube of rays, as in geometrical acoustics.
+class ray_tube {
+  public:
+    /// Whether the wave front is plane.
+    INSONIFY_FN bool plane() const { return bend_ == mat3{0}; }
+
+    /// a(s). Near a focus it is bounded: there the beam has its diffraction-limited width.
+    INSONIFY_FN float amplitude(float metres) const {
+        constexpr float smallest = 0.25F; // of the determinant: at most 6 dB
+        return 1 / std::sqrt(max(std::fabs(determinant(mat3{1} + metres * bend_)), smallest));
+    }
+
+    /// The tube after s metres: K (I + s K)^-1.
+    INSONIFY_FN ray_tube after(float metres) const {
+        const mat3 grown = mat3{1} + metres * bend_;
+        const float size = determinant(grown);
+        ray_tube next;
+        if (std::fabs(size) < 1e-3F) return next; // at a focus
+        const mat3 inverse = mat3{cross(grown[1], grown[2]), cross(grown[2], grown[0]), cross(grown[0], grown[1])};
+        next.bend_ = (1 / size) * (bend_ * transpose(inverse));
+        return next;
+    }
+
+    /// The tube that a mirror makes of this one:
+    ///
+    ///     K' = M K M + 2 cos^2 i sum_jk H_jk t_j t_k^T,   M = I - 2 n n^T,   t_j = e_j - n (e_j . d') / (n . d')
+    ///
+    /// H are the second derivatives of the mirror's depth along the incident direction d, over the axes e_j across it; d' is the
+    /// reflected direction, n the normal, i the angle of incidence. Source: equal phase of both waves on the mirror, to second
+    /// order.
+    /// @param curvature  H: along both axes, and mixed, 1/m
+    INSONIFY_FN ray_tube mirrored(vec3 normal, vec3 reflected, vec3 across, vec3 elevation, vec3 curvature) const {
+        const float towards = dot(normal, reflected);
+        ray_tube next;
+        if (std::fabs(towards) < 0.05F) return next;
+        const mat3 mirror = mat3{1} - 2.0F * product(normal, normal);
+        const vec3 x = across - (dot(across, reflected) / towards) * normal,
+                   y = elevation - (dot(elevation, reflected) / towards) * normal;
+        next.bend_ = mirror * bend_ * mirror +
+                     (2 * towards * towards) * (curvature.x * product(x, x) + curvature.y * product(y, y) +
+                                                curvature.z * (product(x, y) + product(y, x)));
+        return next;
+    }
+
+  private:
+    INSONIFY_FN static mat3 product(vec3 a, vec3 b) { return {b.x * a, b.y * a, b.z * a}; } // a b^T
+
+    mat3 bend_{0}; // K
+};
+
+/// A path that has not been followed yet: see `paths`.
+struct path_branch {
+    line_frame frame{}; ///< where its next piece begins, and along what
+    echo_path path{};   ///< the state of the sound there
+    ray_tube tube{};    ///< curvature of the wave front there
+    float own_surface =
+        0; ///< cosine of incidence on the surface it leaves, if that is the present object's own; else 0
+    std::uint32_t bounces = 0; ///< reflections so far
+    std::uint32_t inside = 0;  ///< how many objects contain it: the last ones of `line_scratch::branch_objects`
+    bool inverted = false;     ///< an odd number of the reflections turned the sign of the pressure
+};
+
+/// A path that arrived at a surface. Sound that arrives along one such path may return along another: see `paths`.
+struct path_arrival {
+    line_frame frame{};        ///< of the path's last piece
+    vec3 point{0, 0, 0};       ///< where it ended
+    vec3 normal{0, 0, 0};      ///< of the surface
+    echo_path path{};          ///< the state of the sound there
+    layer above{};             ///< before the surface
+    layer below{};             ///< behind it
+    std::uint32_t bounces = 0; ///< reflections so far
+    bool inverted = false;     ///< an odd number of the reflections turned the sign of the pressure
+    bool at_face = false;      ///< the surface is the face of the probe
+};
+
 /// Models whose echoes can be computed layer by layer and surface by surface: `physical`, with any laws.
 template <class Model>
 concept path_model = acoustic_model<Model> && requires(const Model& m, const traced_line& line, const layer& one,
@@ -35,10 +117,10 @@ concept path_model = acoustic_model<Model> && requires(const Model& m, const tra
 
 /// Follows all paths of one line: a stack of branches, each of which ends at the next change of medium, where its
 /// reflected and transmitted parts begin.
-template <detail::path_model Model>
-class path_walk {
+template <path_model Model>
+class path_follower {
   public:
-    INSONIFY_FN path_walk(const line_task& task, const Model& model, const path_settings& settings,
+    INSONIFY_FN path_follower(const line_task& task, const Model& model, const path_settings& settings,
                           line_scratch& scratch, view<vec2> out)
         : scene_{task.scene}, model_{model}, settings_{settings}, line_{task.line}, face_{task.line.frame},
           echoes_{task.echoes(out)}, found_{scratch.found}, branches_{scratch.branches},
@@ -73,7 +155,7 @@ class path_walk {
         return max(dot(at.origin - face_.origin, face_.along), 0) / towards;
     }
 
-    INSONIFY_FN bool follow(detail::path_branch now) {
+    INSONIFY_FN bool follow(path_branch now) {
         const float face = to_face(now.frame);
         const float limit = min(range(now.path.shown), face);
         const bool complete =
@@ -104,7 +186,7 @@ class path_walk {
     }
 
     // Curved mirrors on the way spread the sound: its amplitude along the present piece of the path, as `aperture_gains`.
-    INSONIFY_FN void spread_sound(detail::path_branch& now, float length, aperture_gain (&spread)[spread_steps]) {
+    INSONIFY_FN void spread_sound(path_branch& now, float length, aperture_gain (&spread)[spread_steps]) {
         line_.gains = {};
         now.path.gains = {};
         if (now.tube.plane()) return;
@@ -116,7 +198,7 @@ class path_walk {
         line_.gains = {{spread, spread_steps}, step};
     }
     // A path at the end of a piece.
-    INSONIFY_FN static detail::path_branch arrived_at(detail::path_branch now, float distance) {
+    INSONIFY_FN static path_branch arrived_at(path_branch now, float distance) {
         now.path.passed *= now.tube.amplitude(distance);
         now.path.gains = {};
         now.tube = now.tube.after(distance);
@@ -124,10 +206,10 @@ class path_walk {
     }
 
     // Splits a path at a surface into a transmitted and a reflected branch.
-    INSONIFY_FN void split(const detail::path_branch& arriving, const layer_walk<>& walk, const layer& above,
+    INSONIFY_FN void split(const path_branch& arriving, const layer_walk<>& walk, const layer& above,
                            const layer& below) {
         const medium &before = line_.media[above.medium], &after = line_.media[below.medium];
-        const detail::path_branch now = arriving.tube.plane() ? arriving : arrived_at(arriving, below.begin);
+        const path_branch now = arriving.tube.plane() ? arriving : arrived_at(arriving, below.begin);
         const vec3 smooth = walk.met().normal, flat = walk.met().flat;
         // Wave fronts are not tilted; but a surface along the slice is crossed only because of the tilt, which then counts.
         line_frame frame = now.frame;
@@ -153,7 +235,7 @@ class path_walk {
         if (crosses(reflected)) reflected = mirrored_by(flat);
 
         const vec3 point = now.frame.at(below.begin);
-        detail::path_branch on = now, off = now;
+        path_branch on = now, off = now;
         const bool straight_on = length(onwards - along) < 1e-6F;
         on.frame = straight_on ? turned(now.frame, point, now.frame.along) : turned(frame, point, onwards);
         off.frame = turned(frame, point, reflected);
@@ -173,7 +255,7 @@ class path_walk {
     }
 
     // Ends a path at the face of the probe, and starts its reflection there if the face reflects.
-    INSONIFY_FN void return_from_face(detail::path_branch now, float distance) {
+    INSONIFY_FN void return_from_face(path_branch now, float distance) {
         constexpr float min_cosine = 0.5F; // beyond 60 degrees no sound that is reflected again comes back to the array
         if (settings_.face_reflection == 0 || -dot(now.frame.along, face_.along) < min_cosine) return;
         if (!now.tube.plane()) now = arrived_at(now, distance);
@@ -197,7 +279,7 @@ class path_walk {
                                  0});
     }
 
-    INSONIFY_FN void record(const detail::path_branch& now, float distance, vec3 normal, const layer& above,
+    INSONIFY_FN void record(const path_branch& now, float distance, vec3 normal, const layer& above,
                             const layer& below) {
         overflow_ = overflow_ || arrived_ == arrivals_.size();
         if (overflow_) return;
@@ -211,7 +293,7 @@ class path_walk {
     INSONIFY_FN void add_pairs() {
         for (std::uint32_t i = 0; i < arrived_; ++i)
             for (std::uint32_t j = i + 1; j < arrived_; ++j) {
-                const detail::path_arrival &out = arrivals_[i], &home = arrivals_[j];
+                const path_arrival &out = arrivals_[i], &home = arrivals_[j];
                 if (out.bounces != home.bounces || out.at_face != home.at_face) continue;
                 if (out.above.object != home.above.object || out.below.object != home.below.object) continue;
                 const float sign = out.inverted == home.inverted ? 2.0F : -2.0F;
@@ -230,13 +312,13 @@ class path_walk {
 
     // How much of what arrives along one path returns along the other: all where they meet at one point from one direction.
     // An estimate: it falls linearly to 0 at 3 degrees and at half a millimetre, on the same surface within 20 um.
-    INSONIFY_FN static float in_common(const detail::path_arrival& a, const detail::path_arrival& b) {
+    INSONIFY_FN static float in_common(const path_arrival& a, const path_arrival& b) {
         const vec3 between = a.point - b.point;
         const float radians = length(a.frame.along - b.frame.along), height = std::fabs(dot(between, a.normal));
         return max(1 - radians / 0.05F, 0) * max(1 - length(between) / 0.5e-3F, 0) * max(1 - height / 20e-6F, 0);
     }
 
-    INSONIFY_FN void push(detail::path_branch next, const media_stack& inside) {
+    INSONIFY_FN void push(path_branch next, const media_stack& inside) {
         const float amplitude = next.path.passed * amplitude_of_decibels(-pulse_loss(model_, line_, next.path.loss_db));
         if (next.frame.along == vec3{0, 0, 0} || !(amplitude >= settings_.min_amplitude)) return;
         if (next.bounces > settings_.bounces || next.path.shown >= max_shown()) return;
@@ -258,11 +340,11 @@ class path_walk {
     const path_settings& settings_;
     traced_line line_;
     line_frame face_;
-    detail::compensated_echoes echoes_;
+    compensated_echoes echoes_;
     line_crossings& found_;
-    view<detail::path_branch> branches_;
+    view<path_branch> branches_;
     view<std::uint32_t> branch_objects_;
-    view<detail::path_arrival> arrivals_;
+    view<path_arrival> arrivals_;
     float fastest_ = display_speed;
     std::uint32_t count_ = 0, objects_ = 0; // branches, and the objects that contain them
     std::uint32_t arrived_ = 0;             // arrivals at surfaces
