@@ -205,12 +205,22 @@ struct aperture_view {
     INSONIFY_FN void find_means(std::uint32_t plane, std::uint32_t step, std::uint32_t first) const {
         float amplitudes[max_aperture_directions][points_at_once], fractions[max_aperture_directions][points_at_once];
         float depths[points_at_once] = {};
-        for (std::uint32_t k = 0; k < directions; ++k)
-            for (std::uint32_t i = 0; i < points_at_once; ++i) {
-                amplitudes[k][i] = fractions[k][i] = 0;
-                if (first + i < points.count)
-                    weigh(k, plane, step, first + i, amplitudes[k][i], fractions[k][i], depths[i]);
+        std::uint32_t places[points_at_once];
+        const std::uint32_t left = points.count - first, count = left < points_at_once ? left : points_at_once;
+        for (std::uint32_t i = 0; i < count; ++i)
+            places[i] = profile_of(points.line_of(first + i), plane).at[step].place;
+        for (std::uint32_t k = 0; k < directions; ++k) {
+            for (std::uint32_t i = 0; i < points_at_once; ++i) amplitudes[k][i] = fractions[k][i] = 0;
+            const aperture_part part = parts[row_of(k, plane, step)];
+            if (!(part.fraction > 0)) continue;
+            for (std::uint32_t i = 0; i < count; ++i) {
+                const blended_sound heard = sound_at(k, plane, step, first + i, part.crossed, places[i]);
+                if (!heard.any) continue; // only sound that arrives in the same place counts
+                fractions[k][i] = part.fraction;
+                amplitudes[k][i] = part.fraction * heard.amplitude;
+                depths[i] += amplitudes[k][i] * heard.shown;
             }
+        }
         const received heard = receive(amplitudes), all = receive(fractions);
         const floats smallest(FLT_MIN); // divides where there is no line at all
         float mean[points_at_once], rms[points_at_once], depth[points_at_once], whole[points_at_once];
@@ -218,7 +228,7 @@ struct aperture_view {
         store(heard.sum / max(all.sum, smallest), mean);
         store(sqrt(heard.power / max(all.power, smallest)), rms);
         store(all.sum, whole);
-        for (std::uint32_t i = 0; i < points_at_once && first + i < points.count; ++i)
+        for (std::uint32_t i = 0; i < count; ++i)
             means[row(plane, step) * points.count + first + i] = {mean[i] * mean[i], rms[i], depth[i], whole[i] > 0};
     }
 
@@ -282,47 +292,49 @@ struct aperture_view {
         return own;
     }
 
-    // What arrives at a point along one direction, times the fraction of the aperture. The line that ends in the point lies
-    // between those of two points, neither of which is used where it has left the fan: slices end there.
-    INSONIFY_FN void weigh(std::uint32_t direction, std::uint32_t plane, std::uint32_t step, std::uint32_t point,
-                           float& amplitude, float& fraction_of_aperture, float& depth) const {
-        const aperture_part part = parts[row_of(direction, plane, step)];
-        if (!(part.fraction > 0)) return;
-        const auto count = static_cast<std::int64_t>(points.count), beyond = static_cast<std::int64_t>(points.beyond);
+    struct blended_sound {
+        bool any = false;
+        float amplitude = 0, shown = 0; // see `sound_at_depth`
+    };
+    // What arrives at a point along one direction, in one place. The line that ends in the point lies between those of two
+    // points, neither of which is used where it has left the fan: slices end there.
+    INSONIFY_FN INSONIFY_INLINE blended_sound sound_at(std::uint32_t direction, std::uint32_t plane, std::uint32_t step,
+                                                       std::uint32_t point, float crossed, std::uint32_t place) const {
+        const auto count = static_cast<std::int32_t>(points.count), beyond = static_cast<std::int32_t>(points.beyond);
         const bool is_point = points.face.form == face_form::point; // else all cross as many lines
         const float back = -(
             is_point
                 ? turn_of(direction, plane, point + points.beyond).lines_crossed(static_cast<float>(step + 1) * spacing)
-                : part.crossed);
+                : crossed);
         const float whole = std::floor(back), fraction = back - whole;
-        std::int64_t from = point + beyond + static_cast<std::int64_t>(whole), next = from + 1;
+        std::int32_t from = static_cast<std::int32_t>(point) + beyond + static_cast<std::int32_t>(whole),
+                     next = from + 1;
         bool from_within = true, next_within = true;
         if (points.face.full_circle) {
             from = (from % count + count) % count;
             next = (from + 1) % count;
         } else {
-            const std::int64_t all = count + 2 * beyond;
+            const std::int32_t all = count + 2 * beyond;
             from_within = from >= 0 && from < all && (is_point || point > 0 || fraction == 0);
             next_within = next >= 0 && next < all && (is_point || point + 1 < points.count);
             if (!from_within) from = next;
             if (!next_within) next = from;
-            if (!from_within && !next_within) return;
+            if (!from_within && !next_within) return {};
         }
         const sound_at_depth* const along = sound.data() + row_of(direction, plane, step) * fan.size();
-        const std::uint32_t here = profile_of(points.line_of(point), plane).at[step].place;
-        const blend_of_two between{from_within && along[from].place == here, next_within && along[next].place == here,
+        const blend_of_two between{from_within && along[from].place == place, next_within && along[next].place == place,
                                    fraction};
-        if (!between.any()) return; // only sound that arrives in the same place counts
-        fraction_of_aperture = part.fraction;
-        amplitude = part.fraction * between(along[from].amplitude, along[next].amplitude);
-        depth += amplitude * between(along[from].shown, along[next].shown);
+        if (!between.any()) return {};
+        return {true, between(along[from].amplitude, along[next].amplitude),
+                between(along[from].shown, along[next].shown)};
     }
 
     // Sum over the directions, and the sum of the squares of their convolution with themselves.
     struct received {
         floats sum{0.0F}, power{0.0F};
     };
-    INSONIFY_FN received receive(const float (&of_points)[max_aperture_directions][points_at_once]) const {
+    INSONIFY_FN INSONIFY_INLINE received
+    receive(const float (&of_points)[max_aperture_directions][points_at_once]) const {
         floats of[max_aperture_directions];
         received all;
         for (std::uint32_t k = 0; k < directions; ++k) {
