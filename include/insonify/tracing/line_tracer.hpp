@@ -59,15 +59,16 @@ namespace insonify::inline INSONIFY_ABI {
 
 namespace detail {
 
-/// The one loop over the lines and planes of a frame: what a line is traced in is made here alone, the scene as the tracer sees
-/// it, with tissue as it is deformed now. Keeps its memory from frame to frame.
+/// The one loop over the lines and planes of a frame: what a line is traced in is made here alone, the scene as the
+/// tracer sees it, with tissue as it is deformed now. Keeps its memory from frame to frame.
 template <class Sample>
 class line_driver {
   public:
     /// Finds the layers of all lines, computes what arrives through the aperture, and emits the echoes of every line.
     /// @param line_time  nanoseconds to emit one line of one plane, roughly
     /// @param sinks      grids that receive the samples; planes are weighted and added
-    /// @param emit       emit(block, task, layers, samples): adds to samples that are 0, those of one sink after those of another
+    /// @param emit       emit(block, task, layers, samples): adds to samples that are 0, those of one sink after those
+    ///                   of another
     template <exec::policy Policy, transducer Probe, acoustic_model Model, class Emit>
     void emit_lines(const Policy& policy, const scene& body, const frame_view<Probe>& frame, const Model& model,
                     const straight_lines& how, float line_time, view<line_grid<Sample>* const> sinks,

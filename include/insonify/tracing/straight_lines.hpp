@@ -12,9 +12,9 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// Straight lines: finds all crossings of each line in order, then applies the model once along it.
 ///
-/// All lines of a plane lie in one slice of the scene. An object is cut by the slices once and the segments are distributed
-/// over the lines, or a ray is traced for each line, whichever is faster for the object. Both find the same crossings,
-/// except on lines within rounding error of a vertex or an edge.
+/// All lines of a plane lie in one slice of the scene. An object is cut by the slices once and the segments are
+/// distributed over the lines, or a ray is traced for each line, whichever is faster for the object. Both find the same
+/// crossings, except on lines within rounding error of a vertex or an edge.
 struct straight_lines {
     line_search search = line_search::best; ///< how crossings are found
     std::uint32_t directions = 16; ///< in which lines are traced to each point, 1 to 64; 1: only the straight one.
@@ -27,8 +27,8 @@ struct straight_lines {
                               "; it must be 1 to 64 lines to each point, and 16 is usual"};
     }
 
-    /// One line by a ray, without corrections for the width of the aperture: what a kernel calls. `trace` finds the layers of all
-    /// lines instead.
+    /// One line by a ray, without corrections for the width of the aperture: what a kernel calls. `trace` finds the
+    /// layers of all lines instead.
     template <class Policy, acoustic_model Model>
     INSONIFY_FN bool operator()(const Policy& policy, const line_task& task, const Model& model, line_scratch& scratch,
                                 view<typename Model::sample_type> out) const {

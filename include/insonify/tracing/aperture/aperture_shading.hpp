@@ -15,17 +15,18 @@ namespace insonify::inline INSONIFY_ABI::detail {
 
 /// Computes the gains of all lines of a frame: does the steps of `aperture_view`. Keeps its memory from frame to frame.
 ///
-/// Lines that lie closer than the beam is wide share what arrives from the side: it is computed at some of them, the points,
-/// about as far apart as the beam is wide, and interpolated linearly in between. Only places in one and the same object are
-/// interpolated: between two of them there may be a surface that one line has crossed at a depth and its neighbour has not.
-/// Two places of one object on either side of a thin tilted sheet pass for the same; the error reaches one step of depth.
+/// Lines that lie closer than the beam is wide share what arrives from the side: it is computed at some of them, the
+/// points, about as far apart as the beam is wide, and interpolated linearly in between. Only places in one and the
+/// same object are interpolated: between two of them there may be a surface that one line has crossed at a depth and
+/// its neighbour has not. Two places of one object on either side of a thin tilted sheet pass for the same; the error
+/// reaches one step of depth.
 class aperture_shading {
   public:
     static constexpr std::uint32_t steps = sound_profile::steps; ///< of depth
 
     /// Takes over the lines of a probe.
-    /// @return whether they can be turned or shifted: at equal distances on a plane or round face, or from one point of a
-    ///         plane face; lines that are steered from a round one cannot
+    /// @return whether they can be turned or shifted: at equal distances on a plane or round face, or from one point of
+    ///         a plane face; lines that are steered from a round one cannot
     template <transducer Probe>
     bool assign(const Probe& probe, const line_fan& fan, const beam_model& beam) {
         const bool circle = is_full_circle(probe);
@@ -48,8 +49,8 @@ class aperture_shading {
     }
 
     /// Makes the view and its tables, after `assign`; no step is done yet.
-    /// @param directions  in which lines are traced to each point of a single plane; with several planes, each uses a quarter
-    ///                    as many, at least 2, interleaved with the others'
+    /// @param directions  in which lines are traced to each point of a single plane; with several planes, each uses a
+    ///                    quarter as many, at least 2, interleaved with the others'
     template <transducer Probe>
     aperture_view<Probe> prepare(const scene_view& scene, const frame_view<Probe>& frame, std::uint32_t directions) {
         lines_.clear();
@@ -139,9 +140,9 @@ class aperture_shading {
         return 0.5F * depth / frame.aperture.fnumber(depth);
     }
 
-    // The largest turn whose line is still received at some depth, within the angles for which depths and places of turned
-    // lines are accurate: the tangent on a plane face, at most 0.9 of that of a line along the face; the angle on a round one;
-    // the shift along the face of a phased array.
+    // The largest turn whose line is still received at some depth, within the angles for which depths and places of
+    // turned lines are accurate: the tangent on a plane face, at most 0.9 of that of a line along the face; the angle
+    // on a round one; the shift along the face of a phased array.
     template <transducer Probe>
     float widest(const aperture_view<Probe>& all) const {
         const face_shape& face = points_.face;

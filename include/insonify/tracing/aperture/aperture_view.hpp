@@ -12,20 +12,20 @@
 #include <cmath>
 #include <cstddef>
 
-/// Sound reaches a point from the whole width of the aperture, so shadows have a penumbra: behind a needle it comes past it
-/// from both sides, and beside a needle part of it is blocked. Here lines are traced to every point from several places of the
-/// aperture, and the `aperture_gains` of its line are computed from what arrives:
+/// Sound reaches a point from the whole width of the aperture, so shadows have a penumbra: behind a needle it comes
+/// past it from both sides, and beside a needle part of it is blocked. Here lines are traced to every point from
+/// several places of the aperture, and the `aperture_gains` of its line are computed from what arrives:
 ///
 ///     surfaces   mean(a)^2 / T               a^2: amplitude there and back along one of the lines, by the model
 ///     speckle    rms(a * a) / rms(1 * 1) / T      *: convolution across the aperture
 ///     depth      mean(a d) / mean(a)         d: displayed depth along one of the lines
 ///
-/// over the aperture |u| < z / 2F; T is the amplitude there and back along the line that is displayed. For an obstacle that
-/// lets nothing pass and leaves a fraction A of the aperture free, surfaces take A^2; speckle takes A^1.5 where the free part
-/// is in one piece, as beside a shadow's edge, and about A^2 where the obstacle is in its middle. Source: sound that is
-/// focused adds by pressure, out and back; the echo power of independent scatterers is the integral of the squared two-way
-/// beam, whose spectrum is a * a. Behind a strip 0.72 mm wide, F/2, 7.5 MHz, 5, 10 and 20 mm: -5.7, -2.9, -1.4 dB; a sum of
-/// waves has -5.6, -3.0, -1.4 dB.
+/// over the aperture |u| < z / 2F; T is the amplitude there and back along the line that is displayed. For an obstacle
+/// that lets nothing pass and leaves a fraction A of the aperture free, surfaces take A^2; speckle takes A^1.5 where
+/// the free part is in one piece, as beside a shadow's edge, and about A^2 where the obstacle is in its middle. Source:
+/// sound that is focused adds by pressure, out and back; the echo power of independent scatterers is the integral of
+/// the squared two-way beam, whose spectrum is a * a. Behind a strip 0.72 mm wide, F/2, 7.5 MHz, 5, 10 and 20 mm: -5.7,
+/// -2.9, -1.4 dB; a sum of waves has -5.6, -3.0, -1.4 dB.
 ///
 /// A line from the side is given the angle of incidence and the attenuation of the straight line through the same point
 /// (`incidence_at`). So plane layers leave the gains at 1, and their echoes have the levels of plane waves.
@@ -80,8 +80,8 @@ struct blend_of_two {
     }
 };
 
-/// Lines of the probe, equally far apart, whose points are shaded. They are reached by the lines of a fan: those of the points,
-/// and of a phased array, whose aperture is as wide at the edges of its sector, also some beyond.
+/// Lines of the probe, equally far apart, whose points are shaded. They are reached by the lines of a fan: those of the
+/// points, and of a phased array, whose aperture is as wide at the edges of its sector, also some beyond.
 struct shaded_lines {
     face_shape face{};
     std::uint32_t first = 0; ///< line of the probe
@@ -122,8 +122,8 @@ struct frame_gains {
     }
 };
 
-/// The steps of an aperture shading, each for one line or some points, over flat arrays. To be done in this order, each for all
-/// lines; those of one step in any order, on any threads or on a device. Trivially copyable.
+/// The steps of an aperture shading, each for one line or some points, over flat arrays. To be done in this order, each
+/// for all lines; those of one step in any order, on any threads or on a device. Trivially copyable.
 template <transducer Probe>
 struct aperture_view {
     static constexpr std::uint32_t steps = sound_profile::steps;
@@ -168,7 +168,8 @@ struct aperture_view {
                                 view<const std::uint32_t> objects, const Model& model, const crossing_source& from,
                                 line_room room) const {
         const line_turn turn = turn_of(direction, plane, line);
-        // Those beyond the points on the right do not reach any where they are shifted to the right, and so on the left.
+        // Those beyond the points on the right do not reach any where they are shifted to the right, and so on the
+        // left.
         if (turn.shift > 0 ? line >= points.beyond + points.count : line < points.beyond) return true;
         traced_line heard = along_fan(line, plane);
         turned_line turned{heard.frame, turn};
@@ -177,8 +178,8 @@ struct aperture_view {
                                            {turned.origin(), turned.frame().path(), 0, turn.length_to(frame.max_depth)},
                                            frame.max_depth,
                                            room.found};
-        // A turned line begins where that of the point does, in the same objects; a shifted one begins in the objects whose
-        // surfaces it crosses an odd number of times.
+        // A turned line begins where that of the point does, in the same objects; a shifted one begins in the objects
+        // whose surfaces it crosses an odd number of times.
         room.found.clear();
         if (!turn.is_shift())
             for (const std::uint32_t rank : objects) room.found.inside.toggle(rank);
@@ -201,7 +202,8 @@ struct aperture_view {
         return true;
     }
 
-    /// Step 3: what arrives at `points_at_once` points from one on, at one depth of one plane, through the whole aperture.
+    /// Step 3: what arrives at `points_at_once` points from one on, at one depth of one plane, through the whole
+    /// aperture.
     INSONIFY_FN void find_means(std::uint32_t plane, std::uint32_t step, std::uint32_t first) const {
         float amplitudes[max_aperture_directions][points_at_once], fractions[max_aperture_directions][points_at_once];
         float depths[points_at_once] = {};
@@ -232,8 +234,8 @@ struct aperture_view {
             means[row(plane, step) * points.count + first + i] = {mean[i] * mean[i], rms[i], depth[i], whole[i] > 0};
     }
 
-    /// Step 4: the gains of a line: what arrives at the nearest points through the aperture, divided by what arrives along the
-    /// line.
+    /// Step 4: the gains of a line: what arrives at the nearest points through the aperture, divided by what arrives
+    /// along the line.
     INSONIFY_FN void find_gains(std::uint32_t line, std::uint32_t plane) const {
         const float apart =
             (static_cast<float>(line) - static_cast<float>(points.first)) / static_cast<float>(points.stride);
@@ -296,8 +298,8 @@ struct aperture_view {
         bool any = false;
         float amplitude = 0, shown = 0; // see `sound_at_depth`
     };
-    // What arrives at a point along one direction, in one place. The line that ends in the point lies between those of two
-    // points, neither of which is used where it has left the fan: slices end there.
+    // What arrives at a point along one direction, in one place. The line that ends in the point lies between those of
+    // two points, neither of which is used where it has left the fan: slices end there.
     INSONIFY_FN INSONIFY_INLINE blended_sound sound_at(std::uint32_t direction, std::uint32_t plane, std::uint32_t step,
                                                        std::uint32_t point, float crossed, std::uint32_t place) const {
         const auto count = static_cast<std::int32_t>(points.count), beyond = static_cast<std::int32_t>(points.beyond);
@@ -352,8 +354,8 @@ struct aperture_view {
         return all;
     }
 
-    // The gain of the step above, where that has `more` times the amplitude along the line alone: no more sound arrives than
-    // there, unless the line itself brings it.
+    // The gain of the step above, where that has `more` times the amplitude along the line alone: no more sound arrives
+    // than there, unless the line itself brings it.
     INSONIFY_FN static aperture_gain limited(const aperture_gain& above, float more) {
         return {min(above.surfaces, max(above.surfaces * more, 1)), min(above.speckle, max(above.speckle * more, 1)),
                 above.deeper};

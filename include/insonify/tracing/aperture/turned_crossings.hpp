@@ -20,8 +20,8 @@ struct point_lanes {
     floats x, y;
 };
 
-/// The segments of one slice by the sum of the depths of their ends, which lie in flat arrays so that a register takes several.
-/// Keeps its memory from frame to frame.
+/// The segments of one slice by the sum of the depths of their ends, which lie in flat arrays so that a register takes
+/// several. Keeps its memory from frame to frame.
 class slice_segments {
   public:
     static constexpr int width = simd_width;
@@ -145,8 +145,8 @@ class turned_fan {
     // Of the circle around the apex that lines from a round face, prolonged backwards, touch: they run outside it.
     float inner_radius() const { return turn_.face.radius * std::fabs(turn_.sine); }
 
-    // Calls visit(from, to) for the parts of a segment that `straightened` keeps in order: those outside that circle; inside, a
-    // segment would pass the apex on the other side.
+    // Calls visit(from, to) for the parts of a segment that `straightened` keeps in order: those outside that circle;
+    // inside, a segment would pass the apex on the other side.
     template <class Visit>
     void for_each_outer_part(vec2 from, vec2 to, const Visit& visit) const {
         const float radius = inner_radius();
@@ -174,8 +174,8 @@ class turned_fan {
     std::vector<float> lines_[4] = {}; // x, y of origins; x, y of directions; the last line is repeated at the end
 };
 
-/// The crossings of the turned lines of one direction with the segments of the slices, by plane and line, at metres along the
-/// lines. Keeps its memory from frame to frame.
+/// The crossings of the turned lines of one direction with the segments of the slices, by plane and line, at metres
+/// along the lines. Keeps its memory from frame to frame.
 class turned_crossings {
   public:
     /// @param fan     before its lines are turned

@@ -54,9 +54,9 @@ struct face_shape {
     }
 };
 
-/// How a line reaches the points of other lines through the aperture. On a plane or round face it is turned about its origin in the
-/// slice plane, to the right. A line from the point of a phased array is shifted along the face instead. Such a line is measured by
-/// the depth that it reaches: that of the line of the probe which ends in the same point.
+/// How a line reaches the points of other lines through the aperture. On a plane or round face it is turned about its
+/// origin in the slice plane, to the right. A line from the point of a phased array is shifted along the face instead.
+/// Such a line is measured by the depth that it reaches: that of the line of the probe which ends in the same point.
 struct line_turn {
     face_shape face{};
     float sine = 0; ///< of the angle by which it is turned; of a shifted line, of its angle with the normal of the face
@@ -97,16 +97,16 @@ struct line_turn {
     }
     /// Depth that a line from a plane face gains per metre, above 0.
     INSONIFY_FN float depth_per_metre() const { return cosine - face.incline * sine; }
-    /// Sine and cosine of the angle around the apex from the origin of a line from a round face to its point at this distance
-    /// from the apex: the angle by which it was turned less asin(radius sine / distance).
+    /// Sine and cosine of the angle around the apex from the origin of a line from a round face to its point at this
+    /// distance from the apex: the angle by which it was turned less asin(radius sine / distance).
     INSONIFY_FN vec2 around(float distance) const {
         const float a = clamp(face.radius * sine / max(distance, 1e-9F), -1, 1), b = std::sqrt(1 - a * a);
         return {sine * b - cosine * a, cosine * b + sine * a};
     }
 
   private:
-    // Near the face a shifted line may approach the apex; there its depth grows evenly from 0. At F-numbers from 1.25 on, the
-    // points that it reaches lie further away.
+    // Near the face a shifted line may approach the apex; there its depth grows evenly from 0. At F-numbers from 1.25
+    // on, the points that it reaches lie further away.
     INSONIFY_FN float near_face() const { return 1.5F * std::fabs(shift); }
     // Of a point of a shifted line from the apex.
     INSONIFY_FN float distance(float length) const {
@@ -140,8 +140,8 @@ struct turned_line {
     INSONIFY_FN vec3 right() const { return cross(straight.elevation, straight.along); }
 };
 
-/// A turned line meets surfaces as the straight line through the same point does; steep ones, which that line would hardly
-/// meet, at its own angle.
+/// A turned line meets surfaces as the straight line through the same point does; steep ones, which that line would
+/// hardly meet, at its own angle.
 INSONIFY_FN inline surface_incidence incidence_at(const turned_line& line, float depth, const object_view& one,
                                                   std::uint32_t face) {
     const line_frame turned = line.frame();

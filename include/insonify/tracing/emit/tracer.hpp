@@ -59,15 +59,16 @@ struct line_task {
     }
 };
 
-/// How sound travels: `straight_lines` (the default), `paths`, or one of your own. A tracer turns one line into samples:
+/// How sound travels: `straight_lines` (the default), `paths`, or one of your own. A tracer turns one line into
+/// samples:
 ///
 ///     template <class Policy, acoustic_model Model>
 ///     INSONIFY_FN bool operator()(const Policy& policy, const line_task& task, const Model& model, line_scratch& scratch,
 ///                                 view<typename Model::sample_type> out) const;
 ///
-/// It adds to samples that start at 0 and returns false where the scratch is too small, and only then. One that finds layers
-/// passes them to `task.apply`; one that needs no mesh may compute them from its own data. It must not throw. It is called
-/// from many threads at once, and on a device where it is marked INSONIFY_FN.
+/// It adds to samples that start at 0 and returns false where the scratch is too small, and only then. One that finds
+/// layers passes them to `task.apply`; one that needs no mesh may compute them from its own data. It must not throw. It
+/// is called from many threads at once, and on a device where it is marked INSONIFY_FN.
 template <class Tracer, class Model = physical<>>
 concept tracer = acoustic_model<Model> && requires(const Tracer& trace_one, const line_task& task, const Model& model,
                                                    line_scratch& scratch, view<typename Model::sample_type> out) {
@@ -121,8 +122,8 @@ INSONIFY_FN void add_weighted(view<Sample> samples, const float* weights, view<S
 ///
 /// @param room    for the samples of all grids where there are several, or several planes
 /// @param out_of  out_of(grid): the line in that grid; whatever it held is overwritten
-/// @param trace   trace(plane, samples): adds what is received in a plane to samples that are 0, those of one grid after those of
-///                another; false where it cannot
+/// @param trace   trace(plane, samples): adds what is received in a plane to samples that are 0, those of one grid
+///                after those of another; false where it cannot
 /// @return        false where `trace` did; the samples are then undefined
 INSONIFY_VISITS
 template <transducer Probe, class Sample, class OutOf, class Trace>

@@ -18,8 +18,8 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// How the crossings of straight lines with surfaces are found. All find the same, except on lines within rounding error of a
-/// vertex or an edge.
+/// How the crossings of straight lines with surfaces are found. All find the same, except on lines within rounding
+/// error of a vertex or an edge.
 enum class line_search {
     best,   ///< for each object whichever is faster
     rays,   ///< one ray for each line and plane, through the trees
@@ -28,8 +28,8 @@ enum class line_search {
 
 namespace detail {
 
-/// Normals at the corners of the faces that slices cut, of surfaces whose vertices have moved. Many lines meet each of these
-/// faces, and none meets the others. Keeps its memory from frame to frame.
+/// Normals at the corners of the faces that slices cut, of surfaces whose vertices have moved. Many lines meet each of
+/// these faces, and none meets the others. Keeps its memory from frame to frame.
 class cut_normals {
   public:
     /// Computes them and makes the scene refer to them.
@@ -86,8 +86,9 @@ class cut_normals {
     std::vector<wanted> wanted_{};
 };
 
-/// Finds the layers of all lines of a frame. All lines of a plane lie in one slice of the scene: an object is cut by the slices
-/// once and the segments are distributed over the lines, or a ray is traced for each line. Keeps its memory from frame to frame.
+/// Finds the layers of all lines of a frame. All lines of a plane lie in one slice of the scene: an object is cut by
+/// the slices once and the segments are distributed over the lines, or a ray is traced for each line. Keeps its memory
+/// from frame to frame.
 class layer_finder {
   public:
     /// Takes over the lines of a probe. @return whether slices contain them: see `slice_finder`
@@ -214,8 +215,8 @@ class layer_search {
 ///
 ///     const line_layers found = find_layers(exec::par_unseq, body, probe, at, {.depth = 40_mm, .planes = 5});
 ///
-/// The first stage of a frame: `trace` computes echoes from the same layers, and `label`, `ground_truth`, `add_near_field` and
-/// `automatic_tgc` read them. `scan.samples` has no effect.
+/// The first stage of a frame: `trace` computes echoes from the same layers, and `label`, `ground_truth`,
+/// `add_near_field` and `automatic_tgc` read them. `scan.samples` has no effect.
 /// @param at  probe to world: x lateral, y elevation, z depth
 /// @throws usage_error     for a scene that was not built, or settings out of range
 /// @throws geometry_error  for a pose that is not rigid

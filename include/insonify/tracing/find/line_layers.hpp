@@ -59,7 +59,8 @@ class layer_block {
 
 } // namespace detail
 
-/// What lies along every line of every elevation plane, as `find_layers` found it. A value: the scene may change afterwards.
+/// What lies along every line of every elevation plane, as `find_layers` found it. A value: the scene may change
+/// afterwards.
 ///
 ///     const line_layers found = find_layers(exec::par_unseq, body, probe, at, {.depth = 40_mm, .planes = 5});
 ///     float in_bone = 0; // metres, on line 32 of the slice plane
@@ -96,7 +97,8 @@ class line_layers {
         return block_of(line).frame(number_in_block(line, plane));
     }
 
-    /// Ranks (numbers in `scene_view::objects`) of the objects that contain the origin of a line, just behind the face; ascending.
+    /// Ranks (numbers in `scene_view::objects`) of the objects that contain the origin of a line, just behind the face;
+    /// ascending.
     view<const std::uint32_t> objects_behind_face(std::uint32_t line, std::uint32_t plane) const {
         return block_of(line).objects(number_in_block(line, plane));
     }
@@ -104,7 +106,8 @@ class line_layers {
   private:
     friend class detail::layer_finder;
 
-    // Forgets all lines, and keeps their memory: those of each block are then to be added, for each line those of all planes.
+    // Forgets all lines, and keeps their memory: those of each block are then to be added, for each line those of all
+    // planes.
     void begin(std::uint32_t new_lines, std::uint32_t new_planes, view<const medium> of_scene) {
         lines = new_lines;
         planes = new_planes;

@@ -20,11 +20,11 @@
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Slices in world or object coordinates. Each is the plane of `across` and `along`, displaced in elevation by an offset and a
-/// tilt; positions in it are those in the plane before.
+/// Slices in world or object coordinates. Each is the plane of `across` and `along`, displaced in elevation by an
+/// offset and a tilt; positions in it are those in the plane before.
 ///
-/// The level of a point has a bit for each slice below it. A point on a slice counts as below it, as if every slice were
-/// shifted upwards by an infinitesimal step.
+/// The level of a point has a bit for each slice below it. A point on a slice counts as below it, as if every slice
+/// were shifted upwards by an infinitesimal step.
 struct slice_frame {
     static constexpr std::uint32_t max_slices = 8;
 
@@ -62,7 +62,8 @@ struct slice_frame {
         return l;
     }
 
-    /// Component along an axis of a point relative to the origin; bit-equal for every copy of a point, scalar or in SIMD.
+    /// Component along an axis of a point relative to the origin; bit-equal for every copy of a point, scalar or in
+    /// SIMD.
     template <class Float>
     INSONIFY_INLINE static Float component(vec3 axis, const Float& x, const Float& y, const Float& z) {
         return multiply_add(Float(axis.x), x, multiply_add(Float(axis.y), y, Float(axis.z) * z));
@@ -240,7 +241,8 @@ INSONIFY_INLINE void cut_faces(const slice_frame& frame, const leaf<Range, Width
 
 } // namespace insonify::inline INSONIFY_ABI::detail
 
-/// Finds the faces that slices cut, those whose corners differ in level (see `slice_frame`), without a tree or with one.
+/// Finds the faces that slices cut, those whose corners differ in level (see `slice_frame`), without a tree or with
+/// one.
 namespace insonify::inline INSONIFY_ABI::detail {
 
 /// The level of every point, in blocks, by plain loops that the compiler vectorises.
@@ -272,8 +274,8 @@ inline void find_levels(const slice_frame& frame, view<const vec3> points, std::
     }
 }
 
-/// Calls visit(i) for the faces of the groups [begin, end) whose corners differ in level. Most groups are on one side of all
-/// slices, so the branches predict well.
+/// Calls visit(i) for the faces of the groups [begin, end) whose corners differ in level. Most groups are on one side
+/// of all slices, so the branches predict well.
 template <class Visit>
 void for_each_mixed(view<const uvec3> faces, const face_groups_view& groups, std::size_t begin, std::size_t end,
                     const std::uint8_t* levels, Visit&& visit) {
@@ -308,8 +310,8 @@ INSONIFY_INLINE void for_each_child(const bvh_view<Range, Width>& tree, std::uin
 /// Calls visit(leaf) for the leaves below a child reference that may overlap the region.
 template <class Range, int Width, class Visit>
 void for_each_leaf(const bvh_view<Range, Width>& tree, std::uint32_t code, const slice_region& region, Visit&& visit) {
-    // So many references are prefetched before they are visited, unless the stack is long: then the traversal goes depth
-    // first, where each level adds less than Width references.
+    // So many references are prefetched before they are visited, unless the stack is long: then the traversal goes
+    // depth first, where each level adds less than Width references.
     constexpr std::uint32_t prefetched = 8, long_stack = prefetched * Width;
     std::uint32_t stack[long_stack + prefetched * Width + max_stack<Width>], queue[prefetched];
     std::uint32_t count = 0, visited = 0, queued = 0;
@@ -339,8 +341,8 @@ struct cut_segment {
     std::uint32_t primitive = 0; ///< face of the object's mesh
 };
 
-/// Lines beyond those of a fan: between the first and the last of a wider one, from the same point, shifted along the face by at
-/// most a distance.
+/// Lines beyond those of a fan: between the first and the last of a wider one, from the same point, shifted along the
+/// face by at most a distance.
 struct outer_lines {
     const line_fan* fan = nullptr; ///< null: none
     float shift = 0;               ///< metres
@@ -348,8 +350,8 @@ struct outer_lines {
 
 /// All segments in which the slices of a frame intersect a scene. Keeps its memory from frame to frame.
 ///
-/// Trees that are up to date are traversed with the region that the lines cover. For the other objects two linear passes
-/// compute the level of every vertex and compare levels in every group of faces, whatever the number of slices.
+/// Trees that are up to date are traversed with the region that the lines cover. For the other objects two linear
+/// passes compute the level of every vertex and compare levels in every group of faces, whatever the number of slices.
 class slice_cut {
   public:
     /// @param chosen    for each object, whether it is to be cut

@@ -49,11 +49,12 @@ class counted_lists {
     large_array<T> items_;
 };
 
-/// The crossings of many lines with segments of slices, by line. Those behind the origin of their line have negative distances.
+/// The crossings of many lines with segments of slices, by line. Those behind the origin of their line have negative
+/// distances.
 using crossing_lists = counted_lists<crossing>;
 
-/// Finds the crossings of all lines of a frame at once: cuts the scene by the slices that contain the lines and distributes
-/// the segments over the lines. Keeps its memory from frame to frame.
+/// Finds the crossings of all lines of a frame at once: cuts the scene by the slices that contain the lines and
+/// distributes the segments over the lines. Keeps its memory from frame to frame.
 class slice_finder {
   public:
     static constexpr int block = static_cast<int>(lines_per_block);
@@ -65,14 +66,15 @@ class slice_finder {
         return fan_.assign(probe);
     }
 
-    /// Chooses the objects to be cut, after `assign`: all, or those whose trees are out of date and those for which slicing
-    /// is faster than rays:
+    /// Chooses the objects to be cut, after `assign`: all, or those whose trees are out of date and those for which
+    /// slicing is faster than rays:
     ///
     ///     1 + log2(faces)^2 / 3  <=  lines near the object + all lines / 20        in units of a ray near the object
     ///
-    /// Fitted to cubes and organs of 12 to 1.3 million faces, 1 to 64 of them, and 16 to 512 lines; a wrong choice costs a
-    /// factor of at most 1.2, or of 2 for many crossings on few lines. The costs of both are proportional to the number of
-    /// slices. The choice for an object does not depend on other objects, so its echoes are bit-equal whatever these are.
+    /// Fitted to cubes and organs of 12 to 1.3 million faces, 1 to 64 of them, and 16 to 512 lines; a wrong choice
+    /// costs a factor of at most 1.2, or of 2 for many crossings on few lines. The costs of both are proportional to
+    /// the number of slices. The choice for an object does not depend on other objects, so its echoes are bit-equal
+    /// whatever these are.
     /// @param all         cut all objects
     /// @param directions  in which each line is traced
     /// @return whether any is cut

@@ -25,12 +25,13 @@ struct path_settings {
 
 namespace detail {
 
-/// The curvature of the wave front that a path follows. Waves leave the probe plane; curved mirrors spread or focus them:
+/// The curvature of the wave front that a path follows. Waves leave the probe plane; curved mirrors spread or focus
+/// them:
 ///
 ///     a(s) = 1 / sqrt(|det(I + s K)|)    amplitude after s metres
 ///
-/// with the curvature K in 1/m, a symmetric tensor in the world whose null direction is the path's. Source: conservation of
-/// energy in a tube of rays, as in geometrical acoustics.
+/// with the curvature K in 1/m, a symmetric tensor in the world whose null direction is the path's. Source:
+/// conservation of energy in a tube of rays, as in geometrical acoustics.
 class ray_tube {
   public:
     /// Whether the wave front is plane.
@@ -57,9 +58,9 @@ class ray_tube {
     ///
     ///     K' = M K M + 2 cos^2 i sum_jk H_jk t_j t_k^T,   M = I - 2 n n^T,   t_j = e_j - n (e_j . d') / (n . d')
     ///
-    /// H are the second derivatives of the mirror's depth along the incident direction d, over the axes e_j across it; d' is the
-    /// reflected direction, n the normal, i the angle of incidence. Source: equal phase of both waves on the mirror, to second
-    /// order.
+    /// H are the second derivatives of the mirror's depth along the incident direction d, over the axes e_j across it;
+    /// d' is the reflected direction, n the normal, i the angle of incidence. Source: equal phase of both waves on the
+    /// mirror, to second order.
     /// @param curvature  H: along both axes, and mixed, 1/m
     INSONIFY_FN ray_tube mirrored(vec3 normal, vec3 reflected, vec3 across, vec3 elevation, vec3 curvature) const {
         const float towards = dot(normal, reflected);
@@ -185,7 +186,8 @@ class path_follower {
         return !found_.inside.overflow;
     }
 
-    // Curved mirrors on the way spread the sound: its amplitude along the present piece of the path, as `aperture_gains`.
+    // Curved mirrors on the way spread the sound: its amplitude along the present piece of the path, as
+    // `aperture_gains`.
     INSONIFY_FN void spread_sound(path_branch& now, float length, aperture_gain (&spread)[spread_steps]) {
         line_.gains = {};
         now.path.gains = {};
@@ -211,7 +213,8 @@ class path_follower {
         const medium &before = line_.media[above.medium], &after = line_.media[below.medium];
         const path_branch now = arriving.tube.plane() ? arriving : arrived_at(arriving, below.begin);
         const vec3 smooth = walk.met().normal, flat = walk.met().flat;
-        // Wave fronts are not tilted; but a surface along the slice is crossed only because of the tilt, which then counts.
+        // Wave fronts are not tilted; but a surface along the slice is crossed only because of the tilt, which then
+        // counts.
         line_frame frame = now.frame;
         const bool by_tilt = walk.met().cosine <= steep_cosine || std::fabs(dot(smooth, frame.elevation)) > 0.5F;
         if (frame.tilt != 0 && by_tilt)
@@ -287,9 +290,9 @@ class path_follower {
         arrivals_[arrived_++] = {now.frame, point, normal, now.path, above, below, now.bounces, now.inverted};
     }
 
-    // Sound that goes out along one path may return along another that reaches the same surface, at the mean of both times.
-    // Every sequence of reflections is counted once, at the one in its middle; it and its reverse add up, hence the 2. Tilt
-    // and random field of the surface are those of the path that was followed first.
+    // Sound that goes out along one path may return along another that reaches the same surface, at the mean of both
+    // times. Every sequence of reflections is counted once, at the one in its middle; it and its reverse add up, hence
+    // the 2. Tilt and random field of the surface are those of the path that was followed first.
     INSONIFY_FN void add_pairs() {
         for (std::uint32_t i = 0; i < arrived_; ++i)
             for (std::uint32_t j = i + 1; j < arrived_; ++j) {
@@ -310,8 +313,9 @@ class path_follower {
             }
     }
 
-    // How much of what arrives along one path returns along the other: all where they meet at one point from one direction.
-    // An estimate: it falls linearly to 0 at 3 degrees and at half a millimetre, on the same surface within 20 um.
+    // How much of what arrives along one path returns along the other: all where they meet at one point from one
+    // direction. An estimate: it falls linearly to 0 at 3 degrees and at half a millimetre, on the same surface within
+    // 20 um.
     INSONIFY_FN static float in_common(const path_arrival& a, const path_arrival& b) {
         const vec3 between = a.point - b.point;
         const float radians = length(a.frame.along - b.frame.along), height = std::fabs(dot(between, a.normal));

@@ -11,8 +11,8 @@
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// How the tissue along the lines of one frame is displaced: see `scene::deform`. Sampled in the box of these lines alone, in
-/// axes of the probe.
+/// How the tissue along the lines of one frame is displaced: see `scene::deform`. Sampled in the box of these lines
+/// alone, in axes of the probe.
 class frame_displacements {
   public:
     /// @throws geometry_error  where the map that deforms the scene folds over in the field of view

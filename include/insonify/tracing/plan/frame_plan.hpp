@@ -26,8 +26,8 @@ struct frame_lines {
     std::uint32_t planes = 1;                         ///< that represent the thickness of the slice
     elevation_plane plane[max_elevation_planes] = {}; ///< the slice plane, then pairs to both sides of it
 
-    /// A line of the probe in one of the planes, in the world: displaced in elevation alone, so the distance along it stays the
-    /// displayed one.
+    /// A line of the probe in one of the planes, in the world: displaced in elevation alone, so the distance along it
+    /// stays the displayed one.
     INSONIFY_FN line_frame line(std::uint32_t number, std::uint32_t of_plane) const {
         const ray beam = probe.beam(static_cast<float>(number));
         const vec3 elevation = at.direction({0, 1, 0});
@@ -43,7 +43,8 @@ struct frame_lines {
     }
 };
 
-/// What the function of one line reads of a frame: its lines, sampling and kernels. Trivially copyable where the probe is.
+/// What the function of one line reads of a frame: its lines, sampling and kernels. Trivially copyable where the probe
+/// is.
 template <transducer Probe>
 struct frame_view : frame_lines<Probe> {
     float spacing = 0;                      ///< metres from sample to sample

@@ -56,9 +56,9 @@ inline path_survey survey_paths(const line_layers& found, float frequency, float
 /// Attenuation that time-gain compensation (TGC) has to make up for, dB/m at 1 MHz, one way: `b_mode` uses it where its
 /// `tgc` is 0.
 ///
-/// Each of 15 lines in the middle half of the field of view has a mean attenuation, down to the first medium that blocks
-/// sound, such as bone or air. The result is the median of the 15, within 50 to 100, as scanners assume (0.5 to 1
-/// dB/(cm MHz)).
+/// Each of 15 lines in the middle half of the field of view has a mean attenuation, down to the first medium that
+/// blocks sound, such as bone or air. The result is the median of the 15, within 50 to 100, as scanners assume (0.5 to
+/// 1 dB/(cm MHz)).
 /// @param found  what lies along the lines of the probe
 /// @param depth  of the picture, metres
 /// @throws usage_error  for layers without lines, or a depth out of range

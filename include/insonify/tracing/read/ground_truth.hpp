@@ -37,10 +37,11 @@ concept ground_truth_model = requires(const Model& model, const incidence& at, c
 ///
 ///     transmitted = product of T over the interfaces above * 10^(-P(sum of loss * d over the media above) / 20)
 ///
-/// T is the round-trip transmission of the model's own interface law, `loss` its attenuation in dB/m (there and back for
-/// `physical`, by its `travel` for `law2011`, whose result is a fraction of intensity), d the metres of the refracted ray, P
-/// what the peak of the pulse loses where the carrier loses so much (`physical::pulse_loss`; `law2011`: the same). It is the amplitude with which the model weights every echo of a line by itself, without the penumbra that the aperture gives
-/// to shadows (`straight_lines::directions`); 1 is what the probe sends.
+/// T is the round-trip transmission of the model's own interface law, `loss` its attenuation in dB/m (there and back
+/// for `physical`, by its `travel` for `law2011`, whose result is a fraction of intensity), d the metres of the
+/// refracted ray, P what the peak of the pulse loses where the carrier loses so much (`physical::pulse_loss`;
+/// `law2011`: the same). It is the amplitude with which the model weights every echo of a line by itself, without the
+/// penumbra that the aperture gives to shadows (`straight_lines::directions`); 1 is what the probe sends.
 ///
 /// A surface is where the medium changes: water in water has none. Where two objects meet it is that of the object that
 /// has precedence. Of several in one sample the one nearest to the probe is reported.

@@ -84,8 +84,8 @@ const line_layers& layers_for_labels(const Policy& policy, const scene& body, co
 } // namespace detail
 
 /// The object that each sample of lines lies in, whose layers have been found.
-/// @param found     layers; those of the slice plane are read. The last layer of a line is taken to go on for ever: they must reach
-///                  as deep as `settings` displays
+/// @param found     layers; those of the slice plane are read. The last layer of a line is taken to go on for ever:
+///                  they must reach as deep as `settings` displays
 /// @param settings  `samples` must not be 0
 /// @param recycled  labels whose memory is reused
 /// @throws usage_error  for a depth or a number of samples out of range

@@ -60,10 +60,10 @@ inline const layer& layer_below_face(view<const layer> layers) {
 ///
 ///     echo k = r (r b)^k 10^(-k loss/20)   at the displayed depth k d c0 / c,   k = 0, 1, 2, ...
 ///
-/// with r the amplitude that the face reflects into the lens (from the impedances of `tissue::lens` and of the medium 10 um
-/// below the face; 1 in gas), b = `back_reflection`, d and c the thickness and sound speed of the lens, c0 = 1540 m/s,
-/// and `loss` the attenuation in the lens, there and back, dB. Echoes below -120 dB are left out.
-/// The ringing is `ring_down_db` - 60 dB z / `ring_down` at depth z, after `convolve` with the nominal pulse.
+/// with r the amplitude that the face reflects into the lens (from the impedances of `tissue::lens` and of the medium
+/// 10 um below the face; 1 in gas), b = `back_reflection`, d and c the thickness and sound speed of the lens, c0 = 1540
+/// m/s, and `loss` the attenuation in the lens, there and back, dB. Echoes below -120 dB are left out. The ringing is
+/// `ring_down_db` - 60 dB z / `ring_down` at depth z, after `convolve` with the nominal pulse.
 /// @param echoes  of the lines of the probe, at baseband
 /// @param found   what lies along these lines
 /// @throws usage_error  for lines that are not those of the probe, or a setting out of range
