@@ -4,9 +4,153 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/doppler/colour_doppler.hpp>
-#include <insonify/doppler/doppler_spectrum.hpp>
+#include <bit>
 
 namespace insonify::inline INSONIFY_ABI {
+
+/// How a series of echoes becomes a spectrum against time.
+struct spectrum_settings {
+    std::uint32_t window = 128; ///< pulses of each spectrum, a power of two; Hann window
+    float overlap = 0.75F;      ///< of successive windows, 0 to below 1
+    float baseline = 0;         ///< -0.5 to 0.5: how far the range of velocities is shifted up, of its whole
+    float angle = 0;            ///< between line and flow, radians, below 85_deg: velocities are divided by its cosine
+    std::uint32_t wall_order = 1; ///< each window is filtered by a polynomial of this degree: see `wall_filter`
+
+    /// @throws usage_error  for a setting out of range
+    void check() const {
+        if (window < 8 || window > 65536 || !std::has_single_bit(window))
+            throw usage_error{"spectrum_settings: `window` must be a power of two from 8 to 65536 pulses"};
+        if (!(overlap >= 0 && overlap < 1))
+            throw usage_error{"spectrum_settings: `overlap` must be 0 to below 1, such as 0.75"};
+        if (!(std::fabs(baseline) <= 0.5F))
+            throw usage_error{"spectrum_settings: `baseline` must be -0.5 to 0.5 of the range of velocities"};
+        if (!(std::fabs(angle) <= 1.4835299F)) // 85 degrees
+            throw usage_error{"spectrum_settings: `angle` must be at most 85_deg; beyond, its cosine is too uncertain"};
+        if (wall_order > 8) throw usage_error{"spectrum_settings: `wall_order` is at most 8; 1 or 2 is usual"};
+    }
+
+    friend bool operator==(const spectrum_settings&, const spectrum_settings&) = default;
+};
+
+/// Power by velocity, window after window.
+struct doppler_spectrum {
+    std::uint32_t windows = 0;  ///< number of windows
+    std::uint32_t bins = 0;     ///< velocities of each
+    float first_time = 0;       ///< of the middle of the first window, seconds
+    float interval = 0;         ///< from window to window, seconds
+    float lowest_velocity = 0;  ///< of bin 0, m/s; towards the probe is positive
+    float step = 0;             ///< from bin to bin, m/s
+    std::vector<float> power{}; ///< window after window; the sum over the bins is the mean power of the window
+
+    /// Power of a bin; indices are not checked.
+    float operator()(std::uint32_t window, std::uint32_t bin) const { return power[std::size_t{window} * bins + bin]; }
+    /// Velocity of a bin, m/s.
+    float velocity(std::uint32_t bin) const { return lowest_velocity + step * static_cast<float>(bin); }
+
+    /// The mean velocity of a window, m/s.
+    float mean_velocity(std::uint32_t window) const {
+        double sum = 0, all = 1e-300;
+        for (std::uint32_t i = 0; i < bins; ++i) {
+            sum += static_cast<double>((*this)(window, i) * velocity(i));
+            all += static_cast<double>((*this)(window, i));
+        }
+        return static_cast<float>(sum / all);
+    }
+
+    friend bool operator==(const doppler_spectrum&, const doppler_spectrum&) = default;
+};
+
+namespace detail {
+
+/// Discrete Fourier transform in place: x_n = sum over k of x_k exp(-2 pi j k n / N), N a power of two.
+/// Source: Cooley & Tukey 1965.
+inline void fourier_transform(std::vector<vec2>& x) {
+    const std::size_t size = x.size();
+    for (std::size_t i = 1, j = 0; i < size; ++i) {
+        std::size_t bit = size >> 1U;
+        for (; (j & bit) != 0; bit >>= 1U) j ^= bit;
+        j ^= bit;
+        if (i < j) std::swap(x[i], x[j]);
+    }
+    for (std::size_t length = 2; length <= size; length *= 2)
+        for (std::size_t i = 0; i < length / 2; ++i) {
+            const float turn = -2 * pi * static_cast<float>(i) / static_cast<float>(length);
+            const vec2 factor{std::cos(turn), std::sin(turn)};
+            for (std::size_t begin = 0; begin < size; begin += length) {
+                vec2 &a = x[begin + i], &b = x[begin + i + length / 2];
+                const vec2 turned{b.x * factor.x - b.y * factor.y, b.x * factor.y + b.y * factor.x};
+                b = a - turned;
+                a += turned;
+            }
+        }
+}
+
+/// Subtracts the projections on orthonormal functions.
+inline void subtract_projections(std::vector<vec2>& series, const std::vector<std::vector<double>>& basis) {
+    for (const std::vector<double>& one : basis) {
+        double x = 0, y = 0;
+        for (std::size_t k = 0; k < series.size(); ++k) {
+            x += one[k] * static_cast<double>(series[k].x);
+            y += one[k] * static_cast<double>(series[k].y);
+        }
+        for (std::size_t k = 0; k < series.size(); ++k)
+            series[k] -= vec2{static_cast<float>(one[k] * x), static_cast<float>(one[k] * y)};
+    }
+}
+
+} // namespace detail
+
+/// Short-time spectrum of the echoes of one gate.
+///
+/// @param echoes        one for each pulse
+/// @param prf           pulse repetition frequency, hertz
+/// @param max_velocity  that does not alias, m/s: see `max_doppler_velocity`
+/// @param start         time of the first pulse, seconds
+/// @throws usage_error  for a number or a setting out of range, or fewer pulses than a window
+template <exec::policy Policy>
+doppler_spectrum spectrum_of(const Policy& policy, const std::vector<vec2>& echoes, float prf, float max_velocity,
+                             float start, const spectrum_settings& settings) {
+    settings.check();
+    if (!is_finite(prf) || !(prf > 0) || !is_finite(max_velocity) || !(max_velocity > 0) || !is_finite(start))
+        throw usage_error{"spectrum_of: the prf and the largest velocity must be finite and above 0, `start` finite"};
+    if (echoes.size() < settings.window)
+        throw usage_error{
+            detail::joined({"spectrum_of: ", std::to_string(echoes.size()), " pulses are fewer than the window of ",
+                            std::to_string(settings.window), "; lower it or raise the duration"})};
+    const std::uint32_t size = settings.window;
+    const auto hop = static_cast<std::uint32_t>(max(1, std::round(static_cast<float>(size) * (1 - settings.overlap))));
+    const float whole = 2 * max_velocity / std::cos(settings.angle);
+    const auto lowest = static_cast<std::int32_t>(
+        std::lround((settings.baseline - 0.5F) * static_cast<float>(size))); // bin of the transform
+    doppler_spectrum result{.windows = static_cast<std::uint32_t>((echoes.size() - size) / hop + 1),
+                            .bins = size,
+                            .first_time = start + 0.5F * static_cast<float>(size) / prf,
+                            .interval = static_cast<float>(hop) / prf,
+                            .lowest_velocity = whole * static_cast<float>(lowest) / static_cast<float>(size),
+                            .step = whole / static_cast<float>(size)};
+    result.power.resize(std::size_t{result.windows} * size);
+    std::vector<float> hann(size);
+    float weight = 0;
+    for (std::uint32_t k = 0; k < size; ++k) {
+        hann[k] = 0.5F - 0.5F * std::cos(2 * pi * (static_cast<float>(k) + 0.5F) / static_cast<float>(size));
+        weight += hann[k] * hann[k];
+    }
+    const auto walls = detail::orthonormal_polynomials(size, settings.wall_order);
+    exec::for_each_block(policy, result.windows, 4, 30 * static_cast<float>(size), [&](std::size_t a, std::size_t b) {
+        std::vector<vec2> series(size);
+        for (std::size_t window = a; window < b; ++window) {
+            for (std::uint32_t k = 0; k < size; ++k) series[k] = echoes[window * hop + k];
+            detail::subtract_projections(series, walls);
+            for (std::uint32_t k = 0; k < size; ++k) series[k] *= hann[k];
+            detail::fourier_transform(series);
+            for (std::uint32_t i = 0; i < size; ++i) {
+                const vec2 value = series[(static_cast<std::uint32_t>(lowest) + i) & (size - 1)];
+                result.power[window * size + i] = dot(value, value) / (weight * static_cast<float>(size));
+            }
+        }
+    });
+    return result;
+}
 
 /// Settings of pulsed Doppler, as on a scanner.
 struct pulsed_doppler_settings {

@@ -7,7 +7,7 @@
 #include <insonify/core/memo.hpp>
 #include <insonify/probe/acquisition.hpp>
 #include <insonify/signal/kernel/elevation.hpp>
-#include <insonify/signal/kernel/kernel_table.hpp>
+#include <insonify/signal/kernel/kernel_compensation.hpp>
 #include <insonify/signal/pulse.hpp>
 #include <insonify/tracing/plan/check.hpp>
 #include <insonify/tracing/plan/frame_lines.hpp>

@@ -1,6 +1,6 @@
 #include <insonify/core/random.hpp>
 #include <insonify/core/units.hpp>
-#include <insonify/doppler/doppler_spectrum.hpp>
+#include <insonify/doppler/pulsed_doppler.hpp>
 #include <cmath>
 #include <complex>
 #include <doctest/doctest.h>

@@ -1,4 +1,4 @@
-#include <insonify/signal/hilbert.hpp>
+#include <insonify/signal/envelope.hpp>
 #include <cmath>
 #include <doctest/doctest.h>
 #include <vector>
