@@ -80,6 +80,40 @@ inline void check_map_size(uvec2 size, float depth, vec2 extent) {
                        " m high; ask for fewer"}));
 }
 
+/// Depth and samples of lines.
+/// @throws usage_error  where there are no samples
+template <class Value>
+acquisition acquisition_of(const line_grid<Value>& lines) {
+    if (lines.samples == 0) throw usage_error{"scan_convert: the lines have no samples; trace them first"};
+    return {.depth = lines.depth, .samples = lines.samples};
+}
+
+/// @throws usage_error  for lines that do not match the map
+template <class Value>
+void check_lines_of_map(const line_grid<Value>& lines, const scan_map& map) {
+    if (lines.count != map.count || lines.samples != map.samples || lines.depth != map.depth ||
+        lines.values.size() != static_cast<std::size_t>(map.count) * map.samples)
+        throw usage_error{
+            "scan_convert: the number of lines, of samples or the depth differs from that of the map; make a "
+            "new one with make_scan_map"};
+}
+
+/// Nearest-neighbour interpolation of each pixel in the field of view; other pixels are unchanged.
+/// @throws usage_error  for lines that do not match the map
+template <exec::policy Policy, class Value>
+void copy_nearest(const Policy& policy, const line_grid<Value>& lines, const scan_map& map,
+                  std::vector<Value>& pixels) {
+    check_lines_of_map(lines, map);
+    exec::for_each_block(policy, map.size.y, 1, 2 * static_cast<float>(map.size.x), [&](std::size_t y, std::size_t) {
+        for (std::size_t i = y * map.size.x; i < (y + 1) * map.size.x; ++i) {
+            if (map.first[i] == scan_map::outside) continue;
+            const std::size_t line = map.across[i] > 0.5F ? map.beside(map.first[i]) : map.first[i];
+            const std::size_t sample = map.along[i] > 0.5F ? 1 : 0;
+            pixels[i] = lines.values[line + sample];
+        }
+    });
+}
+
 } // namespace detail
 
 /// Makes the interpolation table of `scan_convert`.
@@ -174,28 +208,6 @@ scan_map make_scan_map(const Policy& policy, const Probe& probe, const acquisiti
     return map;
 }
 
-namespace detail {
-
-/// Depth and samples of lines.
-/// @throws usage_error  where there are no samples
-template <class Value>
-acquisition acquisition_of(const line_grid<Value>& lines) {
-    if (lines.samples == 0) throw usage_error{"scan_convert: the lines have no samples; trace them first"};
-    return {.depth = lines.depth, .samples = lines.samples};
-}
-
-/// @throws usage_error  for lines that do not match the map
-template <class Value>
-void check_lines_of_map(const line_grid<Value>& lines, const scan_map& map) {
-    if (lines.count != map.count || lines.samples != map.samples || lines.depth != map.depth ||
-        lines.values.size() != static_cast<std::size_t>(map.count) * map.samples)
-        throw usage_error{
-            "scan_convert: the number of lines, of samples or the depth differs from that of the map; make a "
-            "new one with make_scan_map"};
-}
-
-} // namespace detail
-
 /// A map that is kept from frame to frame, and made again where the probe, the lines or the settings have changed, or
 /// where probes cannot be compared.
 template <transducer Probe>
@@ -242,56 +254,14 @@ image scan_convert(const Policy& policy, const scan_lines& lines, const scan_map
     return recycled;
 }
 
-/// The same for a single frame, with a temporary map.
-/// @throws usage_error  for lines that are empty or not those of the probe, or a setting out of range
-template <exec::policy Policy, transducer Probe>
-image scan_convert(const Policy& policy, const scan_lines& lines, const Probe& probe,
-                   const scan_convert_settings& settings = {}) {
-    return scan_convert(policy, lines, make_scan_map(policy, probe, detail::acquisition_of(lines), settings));
-}
-
-/// An image of labels: rows from the top.
-struct label_image {
-    uvec2 size{0, 0};             ///< columns, rows
-    std::vector<label_id> pixels; ///< row by row
-
+/// An image of labels.
+struct label_image : pixel_grid<label_id> {
     label_image() = default;
     /// All pixels have one label.
-    explicit label_image(uvec2 columns_rows, label_id label = background_label)
-        : size{columns_rows}, pixels(static_cast<std::size_t>(columns_rows.x) * columns_rows.y, label) {}
-
-    /// One pixel; indices are not checked.
-    /// @{
-    label_id& operator()(std::uint32_t column, std::uint32_t row) {
-        return pixels[static_cast<std::size_t>(row) * size.x + column];
-    }
-    const label_id& operator()(std::uint32_t column, std::uint32_t row) const {
-        return pixels[static_cast<std::size_t>(row) * size.x + column];
-    }
-    /// @}
+    explicit label_image(uvec2 columns_rows, label_id label = background_label) : pixel_grid{columns_rows, label} {}
 
     friend bool operator==(const label_image&, const label_image&) = default;
 };
-
-namespace detail {
-
-/// Nearest-neighbour interpolation of each pixel in the field of view; other pixels are unchanged.
-/// @throws usage_error  for lines that do not match the map
-template <exec::policy Policy, class Value>
-void copy_nearest(const Policy& policy, const line_grid<Value>& lines, const scan_map& map,
-                  std::vector<Value>& pixels) {
-    check_lines_of_map(lines, map);
-    exec::for_each_block(policy, map.size.y, 1, 2 * static_cast<float>(map.size.x), [&](std::size_t y, std::size_t) {
-        for (std::size_t i = y * map.size.x; i < (y + 1) * map.size.x; ++i) {
-            if (map.first[i] == scan_map::outside) continue;
-            const std::size_t line = map.across[i] > 0.5F ? map.beside(map.first[i]) : map.first[i];
-            const std::size_t sample = map.along[i] > 0.5F ? 1 : 0;
-            pixels[i] = lines.values[line + sample];
-        }
-    });
-}
-
-} // namespace detail
 
 /// Scan-converts labels: each pixel has the label of the nearest sample, or `background_label` outside the field of
 /// view.
@@ -312,12 +282,12 @@ label_image scan_convert(const Policy& policy, const label_lines& labels, const 
     return recycled;
 }
 
-/// The same for a single frame, with a temporary map.
-/// @throws usage_error  for labels that are empty or not those of the probe, or a setting out of range
-template <exec::policy Policy, transducer Probe>
-label_image scan_convert(const Policy& policy, const label_lines& labels, const Probe& probe,
-                         const scan_convert_settings& settings = {}) {
-    return scan_convert(policy, labels, make_scan_map(policy, probe, detail::acquisition_of(labels), settings));
+/// The same for a single frame of brightness or labels, with a temporary map.
+/// @throws usage_error  for lines that are empty or not those of the probe, or a setting out of range
+template <exec::policy Policy, class Value, transducer Probe>
+auto scan_convert(const Policy& policy, const line_grid<Value>& lines, const Probe& probe,
+                  const scan_convert_settings& settings = {}) {
+    return scan_convert(policy, lines, make_scan_map(policy, probe, detail::acquisition_of(lines), settings));
 }
 
 /// Scan-converts values that must not be interpolated, such as angles of incidence: each pixel has that of the nearest

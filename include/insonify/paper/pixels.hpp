@@ -3,7 +3,7 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/fwd.hpp>
+#include <insonify/image/image.hpp>
 #include <insonify/paper/law2011.hpp>
 #include <insonify/tracing/trace.hpp>
 #include <concepts>
@@ -31,6 +31,67 @@ inline void check_camera(uvec2 size, const pose& at) {
     if (!is_rigid(at))
         throw usage_error{
             "camera: its pose is not a rigid transform; make it with look_at, or mend it with orthonormalised"};
+}
+
+/// The paper's two secondary rays of one point on the slice: r2 towards the transducer, for what reaches the point, and
+/// r3 away from it, for an interface within `reflection_length`. The crossings get their depths along the beam.
+///
+/// @param line   the beam through the point, in the world
+/// @param depth  of the point along it, metres
+/// @return       false where the crossings do not fit
+INSONIFY_FN inline bool find_pixel_crossings(const scene_view& scene, const ray& line, float depth,
+                                             float reflection_length, line_crossings& found) {
+    found.clear();
+    const float end = depth + reflection_length;
+    const crossing_collector all{scene, {line.origin, line.direction, 0, end}, end, found};
+    scene.boxes.for_each_hit(all.line, [&](const hit& box) {
+        const std::uint32_t rank = box.primitive;
+        const object_view& one = scene.objects[rank];
+        const auto cast = [&](vec3 direction, float range, float sign) {
+            one.tree.for_each_hit(one.local({.origin = line.at(depth), .direction = direction, .max_distance = range}),
+                                  [&](const hit& at) {
+                                      all.add({depth + sign * at.distance, rank, at.primitive});
+                                  });
+        };
+        cast(-line.direction, depth, -1);
+        cast(line.direction, all.may_begin_in(rank) ? FLT_MAX : reflection_length, 1);
+    });
+    found.sort();
+    return found.complete();
+}
+
+/// Traces points of the slice one by one, as the paper does: a slow reference for `trace`.
+class pixel_tracer {
+  public:
+    /// @param frequency  hertz
+    pixel_tracer(const scene_view& scene, const law2011& model, float frequency)
+        : scene_{scene}, model_{model}, frequency_{frequency} {}
+
+    /// Intensity at `depth` metres along a beam in the world.
+    float operator()(const ray& line, float depth) {
+        for (;; memory_.grow()) {
+            line_scratch scratch = memory_.scratch();
+            if (!find_pixel_crossings(scene_, line, depth, model_.reflection_length, scratch.found)) continue;
+            const line_frame frame{.origin = line.origin, .along = line.direction};
+            const view<const layer> layers =
+                stack_layers(scene_, frame, depth + model_.reflection_length, scratch.found, scratch.layers, false);
+            if (!layers.empty())
+                return model_.at({.layers = layers, .media = scene_.media, .frequency = frequency_}, depth);
+        }
+    }
+
+  private:
+    const scene_view& scene_;
+    const law2011& model_;
+    float frequency_;
+    scratch_memory memory_{};
+};
+
+/// A (fractional) line of a probe in the world.
+template <transducer Probe>
+ray world_beam(const Probe& probe, const pose& at, float line) {
+    const ray local = probe.beam(line);
+    return {.origin = at.point(local.origin), .direction = at.direction(local.direction)};
 }
 
 } // namespace detail
@@ -76,72 +137,6 @@ struct perspective_camera {
     }
 };
 
-namespace detail {
-
-/// The paper's two secondary rays of one point on the slice: r2 towards the transducer, for what reaches the point, and
-/// r3 away from it, for an interface within `reflection_length`. The crossings get their depths along the beam.
-///
-/// @param line   the beam through the point, in the world
-/// @param depth  of the point along it, metres
-/// @return       false where the crossings do not fit
-INSONIFY_FN inline bool find_pixel_crossings(const scene_view& scene, const ray& line, float depth,
-                                             float reflection_length, line_crossings& found) {
-    found.clear();
-    const vec3 point = line.at(depth);
-    scene.boxes.for_each_hit({line.origin, line.direction, 0, depth + reflection_length}, [&](const hit& box) {
-        const std::uint32_t rank = box.primitive;
-        const object_view& one = scene.objects[rank];
-        const float to_origin = one.box.contains(line.origin) ? FLT_MAX : depth;
-        const ray r2 = one.local({.origin = point, .direction = -line.direction, .max_distance = to_origin});
-        one.tree.for_each_hit(r2, [&](const hit& at) {
-            if (at.distance <= depth)
-                found.add({depth - at.distance, rank, at.primitive});
-            else
-                found.inside.toggle(rank);
-        });
-        const ray r3 = one.local({.origin = point, .direction = line.direction, .max_distance = reflection_length});
-        one.tree.for_each_hit(r3, [&](const hit& at) { found.add({depth + at.distance, rank, at.primitive}); });
-    });
-    found.sort();
-    return found.complete();
-}
-
-/// Traces points of the slice one by one, as the paper does: a slow reference for `trace`.
-class pixel_tracer {
-  public:
-    /// @param frequency  hertz
-    pixel_tracer(const scene_view& scene, const law2011& model, float frequency)
-        : scene_{scene}, model_{model}, frequency_{frequency} {}
-
-    /// Intensity at `depth` metres along a beam in the world.
-    float operator()(const ray& line, float depth) {
-        for (;; memory_.grow()) {
-            line_scratch scratch = memory_.scratch();
-            if (!find_pixel_crossings(scene_, line, depth, model_.reflection_length, scratch.found)) continue;
-            const line_frame frame{.origin = line.origin, .along = line.direction};
-            const view<const layer> layers =
-                stack_layers(scene_, frame, depth + model_.reflection_length, scratch.found, scratch.layers, false);
-            if (!layers.empty())
-                return model_.at({.layers = layers, .media = scene_.media, .frequency = frequency_}, depth);
-        }
-    }
-
-  private:
-    const scene_view& scene_;
-    const law2011& model_;
-    float frequency_;
-    scratch_memory memory_{};
-};
-
-/// A (fractional) line of a probe in the world.
-template <transducer Probe>
-ray world_beam(const Probe& probe, const pose& at, float line) {
-    const ray local = probe.beam(line);
-    return {.origin = at.point(local.origin), .direction = at.direction(local.direction)};
-}
-
-} // namespace detail
-
 /// The paper's algorithm to the letter, on the probe's own grid: the same values as `trace`, within rounding.
 /// @throws usage_error, geometry_error  as `trace`
 template <exec::policy Policy, transducer Probe>
@@ -165,15 +160,14 @@ scan_lines trace_pixels(const Policy& policy, const scene& body, const Probe& pr
 ///
 /// @param seen_by  an `orthographic_camera` or a `perspective_camera`
 /// @return an image of the camera's size; black where r1 hits no point between the face and `settings.depth`
-/// @tparam Image    `image`; include image/image.hpp where this is called
 /// @throws usage_error, geometry_error  as `trace`
-template <exec::policy Policy, transducer Probe, camera Camera, class Image = image>
-Image trace_pixels(const Policy& policy, const scene& body, const Probe& probe, const pose& at, const law2011& model,
+template <exec::policy Policy, transducer Probe, camera Camera>
+image trace_pixels(const Policy& policy, const scene& body, const Probe& probe, const pose& at, const law2011& model,
                    const acquisition& settings, const Camera& seen_by) {
     detail::check_acquisition(body, probe, at, model, settings);
     const scene_view scene = body.view_for_rays(policy);
     seen_by.check();
-    Image picture{seen_by.size};
+    image picture{seen_by.size};
     exec::for_each_block(policy, picture.pixels.size(), 1024, 500, [&](std::size_t begin, std::size_t end) {
         detail::pixel_tracer tracer{scene, model, probe.frequency};
         for (std::size_t i = begin; i < end; ++i) {

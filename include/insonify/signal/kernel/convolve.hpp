@@ -205,7 +205,13 @@ struct lateral_kernel {
     std::vector<std::ptrdiff_t> less; ///< by distance in lines: samples by which a wave front is less deep there
 
     /// Weights at the centre of the depth step that contains a sample.
-    lateral_weights at(std::uint32_t sample) const { return of(entries[sample / depth_step]); }
+    lateral_weights at(std::uint32_t sample) const {
+        const entry& e = entries[sample / depth_step];
+        return {.half = {weights.data() + e.begin, e.count},
+                .lines = lines,
+                .full_circle = full_circle,
+                .spacing = e.spacing};
+    }
 
     /// Weights at a sample: (1 - fraction) of the weights `above` plus `fraction` of those `below`.
     struct blend {
@@ -236,14 +242,6 @@ struct lateral_kernel {
         const double cycles = cycles_per_line * static_cast<double>(line);
         const auto angle = 2 * pi * static_cast<float>(cycles - std::floor(cycles));
         return {std::cos(angle), std::sin(angle)};
-    }
-
-  private:
-    lateral_weights of(const entry& e) const {
-        return {.half = {weights.data() + e.begin, e.count},
-                .lines = lines,
-                .full_circle = full_circle,
-                .spacing = e.spacing};
     }
 };
 

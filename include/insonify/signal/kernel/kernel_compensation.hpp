@@ -133,41 +133,51 @@ class surface_strip {
 
 /// What the lateral kernel and the elevation planes do to echoes at one depth of a line.
 struct kernel_sample {
-    float lateral_sigma = 0;   ///< of the Gaussian that `convolve` applies across the lines, metres; 0: none
-    float elevation_sigma = 0; ///< of the beam out of the slice plane, metres; 0: unknown
-    float line_spacing = 0;    ///< metres to the next line
-    float divergence = 0;      ///< of neighbouring lines: angle over distance, 1/m
-    float speckle_gain = 1;    ///< keeps the rms of speckle
-    vec2 speckle_spread{0, 0}; ///< m^2: mean square distance between correlated speckle, across lines and planes
-    float speckle_loss =
-        0; ///< m^4: the next term of the loss on a slope, across lines; see `compensated_echoes::scatterers`
+    float lateral_sigma = 0;     ///< of the Gaussian that `convolve` applies across the lines, metres; 0: none
+    float elevation_sigma = 0;   ///< of the beam out of the slice plane, metres; 0: unknown
+    float line_spacing = 0;      ///< metres to the next line
+    float divergence = 0;        ///< of neighbouring lines: angle over distance, 1/m
+    float speckle_gain = 1;      ///< keeps the rms of speckle
+    vec2 speckle_spread{0, 0};   ///< m^2: mean square distance between correlated speckle, across lines and planes
+    float speckle_loss = 0;      ///< m^4: the next term of the loss on a slope; see `compensated_echoes::scatterers`
     float surface_gain = 1;      ///< keeps the rms of the diffuse echoes of surfaces
     vec2 surface_spread{0, 0};   ///< m^2: the same for these
     float uncorrelated_gain = 1; ///< keeps the rms of echoes that are independent from line to line
 };
 
+/// What one elevation plane stands for at one depth.
+struct plane_sample {
+    float height = 0;        ///< metres out of the slice plane
+    float weight = 0;        ///< of coherent echoes; the sum over the planes is 1
+    float random_weight = 1; ///< of independent echoes, over `weight`
+    vec2 strip{0, 0};        ///< see `elevation_planes::weights::strip`
+};
+
 /// The kernels along one line, by displayed depth.
 struct line_kernels {
-    view<const kernel_sample> samples{}; ///< for equal parts of the displayed depth, from the face on
-    float spacing = 1;                   ///< metres of displayed depth to each part
-    std::uint32_t planes = 1;            ///< elevation planes
-    std::uint32_t plane = 0;             ///< of the line
-    view<const float> plane_heights{};   ///< for each part those of all planes, metres out of the slice plane
-    view<const float> plane_weights{};   ///< for each part those of all planes; their sum is 1
-    view<const float> random_weights{};  ///< of this plane for each part: for independent echoes, over its plane weight
-    view<const vec2> plane_strips{};     ///< of this plane for each part: see `elevation_planes::weights::strip`
+    view<const kernel_sample> samples{};  ///< for equal parts of the displayed depth, from the face on
+    view<const plane_sample> of_planes{}; ///< for each part those of all planes
+    float spacing = 1;                    ///< metres of displayed depth to each part
+    std::uint32_t planes = 1;             ///< elevation planes
+    std::uint32_t plane = 0;              ///< of the line
 
     /// The part that a displayed depth lies in, metres.
     INSONIFY_FN std::size_t index(float depth) const {
         return static_cast<std::size_t>(clamp(depth / spacing, 0, static_cast<float>(samples.size() - 1)));
     }
+    /// All planes at a displayed depth, metres; none where there are no kernels.
+    INSONIFY_FN view<const plane_sample> planes_at(float depth) const {
+        if (samples.empty()) return {};
+        return {of_planes.data() + index(depth) * planes, planes};
+    }
     /// Of independent echoes, at a displayed depth, metres: linear between the parts, as `elevation_planes::at`.
     INSONIFY_FN float random_weight(float depth) const {
-        if (random_weights.empty()) return 1;
-        const float place = clamp(depth / spacing - 0.5F, 0, static_cast<float>(random_weights.size() - 1));
+        if (samples.empty()) return 1;
+        const float place = clamp(depth / spacing - 0.5F, 0, static_cast<float>(samples.size() - 1));
         const auto above = static_cast<std::size_t>(place);
-        const float a = random_weights[above],
-                    b = random_weights[above + 1 < random_weights.size() ? above + 1 : above];
+        const std::size_t below = above + 1 < samples.size() ? above + 1 : above;
+        const float a = of_planes[above * planes + plane].random_weight,
+                    b = of_planes[below * planes + plane].random_weight;
         return a + (place - static_cast<float>(above)) * (b - a);
     }
     /// The kernels at a displayed depth, metres; without effect where there are none.
@@ -258,9 +268,8 @@ class compensated_echoes {
         const kernel_sample here = kernels_.at(depth);
         const float per_metre = 1 / square(0.632F * surface_grain(frequency_)) + square(phase_per_metre_);
         const vec2 decorrelation = vec2{1, 1} + slope * slope * here.surface_spread * per_metre;
-        const surface_strip strip{slope.y, curvature.y,
-                                  kernels_.plane_strips.empty() ? vec2{0, 0}
-                                                                : kernels_.plane_strips[kernels_.index(depth)]};
+        const view<const plane_sample> planes = kernels_.planes_at(depth);
+        const surface_strip strip{slope.y, curvature.y, planes.empty() ? vec2{0, 0} : planes[kernels_.plane].strip};
         const float range = min(here.line_spacing * std::fabs(slope.x) + strip.range(), 3e-3F);
         const float part = max(0.5F * sigma_, 1e-6F), steps = std::ceil(range / part);
         const float gain =
@@ -304,12 +313,12 @@ class compensated_echoes {
     // The same for the planes of the slice: the sum of their weights, each as high on the pulse and turned by as much
     // phase as the surface is deeper there.
     INSONIFY_FN float elevation_transfer(float depth, float slope) const {
-        if (kernels_.plane_heights.empty() || slope == 0) return 1;
-        const std::size_t first = kernels_.index(depth) * kernels_.planes;
+        const view<const plane_sample> planes = kernels_.planes_at(depth);
+        if (planes.empty() || slope == 0) return 1;
         float sum = 0;
-        for (std::size_t i = first; i < first + kernels_.planes; ++i) {
-            const float deeper = slope * kernels_.plane_heights[i], sigmas = deeper / sigma_;
-            sum += kernels_.plane_weights[i] * std::exp(-0.5F * sigmas * sigmas) * std::cos(phase_per_metre_ * deeper);
+        for (const plane_sample& one : planes) {
+            const float deeper = slope * one.height, sigmas = deeper / sigma_;
+            sum += one.weight * std::exp(-0.5F * sigmas * sigmas) * std::cos(phase_per_metre_ * deeper);
         }
         return max(std::fabs(sum), min_transfer);
     }
@@ -317,15 +326,14 @@ class compensated_echoes {
     // What a plane that meets a curved surface emits: the whole, over the weight of all planes that do. Those that meet it
     // obliquely, where its radius is uncertain, are used where there are no others.
     INSONIFY_FN vec2 of_planes(float depth, const curved_kernel& surface, float to_nearest) const {
-        if (kernels_.plane_heights.empty()) return surface.whole(to_nearest);
-        const std::size_t first = kernels_.index(depth) * kernels_.planes;
-        const float* const height = kernels_.plane_heights.data() + first;
-        const float middle = height[kernels_.plane] + to_nearest, radius = surface.radius();
+        const view<const plane_sample> planes = kernels_.planes_at(depth);
+        if (planes.empty()) return surface.whole(to_nearest);
+        const float middle = planes[kernels_.plane].height + to_nearest, radius = surface.radius();
         constexpr float oblique = 0.85F;
         const bool is_oblique = std::fabs(to_nearest) > oblique * radius;
         float well = 0, obliquely = 0; // met
         for (std::uint32_t i = 0; i < kernels_.planes; ++i) {
-            const float apart = std::fabs(height[i] - middle), weight = kernels_.plane_weights[first + i];
+            const float apart = std::fabs(planes[i].height - middle), weight = planes[i].weight;
             if (i == kernels_.plane ? !is_oblique : apart <= oblique * radius)
                 well += weight;
             else if (i == kernels_.plane || apart < radius)
@@ -349,33 +357,24 @@ class compensated_echoes {
 struct kernel_table_view {
     static constexpr std::uint32_t depths = 128; ///< parts of the displayed depth
 
-    view<const kernel_sample>
-        samples{}; ///< by distance of the line from the border, then by depth; empty: no compensation
-    view<const std::uint32_t> sets{};   ///< of each line, the number of its set of planes
-    view<const float> plane_heights{};  ///< for each set and part those of all planes: see `line_kernels`
-    view<const float> plane_weights{};  ///< for each set and part those of all planes
-    view<const float> random_weights{}; ///< of each set and plane those of all parts
-    view<const vec2> plane_strips{};    ///< of each set and plane those of all parts
-    std::uint32_t planes = 1;           ///< elevation planes
-    std::uint32_t lines = 0;            ///< of the probe
-    std::uint32_t border = 0;           ///< lines further than this from the border share a table
-    float spacing = 1;                  ///< metres to each part
+    view<const kernel_sample> samples{}; ///< by distance from the border in lines, then by part; empty: no compensation
+    view<const std::uint32_t> sets{};    ///< of each line, the number of its set of planes
+    view<const plane_sample> of_planes{}; ///< by set, then by part, then by plane
+    std::uint32_t planes = 1;             ///< elevation planes
+    std::uint32_t lines = 0;              ///< of the probe
+    std::uint32_t border = 0;             ///< lines further than this from the border share a table
+    float spacing = 1;                    ///< metres to each part
 
     /// The kernels along one line of one plane.
     INSONIFY_FN line_kernels of_line(std::uint32_t line, std::uint32_t plane) const {
         if (samples.empty()) return {};
         const std::uint32_t other_end = lines - 1 - line, nearer = line < other_end ? line : other_end;
-        const std::uint32_t row = nearer < border ? nearer : border;
-        const std::size_t of_set = std::size_t{planes} * depths, set = sets[line] * of_set,
-                          of_plane = set + std::size_t{plane} * depths;
-        return {.samples = {samples.data() + std::size_t{row} * depths, depths},
+        const std::size_t row = nearer < border ? nearer : border, of_set = std::size_t{planes} * depths;
+        return {.samples = {samples.data() + row * depths, depths},
+                .of_planes = {of_planes.data() + sets[line] * of_set, of_set},
                 .spacing = spacing,
                 .planes = planes,
-                .plane = plane,
-                .plane_heights = {plane_heights.data() + set, of_set},
-                .plane_weights = {plane_weights.data() + set, of_set},
-                .random_weights = {random_weights.data() + of_plane, depths},
-                .plane_strips = {plane_strips.data() + of_plane, depths}};
+                .plane = plane};
     }
 };
 
@@ -408,9 +407,7 @@ class kernel_table {
         border_ =
             kernel_.full_circle ? 0 : std::min(static_cast<std::uint32_t>(kernel_.half_width()), (probe.lines - 1) / 2);
         samples_.resize(std::size_t{border_ + 1} * depths);
-        for (std::vector<float>* const each : {&plane_heights_, &plane_weights_, &random_weights_})
-            each->resize(of_lines.sets() * depths * planes_);
-        plane_strips_.resize(plane_heights_.size());
+        of_planes_.resize(of_lines.sets() * depths * planes_);
         work_.resize(depths);
         constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
         const float turned = probe.lines < 2 ? 0.0F : angle_between(probe.beam(0).direction, probe.beam(1).direction);
@@ -419,21 +416,18 @@ class kernel_table {
             const elevation_planes::weights weights = planes.at(z);
             for (std::size_t set = 0; set < of_lines.sets(); ++set) {
                 const elevation_planes::weights here = of_lines[set].at(z);
-                const std::size_t first = set * depths * planes_;
-                for (std::uint32_t i = 0; i < planes_; ++i) {
-                    plane_heights_[first + k * planes_ + i] = of_lines[set][i].height(z);
-                    plane_weights_[first + k * planes_ + i] = here.coherent[i];
-                    plane_strips_[first + std::size_t{i} * depths + k] = here.strip[i];
-                    random_weights_[first + std::size_t{i} * depths + k] =
-                        min(here.random[i] / max(here.coherent[i], 1e-12F), max_random_weight);
-                }
+                for (std::uint32_t i = 0; i < planes_; ++i)
+                    of_planes_[(set * depths + k) * planes_ + i] = {
+                        .height = of_lines[set][i].height(z),
+                        .weight = here.coherent[i],
+                        .random_weight = min(here.random[i] / max(here.coherent[i], 1e-12F), max_random_weight),
+                        .strip = here.strip[i]};
             }
             const lateral_weights across = kernel_.at(static_cast<std::uint32_t>(k) * lateral_kernel::depth_step);
             scratch& work = work_[k];
             const auto levels_with = [&](levels& found, const auto& covariance) {
-                const correlations correlated{across, turned, planes, z, covariance, work.of_lines};
-                find_levels<width>(across, weights.random, correlated,
-                                   max_slope * 4 * pi * probe.frequency / display_speed, work, found);
+                find_levels<width>(across, turned, planes, z, weights.random,
+                                   max_slope * 4 * pi * probe.frequency / display_speed, covariance, work, found);
             };
             levels &of_speckle = work.speckle, &of_surface = work.surface, &uncorrelated = work.uncorrelated;
             levels_with(of_speckle, speckle);
@@ -457,10 +451,7 @@ class kernel_table {
     kernel_table_view view_of() const {
         return {.samples = {samples_.data(), samples_.size()},
                 .sets = sets_,
-                .plane_heights = plane_heights_,
-                .plane_weights = plane_weights_,
-                .random_weights = random_weights_,
-                .plane_strips = plane_strips_,
+                .of_planes = of_planes_,
                 .planes = planes_,
                 .lines = lines_,
                 .border = border_,
@@ -480,54 +471,39 @@ class kernel_table {
 
     // Memory for one depth.
     struct scratch {
-        std::vector<float> of_lines, level, amplitudes;
+        std::vector<float> of_lines; // covariance of two lines, by their distance
+        std::vector<float> level, amplitudes;
         levels speckle, surface, uncorrelated;
     };
 
-    // The covariance of the echoes of two planes, and of two lines, at one depth.
-    struct correlations {
-        std::uint32_t planes;
-        float of_planes[max_elevation_planes][max_elevation_planes] = {};
-        float apart[max_elevation_planes][max_elevation_planes] = {}; // metres from plane to plane
-        std::vector<float>& of_lines;                                 // by distance in lines
-
-        template <class Covariance>
-        correlations(const lateral_weights& across, float turned, const elevation_planes& all, float depth,
-                     const Covariance& covariance, std::vector<float>& memory)
-            : planes{all.count()}, of_lines{memory} {
-            of_lines.assign(2 * across.half.size() - 1, 1.0F);
-            for (std::uint32_t i = 0; i < planes; ++i)
-                for (std::uint32_t j = 0; j < planes; ++j) {
-                    apart[i][j] = all[i].height(depth) - all[j].height(depth);
-                    of_planes[i][j] =
-                        i == j ? 1.0F
-                               : covariance(vec2{0, std::fabs(apart[i][j])}, std::fabs(all[i].slope - all[j].slope));
-                }
-            for (std::size_t lag = 1; lag < of_lines.size(); ++lag) {
-                const auto lines = static_cast<float>(lag);
-                of_lines[lag] = covariance(vec2{lines * across.spacing, 0}, lines * turned);
-            }
-        }
-    };
-
-    // @param steepest  phase per metre across the lines, at which the loss is exact
-    template <int Width>
-    void find_levels(const lateral_weights& across, const float (&weight)[max_elevation_planes],
-                     const correlations& correlated, float steepest, scratch& work, levels& found) const {
+    // @param turned      radians from line to line
+    // @param weight      of independent echoes, of each plane
+    // @param steepest    phase per metre across the lines, at which the loss is exact
+    // @param covariance  as of `compute`
+    template <int Width, class Covariance>
+    void find_levels(const lateral_weights& across, float turned, const elevation_planes& planes, float depth,
+                     const float (&weight)[max_elevation_planes], float steepest, const Covariance& covariance,
+                     scratch& work, levels& found) const {
         float power = 0, distance_squared = 0;
-        for (std::uint32_t i = 0; i < correlated.planes; ++i)
-            for (std::uint32_t j = 0; j < correlated.planes; ++j) {
-                const float apart = correlated.apart[i][j];
-                const float common = weight[i] * weight[j] * correlated.of_planes[i][j];
+        for (std::uint32_t i = 0; i < planes_; ++i)
+            for (std::uint32_t j = 0; j < planes_; ++j) {
+                const float apart = std::fabs(planes[i].height(depth) - planes[j].height(depth));
+                const float common =
+                    weight[i] * weight[j] *
+                    (i == j ? 1 : covariance(vec2{0, apart}, std::fabs(planes[i].slope - planes[j].slope)));
                 power += common;
                 distance_squared += common * apart * apart;
             }
-        const auto between_lines = [&](int lag) { return correlated.of_lines[static_cast<std::size_t>(lag)]; };
+        work.of_lines.assign(2 * across.half.size() - 1, 1.0F);
+        for (std::size_t lag = 1; lag < work.of_lines.size(); ++lag) {
+            const auto lines = static_cast<float>(lag);
+            work.of_lines[lag] = covariance(vec2{lines * across.spacing, 0}, lines * turned);
+        }
+        const auto between_lines = [&](int lag) { return work.of_lines[static_cast<std::size_t>(lag)]; };
         const auto lag_squared = [&](int lag) {
             const float apart = static_cast<float>(lag) * across.spacing;
             return between_lines(lag) * apart * apart;
         };
-        const auto to_border = [&](std::uint32_t line) { return std::min({line, lines_ - 1 - line, border_}); };
         const auto on_slope = [&](int lag) {
             return between_lines(lag) * std::cos(steepest * static_cast<float>(lag) * across.spacing);
         };
@@ -535,9 +511,11 @@ class kernel_table {
         found.spread.resize(border_ + 1);
         found.loss.resize(border_ + 1);
         work.level.resize(border_ + 1);
-        const auto gain_of = [&](std::uint32_t line) { return found.gain[to_border(line)]; };
-        const auto power_with = [&](std::uint32_t line, const auto& covariance) {
-            return power * across.power<Width>(line, covariance, gain_of, work.amplitudes);
+        const auto gain_of = [&](std::uint32_t line) {
+            return found.gain[std::min({line, lines_ - 1 - line, border_})];
+        };
+        const auto power_with = [&](std::uint32_t line, const auto& of_lag) {
+            return power * across.power<Width>(line, of_lag, gain_of, work.amplitudes);
         };
         for (int round = 0; round < 5; ++round) { // a line's level depends on its neighbours' gains: a fixed point
             for (std::uint32_t line = 0; line <= border_; ++line) work.level[line] = power_with(line, between_lines);
@@ -562,8 +540,7 @@ class kernel_table {
     float spacing_ = 1;
     large_array<kernel_sample> samples_;
     std::vector<std::uint32_t> sets_;
-    std::vector<float> plane_heights_, plane_weights_, random_weights_;
-    std::vector<vec2> plane_strips_;
+    std::vector<plane_sample> of_planes_;
     lateral_kernel kernel_;
     std::vector<scratch> work_; // for each depth
 };
