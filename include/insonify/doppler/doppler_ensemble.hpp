@@ -320,9 +320,7 @@ class ensemble_tracer {
                const Field& field, const acquisition& scan, const pulse_train& pulses, ensemble_echoes& out) {
         const std::uint32_t samples = detail::check_acquisition(body, probe, at, model, scan);
         detail::frame_view<Probe> frame = plan_.view_of(policy, probe, at, model, scan, samples, body.media());
-        pulse sent = nominal_pulse(probe);
-        sent.burst = pulses.burst;
-        frame.bandwidth = sent.bandwidth_at_peak();
+        frame.bandwidth = nominal_pulse(probe, pulses.burst).bandwidth_at_peak();
         out.moving.resize(pulses.count);
         sinks_.assign(1, &out.resting);
         for (iq_lines& each : out.moving) sinks_.push_back(&each);
@@ -396,10 +394,9 @@ class ensemble_scanner {
                                const Model& model, const Field& field, const ensemble_settings& settings) {
         settings.check();
         if constexpr (requires { field.check(); }) field.check();
-        pulse sent = nominal_pulse(probe);
+        const pulse sent = nominal_pulse(probe, settings.burst);
         const std::uint32_t samples =
             settings.samples != 0 ? settings.samples : samples_for(settings.depth, sent.sigma_z(probe.frequency));
-        sent.burst = settings.burst;
         const std::uint32_t frame =
             mix_bits(__builtin_bit_cast(std::uint32_t, settings.time)) | 1U; // not 0: blood flows
         constexpr float slowest = 0.9F; // medium over c0: the echoes of slower media are displayed deeper

@@ -4,7 +4,9 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/doppler/colour_doppler.hpp>
+#include <insonify/signal/envelope.hpp>
 #include <bit>
+#include <numeric>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -60,46 +62,6 @@ struct doppler_spectrum {
     friend bool operator==(const doppler_spectrum&, const doppler_spectrum&) = default;
 };
 
-namespace detail {
-
-/// Discrete Fourier transform in place: x_n = sum over k of x_k exp(-2 pi j k n / N), N a power of two.
-/// Source: Cooley & Tukey 1965.
-inline void fourier_transform(std::vector<vec2>& x) {
-    const std::size_t size = x.size();
-    for (std::size_t i = 1, j = 0; i < size; ++i) {
-        std::size_t bit = size >> 1U;
-        for (; (j & bit) != 0; bit >>= 1U) j ^= bit;
-        j ^= bit;
-        if (i < j) std::swap(x[i], x[j]);
-    }
-    for (std::size_t length = 2; length <= size; length *= 2)
-        for (std::size_t i = 0; i < length / 2; ++i) {
-            const float turn = -2 * pi * static_cast<float>(i) / static_cast<float>(length);
-            const vec2 factor{std::cos(turn), std::sin(turn)};
-            for (std::size_t begin = 0; begin < size; begin += length) {
-                vec2 &a = x[begin + i], &b = x[begin + i + length / 2];
-                const vec2 turned{b.x * factor.x - b.y * factor.y, b.x * factor.y + b.y * factor.x};
-                b = a - turned;
-                a += turned;
-            }
-        }
-}
-
-/// Subtracts the projections on orthonormal functions.
-inline void subtract_projections(std::vector<vec2>& series, const std::vector<std::vector<double>>& basis) {
-    for (const std::vector<double>& one : basis) {
-        double x = 0, y = 0;
-        for (std::size_t k = 0; k < series.size(); ++k) {
-            x += one[k] * static_cast<double>(series[k].x);
-            y += one[k] * static_cast<double>(series[k].y);
-        }
-        for (std::size_t k = 0; k < series.size(); ++k)
-            series[k] -= vec2{static_cast<float>(one[k] * x), static_cast<float>(one[k] * y)};
-    }
-}
-
-} // namespace detail
-
 /// Short-time spectrum of the echoes of one gate.
 ///
 /// @param echoes        one for each pulse
@@ -136,16 +98,27 @@ doppler_spectrum spectrum_of(const Policy& policy, const std::vector<vec2>& echo
         weight += hann[k] * hann[k];
     }
     const auto walls = detail::orthonormal_polynomials(size, settings.wall_order);
+    constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
+    const detail::fourier_transform fourier{size};
     exec::for_each_block(policy, result.windows, 4, 30 * static_cast<float>(size), [&](std::size_t a, std::size_t b) {
-        std::vector<vec2> series(size);
+        std::vector<float> real(size), imaginary(size);
         for (std::size_t window = a; window < b; ++window) {
-            for (std::uint32_t k = 0; k < size; ++k) series[k] = echoes[window * hop + k];
-            detail::subtract_projections(series, walls);
-            for (std::uint32_t k = 0; k < size; ++k) series[k] *= hann[k];
-            detail::fourier_transform(series);
+            for (std::uint32_t k = 0; k < size; ++k) {
+                real[k] = echoes[window * hop + k].x;
+                imaginary[k] = echoes[window * hop + k].y;
+            }
+            for (std::vector<float>* const part : {&real, &imaginary}) {
+                for (const std::vector<double>& wall : walls) { // less the projection on it
+                    const double along = std::inner_product(wall.begin(), wall.end(), part->begin(), 0.0);
+                    for (std::uint32_t k = 0; k < size; ++k) (*part)[k] -= static_cast<float>(wall[k] * along);
+                }
+                for (std::uint32_t k = 0; k < size; ++k) (*part)[k] *= hann[k];
+            }
+            fourier.forward<width>(real.data(), imaginary.data());
             for (std::uint32_t i = 0; i < size; ++i) {
-                const vec2 value = series[(static_cast<std::uint32_t>(lowest) + i) & (size - 1)];
-                result.power[window * size + i] = dot(value, value) / (weight * static_cast<float>(size));
+                const std::size_t bin = fourier.place((static_cast<std::uint32_t>(lowest) + i) & (size - 1));
+                result.power[window * size + i] =
+                    (real[bin] * real[bin] + imaginary[bin] * imaginary[bin]) / (weight * static_cast<float>(size));
             }
         }
     });
@@ -203,10 +176,9 @@ class gate_scanner {
         const std::uint32_t begin = line > margin ? line - margin : 0, end = std::min(line + margin + 1, fine.lines);
         const probe_section<refined<Probe>> lines{fine, begin, end};
 
-        pulse sent = nominal_pulse(probe);
+        const pulse sent = nominal_pulse(probe, settings.burst);
         const float sigma = sent.sigma_z(probe.frequency),
                     spacing = depth / static_cast<float>(samples_for(depth, sigma));
-        sent.burst = settings.burst;
         const float from = max(settings.gate - 0.5F * settings.gate_length, 0), to = from + settings.gate_length;
         const float beyond = sent.envelope(probe.frequency).half_length();
         const auto samples = static_cast<std::uint32_t>(std::ceil((to + beyond) / spacing));

@@ -73,6 +73,16 @@ inline std::vector<std::vector<double>> orthonormal_polynomials(std::size_t coun
     return basis;
 }
 
+/// @throws usage_error  for an ensemble whose pulses differ in shape, or without a prf
+inline void check_ensemble(const iq_ensemble& echoes, const char* caller) {
+    if (!is_finite(echoes.prf) || !(echoes.prf > 0))
+        throw usage_error{joined({caller, ": the prf must be a frequency above 0, such as 4_kHz"})};
+    for (const iq_lines& each : echoes.pulses)
+        if (each.count != echoes.pulses[0].count || each.samples != echoes.pulses[0].samples ||
+            each.depth != echoes.pulses[0].depth || each.values.size() != std::size_t{each.count} * each.samples)
+            throw usage_error{joined({caller, ": all pulses must have the same lines, samples and depth"})};
+}
+
 } // namespace detail
 
 /// The filter as a matrix, row by row: result j is the sum over k of element j * pulses + k times pulse k.
@@ -104,20 +114,6 @@ inline std::vector<float> wall_filter_matrix(const wall_filter& filter, std::siz
                 for (std::size_t k = 0; k < pulses; ++k) matrix[j * pulses + k] -= one[j] * one[k];
     return {matrix.begin(), matrix.end()};
 }
-
-namespace detail {
-
-/// @throws usage_error  for an ensemble whose pulses differ in shape, or without a prf
-inline void check_ensemble(const iq_ensemble& echoes, const char* caller) {
-    if (!is_finite(echoes.prf) || !(echoes.prf > 0))
-        throw usage_error{joined({caller, ": the prf must be a frequency above 0, such as 4_kHz"})};
-    for (const iq_lines& each : echoes.pulses)
-        if (each.count != echoes.pulses[0].count || each.samples != echoes.pulses[0].samples ||
-            each.depth != echoes.pulses[0].depth || each.values.size() != std::size_t{each.count} * each.samples)
-            throw usage_error{joined({caller, ": all pulses must have the same lines, samples and depth"})};
-}
-
-} // namespace detail
 
 /// Filters every sample along slow time.
 /// @param recycled  an ensemble whose memory is reused

@@ -14,16 +14,13 @@
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Hilbert transform: shifts the phase of every frequency of a real signal by -90 degrees, so that cos becomes sin.
+/// Fourier transforms of a power of two, x_n = sum over k of x_k exp(-2 pi j k n / N), in place.
 ///
-/// Uses FFTs of a power of two with at least a quarter of zero padding, of two signals at a time, one as the real and
-/// one as the imaginary part. The forward transform (decimation in frequency) leaves its results in bit-reversed order,
-/// from which the inverse transform (decimation in time) starts, so nothing is reordered: positive frequencies are at
-/// even indices, negative frequencies at odd ones. Source: Gentleman & Sande 1966, Cooley & Tukey 1965.
-class hilbert_transform {
+/// The forward transform (decimation in frequency) leaves its results in bit-reversed order, from which the inverse
+/// transform (decimation in time) starts. Source: Gentleman & Sande 1966, Cooley & Tukey 1965.
+class fourier_transform {
   public:
-    explicit hilbert_transform(std::size_t samples)
-        : size_{std::bit_ceil(samples + samples / 4 + 2)}, cosine_(size_), sine_(size_) {
+    explicit fourier_transform(std::size_t size) : size_{size}, cosine_(size), sine_(size) {
         for (std::size_t half = 1; half < size_; half *= 2)
             for (std::size_t i = 0; i < half; ++i) {
                 const double angle = 3.14159265358979323846 * static_cast<double>(i) / static_cast<double>(half);
@@ -32,30 +29,29 @@ class hilbert_transform {
             }
     }
 
-    /// Size of the buffers of `apply`: the signal, padded with zeros.
     std::size_t size() const { return size_; }
 
-    /// In place; overwrites the padding.
+    /// Where `forward` leaves result n.
+    std::size_t place(std::size_t n) const {
+        std::size_t reversed = 0;
+        for (std::size_t bit = 1, mirrored = size_ / 2; bit < size_; bit *= 2, mirrored /= 2)
+            if ((n & bit) != 0) reversed |= mirrored;
+        return reversed;
+    }
+
     /// @tparam Width  floats in a SIMD register
     template <int Width>
-    void apply(float* one, float* other) const {
+    void forward(float* real, float* imaginary) const {
         for (std::size_t half = size_ / 2; half > 0; half /= 2)
             for (std::size_t begin = 0; begin < size_; begin += 2 * half)
-                forward<Width>(one + begin, other + begin, half);
-
-        const float scale = 1 / static_cast<float>(size_);
-        one[0] = one[1] = other[0] = other[1] = 0; // the Hilbert transform of DC and of the Nyquist frequency is 0
-        for (std::size_t i = 2; i < size_; i += 2) {
-            const float real = one[i], imaginary = other[i];
-            one[i] = scale * imaginary;
-            other[i] = -scale * real;
-            const float negative_real = one[i + 1], negative_imaginary = other[i + 1];
-            one[i + 1] = -scale * negative_imaginary;
-            other[i + 1] = scale * negative_real;
-        }
-
+                forward<Width>(real + begin, imaginary + begin, half);
+    }
+    /// The inverse, times the size.
+    template <int Width>
+    void back(float* real, float* imaginary) const {
         for (std::size_t half = 1; half < size_; half *= 2)
-            for (std::size_t begin = 0; begin < size_; begin += 2 * half) back<Width>(one + begin, other + begin, half);
+            for (std::size_t begin = 0; begin < size_; begin += 2 * half)
+                back<Width>(real + begin, imaginary + begin, half);
     }
 
   private:
@@ -97,6 +93,39 @@ class hilbert_transform {
     std::size_t size_ = 0;
     std::vector<float> cosine_; // of i / half of half a turn, at half + i
     std::vector<float> sine_;
+};
+
+/// Hilbert transform: shifts the phase of every frequency of a real signal by -90 degrees, so that cos becomes sin.
+///
+/// Of two signals at a time, one as the real and one as the imaginary part, with at least a quarter of zero padding. In
+/// bit-reversed order positive frequencies are at even indices, negative frequencies at odd ones.
+class hilbert_transform {
+  public:
+    explicit hilbert_transform(std::size_t samples) : fourier_{std::bit_ceil(samples + samples / 4 + 2)} {}
+
+    /// Size of the buffers of `apply`: the signal, padded with zeros.
+    std::size_t size() const { return fourier_.size(); }
+
+    /// In place; overwrites the padding.
+    /// @tparam Width  floats in a SIMD register
+    template <int Width>
+    void apply(float* one, float* other) const {
+        fourier_.forward<Width>(one, other);
+        const float scale = 1 / static_cast<float>(size());
+        one[0] = one[1] = other[0] = other[1] = 0; // the Hilbert transform of DC and of the Nyquist frequency is 0
+        for (std::size_t i = 2; i < size(); i += 2) {
+            const float real = one[i], imaginary = other[i];
+            one[i] = scale * imaginary;
+            other[i] = -scale * real;
+            const float negative_real = one[i + 1], negative_imaginary = other[i + 1];
+            one[i + 1] = -scale * negative_imaginary;
+            other[i + 1] = scale * negative_real;
+        }
+        fourier_.back<Width>(one, other);
+    }
+
+  private:
+    fourier_transform fourier_;
 };
 
 /// Square roots, in place.

@@ -91,9 +91,10 @@ struct pulse {
 };
 
 /// The shortest pulse that the fractional `bandwidth` of a probe permits; `pulse{}` for a probe without that member.
+/// @param burst  see `pulse::burst`
 template <transducer Probe>
-INSONIFY_FN constexpr pulse nominal_pulse(const Probe& probe) {
-    return {.cycles = 1.61F / fractional_bandwidth(probe)};
+INSONIFY_FN constexpr pulse nominal_pulse(const Probe& probe, float burst = 0) {
+    return {.cycles = 1.61F / fractional_bandwidth(probe), .burst = burst};
 }
 
 } // namespace insonify::inline INSONIFY_ABI
