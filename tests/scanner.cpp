@@ -1,6 +1,6 @@
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/b_mode.hpp>
-#include <insonify/doppler/poiseuille.hpp>
+#include <insonify/doppler/velocity_field.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>

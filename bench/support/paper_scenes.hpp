@@ -3,8 +3,8 @@
 
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/geometry/shapes.hpp>
-#include <insonify/paper/camera.hpp>
 #include <insonify/paper/law2011.hpp>
+#include <insonify/paper/pixels.hpp>
 #include <insonify/probe/acquisition.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/scene/scene.hpp>

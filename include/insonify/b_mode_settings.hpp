@@ -12,7 +12,6 @@
 #include <insonify/tracing/read/near_field.hpp>
 #include <algorithm>
 #include <array>
-#include <cstdint>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {

@@ -2,17 +2,10 @@
 #define INSONIFY_DOPPLER_HPP
 
 /// Doppler: blood and tissue that move, and what a scanner measures of them.
-#include <insonify/doppler/autocorrelation.hpp>
 #include <insonify/doppler/colour_doppler.hpp>
 #include <insonify/doppler/doppler_ensemble.hpp>
-#include <insonify/doppler/doppler_picture.hpp>
-#include <insonify/doppler/doppler_spectrum.hpp>
-#include <insonify/doppler/moving_scatterers.hpp>
-#include <insonify/doppler/poiseuille.hpp>
 #include <insonify/doppler/pulsed_doppler.hpp>
 #include <insonify/doppler/slow_time.hpp>
-#include <insonify/doppler/trace_ensemble.hpp>
 #include <insonify/doppler/velocity_field.hpp>
-#include <insonify/doppler/velocity_samples.hpp>
 
 #endif

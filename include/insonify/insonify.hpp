@@ -19,9 +19,8 @@
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/geometry/validate.hpp>
 #include <insonify/image/callipers.hpp>
-#include <insonify/image/colour_image.hpp>
 #include <insonify/image/grey_map.hpp>
-#include <insonify/image/label_image.hpp>
+#include <insonify/image/image.hpp>
 #include <insonify/image/m_mode.hpp>
 #include <insonify/image/scan_convert.hpp>
 #include <insonify/io.hpp>

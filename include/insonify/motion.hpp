@@ -3,11 +3,7 @@
 
 /// Tissue that moves: ready-made maps for `scene::deform`, and the probe that presses into it.
 #include <insonify/motion/body_motion.hpp>
-#include <insonify/motion/collapse.hpp>
 #include <insonify/motion/compose.hpp>
-#include <insonify/motion/displacement_grid.hpp>
-#include <insonify/motion/indentation.hpp>
 #include <insonify/motion/press.hpp>
-#include <insonify/motion/pressed_face.hpp>
 
 #endif

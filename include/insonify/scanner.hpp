@@ -3,20 +3,16 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/acoustics/physical.hpp>
 #include <insonify/b_mode_settings.hpp>
 #include <insonify/core/stopwatch.hpp>
-#include <insonify/display.hpp>
 #include <insonify/doppler/pulsed_doppler.hpp>
-#include <insonify/image/label_image.hpp>
-#include <insonify/signal/electronic_noise.hpp>
 #include <insonify/signal/envelope.hpp>
-#include <insonify/signal/kernel/convolve.hpp>
+#include <insonify/signal/persistence.hpp>
 #include <insonify/signal/resample_lines.hpp>
 #include <insonify/tracing/read/automatic_tgc.hpp>
 #include <insonify/tracing/read/label.hpp>
-#include <insonify/tracing/read/near_field.hpp>
 #include <insonify/tracing/trace.hpp>
+#include <algorithm>
 #include <concepts>
 #include <optional>
 #include <string>
@@ -26,7 +22,165 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
+/// The last frames of a clip, in memory that is reused.
+/// @tparam Frame  default-constructible
+template <class Frame>
+class cine_loop {
+  public:
+    /// Adds a frame.
+    /// @param length  number of frames to keep, at least 1; the oldest are dropped
+    /// @param fill    fill(frame) overwrites the frame, which holds an old one; if it throws, the frame is not added
+    template <class Fill>
+    void add(std::uint32_t length, const Fill& fill) {
+        frames_.resize(std::max(length, 1U));
+        count_ = std::min(count_, frames_.size() - 1);
+        fill(frames_.back());
+        std::rotate(frames_.begin(), frames_.end() - 1, frames_.end());
+        ++count_;
+    }
+
+    /// Number of frames.
+    std::uint32_t size() const { return static_cast<std::uint32_t>(count_); }
+    /// Whether there is none.
+    bool empty() const { return count_ == 0; }
+    /// A frame; not checked. @param back  0: the newest, `size()` - 1: the oldest
+    const Frame& operator[](std::uint32_t back) const { return frames_[back]; }
+    /// Forgets all frames, and keeps the memory.
+    void clear() { count_ = 0; }
+
+  private:
+    std::vector<Frame> frames_{}; // from the newest to the oldest; those from `count_` on are spare
+    std::size_t count_ = 0;
+};
+
+/// A frame that a `scanner` has stored: amplitudes, before they are displayed.
+template <transducer Probe>
+struct stored_frame {
+    std::optional<refined<Probe>> probe{}; ///< that received it, with the lines that were traced
+    pose at{};                             ///< of the probe
+    double time = 0;                       ///< `scanner::time`, seconds
+    scan_lines amplitudes{};               ///< after time gain and compounding
+    tgc_settings gain{};                   ///< the time gain of the amplitudes
+    bool starts = true;                    ///< persistence starts anew with this frame
+};
+
 namespace detail {
+
+inline tgc_settings time_gain_of(const b_mode_settings& settings, float attenuation, float bandwidth) {
+    return {.attenuation = attenuation,
+            .max_db = settings.time_gain.max_db,
+            .sliders = settings.time_gain.sliders,
+            .curve = settings.time_gain.curve,
+            .bandwidth = bandwidth};
+}
+
+/// The stages from stored amplitudes to a picture.
+template <transducer Probe>
+class frame_display {
+  public:
+    /// Draws the newest frame, after those that were drawn before.
+    template <exec::policy Policy>
+    void draw_next(const Policy& policy, const stored_frame<Probe>& frame, const b_mode_settings& settings) {
+        compress(policy, frame, settings);
+        if (settings.persistence != 0) fade(policy, frame, settings);
+        convert(policy, frame, settings);
+    }
+
+    /// Draws a frame of a loop by itself: persistence is that of the frames of the loop.
+    /// @param back  exists
+    template <exec::policy Policy>
+    void draw(const Policy& policy, const cine_loop<stored_frame<Probe>>& loop, std::uint32_t back,
+              const b_mode_settings& settings) {
+        std::uint32_t first = back;
+        if (settings.persistence != 0)
+            while (first + 1 < loop.size() && !loop[first].starts) ++first;
+        smoothing_.reset();
+        for (std::uint32_t i = first + 1; i-- > back;) {
+            compress(policy, loop[i], settings);
+            if (settings.persistence != 0) fade(policy, loop[i], settings);
+        }
+        convert(policy, loop[back], settings);
+    }
+
+    const scan_map& map() const { return map_.value(); }
+
+    scan_lines lines{}; ///< brightness
+    image picture{};
+
+  private:
+    template <class Policy>
+    void compress(const Policy& policy, const stored_frame<Probe>& frame, const b_mode_settings& settings) {
+        const float attenuation = settings.tgc > 0 ? settings.tgc : frame.gain.attenuation;
+        lines = frame.amplitudes;
+        lines = regain(policy, std::move(lines), frame.probe->frequency, frame.gain,
+                       time_gain_of(settings, attenuation, frame.gain.bandwidth));
+        lines = log_compress(policy, std::move(lines),
+                             {.dynamic_range_db = settings.dynamic_range_db,
+                              .reference_db = settings.reference_db,
+                              .gain_db = settings.gain_db,
+                              .reject_db = settings.reject_db});
+    }
+
+    template <class Policy>
+    void fade(const Policy& policy, const stored_frame<Probe>& frame, const b_mode_settings& settings) {
+        smoothing_.weight(settings.persistence);
+        if (frame.starts) smoothing_.reset();
+        lines = smoothing_.add(policy, lines);
+    }
+
+    template <class Policy>
+    void convert(const Policy& policy, const stored_frame<Probe>& frame, const b_mode_settings& settings) {
+        if (!(settings.grey == grey_map{})) lines = map_grey(policy, std::move(lines), settings.grey);
+        const scan_map& map = map_(policy, *frame.probe, {.depth = lines.depth, .samples = lines.samples},
+                                   {.size = settings.size, .background = settings.background});
+        picture = scan_convert(policy, lines, map, std::move(picture));
+    }
+
+    kept_scan_map<refined<Probe>> map_{};
+    persistence smoothing_{};
+};
+
+/// Notices where a clip starts anew: another probe, other settings, or a probe that moves fast.
+template <transducer Probe>
+class clip_watch {
+  public:
+    /// Whether the next frame starts a clip.
+    bool starts(const Probe& probe, const pose& at, const b_mode_settings& settings) {
+        bool changed = starts_;
+        starts_ = false;
+        before_.frame = settings.frame;
+        if (!(before_ == settings)) {
+            before_ = settings;
+            changed = true;
+        }
+        probe_([&](char&) { changed = true; }, probe);
+        fast_ = motion(probe, settings.depth, at_, at) > settings.max_motion;
+        at_ = at;
+        return changed || fast_;
+    }
+    /// Whether the probe has moved fast to the frame that was asked about last.
+    bool fast() const { return fast_; }
+    /// The next frame starts a clip.
+    void reset() { starts_ = true; }
+
+  private:
+    // The largest movement of a corner of the field of view, metres.
+    static float motion(const Probe& probe, float depth, const pose& before, const pose& after) {
+        float largest = 0;
+        if (before == after) return largest;
+        for (const float line : {-0.5F, static_cast<float>(probe.lines) - 0.5F}) {
+            const ray beam = probe.beam(line);
+            for (const vec3 corner : {beam.origin, beam.at(depth)})
+                largest = max(largest, length(after.point(corner) - before.point(corner)));
+        }
+        return largest;
+    }
+
+    b_mode_settings before_{};
+    memo<char, Probe> probe_{};
+    pose at_{};
+    bool starts_ = true, fast_ = false;
+};
 
 /// The bandwidth of the pulse whose losses time gain restores: that of the probe, or 0 where a model attenuates a single frequency.
 template <class Model, transducer Probe>
@@ -87,7 +241,26 @@ class scanner {
     /// @throws usage_error     for a scene that is not built, or a setting out of range
     /// @throws geometry_error  for a pose that is not rigid
     template <exec::policy Policy>
-    const image& scan(const Policy& policy, const scene& body, const pose& at);
+    const image& scan(const Policy& policy, const scene& body, const pose& at) {
+        if (frozen_) return show(policy, shown_);
+        probe.check(); // all of these before a stored frame is overwritten
+        settings.check();
+        detail::check_lines(body, probe, at, settings.depth, "scanner");
+        if constexpr (requires { model.check(); }) model.check();
+        if constexpr (requires { how.check(); }) how.check();
+        const detail::stopwatch clock;
+        times_ = {};
+        if (interrupted_) forget(); // the last frame threw
+        interrupted_ = true;
+        cine_.add(cine_length, [&](stored_frame<Probe>& frame) { acquire(policy, body, at, frame); });
+        shown_ = 0;
+        const detail::stopwatch display;
+        display_.draw_next(policy, cine_[0], settings);
+        interrupted_ = false;
+        times_.display = display.seconds();
+        times_.total = clock.seconds();
+        return display_.picture;
+    }
 
     /// Draws a stored frame with the present gain, dynamic range, time gain, grey map, persistence and size. If `tgc`
     /// is 0, the attenuation that was chosen at acquisition is kept.
@@ -97,7 +270,19 @@ class scanner {
     /// @param back  0: the newest frame, `cine().size()` - 1: the oldest
     /// @throws usage_error  for a frame that is not stored, or a setting out of range
     template <exec::policy Policy>
-    const image& show(const Policy& policy, std::uint32_t back = 0);
+    const image& show(const Policy& policy, std::uint32_t back = 0) {
+        check_picture();
+        if (back >= cine_.size())
+            throw usage_error{"scanner: `back` is " + std::to_string(back) + ", and " + std::to_string(cine_.size()) +
+                              " frames are stored; `cine_length` is the number to store"};
+        const detail::stopwatch clock;
+        display_.draw(policy, cine_, back, settings);
+        shown_ = back;
+        at_ = cine_[back].at;
+        watch_.reset();
+        times_ = {.display = clock.seconds(), .total = clock.seconds()};
+        return display_.picture;
+    }
 
     /// Stops acquiring. @{
     void freeze() { frozen_ = true; }
@@ -168,7 +353,20 @@ class scanner {
     /// where there is none, and for earlier frames, they are those of the scene as it is now.
     /// @throws usage_error  before the first picture
     template <exec::policy Policy>
-    const label_image& labels(const Policy& policy, const scene& body);
+    const label_image& labels(const Policy& policy, const scene& body) {
+        check_picture();
+        const stored_frame<Probe>& frame = cine_[shown_];
+        const label_settings grid{frame.amplitudes.depth, frame.amplitudes.samples, label_settings::grid::displayed};
+        const detail::any_policy<false> any{policy};
+        if (shown_ == 0 && label_look_)
+            label_lines_ = label(any, tracers_[*label_look_].layers(), grid, std::move(label_lines_));
+        else
+            label_lines_ =
+                label(any, detail::layers_for_labels(any, body, *frame.probe, frame.at, grid, false, search_), grid,
+                      std::move(label_lines_));
+        labels_ = scan_convert(policy, label_lines_, map(), std::move(labels_));
+        return labels_;
+    }
 
     /// Colour and power Doppler of what the last picture shows: see `colour_doppler`. Its probe, pose and depth are those of the
     /// picture, its model is that of the scanner.
@@ -204,18 +402,97 @@ class scanner {
         if (cine_.empty())
             throw usage_error{"scanner: there is no picture yet; call `scan`, and `unfreeze` where it is frozen"};
     }
+    // The stages from echoes to stored amplitudes.
     template <class Policy>
-    void acquire(const Policy& policy, const scene& body, const pose& at, stored_frame<Probe>& frame);
+    void acquire(const Policy& policy, const scene& body, const pose& at, stored_frame<Probe>& frame) {
+        const b_mode_sampling sampling = sampling_of(probe, settings);
+        const refined<Probe> fine{probe, static_cast<float>(sampling.lines) / static_cast<float>(probe.lines)};
+        compound_settings compound = settings.compound;
+        compound.angles = sampling.looks;
+        if (tracers_.size() < sampling.looks) tracers_.resize(sampling.looks);
+        gain_is_chosen_ = false;
+        label_look_.reset();
+        const auto forget_looks = [&](char&) { looks_.reset(); };
+        if constexpr (detail::comparable<Model>)
+            acquired_(forget_looks, model, settings.tgc, settings.time_gain);
+        else
+            acquired_(forget_looks, settings.tgc, settings.time_gain);
+        frame.starts = watch_.starts(probe, at, settings);
+        if (watch_.fast()) looks_.reset();
+        const detail::stopwatch clock;
+        frame.amplitudes = looks_(
+            policy, fine, {.depth = settings.depth, .samples = sampling.samples, .planes = sampling.planes}, compound,
+            [&](std::uint32_t number, const look_probe& look, const acquisition& scan, scan_lines recycled) {
+                return acquire_look(policy, body, at, number, look, scan, std::move(recycled));
+            },
+            std::move(frame.amplitudes));
+        times_.detect = clock.seconds() - times_.trace - times_.convolve;
+        frame.probe.emplace(fine);
+        frame.at = at_ = at;
+        frame.time = time;
+        frame.gain = gain_;
+    }
+
     template <class Policy>
     scan_lines acquire_look(const Policy& policy, const scene& body, const pose& at, std::uint32_t number,
-                            const look_probe& look, acquisition scan, scan_lines recycled);
+                            const look_probe& look, acquisition scan, scan_lines recycled) {
+        detail::stopwatch clock;
+        scan.frame = settings.frame;
+        const float rays =
+            settings.interpolates_lines ? min(rays_per_line(probe, settings.depth, 0.25F), look.rays) : look.rays;
+        const refined<Probe> straight{probe, rays};
+        const look_probe traced{straight, look.steering};
+        iq_lines& echoes = keeps_echoes(number) ? echoes_ : other_echoes_;
+        if (keeps_echoes(number)) echo_probe_.emplace(look);
+        echoes = tracers_[number].trace(policy, body, traced, at, model, scan, how, std::move(echoes));
+        const line_layers& found = tracers_[number].layers();
+        last_look_ = number;
+        layers_probe_.emplace(traced);
+        constexpr bool finds_layers = std::same_as<Tracer, straight_lines>;
+        const float labelled = detail::max_depth_of(
+            label_settings{.depth = settings.depth, .grid = label_settings::grid::displayed}, body.media());
+        const bool reaches_labels = detail::max_depth_of(model, settings.depth, body.media()) >= labelled;
+        if (finds_layers && traced.lines == look.lines && look.steering == 0 && reaches_labels) label_look_ = number;
+        choose_time_gain(policy, body, at, look.steering == 0 && found.lines > 0 ? &found : nullptr);
+        times_.trace += clock.lap();
+        if constexpr (finds_layers)
+            echoes = add_near_field(policy, std::move(echoes), found, straight, settings.near_field);
+        else
+            echoes = add_near_field(policy, std::move(echoes), body, straight, at, settings.near_field);
+        echoes = convolver_.convolve(policy, std::move(echoes), nominal_pulse(probe), traced);
+        if (traced.lines != look.lines) {
+            resampled_ = resample_lines(policy, echoes, traced, look, std::move(resampled_));
+            std::swap(echoes, resampled_);
+        }
+        echoes = add_electronic_noise(
+            policy, std::move(echoes),
+            {.level_db = settings.noise.level_db, .seed = settings.noise.seed + number, .frame = settings.frame});
+        times_.convolve += clock.lap();
+        return tgc(policy, envelope(policy, echoes, std::move(recycled)), probe.frequency, gain_);
+    }
+
     // Whether a look of a frame is that of `echoes`.
     bool keeps_echoes(std::uint32_t look) const {
         const compound_settings& looks = settings.compound;
         return looks.update == compound_settings::update::one || look == (looks.angles - 1) / 2;
     }
+    // The automatic attenuation is chosen at the first frame, and again where the probe or the depth has changed. `found` are the
+    // layers of the first look; where that is steered or has none it is null, and those along the lines of the probe are found.
     template <class Policy>
-    void choose_time_gain(const Policy& policy, const scene& body, const pose& at, const line_layers* found);
+    void choose_time_gain(const Policy& policy, const scene& body, const pose& at, const line_layers* found) {
+        if (std::exchange(gain_is_chosen_, true)) return;
+        const auto choose = [&] {
+            return found != nullptr ? automatic_tgc(*found, settings.depth)
+                                    : automatic_tgc(search_(detail::any_policy<false>{policy}, body, probe, at,
+                                                            {.depth = settings.depth}, settings.depth, false),
+                                                    settings.depth);
+        };
+        const float attenuation = settings.tgc > 0 ? settings.tgc
+                                  : settings.time_gain.chosen == time_gain::choice::every_frame
+                                      ? choose()
+                                      : chosen_gain_([&](float& chosen) { chosen = choose(); }, probe, settings.depth);
+        gain_ = detail::time_gain_of(settings, attenuation, detail::restored_bandwidth(model, probe));
+    }
 
     std::vector<line_tracer<look_probe, Model, Tracer>> tracers_{}; // for each look
     convolver convolver_{};
@@ -243,157 +520,6 @@ class scanner {
     std::uint32_t shown_ = 0; // frames back
     bool frozen_ = false, interrupted_ = false;
 };
-
-template <transducer Probe, acoustic_model Model, class Tracer>
-template <exec::policy Policy>
-const image& scanner<Probe, Model, Tracer>::scan(const Policy& policy, const scene& body, const pose& at) {
-    if (frozen_) return show(policy, shown_);
-    probe.check(); // all of these before a stored frame is overwritten
-    settings.check();
-    detail::check_lines(body, probe, at, settings.depth, "scanner");
-    if constexpr (requires { model.check(); }) model.check();
-    if constexpr (requires { how.check(); }) how.check();
-    const detail::stopwatch clock;
-    times_ = {};
-    if (interrupted_) forget(); // the last frame threw
-    interrupted_ = true;
-    cine_.add(cine_length, [&](stored_frame<Probe>& frame) { acquire(policy, body, at, frame); });
-    shown_ = 0;
-    const detail::stopwatch display;
-    display_.draw_next(policy, cine_[0], settings);
-    interrupted_ = false;
-    times_.display = display.seconds();
-    times_.total = clock.seconds();
-    return display_.picture;
-}
-
-template <transducer Probe, acoustic_model Model, class Tracer>
-template <exec::policy Policy>
-const image& scanner<Probe, Model, Tracer>::show(const Policy& policy, std::uint32_t back) {
-    check_picture();
-    if (back >= cine_.size())
-        throw usage_error{"scanner: `back` is " + std::to_string(back) + ", and " + std::to_string(cine_.size()) +
-                          " frames are stored; `cine_length` is the number to store"};
-    const detail::stopwatch clock;
-    display_.draw(policy, cine_, back, settings);
-    shown_ = back;
-    at_ = cine_[back].at;
-    watch_.reset();
-    times_ = {.display = clock.seconds(), .total = clock.seconds()};
-    return display_.picture;
-}
-
-template <transducer Probe, acoustic_model Model, class Tracer>
-template <exec::policy Policy>
-const label_image& scanner<Probe, Model, Tracer>::labels(const Policy& policy, const scene& body) {
-    check_picture();
-    const stored_frame<Probe>& frame = cine_[shown_];
-    const label_settings grid{frame.amplitudes.depth, frame.amplitudes.samples, label_settings::grid::displayed};
-    const detail::any_policy<false> any{policy};
-    if (shown_ == 0 && label_look_)
-        label_lines_ = label(any, tracers_[*label_look_].layers(), grid, std::move(label_lines_));
-    else
-        label_lines_ = label(any, detail::layers_for_labels(any, body, *frame.probe, frame.at, grid, false, search_),
-                             grid, std::move(label_lines_));
-    labels_ = scan_convert(policy, label_lines_, map(), std::move(labels_));
-    return labels_;
-}
-
-// The stages from echoes to stored amplitudes.
-template <transducer Probe, acoustic_model Model, class Tracer>
-template <class Policy>
-void scanner<Probe, Model, Tracer>::acquire(const Policy& policy, const scene& body, const pose& at,
-                                            stored_frame<Probe>& frame) {
-    const b_mode_sampling sampling = sampling_of(probe, settings);
-    const refined<Probe> fine{probe, static_cast<float>(sampling.lines) / static_cast<float>(probe.lines)};
-    compound_settings compound = settings.compound;
-    compound.angles = sampling.looks;
-    if (tracers_.size() < sampling.looks) tracers_.resize(sampling.looks);
-    gain_is_chosen_ = false;
-    label_look_.reset();
-    const auto forget_looks = [&](char&) { looks_.reset(); };
-    if constexpr (detail::comparable<Model>)
-        acquired_(forget_looks, model, settings.tgc, settings.time_gain);
-    else
-        acquired_(forget_looks, settings.tgc, settings.time_gain);
-    frame.starts = watch_.starts(probe, at, settings);
-    if (watch_.fast()) looks_.reset();
-    const detail::stopwatch clock;
-    frame.amplitudes = looks_(
-        policy, fine, {.depth = settings.depth, .samples = sampling.samples, .planes = sampling.planes}, compound,
-        [&](std::uint32_t number, const look_probe& look, const acquisition& scan, scan_lines recycled) {
-            return acquire_look(policy, body, at, number, look, scan, std::move(recycled));
-        },
-        std::move(frame.amplitudes));
-    times_.detect = clock.seconds() - times_.trace - times_.convolve;
-    frame.probe.emplace(fine);
-    frame.at = at_ = at;
-    frame.time = time;
-    frame.gain = gain_;
-}
-
-template <transducer Probe, acoustic_model Model, class Tracer>
-template <class Policy>
-scan_lines scanner<Probe, Model, Tracer>::acquire_look(const Policy& policy, const scene& body, const pose& at,
-                                                       std::uint32_t number, const look_probe& look, acquisition scan,
-                                                       scan_lines recycled) {
-    detail::stopwatch clock;
-    scan.frame = settings.frame;
-    const float rays =
-        settings.interpolates_lines ? min(rays_per_line(probe, settings.depth, 0.25F), look.rays) : look.rays;
-    const refined<Probe> straight{probe, rays};
-    const look_probe traced{straight, look.steering};
-    iq_lines& echoes = keeps_echoes(number) ? echoes_ : other_echoes_;
-    if (keeps_echoes(number)) echo_probe_.emplace(look);
-    echoes = tracers_[number].trace(policy, body, traced, at, model, scan, how, std::move(echoes));
-    const line_layers& found = tracers_[number].layers();
-    last_look_ = number;
-    layers_probe_.emplace(traced);
-    constexpr bool finds_layers = std::same_as<Tracer, straight_lines>;
-    const float labelled = detail::max_depth_of(
-        label_settings{.depth = settings.depth, .grid = label_settings::grid::displayed}, body.media());
-    const bool reaches_labels = detail::max_depth_of(model, settings.depth, body.media()) >= labelled;
-    if (finds_layers && traced.lines == look.lines && look.steering == 0 && reaches_labels) label_look_ = number;
-    choose_time_gain(policy, body, at, look.steering == 0 && found.lines > 0 ? &found : nullptr);
-    times_.trace += clock.lap();
-    if constexpr (finds_layers)
-        echoes = add_near_field(policy, std::move(echoes), found, straight, settings.near_field);
-    else
-        echoes = add_near_field(policy, std::move(echoes), body, straight, at, settings.near_field);
-    echoes = convolver_.convolve(policy, std::move(echoes), nominal_pulse(probe), traced);
-    if (traced.lines != look.lines) {
-        resampled_ = resample_lines(policy, echoes, traced, look, std::move(resampled_));
-        std::swap(echoes, resampled_);
-    }
-    echoes = add_electronic_noise(
-        policy, std::move(echoes),
-        {.level_db = settings.noise.level_db, .seed = settings.noise.seed + number, .frame = settings.frame});
-    times_.convolve += clock.lap();
-    return tgc(policy, envelope(policy, echoes, std::move(recycled)), probe.frequency, gain_);
-}
-
-// The automatic attenuation is chosen at the first frame, and again where the probe or the depth has changed. `found` are the
-// layers of the first look; where that is steered or has none it is null, and those along the lines of the probe are found.
-template <transducer Probe, acoustic_model Model, class Tracer>
-template <class Policy>
-void scanner<Probe, Model, Tracer>::choose_time_gain(const Policy& policy, const scene& body, const pose& at,
-                                                     const line_layers* found) {
-    if (std::exchange(gain_is_chosen_, true)) return;
-    const auto choose = [&] {
-        return found != nullptr ? automatic_tgc(*found, settings.depth)
-                                : automatic_tgc(search_(detail::any_policy<false>{policy}, body, probe, at,
-                                                        {.depth = settings.depth}, settings.depth, false),
-                                                settings.depth);
-    };
-    gain_.max_db = settings.time_gain.max_db;
-    gain_.sliders = settings.time_gain.sliders;
-    gain_.curve = settings.time_gain.curve;
-    gain_.bandwidth = detail::restored_bandwidth(model, probe);
-    gain_.attenuation = settings.tgc > 0 ? settings.tgc
-                        : settings.time_gain.chosen == time_gain::choice::every_frame
-                            ? choose()
-                            : chosen_gain_([&](float& chosen) { chosen = choose(); }, probe, settings.depth);
-}
 
 } // namespace insonify::inline INSONIFY_ABI
 

@@ -1,7 +1,6 @@
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/doppler/colour_doppler.hpp>
-#include <insonify/doppler/doppler_picture.hpp>
-#include <insonify/doppler/poiseuille.hpp>
+#include <insonify/doppler/velocity_field.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <chrono>

@@ -1,6 +1,6 @@
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/doppler/doppler_ensemble.hpp>
-#include <insonify/doppler/poiseuille.hpp>
+#include <insonify/doppler/velocity_field.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/tracing/trace.hpp>

@@ -1,10 +1,10 @@
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/doppler/colour_doppler.hpp>
-#include <insonify/doppler/poiseuille.hpp>
 #include <insonify/doppler/pulsed_doppler.hpp>
+#include <insonify/doppler/velocity_field.hpp>
 #include <insonify/geometry/shapes.hpp>
-#include <insonify/motion/collapse.hpp>
-#include <insonify/motion/indentation.hpp>
+#include <insonify/motion/body_motion.hpp>
+#include <insonify/motion/press.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/tracing/trace.hpp>
 #include <cmath>

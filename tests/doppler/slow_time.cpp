@@ -1,6 +1,6 @@
 #include <insonify/core/random.hpp>
 #include <insonify/core/units.hpp>
-#include <insonify/doppler/autocorrelation.hpp>
+#include <insonify/doppler/slow_time.hpp>
 #include <cmath>
 #include <complex>
 #include <doctest/doctest.h>

@@ -1,7 +1,6 @@
 // Any probe, lines and picture size: either they are refused, or the picture is made of the lines' own values.
-#include <insonify/image/label_image.hpp>
 #include <insonify/image/scan_convert.hpp>
-#include <insonify/paper/blur.hpp>
+#include <insonify/paper/picture.hpp>
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/probe/phased_array.hpp>

@@ -2,6 +2,6 @@
 #include "pencil.hpp"
 using namespace insonify;
 
-#ifdef CALL_io_debug_obj
+#ifdef CALL_io_obj
 void call(const scene& body) { write_debug_obj("a.obj", body, pencil{}, pose{}, 0.04F); }
 #endif

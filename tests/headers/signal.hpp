@@ -2,20 +2,30 @@
 #include "pencil.hpp"
 using namespace insonify;
 
-#ifdef CALL_signal_kernel_axial_kernel
+#ifdef CALL_signal_kernel_convolve
 void call(detail::axial_kernel& kernel, vec2* line) {
     kernel.lay_out(line, line);
     kernel.apply<1>(line, line);
 }
+iq_lines call(iq_lines echoes, convolver& own) {
+    echoes = convolve(exec::seq, std::move(echoes), pulse{}, pencil{});
+    return own.convolve(exec::par_unseq, std::move(echoes), pulse{}, pencil{}, {.decimation = 2});
+}
+float call() {
+    const detail::lateral_kernel kernel = detail::make_lateral_kernel(pencil{}, {.depth = 40_mm, .samples = 64});
+    std::vector<float> amplitudes;
+    return kernel.at(0).power<1>(
+        0, [](int) { return 1.0F; }, [](std::uint32_t) { return 1.0F; }, amplitudes);
+}
+void call(detail::lateral_slab& slab, vec2* lines) {
+    slab.weigh(0, 1);
+    slab.copy(lines, 1, 1);
+    slab.apply<1>(lines, 1, 1);
+}
+void call(const detail::tap& one, vec2* samples) { detail::sum_taps<1>({&one, 1}, samples, samples, 1); }
 #endif
 #ifdef CALL_signal_beam
 float call() { return beam_of(pencil{}, 40_mm).lateral_sigma(20_mm) + line_spacing(pencil{}, 20_mm); }
-#endif
-#ifdef CALL_signal_cine_loop
-int call(cine_loop<int>& loop) {
-    loop.add(3, [](int& frame) { frame = 1; });
-    return loop[0];
-}
 #endif
 #ifdef CALL_signal_compound
 scan_lines call(compounding<pencil>& looks) {
@@ -26,12 +36,6 @@ scan_lines call(compounding<pencil>& looks) {
                  });
 }
 #endif
-#ifdef CALL_signal_kernel_convolve
-iq_lines call(iq_lines echoes, convolver& own) {
-    echoes = convolve(exec::seq, std::move(echoes), pulse{}, pencil{});
-    return own.convolve(exec::par_unseq, std::move(echoes), pulse{}, pencil{}, {.decimation = 2});
-}
-#endif
 #ifdef CALL_signal_electronic_noise
 iq_lines call(iq_lines lines) { return add_electronic_noise(exec::par, std::move(lines)); }
 #endif
@@ -39,29 +43,12 @@ iq_lines call(iq_lines lines) { return add_electronic_noise(exec::par, std::move
 scan_lines call(const iq_lines& lines, const scan_lines& rf) {
     return lines.count > 0 ? envelope(exec::par_unseq, lines) : envelope(exec::seq, rf);
 }
+void call(const detail::hilbert_transform& transform, float* one, float* other) { transform.apply<1>(one, other); }
 #endif
 #ifdef CALL_signal_gain
 scan_lines call(scan_lines lines, iq_lines echoes) {
     echoes = tgc(exec::seq, std::move(echoes), 5e6F);
     return log_compress(exec::par_unseq, tgc(exec::par, std::move(lines), 5e6F));
-}
-#endif
-#ifdef CALL_signal_hilbert
-void call(const detail::hilbert_transform& transform, float* one, float* other) { transform.apply<1>(one, other); }
-#endif
-#ifdef CALL_signal_kernel_lateral_kernel
-float call() {
-    const detail::lateral_kernel kernel = detail::make_lateral_kernel(pencil{}, {.depth = 40_mm, .samples = 64});
-    std::vector<float> amplitudes;
-    return kernel.at(0).power<1>(
-        0, [](int) { return 1.0F; }, [](std::uint32_t) { return 1.0F; }, amplitudes);
-}
-#endif
-#ifdef CALL_signal_kernel_lateral_slab
-void call(detail::lateral_slab& slab, vec2* lines) {
-    slab.weigh(0, 1);
-    slab.copy(lines, 1, 1);
-    slab.apply<1>(lines, 1, 1);
 }
 #endif
 #ifdef CALL_signal_persistence
@@ -79,7 +66,4 @@ iq_lines call(const iq_lines& lines) { return resample_lines(exec::par, lines, p
 #endif
 #ifdef CALL_signal_rf
 scan_lines call(const iq_lines& lines) { return to_rf(exec::par, lines, 5e6F); }
-#endif
-#ifdef CALL_signal_kernel_taps
-void call(const detail::tap& one, vec2* samples) { detail::sum_taps<1>({&one, 1}, samples, samples, 1); }
 #endif

@@ -3,7 +3,7 @@
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/motion/body_motion.hpp>
 #include <insonify/motion/compose.hpp>
-#include <insonify/motion/indentation.hpp>
+#include <insonify/motion/press.hpp>
 #include <insonify/scene/scene.hpp>
 #include <cmath>
 #include <doctest/doctest.h>

@@ -55,6 +55,8 @@ TEST_CASE("press: depth, force and lines of a flat face on flat skin") {
     const contact on_gel = press(body, press_test::probe, {.translation = {0, 0, -0.3_mm}});
     CHECK(on_gel.depth == 0);
     CHECK(on_gel.touching == 96);
+    // A face that lies exactly on the skin touches it.
+    CHECK(press(body, press_test::probe, pose{}).touching == 96);
     CHECK_THROWS_AS(press(body, press_test::probe, {.translation = {0, 0, 25_mm}}), usage_error);
 }
 

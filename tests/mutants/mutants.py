@@ -27,7 +27,7 @@ functions = [
     ("refit", "bvh/refit.hpp", r"box_areas refit_part", r"^} // namespace", ["bvh/refit"]),
     ("pulse", "signal/pulse.hpp", r"^struct pulse_envelope", r"^template", ["signal/pulse"]),
     ("scan conversion", "image/scan_convert.hpp", r"const bool full_circle = ", r"^/// The same for a single frame", ["image/scan_convert"]),
-    ("progressive mean", "paper/progressive.hpp", r"const image& add", r"^    /// The mean after", ["paper/progressive"]),
+    ("progressive mean", "paper/picture.hpp", r"const image& add", r"^    /// The mean after", ["paper/picture_progressive"]),
     ("attenuation", "acoustics/attenuation.hpp", r"float echo_loss", r"^} // namespace", ["acoustics/attenuation"]),
 ]
 
@@ -55,7 +55,7 @@ equivalent = [
     ("signal/pulse.hpp", "if (!is_finite(frequency) && !(frequency >= 0))", "the next check refuses infinity"),
     ("image/scan_convert.hpp", "for (std::size_t i = y / map.size.x; i < (y + 1) * map.size.x; ++i) {",
      "rows before are written anew, as they were"),
-    ("paper/progressive.hpp", "mean_.assign(frame.pixels.size(), 1.0F);", "the first frame's share of it is 0"),
+    ("paper/picture.hpp", "mean_.assign(frame.pixels.size(), 1.0F);", "the first frame's share of it is 0"),
 ]
 
 flips = [(" <= ", " > "), (" >= ", " < "), (" < ", " >= "), (" > ", " <= "), (" == ", " != "), (" != ", " == "),

@@ -2,7 +2,7 @@
 #include <insonify/core/random.hpp>
 #include <insonify/core/units.hpp>
 #include <insonify/geometry/shapes.hpp>
-#include <insonify/motion/displacement_grid.hpp>
+#include <insonify/motion/body_motion.hpp>
 #include <insonify/scene/scene.hpp>
 #include <array>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include <insonify/motion/collapse.hpp>
+#include <insonify/motion/body_motion.hpp>
 #include "deformed_frames.hpp"
 #include <doctest/doctest.h>
 

@@ -1,4 +1,4 @@
-#include <insonify/motion/displacement_grid.hpp>
+#include <insonify/motion/body_motion.hpp>
 #include "deformed_frames.hpp"
 #include <array>
 #include <doctest/doctest.h>

@@ -4,13 +4,358 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/doppler/slow_time.hpp>
-#include <insonify/doppler/trace_ensemble.hpp>
+#include <insonify/doppler/velocity_field.hpp>
 #include <insonify/probe/refined.hpp>
 #include <insonify/signal/electronic_noise.hpp>
-#include <insonify/signal/kernel/convolve.hpp>
+#include <insonify/tracing/line_tracer.hpp>
+#include <cmath>
 #include <utility>
+#include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
+
+/// Pulses at equal intervals.
+struct pulse_train {
+    float start = 0;         ///< time of pulse 0, seconds: tissue and blood are where they are at rest
+    float interval = 0;      ///< one over the pulse repetition frequency, seconds
+    std::uint32_t count = 1; ///< number of pulses that are acquired
+    std::uint32_t first = 0; ///< the first of them: a long train is acquired in parts
+    float burst = 0; ///< length of the excitation in cycles, as of a `pulse`: a long one loses more to attenuation
+    float from = 0;  ///< moving scatterers that are nearer to the probe are left out, metres along the lines
+
+    /// The pulse after the last one.
+    INSONIFY_FN std::uint32_t end() const { return first + count; }
+    /// Time of a pulse, seconds.
+    INSONIFY_FN float time(std::uint32_t pulse) const {
+        return static_cast<float>(static_cast<double>(start) +
+                                  static_cast<double>(interval) * static_cast<double>(pulse));
+    }
+};
+
+/// Received echoes of a pulse train: those of a pulse are the sum of what rests and of what moves.
+struct ensemble_echoes {
+    iq_lines resting{};             ///< the same for all pulses
+    std::vector<iq_lines> moving{}; ///< for each pulse
+};
+
+namespace detail {
+
+/// A scatterer field at the time of each pulse of a train.
+///
+/// Space is divided along the line into pieces of one wavelength. From pulse to pulse, the scatterers of a piece move
+/// with the velocity at its centre; pieces slide past each other where there is shear. So the phase of their echoes
+/// changes by exactly what the velocity says, however long the train. Pieces at rest are emitted once, for all pulses.
+///
+/// Scatterers move in tissue at rest, and the deformation moves them on from there. Where it has the gradient F, a velocity V
+/// at rest becomes F V. Blood moves by V / det F at rest, so that its volume flow through a vessel is that of the field
+/// however the vessel is deformed (the Piola transform).
+template <scattering_field Scattering, velocity_field Field>
+struct moving_scatterers {
+    static constexpr std::uint32_t all_pulses = ~0U; ///< the value of `*current` for tissue at rest
+
+    Scattering at_rest{};             ///< at the first pulse
+    const Field* field = nullptr;     ///< velocities
+    pulse_train pulses{};             ///< their times
+    float piece = 0;                  ///< metres
+    float from = 0;                   ///< those nearer to the probe are not needed, metres along the line
+    std::uint32_t* current = nullptr; ///< receives the number in the train of the pulse that is emitted next
+
+    /// See `scattering_field`.
+    template <class Emit>
+    INSONIFY_FN void scatter(const material_line& line, float begin, float end, float spacing, Emit&& emit) const {
+        if (!(end - begin < 0x1p25F * min(spacing, piece))) return;
+        float resting_from = begin;
+        const auto emit_resting = [&](float until) {
+            *current = all_pulses;
+            if (until > resting_from) scatter_along_fibres(at_rest, line, resting_from, until, spacing, emit);
+        };
+        const auto last = static_cast<std::uint32_t>(end / piece);
+        for (auto i = static_cast<std::uint32_t>(begin / piece); i <= last; ++i) {
+            const float piece_begin = max(begin, static_cast<float>(i) * piece),
+                        piece_end = min(end, static_cast<float>(i + 1) * piece);
+            if (!(piece_end > piece_begin)) continue;
+            const velocity_at_rest around{line, line.at((static_cast<float>(i) + 0.5F) * piece)};
+            if (!moves(line.object, around.point)) continue;
+            emit_resting(piece_begin);
+            if (piece_end > from) emit_moving(line, piece_begin, piece_end, around, spacing, emit);
+            resting_from = piece_end;
+        }
+        emit_resting(end);
+    }
+
+    /// See `scattering_field`.
+    INSONIFY_FN float covariance(float distance, float angle) const { return at_rest.covariance(distance, angle); }
+
+  private:
+    // What the field says of a piece, in coordinates of the object.
+    struct velocity_at_rest {
+        vec3 point;       // where its centre was at rest
+        float factor = 1; // of the velocity there
+
+        INSONIFY_FN velocity_at_rest(const material_line& line, vec3 centre) : point{centre} {
+            if (line.displacement == nullptr) return;
+            point = line.displacement->rest(centre);
+            if (line.flowing) factor = determinant(line.displacement->gradient(centre)); // of the inverse of F
+        }
+    };
+
+    INSONIFY_FN bool moves(std::uint32_t object, vec3 point) const {
+        for (std::uint32_t k = 0; k < pulses.end(); ++k)
+            if ((*field)(object_id{object}, point, pulses.time(k)) != vec3{0, 0, 0}) return true;
+        return false;
+    }
+
+    // Long trains would shear blood until neighbouring lines see none of the same scatterers, since velocities are those
+    // of pieces. So flowing media are renewed, as blood is that leaves the beam: one generation of scatterers is alone for
+    // `stay` pulses, and fades into the next one during as many, at constant power.
+    static constexpr std::uint32_t stay = 64, generation = 2 * stay;
+
+    template <class Emit>
+    INSONIFY_FN void emit_moving(const material_line& line, float begin, float end, const velocity_at_rest& around,
+                                 float spacing, Emit&& emit) const {
+        const bool renewed = line.frame_number != 0;
+        dvec3 moved{0, 0, 0}, birth{0, 0, 0}, next_birth{0, 0, 0}; // floats would lose the phase in a long train
+        const auto emit_generation = [&](std::uint32_t number, const dvec3& born, float weight) {
+            material_line now = line;
+            displacement_view deformed;
+            if (line.displacement == nullptr) {
+                now.origin = vec3{dvec3{line.origin} - (moved - born)};
+            } else {
+                deformed = *line.displacement;
+                deformed.offset = vec3{born - moved};
+                now.displacement = &deformed;
+            }
+            now.frame_number += number * 0x9E3779B9U;
+            if (weight == 1)
+                scatter_along_fibres(at_rest, now, begin, end, spacing, emit);
+            else
+                scatter_along_fibres(at_rest, now, begin, end, spacing,
+                                     [&](const scatterer_run& run) { emit_weighted(run, weight, emit); });
+        };
+        const std::uint32_t first =
+            renewed && pulses.first >= generation ? pulses.first / generation * generation - stay : 0;
+        for (std::uint32_t k = first; k < pulses.end(); ++k) {
+            const std::uint32_t number = k / generation, age = k % generation;
+            if (renewed && age == stay) next_birth = moved;
+            if (renewed && age == 0) birth = next_birth;
+            if (k >= pulses.first) {
+                *current = k - pulses.first;
+                if (!renewed || age < stay) {
+                    emit_generation(renewed ? number : 0, birth, 1);
+                } else {
+                    const float turn = 0.5F * pi * (static_cast<float>(age - stay) + 0.5F) / stay;
+                    emit_generation(number, birth, std::cos(turn));
+                    emit_generation(number + 1, next_birth, std::sin(turn));
+                }
+            }
+            const vec3 velocity =
+                (*field)(object_id{line.object}, around.point, pulses.time(k) + 0.5F * pulses.interval);
+            moved += static_cast<double>(pulses.interval * around.factor) * dvec3{velocity};
+        }
+    }
+
+    template <class Emit>
+    INSONIFY_FN static void emit_weighted(scatterer_run run, float weight, Emit&& emit) {
+        constexpr std::uint32_t room = 128;
+        float real[room], imaginary[room];
+        for (std::uint32_t done = 0; done < run.count; done += room) {
+            const std::uint32_t count = run.count - done < room ? run.count - done : room;
+            for (std::uint32_t i = 0; i < count; ++i) {
+                real[i] = weight * run.real[done + i];
+                imaginary[i] = weight * run.imaginary[done + i];
+            }
+            emit(scatterer_run{.first = run.first + static_cast<float>(done) * run.step,
+                               .step = run.step,
+                               .count = count,
+                               .real = real,
+                               .imaginary = imaginary,
+                               .slope = run.slope});
+        }
+    }
+};
+
+/// Scatterers move first; where fibres are curved, what has moved is straightened.
+template <class Scattering, class Field, class Emit>
+INSONIFY_FN void scatter_along_fibres(const moving_scatterers<Scattering, Field>& moving, const material_line& line,
+                                      float begin, float end, float spacing, const Emit& emit) {
+    moving.scatter(line, begin, end, spacing, emit);
+}
+
+/// The surfaces of one line, which move with the tissue beside them. Flowing media do not move their walls.
+///
+/// A plane surface that moves with the velocity v is met at a distance that changes by v . n / (a . n), where n is its
+/// normal and a the direction of the line.
+class moving_surfaces {
+  public:
+    /// @param layers  of the line at the first pulse
+    /// @return        whether any surface moves
+    template <velocity_field Field>
+    bool assign(const traced_line& line, view<const layer> layers, const Field& field, const pulse_train& pulses) {
+        now_.assign(layers.begin(), layers.end());
+        motions_.clear();
+        bool any = false;
+        for (std::size_t i = 1; i < layers.size(); ++i) {
+            const layer &above = layers[i - 1], &below = layers[i];
+            const bool flows_above = line.media[above.medium].flowing, flows_below = line.media[below.medium].flowing;
+            motion of_surface{};
+            if (!(flows_above && flows_below)) {
+                // Of two tissues, the one whose surface it is.
+                const layer& tissue = flows_above || (!flows_below && below.own_surfaces.x > 0) ? below : above;
+                const pose place = line.places.empty() ? pose{} : line.places[tissue.place];
+                const vec3 across = cross(line.frame.elevation, line.frame.along);
+                constexpr float steepest = 5.8F; // 80 degrees
+                const vec3 normal = line.frame.along + clamp(below.slope.x, -steepest, steepest) * across +
+                                    clamp(below.slope.y, -steepest, steepest) * line.frame.elevation;
+                of_surface = {tissue.object, place.local_point(line.frame.at(below.begin)),
+                              place.local_direction(normal), below.begin, 0};
+                if (const displacement_view* deformed = line.displacement(tissue.place)) {
+                    of_surface.normal = transpose(inverse(deformed->gradient(of_surface.point))) * of_surface.normal;
+                    of_surface.point = deformed->rest(of_surface.point);
+                }
+            }
+            motions_.push_back(of_surface);
+            for (std::uint32_t k = 0; k < pulses.end() && !any; ++k) any = of_surface.speed(field, pulses.time(k)) != 0;
+        }
+        return any;
+    }
+
+    /// The layers of the present pulse.
+    view<const layer> layers() const { return {now_.data(), now_.size()}; }
+
+    /// Goes on to the pulse after `pulse`.
+    template <velocity_field Field>
+    void advance(const Field& field, const pulse_train& pulses, std::uint32_t pulse) {
+        const float time = pulses.time(pulse) + 0.5F * pulses.interval;
+        for (std::size_t i = 0; i < motions_.size(); ++i) {
+            motion& of_surface = motions_[i];
+            of_surface.moved += static_cast<double>(pulses.interval * of_surface.speed(field, time));
+            const auto distance = static_cast<float>(static_cast<double>(of_surface.distance) + of_surface.moved);
+            // Surfaces do not overtake each other.
+            now_[i + 1].begin = now_[i].end = max(now_[i].begin, min(distance, now_[i + 1].end));
+        }
+    }
+
+  private:
+    struct motion {
+        std::uint32_t object = ~0U; ///< with which it moves
+        vec3 point{0, 0, 0};        ///< where it was at rest, in coordinates of the object
+        vec3 normal{0, 0, 0};       ///< over its component along the line, for velocities at rest; 0: does not move
+        float distance = 0;         ///< along the line, at pulse 0
+        double moved = 0;           ///< since then; a float would lose the phase
+
+        template <velocity_field Field>
+        float speed(const Field& field, float time) const {
+            return normal == vec3{0, 0, 0} ? 0.0F : dot(field(object_id{object}, point, time), normal);
+        }
+    };
+
+    std::vector<layer> now_{};
+    std::vector<motion> motions_{};
+};
+
+/// Distributes the echoes of one line over the pulses; for models it is an `echo_line`.
+struct pulse_echoes {
+    const line_task& task;
+    view<vec2> out;               ///< `samples` of the resting echoes, then as many of each pulse
+    std::size_t samples;          ///< along the line
+    const std::uint32_t& current; ///< the pulse, or `moving_scatterers::all_pulses`
+    bool has_surfaces;            ///< else the echoes of surfaces are dropped
+
+    detail::compensated_echoes now() const {
+        const std::size_t slot = current + 1U; // 0 for all pulses
+        return task.echoes({out.data() + slot * samples, samples});
+    }
+    float depth() const { return now().depth(); }
+    void surface(float at, float amplitude, vec2 slope) const {
+        if (has_surfaces) now().surface(at, amplitude, slope);
+    }
+    void curved_surface(const curved_echo& one) const {
+        if (has_surfaces) now().curved_surface(one);
+    }
+    template <class Value>
+    void rough_surface(float at, float amplitude, vec2 slope, vec3 curvature, const Value& value) const {
+        if (has_surfaces) now().rough_surface(at, amplitude, slope, curvature, value);
+    }
+    void scatterers(const scatterer_echoes& run) const { now().scatterers(run); }
+};
+
+/// Emits the echoes of one line for every pulse. Its layers are those of the first one: within a train, tissue moves by
+/// much less than the length of a pulse.
+/// @param samples  along the line
+/// @param out      those of the resting echoes, then as many of each pulse; echoes are added
+template <class Model, velocity_field Field>
+void emit_ensemble(const line_task& task, const Model& model, view<const layer> layers, const Field& field,
+                   const pulse_train& pulses, moving_surfaces& surfaces, std::size_t samples, view<vec2> out) {
+    traced_line line = task.line;
+    line.layers = layers;
+    const bool surfaces_move = surfaces.assign(line, layers, field, pulses);
+    using scatterers = moving_scatterers<std::remove_cvref_t<decltype(model.scattering)>, Field>;
+    std::uint32_t current = scatterers::all_pulses;
+    model
+        .with_scattering(
+            scatterers{model.scattering, &field, pulses, display_speed / line.frequency, pulses.from, &current})
+        .emit(line, pulse_echoes{task, out, samples, current, !surfaces_move});
+    if (!surfaces_move) return;
+    const auto no_speckle = model.with_scattering(no_scatterers{});
+    for (std::uint32_t k = 0; k < pulses.end(); ++k) {
+        if (k >= pulses.first) {
+            current = k - pulses.first;
+            line.layers = surfaces.layers();
+            no_speckle.emit(line, pulse_echoes{task, out, samples, current, true});
+        }
+        surfaces.advance(field, pulses, k);
+    }
+}
+
+} // namespace detail
+
+/// `trace_ensemble`, train after train: holds tables, layers and memory, so that it allocates only while buffers grow.
+template <transducer Probe, acoustic_model Model = physical<>>
+class ensemble_tracer {
+  public:
+    /// See `trace_ensemble`.
+    /// @param out  receives the echoes; its memory is reused
+    template <exec::policy Policy, velocity_field Field>
+    void trace(const Policy& policy, const scene& body, const Probe& probe, const pose& at, const Model& model,
+               const Field& field, const acquisition& scan, const pulse_train& pulses, ensemble_echoes& out) {
+        const std::uint32_t samples = detail::check_acquisition(body, probe, at, model, scan);
+        detail::frame_view<Probe> frame = plan_.view_of(policy, probe, at, model, scan, samples, body.media());
+        frame.bandwidth = nominal_pulse(probe, pulses.burst).bandwidth_at_peak();
+        out.moving.resize(pulses.count);
+        sinks_.assign(1, &out.resting);
+        for (iq_lines& each : out.moving) sinks_.push_back(&each);
+        for (iq_lines* const each : sinks_) each->reshape(probe.lines, samples, scan.depth);
+        if (surfaces_.size() < detail::blocks_of(probe.lines)) surfaces_.resize(detail::blocks_of(probe.lines));
+        constexpr float line_time = 1e6F;
+        driver_.emit_lines(policy, body, frame, model, straight_lines{}, line_time, {sinks_.data(), sinks_.size()},
+                           [&](std::size_t block, const line_task& task, view<const layer> layers, view<vec2> echoes) {
+                               detail::emit_ensemble(task, model, layers, field, pulses, surfaces_[block], samples,
+                                                     echoes);
+                           });
+    }
+
+  private:
+    detail::frame_plan<Probe, Model> plan_{};
+    detail::line_driver<vec2> driver_{};
+    std::vector<detail::moving_surfaces> surfaces_{}; // of each block of lines
+    std::vector<iq_lines*> sinks_{};
+};
+
+/// What the probe receives of a pulse train while tissue and blood move as `field` says: the geometry is that of the scene for
+/// all pulses.
+///
+/// @param model   `physical`, or another model with its members `scattering`, `with_scattering` and `emit`
+/// @param pulses  their times
+/// @throws usage_error, geometry_error  as `trace`
+template <exec::policy Policy, transducer Probe, acoustic_model Model, velocity_field Field>
+ensemble_echoes trace_ensemble(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                               const Model& model, const Field& field, const acquisition& scan,
+                               const pulse_train& pulses) {
+    ensemble_echoes echoes;
+    ensemble_tracer<Probe, Model>{}.trace(detail::any_policy{policy}, body, probe, at, model, field, scan, pulses,
+                                          echoes);
+    return echoes;
+}
 
 /// How `doppler_ensemble` acquires the echoes of a pulse train.
 struct ensemble_settings {
@@ -49,10 +394,9 @@ class ensemble_scanner {
                                const Model& model, const Field& field, const ensemble_settings& settings) {
         settings.check();
         if constexpr (requires { field.check(); }) field.check();
-        pulse sent = nominal_pulse(probe);
+        const pulse sent = nominal_pulse(probe, settings.burst);
         const std::uint32_t samples =
             settings.samples != 0 ? settings.samples : samples_for(settings.depth, sent.sigma_z(probe.frequency));
-        sent.burst = settings.burst;
         const std::uint32_t frame =
             mix_bits(__builtin_bit_cast(std::uint32_t, settings.time)) | 1U; // not 0: blood flows
         constexpr float slowest = 0.9F; // medium over c0: the echoes of slower media are displayed deeper

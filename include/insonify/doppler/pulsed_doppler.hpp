@@ -4,9 +4,126 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/doppler/colour_doppler.hpp>
-#include <insonify/doppler/doppler_spectrum.hpp>
+#include <insonify/signal/envelope.hpp>
+#include <bit>
+#include <numeric>
 
 namespace insonify::inline INSONIFY_ABI {
+
+/// How a series of echoes becomes a spectrum against time.
+struct spectrum_settings {
+    std::uint32_t window = 128; ///< pulses of each spectrum, a power of two; Hann window
+    float overlap = 0.75F;      ///< of successive windows, 0 to below 1
+    float baseline = 0;         ///< -0.5 to 0.5: how far the range of velocities is shifted up, of its whole
+    float angle = 0;            ///< between line and flow, radians, below 85_deg: velocities are divided by its cosine
+    std::uint32_t wall_order = 1; ///< each window is filtered by a polynomial of this degree: see `wall_filter`
+
+    /// @throws usage_error  for a setting out of range
+    void check() const {
+        if (window < 8 || window > 65536 || !std::has_single_bit(window))
+            throw usage_error{"spectrum_settings: `window` must be a power of two from 8 to 65536 pulses"};
+        if (!(overlap >= 0 && overlap < 1))
+            throw usage_error{"spectrum_settings: `overlap` must be 0 to below 1, such as 0.75"};
+        if (!(std::fabs(baseline) <= 0.5F))
+            throw usage_error{"spectrum_settings: `baseline` must be -0.5 to 0.5 of the range of velocities"};
+        if (!(std::fabs(angle) <= 1.4835299F)) // 85 degrees
+            throw usage_error{"spectrum_settings: `angle` must be at most 85_deg; beyond, its cosine is too uncertain"};
+        if (wall_order > 8) throw usage_error{"spectrum_settings: `wall_order` is at most 8; 1 or 2 is usual"};
+    }
+
+    friend bool operator==(const spectrum_settings&, const spectrum_settings&) = default;
+};
+
+/// Power by velocity, window after window.
+struct doppler_spectrum {
+    std::uint32_t windows = 0;  ///< number of windows
+    std::uint32_t bins = 0;     ///< velocities of each
+    float first_time = 0;       ///< of the middle of the first window, seconds
+    float interval = 0;         ///< from window to window, seconds
+    float lowest_velocity = 0;  ///< of bin 0, m/s; towards the probe is positive
+    float step = 0;             ///< from bin to bin, m/s
+    std::vector<float> power{}; ///< window after window; the sum over the bins is the mean power of the window
+
+    /// Power of a bin; indices are not checked.
+    float operator()(std::uint32_t window, std::uint32_t bin) const { return power[std::size_t{window} * bins + bin]; }
+    /// Velocity of a bin, m/s.
+    float velocity(std::uint32_t bin) const { return lowest_velocity + step * static_cast<float>(bin); }
+
+    /// The mean velocity of a window, m/s.
+    float mean_velocity(std::uint32_t window) const {
+        double sum = 0, all = 1e-300;
+        for (std::uint32_t i = 0; i < bins; ++i) {
+            sum += static_cast<double>((*this)(window, i) * velocity(i));
+            all += static_cast<double>((*this)(window, i));
+        }
+        return static_cast<float>(sum / all);
+    }
+
+    friend bool operator==(const doppler_spectrum&, const doppler_spectrum&) = default;
+};
+
+/// Short-time spectrum of the echoes of one gate.
+///
+/// @param echoes        one for each pulse
+/// @param prf           pulse repetition frequency, hertz
+/// @param max_velocity  that does not alias, m/s: see `max_doppler_velocity`
+/// @param start         time of the first pulse, seconds
+/// @throws usage_error  for a number or a setting out of range, or fewer pulses than a window
+template <exec::policy Policy>
+doppler_spectrum spectrum_of(const Policy& policy, const std::vector<vec2>& echoes, float prf, float max_velocity,
+                             float start, const spectrum_settings& settings) {
+    settings.check();
+    if (!is_finite(prf) || !(prf > 0) || !is_finite(max_velocity) || !(max_velocity > 0) || !is_finite(start))
+        throw usage_error{"spectrum_of: the prf and the largest velocity must be finite and above 0, `start` finite"};
+    if (echoes.size() < settings.window)
+        throw usage_error{
+            detail::joined({"spectrum_of: ", std::to_string(echoes.size()), " pulses are fewer than the window of ",
+                            std::to_string(settings.window), "; lower it or raise the duration"})};
+    const std::uint32_t size = settings.window;
+    const auto hop = static_cast<std::uint32_t>(max(1, std::round(static_cast<float>(size) * (1 - settings.overlap))));
+    const float whole = 2 * max_velocity / std::cos(settings.angle);
+    const auto lowest = static_cast<std::int32_t>(
+        std::lround((settings.baseline - 0.5F) * static_cast<float>(size))); // bin of the transform
+    doppler_spectrum result{.windows = static_cast<std::uint32_t>((echoes.size() - size) / hop + 1),
+                            .bins = size,
+                            .first_time = start + 0.5F * static_cast<float>(size) / prf,
+                            .interval = static_cast<float>(hop) / prf,
+                            .lowest_velocity = whole * static_cast<float>(lowest) / static_cast<float>(size),
+                            .step = whole / static_cast<float>(size)};
+    result.power.resize(std::size_t{result.windows} * size);
+    std::vector<float> hann(size);
+    float weight = 0;
+    for (std::uint32_t k = 0; k < size; ++k) {
+        hann[k] = 0.5F - 0.5F * std::cos(2 * pi * (static_cast<float>(k) + 0.5F) / static_cast<float>(size));
+        weight += hann[k] * hann[k];
+    }
+    const auto walls = detail::orthonormal_polynomials(size, settings.wall_order);
+    constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
+    const detail::fourier_transform fourier{size};
+    exec::for_each_block(policy, result.windows, 4, 30 * static_cast<float>(size), [&](std::size_t a, std::size_t b) {
+        std::vector<float> real(size), imaginary(size);
+        for (std::size_t window = a; window < b; ++window) {
+            for (std::uint32_t k = 0; k < size; ++k) {
+                real[k] = echoes[window * hop + k].x;
+                imaginary[k] = echoes[window * hop + k].y;
+            }
+            for (std::vector<float>* const part : {&real, &imaginary}) {
+                for (const std::vector<double>& wall : walls) { // less the projection on it
+                    const double along = std::inner_product(wall.begin(), wall.end(), part->begin(), 0.0);
+                    for (std::uint32_t k = 0; k < size; ++k) (*part)[k] -= static_cast<float>(wall[k] * along);
+                }
+                for (std::uint32_t k = 0; k < size; ++k) (*part)[k] *= hann[k];
+            }
+            fourier.forward<width>(real.data(), imaginary.data());
+            for (std::uint32_t i = 0; i < size; ++i) {
+                const std::size_t bin = fourier.place((static_cast<std::uint32_t>(lowest) + i) & (size - 1));
+                result.power[window * size + i] =
+                    (real[bin] * real[bin] + imaginary[bin] * imaginary[bin]) / (weight * static_cast<float>(size));
+            }
+        }
+    });
+    return result;
+}
 
 /// Settings of pulsed Doppler, as on a scanner.
 struct pulsed_doppler_settings {
@@ -59,10 +176,9 @@ class gate_scanner {
         const std::uint32_t begin = line > margin ? line - margin : 0, end = std::min(line + margin + 1, fine.lines);
         const probe_section<refined<Probe>> lines{fine, begin, end};
 
-        pulse sent = nominal_pulse(probe);
+        const pulse sent = nominal_pulse(probe, settings.burst);
         const float sigma = sent.sigma_z(probe.frequency),
                     spacing = depth / static_cast<float>(samples_for(depth, sigma));
-        sent.burst = settings.burst;
         const float from = max(settings.gate - 0.5F * settings.gate_length, 0), to = from + settings.gate_length;
         const float beyond = sent.envelope(probe.frequency).half_length();
         const auto samples = static_cast<std::uint32_t>(std::ceil((to + beyond) / spacing));

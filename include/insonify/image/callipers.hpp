@@ -5,7 +5,6 @@
 
 #include <insonify/core/view.hpp>
 #include <insonify/image/scan_convert.hpp>
-#include <cstddef>
 
 namespace insonify::inline INSONIFY_ABI {
 

@@ -6,35 +6,46 @@
 #include <insonify/core/error.hpp>
 #include <insonify/core/math.hpp>
 #include <insonify/core/text.hpp>
-#include <cstddef>
-#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// A greyscale image: rows from the top, 0 black to 1 white.
-struct image {
+/// Pixels in rows from the top.
+template <class Pixel>
+struct pixel_grid {
     uvec2 size{0, 0};          ///< columns, rows
-    std::vector<float> pixels; ///< row by row
+    std::vector<Pixel> pixels; ///< row by row
 
-    image() = default;
+    pixel_grid() = default;
     /// All pixels have one value.
-    explicit image(uvec2 columns_rows, float value = 0)
+    explicit pixel_grid(uvec2 columns_rows, Pixel value = {})
         : size{columns_rows}, pixels(static_cast<std::size_t>(columns_rows.x) * columns_rows.y, value) {}
 
     /// One pixel; indices are not checked.
     /// @{
-    float& operator()(std::uint32_t column, std::uint32_t row) {
+    Pixel& operator()(std::uint32_t column, std::uint32_t row) {
         return pixels[static_cast<std::size_t>(row) * size.x + column];
     }
-    const float& operator()(std::uint32_t column, std::uint32_t row) const {
+    const Pixel& operator()(std::uint32_t column, std::uint32_t row) const {
         return pixels[static_cast<std::size_t>(row) * size.x + column];
     }
     /// @}
 
+    friend bool operator==(const pixel_grid&, const pixel_grid&) = default;
+};
+
+/// A greyscale image: 0 black to 1 white.
+struct image : pixel_grid<float> {
+    using pixel_grid::pixel_grid;
     friend bool operator==(const image&, const image&) = default;
+};
+
+/// A colour image: red, green and blue from 0 to 1, as displays take them.
+struct colour_image : pixel_grid<vec3> {
+    using pixel_grid::pixel_grid;
+    friend bool operator==(const colour_image&, const colour_image&) = default;
 };
 
 /// Largest number of columns, and of rows, of an image.

@@ -3,7 +3,6 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/core/error.hpp>
 #include <insonify/image/image.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <algorithm>

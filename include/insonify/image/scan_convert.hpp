@@ -4,17 +4,13 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/core/memo.hpp>
-#include <insonify/core/text.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <insonify/image/image.hpp>
 #include <insonify/probe/acquisition.hpp>
 #include <insonify/probe/line_grid.hpp>
-#include <insonify/probe/transducer.hpp>
 #include <insonify/signal/pulse.hpp>
 #include <cfloat>
 #include <concepts>
-#include <cstddef>
-#include <cstdint>
 #include <string>
 #include <utility>
 #include <vector>
@@ -82,6 +78,40 @@ inline void check_map_size(uvec2 size, float depth, vec2 extent) {
     check_size(size, "scan_convert",
                joined({"the field of view is ", number_text(extent.x), " m wide and ", number_text(extent.y),
                        " m high; ask for fewer"}));
+}
+
+/// Depth and samples of lines.
+/// @throws usage_error  where there are no samples
+template <class Value>
+acquisition acquisition_of(const line_grid<Value>& lines) {
+    if (lines.samples == 0) throw usage_error{"scan_convert: the lines have no samples; trace them first"};
+    return {.depth = lines.depth, .samples = lines.samples};
+}
+
+/// @throws usage_error  for lines that do not match the map
+template <class Value>
+void check_lines_of_map(const line_grid<Value>& lines, const scan_map& map) {
+    if (lines.count != map.count || lines.samples != map.samples || lines.depth != map.depth ||
+        lines.values.size() != static_cast<std::size_t>(map.count) * map.samples)
+        throw usage_error{
+            "scan_convert: the number of lines, of samples or the depth differs from that of the map; make a "
+            "new one with make_scan_map"};
+}
+
+/// Nearest-neighbour interpolation of each pixel in the field of view; other pixels are unchanged.
+/// @throws usage_error  for lines that do not match the map
+template <exec::policy Policy, class Value>
+void copy_nearest(const Policy& policy, const line_grid<Value>& lines, const scan_map& map,
+                  std::vector<Value>& pixels) {
+    check_lines_of_map(lines, map);
+    exec::for_each_block(policy, map.size.y, 1, 2 * static_cast<float>(map.size.x), [&](std::size_t y, std::size_t) {
+        for (std::size_t i = y * map.size.x; i < (y + 1) * map.size.x; ++i) {
+            if (map.first[i] == scan_map::outside) continue;
+            const std::size_t line = map.across[i] > 0.5F ? map.beside(map.first[i]) : map.first[i];
+            const std::size_t sample = map.along[i] > 0.5F ? 1 : 0;
+            pixels[i] = lines.values[line + sample];
+        }
+    });
 }
 
 } // namespace detail
@@ -178,28 +208,6 @@ scan_map make_scan_map(const Policy& policy, const Probe& probe, const acquisiti
     return map;
 }
 
-namespace detail {
-
-/// Depth and samples of lines.
-/// @throws usage_error  where there are no samples
-template <class Value>
-acquisition acquisition_of(const line_grid<Value>& lines) {
-    if (lines.samples == 0) throw usage_error{"scan_convert: the lines have no samples; trace them first"};
-    return {.depth = lines.depth, .samples = lines.samples};
-}
-
-/// @throws usage_error  for lines that do not match the map
-template <class Value>
-void check_lines_of_map(const line_grid<Value>& lines, const scan_map& map) {
-    if (lines.count != map.count || lines.samples != map.samples || lines.depth != map.depth ||
-        lines.values.size() != static_cast<std::size_t>(map.count) * map.samples)
-        throw usage_error{
-            "scan_convert: the number of lines, of samples or the depth differs from that of the map; make a "
-            "new one with make_scan_map"};
-}
-
-} // namespace detail
-
 /// A map that is kept from frame to frame, and made again where the probe, the lines or the settings have changed, or
 /// where probes cannot be compared.
 template <transducer Probe>
@@ -246,12 +254,50 @@ image scan_convert(const Policy& policy, const scan_lines& lines, const scan_map
     return recycled;
 }
 
-/// The same for a single frame, with a temporary map.
+/// An image of labels.
+struct label_image : pixel_grid<label_id> {
+    label_image() = default;
+    /// All pixels have one label.
+    explicit label_image(uvec2 columns_rows, label_id label = background_label) : pixel_grid{columns_rows, label} {}
+
+    friend bool operator==(const label_image&, const label_image&) = default;
+};
+
+/// Scan-converts labels: each pixel has the label of the nearest sample, or `background_label` outside the field of
+/// view.
+///
+///     const scan_map map = make_scan_map(exec::par, probe, {.depth = truth.depth, .samples = truth.samples});
+///     label_image mask = scan_convert(exec::par, truth, map);
+///
+/// Pixels correspond to those of the image that `scan_convert` makes of lines with the same map. Structures thinner
+/// than a pixel may be missed: trace with about as many samples as the image has rows.
+/// @param recycled  an image whose memory is reused
+/// @throws usage_error  for labels that do not match the map
+template <exec::policy Policy>
+label_image scan_convert(const Policy& policy, const label_lines& labels, const scan_map& map,
+                         label_image recycled = {}) {
+    recycled.size = map.size;
+    recycled.pixels.assign(map.first.size(), background_label);
+    detail::copy_nearest(policy, labels, map, recycled.pixels);
+    return recycled;
+}
+
+/// The same for a single frame of brightness or labels, with a temporary map.
 /// @throws usage_error  for lines that are empty or not those of the probe, or a setting out of range
-template <exec::policy Policy, transducer Probe>
-image scan_convert(const Policy& policy, const scan_lines& lines, const Probe& probe,
-                   const scan_convert_settings& settings = {}) {
+template <exec::policy Policy, class Value, transducer Probe>
+auto scan_convert(const Policy& policy, const line_grid<Value>& lines, const Probe& probe,
+                  const scan_convert_settings& settings = {}) {
     return scan_convert(policy, lines, make_scan_map(policy, probe, detail::acquisition_of(lines), settings));
+}
+
+/// Scan-converts values that must not be interpolated, such as angles of incidence: each pixel has that of the nearest
+/// sample.
+/// @throws usage_error  for lines that do not match the map
+template <exec::policy Policy>
+image scan_convert_nearest(const Policy& policy, const scan_lines& lines, const scan_map& map) {
+    image picture{map.size, map.background};
+    detail::copy_nearest(policy, lines, map, picture.pixels);
+    return picture;
 }
 
 } // namespace insonify::inline INSONIFY_ABI

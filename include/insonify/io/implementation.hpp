@@ -3,7 +3,6 @@
 #if defined(INSONIFY_IMPLEMENTATION) && !defined(INSONIFY_IO_IMPLEMENTATION_HPP)
 #define INSONIFY_IO_IMPLEMENTATION_HPP
 
-#include <insonify/io/implementation_debug_obj.hpp>
 #include <insonify/io/implementation_obj.hpp>
 #include <insonify/io/implementation_png.hpp>
 

@@ -4,21 +4,235 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/io/implementation_file.hpp>
-#include <insonify/io/implementation_obj_media.hpp>
-#include <insonify/io/implementation_obj_objects.hpp>
 #include <insonify/io/implementation_obj_text.hpp>
-#include <insonify/io/implementation_tinyobj.hpp>
+#include <insonify/io/implementation_packages.hpp>
 #include <insonify/io/obj.hpp>
 #include <algorithm>
-#include <cstddef>
-#include <cstdint>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <locale>
+#include <map>
+#include <numeric>
+#include <optional>
 #include <sstream>
 #include <string>
+#include <string_view>
+#include <system_error>
 #include <utility>
 #include <vector>
 
-namespace insonify::inline INSONIFY_ABI {
-namespace detail {
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// A medium and the priority of its objects, as defined in a material library.
+struct obj_medium {
+    medium inside{};
+    int priority = 0;
+};
+
+/// The material libraries of one OBJ file.
+struct obj_libraries {
+    std::vector<loader::material_t> materials{};
+    std::vector<std::string> paths{};   ///< for each material, the file that defines it
+    std::map<std::string, int> index{}; ///< by name; the first definition of a name is used
+    std::string missing{};              ///< text that names the libraries that were not found
+
+    /// The entry with a name; null if there is none.
+    const loader::material_t* find(const std::string& name) const {
+        const auto found = index.find(name);
+        return found == index.end() ? nullptr : &materials[static_cast<std::size_t>(found->second)];
+    }
+};
+
+/// True for a path that leads out of the folder: a mesh from an untrusted source must not open arbitrary files.
+inline bool leaves_folder(std::string_view name) {
+    const auto is_separator = [](char c) { return c == '/' || c == '\\'; };
+    if (name.empty() || is_separator(name[0]) || name.find(':') != std::string_view::npos) return true;
+    for (std::size_t i = name.find(".."); i != std::string_view::npos; i = name.find("..", i + 1))
+        if ((i == 0 || is_separator(name[i - 1])) && (i + 2 == name.size() || is_separator(name[i + 2]))) return true;
+    return false;
+}
+
+/// True for a path that leads out of the folder through a symbolic link.
+inline bool links_out_of(const std::filesystem::path& folder, const std::string& name) {
+    std::error_code fault;
+    const std::filesystem::path home = std::filesystem::weakly_canonical(folder.empty() ? "." : folder, fault);
+    const std::filesystem::path place = std::filesystem::weakly_canonical(home / name, fault);
+    return fault || std::mismatch(home.begin(), home.end(), place.begin(), place.end()).first != home.end();
+}
+
+/// Adds the media of a library, without comments and tabs, which tinyobjloader does not accept after a value.
+inline void read_library(const std::string& path, obj_libraries& libraries) {
+    std::string text;
+    for_each_line(read_file(path), [&](std::uint32_t, std::string_view keyword, std::string_view rest) {
+        text.append(keyword).append(" ").append(rest).push_back('\n');
+    });
+    std::istringstream stream{text};
+    std::string warnings, errors;
+    loader::LoadMtl(&libraries.index, &libraries.materials, &stream, &warnings, &errors);
+    libraries.paths.resize(libraries.materials.size(), path);
+}
+
+/// Reads the libraries that an OBJ file names: each `mtllib` line has one name with spaces, or several names.
+/// @throws io_error  for a library outside the folder of the file, unless `allowed`
+inline obj_libraries read_libraries(const std::string& path, const std::vector<named_line>& lines,
+                                    obj_settings::library_access allowed) {
+    const std::filesystem::path folder = std::filesystem::path{path}.parent_path();
+    obj_libraries libraries;
+    const auto forbidden = [&](const std::string& name) {
+        return allowed == obj_settings::library_access::own_folder &&
+               (leaves_folder(name) || links_out_of(folder, name));
+    };
+    const auto exists = [&](const std::string& name) {
+        std::error_code ignored;
+        return !forbidden(name) && std::filesystem::exists(folder / name, ignored);
+    };
+    for (const named_line& line : lines) {
+        std::vector<std::string> names;
+        std::string_view rest = line.name;
+        for (std::string_view word = next_word(rest); !word.empty(); word = next_word(rest)) names.emplace_back(word);
+        const bool is_one = exists(line.name) || (std::none_of(names.begin(), names.end(), exists) &&
+                                                  std::none_of(names.begin(), names.end(), forbidden));
+        if (names.size() > 1 && is_one) names = {line.name};
+        for (const std::string& name : names) {
+            if (forbidden(name))
+                throw io_error{path + ":" + std::to_string(line.line) + ": the material library '" + printable(name) +
+                               "' is outside the folder of the file and is not opened; move it there, or allow it: " +
+                               "{.libraries = obj_settings::library_access::anywhere}"};
+            if (exists(name))
+                read_library((folder / name).string(), libraries);
+            else
+                libraries.missing += " (" + printable(name) + " was not found)";
+        }
+    }
+    return libraries;
+}
+
+/// The number of letters that must be inserted, removed or replaced to make one word of another. Source: Levenshtein 1966.
+inline std::size_t edits_between(std::string_view one, std::string_view other) {
+    std::vector<std::size_t> row(other.size() + 1);
+    for (std::size_t j = 0; j < row.size(); ++j) row[j] = j;
+    for (std::size_t i = 0; i < one.size(); ++i) {
+        std::size_t diagonal = row[0];
+        row[0] = i + 1;
+        for (std::size_t j = 0; j < other.size(); ++j) {
+            const std::size_t replaced = diagonal + (one[i] == other[j] ? 0 : 1);
+            diagonal = row[j + 1];
+            row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
+        }
+    }
+    return row.back();
+}
+
+/// The medium whose name is like one that is unknown: in another case, with a number at its end as editors append it, or
+/// misspelt. @return  "; did you mean bone?", or nothing
+inline std::string suggest_medium(const std::string& unknown, const obj_libraries& libraries) {
+    const auto plain = [](std::string_view name) { // bone for Bone.001
+        std::string text{name.substr(0, name.find_last_not_of("0123456789._- ") + 1)};
+        for (char& c : text)
+            c = 'A' <= c && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c == ' ' || c == '-' ? '_' : c;
+        return text;
+    };
+    const std::string wanted = plain(unknown);
+    std::string best;
+    std::size_t fewest = wanted.size() < 5 ? 1 : 2;
+    const auto consider = [&](std::string_view name) {
+        const std::size_t edits = edits_between(wanted, plain(name));
+        if (name == unknown || edits > fewest || (edits == fewest && !best.empty())) return;
+        best = name;
+        fewest = edits;
+    };
+    for (const tissue::named_medium& one : tissue::all) consider(one.name);
+    for (const loader::material_t& one : libraries.materials)
+        if (one.unknown_parameter.contains("density")) consider(one.name);
+    return best.empty() ? best : "; did you mean " + best + "?";
+}
+
+/// Keys of renderers are ignored, but not those that look like a misspelt one of `load_obj_scene`.
+/// @throws io_error  with the key that is meant
+inline void check_spelling(const loader::material_t& entry, const std::string& source) {
+    constexpr std::string_view keys[] = {"density",           "sound_speed",    "attenuation",
+                                         "attenuation_power", "backscatter_db", "roughness_um",
+                                         "structure",         "priority",       "scatterers_per_mm3"};
+    for (const auto& [written, value] : entry.unknown_parameter)
+        if (std::find(std::begin(keys), std::end(keys), written) == std::end(keys))
+            for (const std::string_view key : keys)
+                if (edits_between(written, key) <= 2)
+                    throw io_error{joined({source, ": newmtl ", printable(entry.name), ": there is no key '",
+                                           printable(written), "'; did you mean ", key, "?"})};
+}
+
+/// @throws io_error  for values that are those of a medium in other units
+inline void check_units(const medium& m, const std::string& source) {
+    if (m.sound_speed > 0 && m.sound_speed < 20)
+        throw io_error{joined({source, ": sound_speed is ", number_text(m.sound_speed), " m/s; did you mean ",
+                               number_text(1000 * m.sound_speed), "?"})};
+    if (m.density > 0.5F && m.density < 30 && m.sound_speed > 700) // no gas
+        throw io_error{joined({source, ": density is ", number_text(m.density), " kg/m^3; did you mean ",
+                               number_text(1000 * m.density), "?"})};
+}
+
+/// The medium with a name that `usemtl` refers to.
+/// @throws io_error  naming the line or library, for an unknown medium or values out of range
+inline obj_medium find_medium(const std::string& path, const named_line& wanted, const obj_libraries& libraries) {
+    const std::string name = printable(wanted.name);
+    const loader::material_t* entry = libraries.find(wanted.name);
+    const std::string source =
+        entry == nullptr ? path : libraries.paths[static_cast<std::size_t>(entry - libraries.materials.data())];
+    const auto text = [&](const char* key) -> std::optional<std::string> {
+        if (entry == nullptr) return {};
+        const auto found = entry->unknown_parameter.find(key);
+        if (found == entry->unknown_parameter.end()) return {};
+        return found->second;
+    };
+    const auto value = [&](const char* key) -> std::optional<float> {
+        const std::optional<std::string> written = text(key);
+        if (!written) return {};
+        std::istringstream stream{*written};
+        stream.imbue(std::locale::classic());
+        float number = 0;
+        if (!(stream >> number) || !(stream >> std::ws).eof() || !is_finite(number))
+            throw io_error{source + ": newmtl " + name + ": " + key + " is '" + printable(*written) +
+                           "', which is not a number; give the number without a unit"};
+        return number;
+    };
+    if (entry != nullptr) check_spelling(*entry, source);
+    const std::optional<medium> known = tissue::find(wanted.name);
+    const std::optional<float> density = value("density"), sound_speed = value("sound_speed");
+    if (!known && !(density && sound_speed))
+        throw io_error{path + ":" + std::to_string(wanted.line) + ": the medium '" + name +
+                       "' is unknown: use the name of a tissue (`tissue::all` lists them), or give density and " +
+                       "sound_speed under 'newmtl " + name + "' in the material library" + libraries.missing +
+                       suggest_medium(wanted.name, libraries)};
+
+    obj_medium found{.inside = density && sound_speed ? medium{} : *known};
+    medium& m = found.inside;
+    if (known) m.structure = known->structure;
+    m.density = density.value_or(m.density);
+    m.sound_speed = sound_speed.value_or(m.sound_speed);
+    if (const auto decibels_per_cm = value("attenuation")) m.attenuation = 100 * *decibels_per_cm;
+    m.attenuation_power = value("attenuation_power").value_or(m.attenuation_power);
+    if (const auto decibels = value("backscatter_db")) m.backscatter = amplitude_of_decibels(*decibels);
+    if (const auto micrometres = value("roughness_um")) m.roughness = 1e-6F * *micrometres;
+    if (const auto per_cubic_mm = value("scatterers_per_mm3")) m.scatterer_density = 1e9F * *per_cubic_mm;
+    if (const auto like = text("structure")) {
+        const std::optional<medium> other = tissue::find(*like);
+        if (!other && *like != "none")
+            throw io_error{source + ": newmtl " + name + ": structure is '" + printable(*like) +
+                           "'; give the name of a tissue whose structure it has (`tissue::all` lists them), or none" +
+                           suggest_medium(*like, {})};
+        m.structure = other ? other->structure : structure{};
+    }
+    if (!is_valid(m))
+        throw io_error{source + ": newmtl " + name +
+                       ": density and sound_speed must be above 0, the other values not negative, and all in range"};
+    check_units(m, source + ": newmtl " + name);
+    const float priority = value("priority").value_or(0);
+    if (priority != std::round(priority) || std::fabs(priority) > 1e6F)
+        throw io_error{source + ": newmtl " + name + ": priority must be a whole number from -1000000 to 1000000"};
+    found.priority = static_cast<int>(priority);
+    return found;
+}
 
 inline obj_content read_obj(const std::string& path, float unit) {
     if (unit == 0) throw usage_error{path + ": OBJ files have no unit of length; give it: {.unit = 1_mm}"};
@@ -57,7 +271,9 @@ inline obj_content read_obj(const std::string& path, float unit) {
     return content;
 }
 
-} // namespace detail
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+namespace insonify::inline INSONIFY_ABI {
 
 mesh load_obj(const std::string& path, const obj_settings& settings) {
     const detail::obj_content content = detail::read_obj(path, settings.unit);
@@ -86,6 +302,41 @@ scene load_obj_scene(const std::string& path, const obj_settings& settings, std:
 scene load_obj_scene(const std::string& path, const obj_settings& settings) {
     std::vector<std::string> notes;
     return load_obj_scene(path, settings, notes);
+}
+
+void write_drawing(const std::string& path, const std::vector<drawn_object>& objects) {
+    for (const drawn_object& one : objects) {
+        const std::size_t vertices = one.positions.size();
+        bool valid = std::accumulate(one.polylines.begin(), one.polylines.end(), std::uint64_t{0}) <= vertices;
+        for (const uvec3& f : one.faces) valid = valid && std::max({f.x, f.y, f.z}) < vertices;
+        if (!valid)
+            throw usage_error{"write_drawing: object '" + one.name +
+                              "' has a face or polyline with a vertex index out of range"};
+    }
+    std::ofstream file = detail::create_file(path);
+    file.imbue(std::locale::classic());
+    file.precision(std::numeric_limits<float>::max_digits10);
+    file << "# drawn by insonify, in metres\n";
+
+    std::size_t count = 0, first = 1; // OBJ indices start at 1 and count the vertices of the whole file
+    for (const drawn_object& one : objects) {
+        std::string name = one.name.empty() ? "object_" + std::to_string(count) : one.name;
+        std::replace_if(
+            name.begin(), name.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
+        ++count;
+        file << "o " << name << '\n';
+        for (const vec3& p : one.positions) file << "v " << p.x << ' ' << p.y << ' ' << p.z << '\n';
+        for (const uvec3& f : one.faces)
+            file << "f " << first + f.x << ' ' << first + f.y << ' ' << first + f.z << '\n';
+        std::size_t vertex = first;
+        for (const std::uint32_t length : one.polylines) {
+            file << 'l';
+            for (const std::size_t end = vertex + length; vertex < end; ++vertex) file << ' ' << vertex;
+            file << '\n';
+        }
+        first += one.positions.size();
+    }
+    detail::close_file(file, path);
 }
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -3,9 +3,8 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/image/image.hpp>
 #include <insonify/io/implementation_file.hpp>
-#include <insonify/io/implementation_stb.hpp>
+#include <insonify/io/implementation_packages.hpp>
 #include <insonify/io/png.hpp>
 #include <algorithm>
 #include <vector>

@@ -3,7 +3,6 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/image/colour_image.hpp>
 #include <insonify/image/image.hpp>
 #include <string>
 

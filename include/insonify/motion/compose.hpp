@@ -3,8 +3,7 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/motion/pressed_face.hpp>
-#include <insonify/scene/inverse_map.hpp>
+#include <insonify/motion/press.hpp>
 #include <cfloat>
 #include <cmath>
 #include <type_traits>

@@ -4,18 +4,144 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/geometry/mesh.hpp>
-#include <insonify/motion/pressed_face.hpp>
+#include <insonify/geometry/pose.hpp>
+#include <insonify/motion/body_motion.hpp>
 #include <insonify/probe/transducer.hpp>
 #include <insonify/scene/queries.hpp>
 #include <algorithm>
+#include <array>
 #include <cfloat>
 #include <cmath>
 #include <concepts>
-#include <cstdint>
 #include <iterator>
 #include <span>
 #include <utility>
 #include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+namespace detail {
+
+/// Displacement below pressed skin: exponential with depth. @param depth  below the skin at rest, metres
+inline float sunk(float at_skin, float depth, float decay) { return at_skin * std::exp(-max(depth, 0) / decay); }
+
+/// How much of the displacement at the edge of a face is left beside it. @param away  from the edge, metres
+inline float beside_face(float away, float recovery) { return std::exp(-away / recovery); }
+
+} // namespace detail
+
+/// A flat face pressed into flat skin, parallel to it: a map for `scene::deform`.
+///
+/// Skin below the face comes to lie on it. Beside the face it recovers exponentially, and the tissue below sinks exponentially
+/// less with depth. No model of elasticity: volume is not preserved. `press` finds the deformation for any skin.
+struct indentation {
+    pose at{};                ///< of the pressed face, to the world: x lateral, y elevation, z into the body
+    float depth = 0;          ///< of the face below the skin at rest, metres; less than `decay`, or tissue folds over
+    vec2 face{40e-3F, 8e-3F}; ///< its size along x and y, metres
+    float decay = 20e-3F;     ///< depth at which the displacement is 1/e, metres
+    float recovery = 8e-3F;   ///< distance beside the face at which it is, metres
+
+    /// Where a point at rest is now.
+    vec3 operator()(vec3 rest) const {
+        const vec3 local = at.local_point(rest);
+        const vec2 beside{max(std::fabs(local.x) - 0.5F * face.x, 0), max(std::fabs(local.y) - 0.5F * face.y, 0)};
+        const float at_skin = depth * detail::beside_face(length(beside), recovery);
+        return rest + at.direction({0, 0, detail::sunk(at_skin, local.z + depth, decay)});
+    }
+    /// The inverse.
+    vec3 rest_of(vec3 now) const { return detail::rest_along(*this, now, at.direction({0, 0, 1}), decay); }
+
+    /// @throws usage_error  if a setting is out of range
+    void check() const {
+        if (!is_rigid(at) || !(depth >= 0) || !(face.x > 0) || !(face.y > 0) || !(decay > depth) || !(recovery > 0))
+            throw usage_error{
+                "indentation: `depth` must be at least 0 and less than `decay`, the sizes of the face and "
+                "`recovery` above 0, and `at` a rigid pose"};
+    }
+
+    friend bool operator==(const indentation&, const indentation&) = default;
+};
+
+/// A face of a probe, flat or curved, pressed into skin of any shape: what `press` finds, and a map for `scene::deform`. Like
+/// `indentation`, with a depth that differs from point to point of the face.
+struct pressed_face {
+    static constexpr std::size_t columns = 33; ///< along x, from edge to edge
+    static constexpr std::size_t rows = 5;     ///< along y, from edge to edge
+
+    pose at{};                                            ///< probe to world
+    float left = -20e-3F;                                 ///< edge of the face along x, metres
+    float right = 20e-3F;                                 ///< the other one
+    float elevation = 8e-3F;                              ///< its size along y, metres
+    std::array<float, columns> height{};                  ///< z of the face at each column, metres
+    std::array<std::array<float, columns>, rows> depth{}; ///< of the face below the skin at rest, along z, metres
+    float decay = 20e-3F;                                 ///< see `indentation`
+    float recovery = 8e-3F;                               ///< see `indentation`
+
+    /// Position of a point of the face as a number of columns.
+    float column(float x) const {
+        const float width = right - left;
+        return width > 0 ? clamp((x - left) / width, 0, 1) * (columns - 1) : 0;
+    }
+    /// Where a row and a column are: x and y of the probe, metres.
+    vec2 place(std::size_t row, std::size_t column) const {
+        return {left + (right - left) * static_cast<float>(column) / (columns - 1),
+                elevation * (static_cast<float>(row) / (rows - 1) - 0.5F)};
+    }
+    /// z of the face, metres, at x and y of the probe: linear between the columns, and on from the outer ones.
+    float surface_at(vec2 place) const { return mixed(height, cell_of(place)); }
+    /// Its depth below the skin at rest, likewise.
+    float depth_at(vec2 place) const {
+        const cell at_place = cell_of(place);
+        const float lower = mixed(depth[at_place.row], at_place), upper = mixed(depth[at_place.row + 1], at_place);
+        return lower + at_place.upper * (upper - lower);
+    }
+    /// The column that is nearest to a point of the face.
+    std::size_t nearest_column(float x) const { return static_cast<std::size_t>(std::lround(column(x))); }
+
+    /// Where a point at rest is now.
+    vec3 operator()(vec3 rest) const {
+        const vec3 local = at.local_point(rest);
+        const vec2 place{clamp(local.x, left, right), clamp(local.y, -0.5F * elevation, 0.5F * elevation)};
+        const float here = depth_at(place);
+        const vec2 beside{max(max(left - local.x, local.x - right), 0), max(std::fabs(local.y) - 0.5F * elevation, 0)};
+        const float at_skin = here * detail::beside_face(length(beside), recovery);
+        return rest + at.direction({0, 0, detail::sunk(at_skin, local.z - surface_at(place) + here, decay)});
+    }
+    /// The inverse.
+    vec3 rest_of(vec3 now) const { return detail::rest_along(*this, now, at.direction({0, 0, 1}), decay); }
+
+    /// @throws usage_error  if a setting is out of range
+    void check() const {
+        bool valid = is_rigid(at) && is_finite(left) && is_finite(right) && elevation > 0 && decay > 0 && recovery > 0;
+        for (const float z : height) valid = valid && is_finite(z);
+        for (const std::array<float, columns>& row : depth)
+            for (const float one : row) valid = valid && one >= 0 && one < decay;
+        if (!valid)
+            throw usage_error{
+                "pressed_face: `depth` must be at least 0 and less than `decay` at each point of the face, `left`, "
+                "`right` and `height` finite, `elevation` and `recovery` above 0, and `at` a rigid pose"};
+    }
+
+    friend bool operator==(const pressed_face&, const pressed_face&) = default;
+
+  private:
+    struct cell {
+        std::size_t column, row;
+        float part, upper; // within it; beyond 0 to 1 outside of the face
+    };
+    cell cell_of(vec2 place) const {
+        const float width = right - left, x = width > 0 ? (place.x - left) / width * (columns - 1) : 0,
+                    y = (place.y / elevation + 0.5F) * (rows - 1);
+        const auto i = static_cast<std::size_t>(clamp(x, 0, columns - 2)),
+                   k = static_cast<std::size_t>(clamp(y, 0, rows - 2));
+        return {i, k, x - static_cast<float>(i), y - static_cast<float>(k)};
+    }
+    static float mixed(const std::array<float, columns>& values, const cell& at) {
+        return values[at.column] + at.part * (values[at.column + 1] - values[at.column]);
+    }
+};
+
+} // namespace insonify::inline INSONIFY_ABI
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
@@ -25,9 +151,13 @@ class skin_heights {
     /// Begins a body. @param face  its pose, edges and heights
     void begin(const pressed_face& face) {
         face_ = face;
-        intervals_.clear();
-        std::fill(std::begin(depth_), std::end(depth_), 0.0F);
-        std::fill(std::begin(gap_), std::end(gap_), FLT_MAX);
+        surfaces_ = 0;
+        crossings_.clear();
+        for (std::size_t i = 0; i < samples; ++i) {
+            const vec2 place = face.place(i / pressed_face::columns, i % pressed_face::columns);
+            behind_[i] =
+                sheared_ray{{.origin = {place, face.height[i % pressed_face::columns]}, .direction = {0, 0, -1}}};
+        }
     }
 
     /// Adds a closed surface of the body. @param to_world  of its positions
@@ -35,26 +165,30 @@ class skin_heights {
         const pose to_face = inverse(face_.at) * to_world;
         points_.clear();
         for (const vec3& p : positions) points_.push_back(to_face.point(p));
-        crossings_.clear();
         for (const uvec3& corner : faces) find_crossings({points_[corner.x], points_[corner.y], points_[corner.z]});
-        std::sort(crossings_.begin(), crossings_.end(), [](const crossing& a, const crossing& b) {
-            return a.sample != b.sample ? a.sample < b.sample : a.behind < b.behind;
-        });
-        for (std::size_t i = 0; i < crossings_.size();) i = add_intervals(i);
+        ++surfaces_;
     }
 
     /// Finishes the body: `depth` may be called.
     void finish() {
-        std::sort(intervals_.begin(), intervals_.end(), [](const interval& a, const interval& b) {
-            return a.sample != b.sample ? a.sample < b.sample : a.from < b.from;
-        });
         constexpr float touching = 10e-6F; // layers that touch are one body
-        for (const interval& one : intervals_) {
+        std::sort(crossings_.begin(), crossings_.end(), [](const crossing& a, const crossing& b) {
+            return a.sample != b.sample ? a.sample < b.sample : a.behind < b.behind;
+        });
+        std::fill(std::begin(depth_), std::end(depth_), -FLT_MAX);
+        ranks_.resize(surfaces_);
+        media_stack inside{.ranks = ranks_};
+        bool ended = false; // the body that the face touches, or is in
+        for (std::size_t i = 0; i < crossings_.size(); ++i) {
+            const crossing& one = crossings_[i];
+            const bool is_first = i == 0 || one.sample != crossings_[i - 1].sample;
+            if (is_first) inside.clear();
             float& depth = depth_[one.sample];
-            if (one.from <= max(depth, 0) + touching) depth = max(depth, one.to);
+            const bool apart = inside.count == 0 && one.behind > max(depth, 0) + touching;
+            ended = apart || (ended && !is_first);
+            inside.toggle(one.surface);
+            if (one.behind < 0 || (inside.count == 0 && !ended)) depth = one.behind;
         }
-        for (std::size_t i = 0; i < samples; ++i)
-            if (depth_[i] == 0) depth_[i] = -gap_[i];
     }
 
     /// How deep a point of the face is below the skin, metres; below 0: how far in front of the face the skin is.
@@ -65,46 +199,21 @@ class skin_heights {
     struct crossing {
         std::size_t sample;
         float behind; // the face, metres; below 0: in front of it
+        std::uint32_t surface;
     };
-    struct interval { // inside of a surface, metres behind the face
-        std::size_t sample;
-        float from, to;
-    };
-
-    // The intervals of one sample, whose crossings begin here. @return  where those of the next one begin
-    std::size_t add_intervals(std::size_t i) {
-        const std::size_t sample = crossings_[i].sample;
-        bool inside = false;
-        float from = 0;
-        for (; i < crossings_.size() && crossings_[i].sample == sample; ++i) {
-            const float behind = crossings_[i].behind;
-            if (behind < 0)
-                gap_[sample] = min(gap_[sample], -behind);
-            else if (inside)
-                intervals_.push_back({sample, from, behind});
-            inside = !inside;
-            from = max(behind, 0);
-        }
-        return i;
-    }
 
     void find_crossings(const triangle& t) {
         const vec3 lower = min(min(t.a, t.b), t.c), upper = max(max(t.a, t.b), t.c);
         const float half = 0.5F * face_.elevation;
         if (upper.x < face_.left || lower.x > face_.right || upper.y < -half || lower.y > half) return;
-        const vec3 normal = cross(t.b - t.a, t.c - t.a);
-        if (normal.z == 0) return;
         const span_of_points columns =
             points_between(lower.x, upper.x, face_.left, face_.right - face_.left, pressed_face::columns);
         const span_of_points rows = points_between(lower.y, upper.y, -half, face_.elevation, pressed_face::rows);
         for (std::size_t row = rows.first; row <= rows.last; ++row)
             for (std::size_t i = columns.first; i <= columns.last; ++i) {
-                const float x =
-                    face_.left + (face_.right - face_.left) * static_cast<float>(i) / (pressed_face::columns - 1);
-                const float y = face_.elevation * (static_cast<float>(row) / (pressed_face::rows - 1) - 0.5F);
-                if (!is_above(t, x, y)) continue;
-                const float z = t.a.z + (normal.x * (t.a.x - x) + normal.y * (t.a.y - y)) / normal.z;
-                crossings_.push_back({row * pressed_face::columns + i, face_.height[i] - z});
+                const std::size_t sample = row * pressed_face::columns + i;
+                if (const hit at = intersect(behind_[sample], t))
+                    crossings_.push_back({sample, at.distance, surfaces_});
             }
     }
 
@@ -120,25 +229,13 @@ class skin_heights {
                 static_cast<std::size_t>(clamp(std::ceil((high - from) / size * last + rounding), 0, last))};
     }
 
-    // Whether a line along z crosses a triangle. Edges are half-open: a line through an edge or a vertex crosses one face.
-    static bool is_above(const triangle& t, float x, float y) {
-        const vec3 corners[] = {t.a, t.b, t.c};
-        bool odd = false;
-        for (int i = 0; i < 3; ++i) {
-            const vec3 &a = corners[i], &b = corners[(i + 1) % 3];
-            if ((a.y > y) == (b.y > y)) continue;
-            const vec3 &low = a.y < b.y ? a : b, &high = a.y < b.y ? b : a;
-            if (x < low.x + (y - low.y) / (high.y - low.y) * (high.x - low.x)) odd = !odd;
-        }
-        return odd;
-    }
-
     pressed_face face_{};
+    std::uint32_t surfaces_ = 0;
+    sheared_ray behind_[samples] = {}; // from each point of the face, away from the body
     std::vector<vec3> points_{};
     std::vector<crossing> crossings_{};
-    std::vector<interval> intervals_{};
+    std::vector<std::uint32_t> ranks_{};
     float depth_[samples] = {};
-    float gap_[samples] = {};
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail

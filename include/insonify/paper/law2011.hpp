@@ -9,7 +9,6 @@
 #include <insonify/execution/policy.hpp>
 #include <insonify/execution/simd_math.hpp>
 #include <concepts>
-#include <cstddef>
 
 namespace insonify::inline INSONIFY_ABI {
 

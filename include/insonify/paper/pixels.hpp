@@ -3,14 +3,35 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/fwd.hpp>
-#include <insonify/paper/camera.hpp>
+#include <insonify/image/image.hpp>
 #include <insonify/paper/law2011.hpp>
 #include <insonify/tracing/trace.hpp>
+#include <concepts>
 
 namespace insonify::inline INSONIFY_ABI {
 
+/// A camera that views the slice, for `trace_pixels`: `size`, `through(pixel) -> ray`, `check()`.
+///
+/// Camera frame: x to the right of the image, y down, z into the scene, as `look_at` makes it. Pixel centres lie at half
+/// integers; (0, 0) is the top left corner of the image.
+template <class Camera>
+concept camera = requires(const Camera& c, vec2 pixel) {
+    { c.size } -> std::convertible_to<uvec2>;
+    { c.through(pixel) } -> std::same_as<ray>;
+    c.check();
+};
+
 namespace detail {
+
+/// @throws usage_error  for an image without pixels or of more than 2^28, or a pose that is not rigid
+inline void check_camera(uvec2 size, const pose& at) {
+    const std::uint64_t pixels = std::uint64_t{size.x} * size.y;
+    if (pixels == 0 || pixels > std::uint64_t{1} << 28U)
+        throw usage_error{"camera: `size` must be at least 1 x 1 and at most 2^28 pixels in all"};
+    if (!is_rigid(at))
+        throw usage_error{
+            "camera: its pose is not a rigid transform; make it with look_at, or mend it with orthonormalised"};
+}
 
 /// The paper's two secondary rays of one point on the slice: r2 towards the transducer, for what reaches the point, and
 /// r3 away from it, for an interface within `reflection_length`. The crossings get their depths along the beam.
@@ -21,20 +42,19 @@ namespace detail {
 INSONIFY_FN inline bool find_pixel_crossings(const scene_view& scene, const ray& line, float depth,
                                              float reflection_length, line_crossings& found) {
     found.clear();
-    const vec3 point = line.at(depth);
-    scene.boxes.for_each_hit({line.origin, line.direction, 0, depth + reflection_length}, [&](const hit& box) {
+    const float end = depth + reflection_length;
+    const crossing_collector all{scene, {line.origin, line.direction, 0, end}, end, found};
+    scene.boxes.for_each_hit(all.line, [&](const hit& box) {
         const std::uint32_t rank = box.primitive;
         const object_view& one = scene.objects[rank];
-        const float to_origin = one.box.contains(line.origin) ? FLT_MAX : depth;
-        const ray r2 = one.local({.origin = point, .direction = -line.direction, .max_distance = to_origin});
-        one.tree.for_each_hit(r2, [&](const hit& at) {
-            if (at.distance <= depth)
-                found.add({depth - at.distance, rank, at.primitive});
-            else
-                found.inside.toggle(rank);
-        });
-        const ray r3 = one.local({.origin = point, .direction = line.direction, .max_distance = reflection_length});
-        one.tree.for_each_hit(r3, [&](const hit& at) { found.add({depth + at.distance, rank, at.primitive}); });
+        const auto cast = [&](vec3 direction, float range, float sign) {
+            one.tree.for_each_hit(one.local({.origin = line.at(depth), .direction = direction, .max_distance = range}),
+                                  [&](const hit& at) {
+                                      all.add({depth + sign * at.distance, rank, at.primitive});
+                                  });
+        };
+        cast(-line.direction, depth, -1);
+        cast(line.direction, all.may_begin_in(rank) ? FLT_MAX : reflection_length, 1);
     });
     found.sort();
     return found.complete();
@@ -76,6 +96,47 @@ ray world_beam(const Probe& probe, const pose& at, float line) {
 
 } // namespace detail
 
+/// Parallel rays: the slice at scale.
+struct orthographic_camera {
+    pose at{};               ///< camera to world
+    vec2 extent{0.1F, 0.1F}; ///< width and height of the image in the world, metres
+    uvec2 size{512, 512};    ///< columns, rows
+
+    /// The ray through a point of the image, in the world; its direction has length 1.
+    INSONIFY_FN ray through(vec2 pixel) const {
+        const vec2 fraction = pixel / vec2{size} - 0.5F;
+        return {.origin = at.point({fraction.x * extent.x, fraction.y * extent.y, 0}),
+                .direction = at.direction({0, 0, 1})};
+    }
+    /// @throws usage_error  naming the setting that is out of range
+    void check() const {
+        detail::check_camera(size, at);
+        if (!is_finite(extent.x) || !is_finite(extent.y) || !(extent.x > 0) || !(extent.y > 0))
+            throw usage_error{"camera: `extent` must be two finite lengths in metres above 0"};
+    }
+};
+
+/// Rays from one point.
+struct perspective_camera {
+    pose at{};                    ///< camera to world
+    float field_of_view = 60_deg; ///< across the image, radians
+    uvec2 size{512, 512};         ///< columns, rows
+
+    /// The ray through a point of the image, in the world; its direction has length 1.
+    INSONIFY_FN ray through(vec2 pixel) const {
+        const float scale = 2 * std::tan(0.5F * field_of_view) / static_cast<float>(size.x);
+        const vec2 from_centre = pixel - 0.5F * vec2{size};
+        return {.origin = at.translation,
+                .direction = at.direction(normalize(vec3{scale * from_centre.x, scale * from_centre.y, 1}))};
+    }
+    /// @throws usage_error  naming the setting that is out of range
+    void check() const {
+        detail::check_camera(size, at);
+        if (!(field_of_view > 0 && field_of_view < pi))
+            throw usage_error{"camera: `field_of_view` must lie between 0 and 180 degrees, such as 60_deg"};
+    }
+};
+
 /// The paper's algorithm to the letter, on the probe's own grid: the same values as `trace`, within rounding.
 /// @throws usage_error, geometry_error  as `trace`
 template <exec::policy Policy, transducer Probe>
@@ -99,15 +160,14 @@ scan_lines trace_pixels(const Policy& policy, const scene& body, const Probe& pr
 ///
 /// @param seen_by  an `orthographic_camera` or a `perspective_camera`
 /// @return an image of the camera's size; black where r1 hits no point between the face and `settings.depth`
-/// @tparam Image    `image`; include image/image.hpp where this is called
 /// @throws usage_error, geometry_error  as `trace`
-template <exec::policy Policy, transducer Probe, camera Camera, class Image = image>
-Image trace_pixels(const Policy& policy, const scene& body, const Probe& probe, const pose& at, const law2011& model,
+template <exec::policy Policy, transducer Probe, camera Camera>
+image trace_pixels(const Policy& policy, const scene& body, const Probe& probe, const pose& at, const law2011& model,
                    const acquisition& settings, const Camera& seen_by) {
     detail::check_acquisition(body, probe, at, model, settings);
     const scene_view scene = body.view_for_rays(policy);
     seen_by.check();
-    Image picture{seen_by.size};
+    image picture{seen_by.size};
     exec::for_each_block(policy, picture.pixels.size(), 1024, 500, [&](std::size_t begin, std::size_t end) {
         detail::pixel_tracer tracer{scene, model, probe.frequency};
         for (std::size_t i = begin; i < end; ++i) {

@@ -10,7 +10,6 @@
 #include <insonify/probe/steered.hpp>
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
 #include <optional>
 #include <string>
 #include <utility>

@@ -5,16 +5,128 @@
 
 #include <insonify/core/error.hpp>
 #include <insonify/execution/for_each.hpp>
+#include <insonify/execution/simd.hpp>
 #include <insonify/probe/line_grid.hpp>
-#include <insonify/signal/hilbert.hpp>
 #include <algorithm>
-#include <cstddef>
+#include <bit>
 #include <string>
 #include <vector>
 
-namespace insonify::inline INSONIFY_ABI {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-namespace detail {
+/// Fourier transforms of a power of two, x_n = sum over k of x_k exp(-2 pi j k n / N), in place.
+///
+/// The forward transform (decimation in frequency) leaves its results in bit-reversed order, from which the inverse
+/// transform (decimation in time) starts. Source: Gentleman & Sande 1966, Cooley & Tukey 1965.
+class fourier_transform {
+  public:
+    explicit fourier_transform(std::size_t size) : size_{size}, cosine_(size), sine_(size) {
+        for (std::size_t half = 1; half < size_; half *= 2)
+            for (std::size_t i = 0; i < half; ++i) {
+                const double angle = 3.14159265358979323846 * static_cast<double>(i) / static_cast<double>(half);
+                cosine_[half + i] = static_cast<float>(std::cos(angle));
+                sine_[half + i] = static_cast<float>(std::sin(angle));
+            }
+    }
+
+    std::size_t size() const { return size_; }
+
+    /// Where `forward` leaves result n.
+    std::size_t place(std::size_t n) const {
+        std::size_t reversed = 0;
+        for (std::size_t bit = 1, mirrored = size_ / 2; bit < size_; bit *= 2, mirrored /= 2)
+            if ((n & bit) != 0) reversed |= mirrored;
+        return reversed;
+    }
+
+    /// @tparam Width  floats in a SIMD register
+    template <int Width>
+    void forward(float* real, float* imaginary) const {
+        for (std::size_t half = size_ / 2; half > 0; half /= 2)
+            for (std::size_t begin = 0; begin < size_; begin += 2 * half)
+                forward<Width>(real + begin, imaginary + begin, half);
+    }
+    /// The inverse, times the size.
+    template <int Width>
+    void back(float* real, float* imaginary) const {
+        for (std::size_t half = 1; half < size_; half *= 2)
+            for (std::size_t begin = 0; begin < size_; begin += 2 * half)
+                back<Width>(real + begin, imaginary + begin, half);
+    }
+
+  private:
+    /// (a, b) becomes (a + b, (a - b) exp(-j angle)), for `half` values a and as many values b after them.
+    template <int Width>
+    void forward(float* real, float* imaginary, std::size_t half) const {
+        using floats = lanes<Width>;
+        if constexpr (Width > 1)
+            if (half < Width) return forward<1>(real, imaginary, half);
+        for (std::size_t i = 0; i < half; i += Width) {
+            const floats c = load<Width>(cosine_.data() + half + i), s = load<Width>(sine_.data() + half + i);
+            const floats ar = load<Width>(real + i), br = load<Width>(real + half + i);
+            const floats ai = load<Width>(imaginary + i), bi = load<Width>(imaginary + half + i);
+            store(ar + br, real + i);
+            store(ai + bi, imaginary + i);
+            store((ar - br) * c + (ai - bi) * s, real + half + i);
+            store((ai - bi) * c - (ar - br) * s, imaginary + half + i);
+        }
+    }
+
+    /// (a, b) becomes (a + b exp(+j angle), a - b exp(+j angle)).
+    template <int Width>
+    void back(float* real, float* imaginary, std::size_t half) const {
+        using floats = lanes<Width>;
+        if constexpr (Width > 1)
+            if (half < Width) return back<1>(real, imaginary, half);
+        for (std::size_t i = 0; i < half; i += Width) {
+            const floats c = load<Width>(cosine_.data() + half + i), s = load<Width>(sine_.data() + half + i);
+            const floats xr = load<Width>(real + half + i), xi = load<Width>(imaginary + half + i);
+            const floats ar = load<Width>(real + i), ai = load<Width>(imaginary + i);
+            const floats br = xr * c - xi * s, bi = xi * c + xr * s;
+            store(ar + br, real + i);
+            store(ai + bi, imaginary + i);
+            store(ar - br, real + half + i);
+            store(ai - bi, imaginary + half + i);
+        }
+    }
+
+    std::size_t size_ = 0;
+    std::vector<float> cosine_; // of i / half of half a turn, at half + i
+    std::vector<float> sine_;
+};
+
+/// Hilbert transform: shifts the phase of every frequency of a real signal by -90 degrees, so that cos becomes sin.
+///
+/// Of two signals at a time, one as the real and one as the imaginary part, with at least a quarter of zero padding. In
+/// bit-reversed order positive frequencies are at even indices, negative frequencies at odd ones.
+class hilbert_transform {
+  public:
+    explicit hilbert_transform(std::size_t samples) : fourier_{std::bit_ceil(samples + samples / 4 + 2)} {}
+
+    /// Size of the buffers of `apply`: the signal, padded with zeros.
+    std::size_t size() const { return fourier_.size(); }
+
+    /// In place; overwrites the padding.
+    /// @tparam Width  floats in a SIMD register
+    template <int Width>
+    void apply(float* one, float* other) const {
+        fourier_.forward<Width>(one, other);
+        const float scale = 1 / static_cast<float>(size());
+        one[0] = one[1] = other[0] = other[1] = 0; // the Hilbert transform of DC and of the Nyquist frequency is 0
+        for (std::size_t i = 2; i < size(); i += 2) {
+            const float real = one[i], imaginary = other[i];
+            one[i] = scale * imaginary;
+            other[i] = -scale * real;
+            const float negative_real = one[i + 1], negative_imaginary = other[i + 1];
+            one[i + 1] = -scale * negative_imaginary;
+            other[i + 1] = scale * negative_real;
+        }
+        fourier_.back<Width>(one, other);
+    }
+
+  private:
+    fourier_transform fourier_;
+};
 
 /// Square roots, in place.
 template <int Width>
@@ -24,7 +136,9 @@ void square_roots(float* values, std::size_t count) {
     for (std::size_t i = whole; i < count; ++i) values[i] = std::sqrt(values[i]);
 }
 
-} // namespace detail
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+namespace insonify::inline INSONIFY_ABI {
 
 /// Envelope of baseband signals: |IQ| = sqrt(I^2 + Q^2).
 /// @param recycled  lines whose memory is reused

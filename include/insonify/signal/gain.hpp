@@ -12,7 +12,6 @@
 #include <algorithm>
 #include <array>
 #include <concepts>
-#include <cstddef>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {

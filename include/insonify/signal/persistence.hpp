@@ -7,7 +7,6 @@
 #include <insonify/execution/for_each.hpp>
 #include <insonify/geometry/pose.hpp>
 #include <insonify/probe/line_grid.hpp>
-#include <cstddef>
 
 namespace insonify::inline INSONIFY_ABI {
 

@@ -7,10 +7,16 @@
 #include <insonify/core/error.hpp>
 #include <insonify/core/text.hpp>
 #include <insonify/probe/transducer.hpp>
-#include <insonify/signal/kernel/taps.hpp>
 #include <string>
 
 namespace insonify::inline INSONIFY_ABI {
+
+namespace detail {
+
+/// Gaussian kernels are truncated at this number of standard deviations: e^-8 or -69 dB.
+inline constexpr float kernel_sigmas = 4;
+
+} // namespace detail
 
 /// Envelope of an echo along displayed depth: a rectangular burst, smoothed by a Gaussian; its peak is 1.
 struct pulse_envelope {
@@ -85,9 +91,10 @@ struct pulse {
 };
 
 /// The shortest pulse that the fractional `bandwidth` of a probe permits; `pulse{}` for a probe without that member.
+/// @param burst  see `pulse::burst`
 template <transducer Probe>
-INSONIFY_FN constexpr pulse nominal_pulse(const Probe& probe) {
-    return {.cycles = 1.61F / fractional_bandwidth(probe)};
+INSONIFY_FN constexpr pulse nominal_pulse(const Probe& probe, float burst = 0) {
+    return {.cycles = 1.61F / fractional_bandwidth(probe), .burst = burst};
 }
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -3,14 +3,11 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/core/error.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/signal/beam.hpp>
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
-#include <cstdint>
 
 namespace insonify::inline INSONIFY_ABI {
 

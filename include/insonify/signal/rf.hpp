@@ -7,8 +7,6 @@
 #include <insonify/core/error.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <insonify/probe/line_grid.hpp>
-#include <cstddef>
-#include <cstdint>
 #include <string>
 #include <vector>
 

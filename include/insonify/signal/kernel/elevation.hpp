@@ -3,12 +3,9 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/core/error.hpp>
-#include <insonify/core/text.hpp>
 #include <insonify/core/view.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <insonify/signal/beam.hpp>
-#include <insonify/signal/kernel/elevation_plane.hpp>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -19,6 +16,16 @@ namespace insonify::inline INSONIFY_ABI {
 inline constexpr std::uint32_t max_elevation_planes = 7;
 
 namespace detail {
+
+/// A plane in the coordinates of a probe, y = offset + slope z: the slice plane, or one above or below it that is tilted about
+/// the lateral axis.
+struct elevation_plane {
+    float offset = 0; ///< metres out of the slice plane at z = 0
+    float slope = 0;  ///< metres out of the slice plane per metre of depth
+
+    /// Metres out of the slice plane at a depth in metres.
+    INSONIFY_FN float height(float depth) const { return offset + slope * depth; }
+};
 
 /// @throws usage_error  for a number of elevation planes other than 1, 3, 5 or 7
 inline void check_planes(std::uint32_t count, const char* caller) {
@@ -86,8 +93,8 @@ class elevation_planes {
             const float side = i % 2 == 0 ? own.delta : -own.delta;
             const float at_focus = side * std::cos(own.psi) * beam.elevation_diffraction();
             const auto height = [&](float z) { return at_focus + side * std::sin(own.psi) * beam.elevation_shadow(z); };
-            planes_[i] = tilted ? detail::elevation_plane{height(0), (height(depth) - height(0)) / depth}
-                                : detail::elevation_plane{height(0.5F * depth), 0};
+            planes_[i] = tilted ? elevation_plane{height(0), (height(depth) - height(0)) / depth}
+                                : elevation_plane{height(0.5F * depth), 0};
         }
         make_table();
     }
@@ -97,14 +104,14 @@ class elevation_planes {
     /// @param cosine  of its angle to z
     elevation_planes along(float begin, float cosine) const {
         elevation_planes line = *this;
-        for (detail::elevation_plane& one : line.planes_) one = {one.height(begin), one.slope * cosine};
+        for (elevation_plane& one : line.planes_) one = {one.height(begin), one.slope * cosine};
         line.make_table();
         return line;
     }
 
     std::uint32_t count() const { return count_; }
     /// The slice plane, then pairs.
-    const detail::elevation_plane& operator[](std::size_t plane) const { return planes_[plane]; }
+    const elevation_plane& operator[](std::size_t plane) const { return planes_[plane]; }
 
     /// Height of the cells of the scatterer field out of the slice, metres: half the aperture's for a single plane. For several
     /// planes 0.7 of it, with a correlation length as that of the beam twice as deep as its focus; nearer to the focus,
@@ -261,7 +268,7 @@ class elevation_planes {
     beam_model beam_;
     std::uint32_t count_;
     float spacing_;
-    detail::elevation_plane planes_[max_elevation_planes] = {};
+    elevation_plane planes_[max_elevation_planes] = {};
     weights table_[depths] = {};
 };
 

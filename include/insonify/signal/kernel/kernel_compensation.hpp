@@ -3,13 +3,22 @@
 
 #include <insonify/core/save_macros.hpp>
 
+#include <insonify/acoustics/acoustic_model.hpp>
 #include <insonify/acoustics/echo_line.hpp>
 #include <insonify/acoustics/roughness.hpp>
-#include <insonify/core/math.hpp>
-#include <insonify/core/view.hpp>
+#include <insonify/bvh/large_array.hpp>
+#include <insonify/signal/kernel/convolve.hpp>
+#include <insonify/signal/kernel/elevation.hpp>
+#include <algorithm>
 #include <cmath>
-#include <cstddef>
+#include <utility>
+#include <vector>
 
+/// The acoustic model computes physics only: it emits the echo that the probe receives. `convolve` then averages
+/// neighbouring lines, and elevation planes are averaged too, which weakens echoes that differ from line to line. Here
+/// echoes are raised beforehand by the same amount, so that their levels are those of the model. Planes are averaged with the
+/// weights of coherent echoes; independent ones, which add by power, have weights of their own, and are multiplied by the
+/// ratio.
 namespace insonify::inline INSONIFY_ABI::detail {
 
 /// The specular echo of a curved surface through a Gaussian kernel, in one direction across the line:
@@ -122,59 +131,58 @@ class surface_strip {
     float nearest_ = 0; // where the surface is nearest to the probe, or the middle
 };
 
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-/// The acoustic model computes physics only: it emits the echo that the probe receives. `convolve` then averages
-/// neighbouring lines, and elevation planes are averaged too, which weakens echoes that differ from line to line. Here
-/// echoes are raised beforehand by the same amount, so that their levels are those of the model. Planes are averaged with the
-/// weights of coherent echoes; independent ones, which add by power, have weights of their own, and are multiplied by the
-/// ratio.
-namespace insonify::inline INSONIFY_ABI {
-
-namespace detail {
-
 /// What the lateral kernel and the elevation planes do to echoes at one depth of a line.
 struct kernel_sample {
-    float lateral_sigma = 0;   ///< of the Gaussian that `convolve` applies across the lines, metres; 0: none
-    float elevation_sigma = 0; ///< of the beam out of the slice plane, metres; 0: unknown
-    float line_spacing = 0;    ///< metres to the next line
-    float divergence = 0;      ///< of neighbouring lines: angle over distance, 1/m
-    float speckle_gain = 1;    ///< keeps the rms of speckle
-    vec2 speckle_spread{0, 0}; ///< m^2: mean square distance between correlated speckle, across lines and planes
-    float speckle_loss =
-        0; ///< m^4: the next term of the loss on a slope, across lines; see `detail::compensated_echoes::scatterers`
+    float lateral_sigma = 0;     ///< of the Gaussian that `convolve` applies across the lines, metres; 0: none
+    float elevation_sigma = 0;   ///< of the beam out of the slice plane, metres; 0: unknown
+    float line_spacing = 0;      ///< metres to the next line
+    float divergence = 0;        ///< of neighbouring lines: angle over distance, 1/m
+    float speckle_gain = 1;      ///< keeps the rms of speckle
+    vec2 speckle_spread{0, 0};   ///< m^2: mean square distance between correlated speckle, across lines and planes
+    float speckle_loss = 0;      ///< m^4: the next term of the loss on a slope; see `compensated_echoes::scatterers`
     float surface_gain = 1;      ///< keeps the rms of the diffuse echoes of surfaces
     vec2 surface_spread{0, 0};   ///< m^2: the same for these
     float uncorrelated_gain = 1; ///< keeps the rms of echoes that are independent from line to line
 };
 
+/// What one elevation plane stands for at one depth.
+struct plane_sample {
+    float height = 0;        ///< metres out of the slice plane
+    float weight = 0;        ///< of coherent echoes; the sum over the planes is 1
+    float random_weight = 1; ///< of independent echoes, over `weight`
+    vec2 strip{0, 0};        ///< see `elevation_planes::weights::strip`
+};
+
 /// The kernels along one line, by displayed depth.
 struct line_kernels {
-    view<const detail::kernel_sample> samples{}; ///< for equal parts of the displayed depth, from the face on
-    float spacing = 1;                           ///< metres of displayed depth to each part
-    std::uint32_t planes = 1;                    ///< elevation planes
-    std::uint32_t plane = 0;                     ///< of the line
-    view<const float> plane_heights{};           ///< for each part those of all planes, metres out of the slice plane
-    view<const float> plane_weights{};           ///< for each part those of all planes; their sum is 1
-    view<const float> random_weights{}; ///< of this plane for each part: for independent echoes, over its plane weight
-    view<const vec2> plane_strips{};    ///< of this plane for each part: see `elevation_planes::weights::strip`
+    view<const kernel_sample> samples{};  ///< for equal parts of the displayed depth, from the face on
+    view<const plane_sample> of_planes{}; ///< for each part those of all planes
+    float spacing = 1;                    ///< metres of displayed depth to each part
+    std::uint32_t planes = 1;             ///< elevation planes
+    std::uint32_t plane = 0;              ///< of the line
 
     /// The part that a displayed depth lies in, metres.
     INSONIFY_FN std::size_t index(float depth) const {
         return static_cast<std::size_t>(clamp(depth / spacing, 0, static_cast<float>(samples.size() - 1)));
     }
+    /// All planes at a displayed depth, metres; none where there are no kernels.
+    INSONIFY_FN view<const plane_sample> planes_at(float depth) const {
+        if (samples.empty()) return {};
+        return {of_planes.data() + index(depth) * planes, planes};
+    }
     /// Of independent echoes, at a displayed depth, metres: linear between the parts, as `elevation_planes::at`.
     INSONIFY_FN float random_weight(float depth) const {
-        if (random_weights.empty()) return 1;
-        const float place = clamp(depth / spacing - 0.5F, 0, static_cast<float>(random_weights.size() - 1));
+        if (samples.empty()) return 1;
+        const float place = clamp(depth / spacing - 0.5F, 0, static_cast<float>(samples.size() - 1));
         const auto above = static_cast<std::size_t>(place);
-        const float a = random_weights[above],
-                    b = random_weights[above + 1 < random_weights.size() ? above + 1 : above];
+        const std::size_t below = above + 1 < samples.size() ? above + 1 : above;
+        const float a = of_planes[above * planes + plane].random_weight,
+                    b = of_planes[below * planes + plane].random_weight;
         return a + (place - static_cast<float>(above)) * (b - a);
     }
     /// The kernels at a displayed depth, metres; without effect where there are none.
-    INSONIFY_FN detail::kernel_sample at(float depth) const {
-        return samples.empty() ? detail::kernel_sample{} : samples[index(depth)];
+    INSONIFY_FN kernel_sample at(float depth) const {
+        return samples.empty() ? kernel_sample{} : samples[index(depth)];
     }
 };
 
@@ -182,7 +190,7 @@ struct line_kernels {
 class compensated_echoes {
   public:
     /// @param pulse_sigma  standard deviation of the pulse envelope, metres of displayed depth
-    INSONIFY_FN compensated_echoes(const echo_line& echoes, const detail::line_kernels& kernels, float frequency,
+    INSONIFY_FN compensated_echoes(const echo_line& echoes, const line_kernels& kernels, float frequency,
                                    float pulse_sigma)
         : echoes_{echoes}, kernels_{kernels}, frequency_{frequency}, sigma_{pulse_sigma},
           phase_per_metre_{4 * pi * frequency / display_speed} {}
@@ -202,10 +210,10 @@ class compensated_echoes {
     /// The echo of a surface that turns from line to line, or from plane to plane, with its repetitions. Every plane that
     /// meets it emits the echo of the whole, where the surface is nearest to the probe.
     INSONIFY_FN void curved_surface(const curved_echo& one) const {
-        const detail::kernel_sample here = kernels_.at(one.depth);
+        const kernel_sample here = kernels_.at(one.depth);
         // Depth is measured along the lines: their divergence adds to the curvature that is seen from line to line, but does
         // not weaken the echo.
-        const detail::curved_kernel own{phase_per_metre_, one.slope.x, one.curvature.x, here.lateral_sigma},
+        const curved_kernel own{phase_per_metre_, one.slope.x, one.curvature.x, here.lateral_sigma},
             across{phase_per_metre_, one.slope.x, one.curvature.x + here.divergence, here.lateral_sigma},
             out_of_slice{phase_per_metre_, one.slope.y, one.curvature.y, here.elevation_sigma};
         const float in_lines = across.strength(), in_planes = out_of_slice.strength();
@@ -237,7 +245,7 @@ class compensated_echoes {
     ///     exp(-(spread q^2 / 2 + loss q^4)),   q = 4 pi f0 s / c0
     INSONIFY_FN void scatterers(scatterer_echoes run) const {
         const auto gain = [&](float depth) {
-            const detail::kernel_sample here = kernels_.at(depth);
+            const kernel_sample here = kernels_.at(depth);
             const vec2 q_squared = square(phase_per_metre_) * run.slope * run.slope,
                        lost = 0.5F * q_squared * here.speckle_spread;
             return here.speckle_gain * kernels_.random_weight(depth) *
@@ -257,12 +265,11 @@ class compensated_echoes {
     /// the phase a metre; far apart they are independent.
     template <class Value>
     INSONIFY_FN void rough_surface(float depth, float amplitude, vec2 slope, vec3 curvature, const Value& value) const {
-        const detail::kernel_sample here = kernels_.at(depth);
-        const float per_metre = 1 / square(0.632F * detail::surface_grain(frequency_)) + square(phase_per_metre_);
+        const kernel_sample here = kernels_.at(depth);
+        const float per_metre = 1 / square(0.632F * surface_grain(frequency_)) + square(phase_per_metre_);
         const vec2 decorrelation = vec2{1, 1} + slope * slope * here.surface_spread * per_metre;
-        const detail::surface_strip strip{slope.y, curvature.y,
-                                          kernels_.plane_strips.empty() ? vec2{0, 0}
-                                                                        : kernels_.plane_strips[kernels_.index(depth)]};
+        const view<const plane_sample> planes = kernels_.planes_at(depth);
+        const surface_strip strip{slope.y, curvature.y, planes.empty() ? vec2{0, 0} : planes[kernels_.plane].strip};
         const float range = min(here.line_spacing * std::fabs(slope.x) + strip.range(), 3e-3F);
         const float part = max(0.5F * sigma_, 1e-6F), steps = std::ceil(range / part);
         const float gain =
@@ -289,7 +296,7 @@ class compensated_echoes {
     // pulse still overlaps, 1 / sigma'^2 = 1 / sigma_x^2 + s^2 / sigma_z^2, and its spectrum at the phase gradient
     // 4 pi f0 s / c0 and at the nearest aliases of the line spacing.
     INSONIFY_FN float lateral_transfer(float depth, float slope) const {
-        const detail::kernel_sample here = kernels_.at(depth);
+        const kernel_sample here = kernels_.at(depth);
         if (!(here.lateral_sigma > 0) || !(here.line_spacing > 0)) return 1;
         const float narrowed = 1 / std::sqrt(1 + square(here.lateral_sigma * slope / sigma_));
         const float phase = phase_per_metre_ * slope, alias = 2 * pi / here.line_spacing;
@@ -306,28 +313,27 @@ class compensated_echoes {
     // The same for the planes of the slice: the sum of their weights, each as high on the pulse and turned by as much
     // phase as the surface is deeper there.
     INSONIFY_FN float elevation_transfer(float depth, float slope) const {
-        if (kernels_.plane_heights.empty() || slope == 0) return 1;
-        const std::size_t first = kernels_.index(depth) * kernels_.planes;
+        const view<const plane_sample> planes = kernels_.planes_at(depth);
+        if (planes.empty() || slope == 0) return 1;
         float sum = 0;
-        for (std::size_t i = first; i < first + kernels_.planes; ++i) {
-            const float deeper = slope * kernels_.plane_heights[i], sigmas = deeper / sigma_;
-            sum += kernels_.plane_weights[i] * std::exp(-0.5F * sigmas * sigmas) * std::cos(phase_per_metre_ * deeper);
+        for (const plane_sample& one : planes) {
+            const float deeper = slope * one.height, sigmas = deeper / sigma_;
+            sum += one.weight * std::exp(-0.5F * sigmas * sigmas) * std::cos(phase_per_metre_ * deeper);
         }
         return max(std::fabs(sum), min_transfer);
     }
 
     // What a plane that meets a curved surface emits: the whole, over the weight of all planes that do. Those that meet it
     // obliquely, where its radius is uncertain, are used where there are no others.
-    INSONIFY_FN vec2 of_planes(float depth, const detail::curved_kernel& surface, float to_nearest) const {
-        if (kernels_.plane_heights.empty()) return surface.whole(to_nearest);
-        const std::size_t first = kernels_.index(depth) * kernels_.planes;
-        const float* const height = kernels_.plane_heights.data() + first;
-        const float middle = height[kernels_.plane] + to_nearest, radius = surface.radius();
+    INSONIFY_FN vec2 of_planes(float depth, const curved_kernel& surface, float to_nearest) const {
+        const view<const plane_sample> planes = kernels_.planes_at(depth);
+        if (planes.empty()) return surface.whole(to_nearest);
+        const float middle = planes[kernels_.plane].height + to_nearest, radius = surface.radius();
         constexpr float oblique = 0.85F;
         const bool is_oblique = std::fabs(to_nearest) > oblique * radius;
         float well = 0, obliquely = 0; // met
         for (std::uint32_t i = 0; i < kernels_.planes; ++i) {
-            const float apart = std::fabs(height[i] - middle), weight = kernels_.plane_weights[first + i];
+            const float apart = std::fabs(planes[i].height - middle), weight = planes[i].weight;
             if (i == kernels_.plane ? !is_oblique : apart <= oblique * radius)
                 well += weight;
             else if (i == kernels_.plane || apart < radius)
@@ -341,15 +347,227 @@ class compensated_echoes {
     INSONIFY_FN static vec2 product(vec2 a, vec2 b) { return {a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x}; }
 
     echo_line echoes_;
-    detail::line_kernels kernels_;
+    line_kernels kernels_;
     float frequency_;
     float sigma_;
     float phase_per_metre_;
 };
 
-} // namespace detail
+/// `kernel_table` in flat arrays. Trivially copyable.
+struct kernel_table_view {
+    static constexpr std::uint32_t depths = 128; ///< parts of the displayed depth
 
-} // namespace insonify::inline INSONIFY_ABI
+    view<const kernel_sample> samples{}; ///< by distance from the border in lines, then by part; empty: no compensation
+    view<const std::uint32_t> sets{};    ///< of each line, the number of its set of planes
+    view<const plane_sample> of_planes{}; ///< by set, then by part, then by plane
+    std::uint32_t planes = 1;             ///< elevation planes
+    std::uint32_t lines = 0;              ///< of the probe
+    std::uint32_t border = 0;             ///< lines further than this from the border share a table
+    float spacing = 1;                    ///< metres to each part
+
+    /// The kernels along one line of one plane.
+    INSONIFY_FN line_kernels of_line(std::uint32_t line, std::uint32_t plane) const {
+        if (samples.empty()) return {};
+        const std::uint32_t other_end = lines - 1 - line, nearer = line < other_end ? line : other_end;
+        const std::size_t row = nearer < border ? nearer : border, of_set = std::size_t{planes} * depths;
+        return {.samples = {samples.data() + row * depths, depths},
+                .of_planes = {of_planes.data() + sets[line] * of_set, of_set},
+                .spacing = spacing,
+                .planes = planes,
+                .plane = plane};
+    }
+};
+
+/// The kernels of `convolve` and of the planes, for every line of a probe, with the gains that keep the levels.
+///
+/// Averaging lowers the rms of random echoes, by an amount that depends on the lines and planes. The gain g compensates
+/// for it: sum over j, k of w_j g_j w_k g_k C(x_j - x_k) = 1 on every line, with the weights w of the kernels and the
+/// planes, and the covariance C of the echoes. Lines near the border have fewer neighbours, hence tables of their own.
+class kernel_table {
+  public:
+    /// Without compensation.
+    void clear() { samples_.resize(0); }
+
+    /// Computes the table in the same memory.
+    /// @param of_lines          the gains are those of the planes along the middle line
+    /// @param speckle, surface  covariance(metres apart in the slice plane and out of it, radians turned, height of the
+    ///                          scatterers) of speckle, and of the echoes of rough surfaces
+    template <class Policy, transducer Probe, class Speckle, class Surface>
+    void compute(const Policy& policy, const Probe& probe, float depth, const planes_of_lines& of_lines,
+                 const Speckle& speckle, const Surface& surface) {
+        planes_ = of_lines[0].count();
+        lines_ = probe.lines;
+        spacing_ = depth / depths;
+        sets_ = of_lines.set_of_line();
+        const elevation_planes& planes = of_lines[sets_[probe.lines / 2]];
+        const beam_model beam = beam_of(probe, depth);
+        // One step of the kernel for each of the depths.
+        kernel_ = make_lateral_kernel(probe, {.depth = depth, .samples = depths * lateral_kernel::depth_step},
+                                      std::move(kernel_));
+        border_ =
+            kernel_.full_circle ? 0 : std::min(static_cast<std::uint32_t>(kernel_.half_width()), (probe.lines - 1) / 2);
+        samples_.resize(std::size_t{border_ + 1} * depths);
+        of_planes_.resize(of_lines.sets() * depths * planes_);
+        work_.resize(depths);
+        constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
+        const float turned = probe.lines < 2 ? 0.0F : angle_between(probe.beam(0).direction, probe.beam(1).direction);
+        for_each_index(policy, depths, [&](std::size_t k) {
+            const float z = (static_cast<float>(k) + 0.5F) * spacing_;
+            const elevation_planes::weights weights = planes.at(z);
+            for (std::size_t set = 0; set < of_lines.sets(); ++set) {
+                const elevation_planes::weights here = of_lines[set].at(z);
+                for (std::uint32_t i = 0; i < planes_; ++i)
+                    of_planes_[(set * depths + k) * planes_ + i] = {
+                        .height = of_lines[set][i].height(z),
+                        .weight = here.coherent[i],
+                        .random_weight = min(here.random[i] / max(here.coherent[i], 1e-12F), max_random_weight),
+                        .strip = here.strip[i]};
+            }
+            const lateral_weights across = kernel_.at(static_cast<std::uint32_t>(k) * lateral_kernel::depth_step);
+            scratch& work = work_[k];
+            const auto levels_with = [&](levels& found, const auto& covariance) {
+                find_levels<width>(across, turned, planes, z, weights.random,
+                                   max_slope * 4 * pi * probe.frequency / display_speed, covariance, work, found);
+            };
+            levels &of_speckle = work.speckle, &of_surface = work.surface, &uncorrelated = work.uncorrelated;
+            levels_with(of_speckle, speckle);
+            levels_with(of_surface, surface);
+            levels_with(uncorrelated, [](vec2, float) { return 0.0F; });
+            for (std::uint32_t line = 0; line <= border_; ++line)
+                samples_[std::size_t{line} * depths + k] = {
+                    .lateral_sigma = probe.lines > 1 ? beam.lateral_sigma(z) : 0.0F,
+                    .elevation_sigma = beam.elevation_sigma(z),
+                    .line_spacing = across.spacing,
+                    .divergence = across.spacing > 0 ? turned / across.spacing : 0.0F,
+                    .speckle_gain = of_speckle.gain[line],
+                    .speckle_spread = of_speckle.spread[line],
+                    .speckle_loss = of_speckle.loss[line],
+                    .surface_gain = of_surface.gain[line],
+                    .surface_spread = of_surface.spread[line],
+                    .uncorrelated_gain = uncorrelated.gain[line]};
+        });
+    }
+
+    kernel_table_view view_of() const {
+        return {.samples = {samples_.data(), samples_.size()},
+                .sets = sets_,
+                .of_planes = of_planes_,
+                .planes = planes_,
+                .lines = lines_,
+                .border = border_,
+                .spacing = spacing_};
+    }
+
+  private:
+    static constexpr std::uint32_t depths = kernel_table_view::depths;
+    static constexpr float max_slope = 0.25F; // to which the loss of speckle on a slope is fitted: 14 degrees
+
+    // By distance from the border.
+    struct levels {
+        std::vector<float> gain;
+        std::vector<vec2> spread;
+        std::vector<float> loss;
+    };
+
+    // Memory for one depth.
+    struct scratch {
+        std::vector<float> of_lines; // covariance of two lines, by their distance
+        std::vector<float> level, amplitudes;
+        levels speckle, surface, uncorrelated;
+    };
+
+    // @param turned      radians from line to line
+    // @param weight      of independent echoes, of each plane
+    // @param steepest    phase per metre across the lines, at which the loss is exact
+    // @param covariance  as of `compute`
+    template <int Width, class Covariance>
+    void find_levels(const lateral_weights& across, float turned, const elevation_planes& planes, float depth,
+                     const float (&weight)[max_elevation_planes], float steepest, const Covariance& covariance,
+                     scratch& work, levels& found) const {
+        float power = 0, distance_squared = 0;
+        for (std::uint32_t i = 0; i < planes_; ++i)
+            for (std::uint32_t j = 0; j < planes_; ++j) {
+                const float apart = std::fabs(planes[i].height(depth) - planes[j].height(depth));
+                const float common =
+                    weight[i] * weight[j] *
+                    (i == j ? 1 : covariance(vec2{0, apart}, std::fabs(planes[i].slope - planes[j].slope)));
+                power += common;
+                distance_squared += common * apart * apart;
+            }
+        work.of_lines.assign(2 * across.half.size() - 1, 1.0F);
+        for (std::size_t lag = 1; lag < work.of_lines.size(); ++lag) {
+            const auto lines = static_cast<float>(lag);
+            work.of_lines[lag] = covariance(vec2{lines * across.spacing, 0}, lines * turned);
+        }
+        const auto between_lines = [&](int lag) { return work.of_lines[static_cast<std::size_t>(lag)]; };
+        const auto lag_squared = [&](int lag) {
+            const float apart = static_cast<float>(lag) * across.spacing;
+            return between_lines(lag) * apart * apart;
+        };
+        const auto on_slope = [&](int lag) {
+            return between_lines(lag) * std::cos(steepest * static_cast<float>(lag) * across.spacing);
+        };
+        found.gain.assign(border_ + 1, 1.0F);
+        found.spread.resize(border_ + 1);
+        found.loss.resize(border_ + 1);
+        work.level.resize(border_ + 1);
+        const auto gain_of = [&](std::uint32_t line) {
+            return found.gain[std::min({line, lines_ - 1 - line, border_})];
+        };
+        const auto power_with = [&](std::uint32_t line, const auto& of_lag) {
+            return power * across.power<Width>(line, of_lag, gain_of, work.amplitudes);
+        };
+        for (int round = 0; round < 5; ++round) { // a line's level depends on its neighbours' gains: a fixed point
+            for (std::uint32_t line = 0; line <= border_; ++line) work.level[line] = power_with(line, between_lines);
+            for (std::uint32_t line = 0; line <= border_; ++line) found.gain[line] /= std::sqrt(work.level[line]);
+        }
+        for (std::uint32_t line = 0; line <= border_; ++line) {
+            found.spread[line] = {power_with(line, lag_squared), distance_squared / power};
+            const float squared = steepest * steepest, lost = -std::log(max(power_with(line, on_slope), 0.1F));
+            found.loss[line] = (lost - 0.5F * squared * found.spread[line].x) / (squared * squared);
+        }
+    }
+
+    static float angle_between(vec3 a, vec3 b) { return 2 * std::asin(min(0.5F * length(a - b), 1)); }
+
+    // Limits the gain of planes with less than a thousandth of the coherent weight: a scatterer that is displayed at a depth
+    // where the weight is larger would be too bright.
+    static constexpr float max_random_weight = 30;
+
+    std::uint32_t planes_ = 1;
+    std::uint32_t lines_ = 0;
+    std::uint32_t border_ = 0;
+    float spacing_ = 1;
+    large_array<kernel_sample> samples_;
+    std::vector<std::uint32_t> sets_;
+    std::vector<plane_sample> of_planes_;
+    lateral_kernel kernel_;
+    std::vector<scratch> work_; // for each depth
+};
+
+/// Computes the table for a model that states the covariance of its speckle; no compensation for others.
+template <class Policy, transducer Probe, class Model>
+void compute_kernel_table(const Policy& policy, const Probe& probe, float depth, const planes_of_lines& planes,
+                          const Model& model, kernel_table& table) {
+    if constexpr (states_covariance<Model>)
+        table.compute(
+            policy, probe, depth, planes,
+            [&](vec2 apart, float turned) {
+                if constexpr (requires { Model::independent_planes; })
+                    if (Model::independent_planes && apart.y != 0) return 0.0F;
+                return model.covariance(apart.x + apart.y, turned);
+            },
+            [&](vec2 apart, float turned) {
+                if constexpr (states_surface_covariance<Model>)
+                    return model.surface_covariance(apart.x + apart.y, turned);
+                else
+                    return model.covariance(apart.x + apart.y, turned);
+            });
+    else
+        table.clear();
+}
+
+} // namespace insonify::inline INSONIFY_ABI::detail
 
 #include <insonify/core/restore_macros.hpp>
 

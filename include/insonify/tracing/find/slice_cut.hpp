@@ -14,7 +14,7 @@
 #include <insonify/geometry/pose.hpp>
 #include <insonify/probe/line_fan.hpp>
 #include <insonify/scene/scene_view.hpp>
-#include <insonify/signal/kernel/elevation_plane.hpp>
+#include <insonify/signal/kernel/elevation.hpp>
 #include <algorithm>
 #include <cstddef>
 

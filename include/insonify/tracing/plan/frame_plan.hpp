@@ -9,7 +9,7 @@
 #include <insonify/probe/acquisition.hpp>
 #include <insonify/probe/transducer.hpp>
 #include <insonify/signal/kernel/elevation.hpp>
-#include <insonify/signal/kernel/kernel_table.hpp>
+#include <insonify/signal/kernel/kernel_compensation.hpp>
 #include <insonify/signal/pulse.hpp>
 #include <insonify/tracing/plan/check.hpp>
 #include <vector>

@@ -1,5 +1,5 @@
 #include <insonify/core/units.hpp>
-#include <insonify/doppler/doppler_picture.hpp>
+#include <insonify/doppler/colour_doppler.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <cmath>
 #include <doctest/doctest.h>

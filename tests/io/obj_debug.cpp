@@ -1,7 +1,7 @@
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/core/units.hpp>
 #include <insonify/geometry/shapes.hpp>
-#include <insonify/io/debug_obj.hpp>
+#include <insonify/io/obj.hpp>
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/probe/phased_array.hpp>

@@ -1,10 +1,8 @@
 #include <insonify/core/random.hpp>
 #include <insonify/core/units.hpp>
 #include <insonify/motion/body_motion.hpp>
-#include <insonify/motion/collapse.hpp>
 #include <insonify/motion/compose.hpp>
-#include <insonify/motion/indentation.hpp>
-#include <insonify/motion/pressed_face.hpp>
+#include <insonify/motion/press.hpp>
 #include <cmath>
 #include <doctest/doctest.h>
 #include <string>

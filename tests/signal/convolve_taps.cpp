@@ -1,5 +1,5 @@
 #include <insonify/core/random.hpp>
-#include <insonify/signal/kernel/taps.hpp>
+#include <insonify/signal/kernel/convolve.hpp>
 #include <cmath>
 #include <doctest/doctest.h>
 #include <vector>

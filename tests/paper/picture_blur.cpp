@@ -1,6 +1,6 @@
 #include <insonify/core/random.hpp>
 #include <insonify/core/units.hpp>
-#include <insonify/paper/blur.hpp>
+#include <insonify/paper/picture.hpp>
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/probe/phased_array.hpp>

@@ -1,4 +1,4 @@
-#include <insonify/signal/cine_loop.hpp>
+#include <insonify/scanner.hpp>
 #include <doctest/doctest.h>
 #include <stdexcept>
 

@@ -1,6 +1,6 @@
 #include <insonify/core/random.hpp>
 #include <insonify/core/units.hpp>
-#include <insonify/doppler/doppler_spectrum.hpp>
+#include <insonify/doppler/pulsed_doppler.hpp>
 #include <cmath>
 #include <complex>
 #include <doctest/doctest.h>
@@ -28,24 +28,6 @@ std::uint32_t peak_of(const doppler_spectrum& spectrum, std::uint32_t window) {
 }
 
 } // namespace
-
-TEST_CASE("Fourier transform: as the sum that defines it") {
-    std::vector<vec2> x;
-    for (std::uint64_t i = 0; i < 64; ++i) x.push_back(hash_normal(3, i));
-    std::vector<vec2> found = x;
-    detail::fourier_transform(found);
-    double worst = 0;
-    for (std::size_t n = 0; n < 64; ++n) {
-        std::complex<double> sum = 0;
-        for (std::size_t k = 0; k < 64; ++k)
-            sum += std::complex<double>{static_cast<double>(x[k].x), static_cast<double>(x[k].y)} *
-                   std::polar(1.0, -2 * std::numbers::pi * static_cast<double>(k * n) / 64);
-        worst = std::max(worst, std::abs(sum - std::complex<double>{static_cast<double>(found[n].x),
-                                                                    static_cast<double>(found[n].y)}));
-    }
-    MESSAGE("largest difference ", worst, ", expected below 1e-5 of a rms of 11");
-    CHECK(worst < 1e-4);
-}
 
 TEST_CASE("spectrum: a tone is in the bin of its velocity, with its power; baseline and angle") {
     const float largest = max_doppler_velocity(5_kHz, 5_MHz); // 0.385 m/s

@@ -2,7 +2,7 @@
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/probe/phased_array.hpp>
 #include <insonify/probe/radial_array.hpp>
-#include <insonify/signal/kernel/lateral_kernel.hpp>
+#include <insonify/signal/kernel/convolve.hpp>
 #include <cmath>
 #include <doctest/doctest.h>
 #include <vector>

@@ -1,6 +1,5 @@
 #include <insonify/core/units.hpp>
-#include <insonify/doppler/poiseuille.hpp>
-#include <insonify/doppler/velocity_samples.hpp>
+#include <insonify/doppler/velocity_field.hpp>
 #include <cmath>
 #include <doctest/doctest.h>
 

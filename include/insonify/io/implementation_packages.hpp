@@ -1,5 +1,5 @@
-#ifndef INSONIFY_IO_IMPLEMENTATION_STB_HPP
-#define INSONIFY_IO_IMPLEMENTATION_STB_HPP
+#ifndef INSONIFY_IO_IMPLEMENTATION_PACKAGES_HPP
+#define INSONIFY_IO_IMPLEMENTATION_PACKAGES_HPP
 
 #include <insonify/core/save_macros.hpp>
 
@@ -12,9 +12,18 @@
 #include <string.h>
 // NOLINTEND(modernize-deprecated-headers)
 
-// A private copy of stb_image_write: static functions in a separate namespace, with every macro that configures it
-// saved and restored, so that a program can include its own copy in this file, before or after, and in others. The C
-// headers that it needs are included above, outside the namespace.
+// Private copies of tinyobjloader, in a renamed namespace, and of stb_image_write, static functions in a namespace of their own.
+// Every macro that configures them or that they define is saved and restored, so that a program can include its own copies
+// in this file, before or after, and in others. The C headers that stb_image_write needs are included above, outside its namespace.
+#pragma push_macro("tinyobj")
+#pragma push_macro("TINY_OBJ_LOADER_H_")
+#pragma push_macro("TINYOBJLOADER_IMPLEMENTATION")
+#pragma push_macro("TINYOBJLOADER_USE_DOUBLE")
+#pragma push_macro("TINYOBJLOADER_USE_MAPBOX_EARCUT")
+#pragma push_macro("TINYOBJ_OVERRIDE")
+#pragma push_macro("IS_SPACE")
+#pragma push_macro("IS_DIGIT")
+#pragma push_macro("IS_NEW_LINE")
 #pragma push_macro("INCLUDE_STB_IMAGE_WRITE_H")
 #pragma push_macro("STB_IMAGE_WRITE_IMPLEMENTATION")
 #pragma push_macro("STB_IMAGE_WRITE_STATIC")
@@ -28,6 +37,15 @@
 #pragma push_macro("STBIW_ASSERT")
 #pragma push_macro("STBIW_CRC32")
 #pragma push_macro("STBIW_ZLIB_COMPRESS")
+#undef tinyobj
+#undef TINY_OBJ_LOADER_H_
+#undef TINYOBJLOADER_IMPLEMENTATION
+#undef TINYOBJLOADER_USE_DOUBLE
+#undef TINYOBJLOADER_USE_MAPBOX_EARCUT
+#undef TINYOBJ_OVERRIDE
+#undef IS_SPACE
+#undef IS_DIGIT
+#undef IS_NEW_LINE
 #undef INCLUDE_STB_IMAGE_WRITE_H
 #undef STB_IMAGE_WRITE_IMPLEMENTATION
 #undef STB_IMAGE_WRITE_STATIC
@@ -41,6 +59,10 @@
 #undef STBIW_ASSERT
 #undef STBIW_CRC32
 #undef STBIW_ZLIB_COMPRESS
+#define TINYOBJLOADER_IMPLEMENTATION
+#define INSONIFY_JOIN(left, right) left##right
+#define INSONIFY_TINYOBJ(abi) INSONIFY_JOIN(insonify_tinyobj_, abi)
+#define tinyobj INSONIFY_TINYOBJ(INSONIFY_ABI)
 #define STB_IMAGE_WRITE_IMPLEMENTATION
 #define STB_IMAGE_WRITE_STATIC
 #define STBI_WRITE_NO_STDIO
@@ -58,10 +80,20 @@
 #pragma GCC diagnostic ignored "-Wuseless-cast"
 #pragma GCC diagnostic ignored "-Wshadow"
 #pragma GCC diagnostic ignored "-Wunused-function"
+#pragma GCC diagnostic ignored "-Wunused-parameter"
 #pragma GCC diagnostic ignored "-Wmissing-field-initializers"
 #endif
 
-namespace insonify::inline INSONIFY_ABI::detail::stb {
+#if __has_include(<tiny_obj_loader.h>)
+#include <tiny_obj_loader.h>
+#else
+#error "insonify needs tiny_obj_loader.h to read OBJ files: install libtinyobjloader-dev"
+#endif
+
+namespace insonify::inline INSONIFY_ABI::detail {
+namespace loader = tinyobj;
+
+namespace stb {
 using ::abs; // insonify::abs would hide it
 #if __has_include(<stb_image_write.h>)
 #include <stb_image_write.h>
@@ -70,7 +102,8 @@ using ::abs; // insonify::abs would hide it
 #else
 #error "insonify needs stb_image_write.h to write PNG files: install libstb-dev"
 #endif
-} // namespace insonify::inline INSONIFY_ABI::detail::stb
+} // namespace stb
+} // namespace insonify::inline INSONIFY_ABI::detail
 
 #if defined(__clang__)
 #pragma clang diagnostic pop
@@ -78,6 +111,17 @@ using ::abs; // insonify::abs would hide it
 #pragma GCC diagnostic pop
 #endif
 
+#undef INSONIFY_JOIN
+#undef INSONIFY_TINYOBJ
+#pragma pop_macro("tinyobj")
+#pragma pop_macro("TINY_OBJ_LOADER_H_")
+#pragma pop_macro("TINYOBJLOADER_IMPLEMENTATION")
+#pragma pop_macro("TINYOBJLOADER_USE_DOUBLE")
+#pragma pop_macro("TINYOBJLOADER_USE_MAPBOX_EARCUT")
+#pragma pop_macro("TINYOBJ_OVERRIDE")
+#pragma pop_macro("IS_SPACE")
+#pragma pop_macro("IS_DIGIT")
+#pragma pop_macro("IS_NEW_LINE")
 #pragma pop_macro("INCLUDE_STB_IMAGE_WRITE_H")
 #pragma pop_macro("STB_IMAGE_WRITE_IMPLEMENTATION")
 #pragma pop_macro("STB_IMAGE_WRITE_STATIC")

@@ -1,5 +1,5 @@
 #include <insonify/core/units.hpp>
-#include <insonify/image/label_image.hpp>
+#include <insonify/image/scan_convert.hpp>
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/probe/phased_array.hpp>

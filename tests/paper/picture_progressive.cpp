@@ -1,5 +1,5 @@
 #include <insonify/core/random.hpp>
-#include <insonify/paper/progressive.hpp>
+#include <insonify/paper/picture.hpp>
 #include <cmath>
 #include <doctest/doctest.h>
 #include <vector>

@@ -1,4 +1,4 @@
-#include <insonify/paper/noise.hpp>
+#include <insonify/paper/picture.hpp>
 #include <cmath>
 #include <doctest/doctest.h>
 #include <initializer_list>
