@@ -4,8 +4,8 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/core/memo.hpp>
-#include <insonify/core/text.hpp>
-#include <insonify/execution/for_each.hpp>
+#include <insonify/core/error.hpp>
+#include <insonify/execution/policy.hpp>
 #include <insonify/image/image.hpp>
 #include <insonify/probe/acquisition.hpp>
 #include <insonify/probe/line_grid.hpp>

@@ -3,7 +3,7 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/execution/for_each.hpp>
+#include <insonify/execution/policy.hpp>
 #include <insonify/geometry/pose.hpp>
 #include <insonify/image/image.hpp>
 #include <cstdint>

@@ -4,7 +4,7 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/bvh/bvh.hpp>
-#include <insonify/execution/any_policy.hpp>
+#include <insonify/execution/policy.hpp>
 #include <insonify/scene/object_state.hpp>
 #include <insonify/scene/scene_view.hpp>
 #include <insonify/tissue/placed_structure.hpp>

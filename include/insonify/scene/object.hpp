@@ -5,7 +5,6 @@
 
 #include <insonify/acoustics/medium.hpp>
 #include <insonify/core/error.hpp>
-#include <insonify/core/text.hpp>
 #include <insonify/core/units.hpp>
 #include <insonify/geometry/mesh.hpp>
 #include <insonify/geometry/pose.hpp>

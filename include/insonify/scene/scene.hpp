@@ -4,9 +4,7 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/core/error.hpp>
-#include <insonify/core/text.hpp>
-#include <insonify/execution/any_policy.hpp>
-#include <insonify/scene/deform_object.hpp>
+#include <insonify/execution/policy.hpp>
 #include <insonify/scene/flat_scene.hpp>
 #include <insonify/scene/object.hpp>
 #include <insonify/scene/object_state.hpp>

@@ -4,9 +4,8 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/core/error.hpp>
-#include <insonify/core/text.hpp>
 #include <insonify/core/view.hpp>
-#include <insonify/execution/for_each.hpp>
+#include <insonify/execution/policy.hpp>
 #include <insonify/signal/beam.hpp>
 #include <insonify/signal/kernel/elevation_plane.hpp>
 #include <cmath>

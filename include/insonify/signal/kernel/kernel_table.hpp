@@ -5,7 +5,7 @@
 
 #include <insonify/acoustics/acoustic_model.hpp>
 #include <insonify/bvh/large_array.hpp>
-#include <insonify/execution/for_each.hpp>
+#include <insonify/execution/policy.hpp>
 #include <insonify/signal/beam.hpp>
 #include <insonify/signal/kernel/elevation.hpp>
 #include <insonify/signal/kernel/kernel_compensation.hpp>

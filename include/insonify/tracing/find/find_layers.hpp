@@ -3,7 +3,7 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/execution/any_policy.hpp>
+#include <insonify/execution/policy.hpp>
 #include <insonify/tracing/find/layer_finder.hpp>
 #include <insonify/tracing/plan/check.hpp>
 #include <utility>

@@ -4,8 +4,7 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/acoustics/layer.hpp>
-#include <insonify/execution/for_each.hpp>
-#include <insonify/scene/crossings.hpp>
+#include <insonify/execution/policy.hpp>
 #include <insonify/scene/layers.hpp>
 #include <insonify/scene/scene.hpp>
 #include <insonify/tracing/find/line_layers.hpp>

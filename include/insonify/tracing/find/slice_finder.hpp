@@ -4,7 +4,7 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/bvh/large_array.hpp>
-#include <insonify/scene/crossings.hpp>
+#include <insonify/scene/layers.hpp>
 #include <insonify/signal/kernel/elevation_plane.hpp>
 #include <insonify/tracing/find/line_layers.hpp>
 #include <insonify/tracing/find/slice_cut.hpp>

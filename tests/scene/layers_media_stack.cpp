@@ -1,5 +1,5 @@
 #include <insonify/core/random.hpp>
-#include <insonify/scene/crossings.hpp>
+#include <insonify/scene/layers.hpp>
 #include <doctest/doctest.h>
 #include <set>
 #include <vector>
