@@ -5,8 +5,6 @@
 
 #include <insonify/bvh/assemble.hpp>
 #include <insonify/bvh/leaf.hpp>
-#include <insonify/execution/policy.hpp>
-#include <insonify/execution/simd.hpp>
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -219,24 +217,6 @@ class morton_order {
     std::size_t count_ = 0;
 };
 
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Builds a wide BVH by splitting primitives in Morton order: several times faster than `build_sah`, and somewhat slower
-/// to trace. For primitives that move so far that refits degrade the tree.
-///
-///     Morton codes:  0010 0010 0011 | 0100 0101     split where the highest differing bit changes, then
-///     positions:        0    1    2 |    3    4     moved to the next multiple of Width, so that leaves are full
-///
-/// The tree depends only on the boxes. Boxes that are empty or not finite are left out.
-struct build_morton {
-    template <int Width, exec::policy Policy, class Range>
-    topology<Width> operator()(const Policy& policy, const Range& range) const;
-};
-
-namespace detail {
-
 /// Splits ranges of the Morton order for `tree_assembler`.
 template <int Width>
 class morton_splitter {
@@ -287,13 +267,24 @@ class morton_splitter {
     morton_order order_;
 };
 
-} // namespace detail
+} // namespace insonify::inline INSONIFY_ABI::detail
 
-template <int Width, exec::policy Policy, class Range>
-topology<Width> build_morton::operator()(const Policy& policy, const Range& range) const {
-    detail::morton_splitter<Width> splitter{policy, range};
-    return detail::tree_assembler<Width, detail::morton_splitter<Width>>{splitter}.assemble(policy, splitter.all());
-}
+namespace insonify::inline INSONIFY_ABI {
+
+/// Builds a wide BVH by splitting primitives in Morton order: several times faster than `build_sah`, and somewhat slower
+/// to trace. For primitives that move so far that refits degrade the tree.
+///
+///     Morton codes:  0010 0010 0011 | 0100 0101     split where the highest differing bit changes, then
+///     positions:        0    1    2 |    3    4     moved to the next multiple of Width, so that leaves are full
+///
+/// The tree depends only on the boxes. Boxes that are empty or not finite are left out.
+struct build_morton {
+    template <int Width, exec::policy Policy, class Range>
+    topology<Width> operator()(const Policy& policy, const Range& range) const {
+        detail::morton_splitter<Width> splitter{policy, range};
+        return detail::tree_assembler<Width, detail::morton_splitter<Width>>{splitter}.assemble(policy, splitter.all());
+    }
+};
 
 } // namespace insonify::inline INSONIFY_ABI
 

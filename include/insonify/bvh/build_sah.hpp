@@ -5,8 +5,6 @@
 
 #include <insonify/bvh/assemble.hpp>
 #include <insonify/bvh/leaf.hpp>
-#include <insonify/bvh/node.hpp>
-#include <insonify/execution/simd.hpp>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -175,21 +173,6 @@ class sah_bins {
     std::uint32_t count_[3][sah_grid::max_bins];
 };
 
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Builds a wide BVH from the top down by binned SAH. The cost of a child is its area times its number of leaves.
-///
-/// The tree depends only on the boxes. Boxes that are empty or not finite are left out.
-/// Source: Wald 2007, "On fast construction of SAH-based bounding volume hierarchies".
-struct build_sah {
-    template <int Width, exec::policy Policy, class Range>
-    topology<Width> operator()(const Policy& policy, const Range& range) const;
-};
-
-namespace detail {
-
 /// Splits groups for `tree_assembler`. Boxes alternate between two arrays: a split partitions from one into the other.
 template <int Width>
 class sah_splitter {
@@ -207,12 +190,7 @@ class sah_splitter {
     template <class Policy, class Range>
     sah_splitter(const Policy& policy, const Range& range) {
         boxes_[0].resize(range.size());
-        struct piece {
-            std::size_t used = 0;
-            build_box box = build_box::none();
-            centre_range centres{};
-        };
-        std::vector<piece> pieces(blocks(range.size()));
+        std::vector<group> pieces(blocks(range.size()));
         exec::for_each_block(policy, range.size(), block_size, 10, [&](std::size_t begin, std::size_t end) {
             build_box* next = boxes_[0].data() + begin;
             lanes<4> minus_lower(-FLT_MAX), upper(-FLT_MAX), first(FLT_MAX), last(-FLT_MAX);
@@ -226,17 +204,18 @@ class sah_splitter {
                 *next = box;
                 next++->name(static_cast<std::uint32_t>(i));
             }
-            piece& one = pieces[begin / block_size];
-            one.used = static_cast<std::size_t>(next - (boxes_[0].data() + begin));
+            group& one = pieces[begin / block_size];
+            one.begin = begin;
+            one.end = static_cast<std::size_t>(next - boxes_[0].data());
             one.box = {minus_lower, upper};
             one.centres.add(first, last);
         });
-        for (std::size_t b = 0; b < pieces.size(); ++b) { // closes the gaps of primitives that were left out
-            const build_box* const first = boxes_[0].data() + b * block_size;
-            if (all_.end != b * block_size) std::copy(first, first + pieces[b].used, boxes_[0].data() + all_.end);
-            all_.end += pieces[b].used;
-            all_.box.add(pieces[b].box);
-            all_.centres.add(load<4>(pieces[b].centres.begin), load<4>(pieces[b].centres.end));
+        for (const group& one : pieces) { // closes the gaps of primitives that were left out
+            build_box* const boxes = boxes_[0].data();
+            if (all_.end != one.begin) std::copy(boxes + one.begin, boxes + one.end, boxes + all_.end);
+            all_.end += one.size();
+            all_.box.add(one.box);
+            all_.centres.add(load<4>(one.centres.begin), load<4>(one.centres.end));
         }
         boxes_[1].resize(all_.end);
         bins_.resize(all_.end);
@@ -318,13 +297,21 @@ class sah_splitter {
     group all_{};
 };
 
-} // namespace detail
+} // namespace insonify::inline INSONIFY_ABI::detail
 
-template <int Width, exec::policy Policy, class Range>
-topology<Width> build_sah::operator()(const Policy& policy, const Range& range) const {
-    detail::sah_splitter<Width> splitter{policy, range};
-    return detail::tree_assembler<Width, detail::sah_splitter<Width>>{splitter}.assemble(policy, splitter.all());
-}
+namespace insonify::inline INSONIFY_ABI {
+
+/// Builds a wide BVH from the top down by binned SAH. The cost of a child is its area times its number of leaves.
+///
+/// The tree depends only on the boxes. Boxes that are empty or not finite are left out.
+/// Source: Wald 2007, "On fast construction of SAH-based bounding volume hierarchies".
+struct build_sah {
+    template <int Width, exec::policy Policy, class Range>
+    topology<Width> operator()(const Policy& policy, const Range& range) const {
+        detail::sah_splitter<Width> splitter{policy, range};
+        return detail::tree_assembler<Width, detail::sah_splitter<Width>>{splitter}.assemble(policy, splitter.all());
+    }
+};
 
 } // namespace insonify::inline INSONIFY_ABI
 

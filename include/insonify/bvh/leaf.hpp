@@ -3,11 +3,7 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/bvh/node.hpp>
-#include <insonify/bvh/prepared_ray.hpp>
 #include <insonify/bvh/ray_packet.hpp>
-#include <insonify/execution/simd.hpp>
-#include <insonify/geometry/aabb.hpp>
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>

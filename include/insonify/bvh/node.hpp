@@ -37,12 +37,12 @@ inline constexpr std::uint32_t free_levels = 24;
 template <int Width>
 inline constexpr std::uint32_t max_levels = free_levels + 33 / width_bits<Width>;
 
-namespace detail {
-
-/// Boxes as structure of arrays: rows of lower x, y, z, then of upper x, y, z.
+/// Boxes and references of the children. 256 bytes at width 8: four cache lines.
 template <int Width>
-struct box_rows {
-    float sides[6 * Width];
+struct alignas(64) tree_node {
+    static_assert(std::has_single_bit(static_cast<unsigned>(Width)), "the width of a tree must be a power of two");
+    float sides[6 * Width]; ///< rows of lower x, y, z, then of upper x, y, z
+    std::uint32_t child[Width];
 
     /// The index in `sides` where the row of a side begins. @param upper  0 or 1
     INSONIFY_FN static constexpr std::uint32_t row(std::uint32_t upper, std::uint32_t axis) {
@@ -62,15 +62,6 @@ struct box_rows {
         side[row(1, 1)] = b.upper.y;
         side[row(1, 2)] = b.upper.z;
     }
-};
-
-} // namespace detail
-
-/// Boxes and references of the children. 256 bytes at width 8: four cache lines.
-template <int Width>
-struct alignas(64) tree_node : detail::box_rows<Width> {
-    static_assert(std::has_single_bit(static_cast<unsigned>(Width)), "the width of a tree must be a power of two");
-    std::uint32_t child[Width];
 };
 
 /// Sums of half surface areas, in square metres.

@@ -3,11 +3,7 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/bvh/node.hpp>
 #include <insonify/bvh/prepared_ray.hpp>
-#include <insonify/execution/simd.hpp>
-#include <insonify/geometry/aabb.hpp>
-#include <insonify/geometry/ray.hpp>
 #include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI::detail {

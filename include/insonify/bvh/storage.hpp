@@ -5,10 +5,7 @@
 
 #include <insonify/bvh/build_morton.hpp>
 #include <insonify/bvh/build_sah.hpp>
-#include <insonify/bvh/leaf.hpp>
 #include <insonify/bvh/traverse.hpp>
-#include <insonify/core/error.hpp>
-#include <insonify/execution/policy.hpp>
 #include <algorithm>
 #include <new>
 #include <utility>

@@ -4,9 +4,7 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/bvh/leaf.hpp>
-#include <insonify/bvh/node.hpp>
 #include <insonify/core/view.hpp>
-#include <insonify/execution/simd.hpp>
 #include <cstdint>
 
 /// The traversal stack of child references, in two orders. Which children are hit is unpredictable, so neither order

@@ -4,7 +4,6 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/core/error.hpp>
-#include <insonify/core/math.hpp>
 #include <insonify/core/view.hpp>
 #include <insonify/geometry/triangle.hpp>
 #include <algorithm>

@@ -4,7 +4,6 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/core/units.hpp>
-#include <insonify/geometry/pose.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <cmath>
 #include <cstdint>

@@ -3,7 +3,6 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/core/config.hpp>
 #include <insonify/core/math.hpp>
 #include <cfloat>
 #include <cstdint>

@@ -4,7 +4,6 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/core/units.hpp>
-#include <insonify/core/view.hpp>
 #include <insonify/geometry/mesh.hpp>
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,6 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/acoustics/layer.hpp>
-#include <insonify/core/view.hpp>
 #include <insonify/scene/scene_view.hpp>
 #include <cstddef>
 #include <cstdint>
@@ -40,13 +39,6 @@ struct media_stack {
             ranks[place] = rank;
             ++count;
         }
-    }
-
-    /// Whether the point is in this object.
-    INSONIFY_FN bool contains(std::uint32_t rank) const {
-        for (std::uint32_t i = 0; i < count; ++i)
-            if (ranks[i] == rank) return true;
-        return false;
     }
 
     /// Rank of the object whose medium applies; `none` outside all.

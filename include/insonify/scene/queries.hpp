@@ -3,10 +3,8 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/core/error.hpp>
 #include <insonify/probe/transducer.hpp>
 #include <insonify/scene/layers.hpp>
-#include <insonify/scene/nearest_point.hpp>
 #include <insonify/scene/scene.hpp>
 #include <cmath>
 #include <concepts>

@@ -4,10 +4,6 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/bvh/storage.hpp>
-#include <insonify/core/error.hpp>
-#include <insonify/execution/policy.hpp>
-#include <insonify/geometry/mesh.hpp>
-#include <insonify/geometry/pose.hpp>
 #include <insonify/scene/inverse_map.hpp>
 #include <insonify/scene/nearest_point.hpp>
 #include <algorithm>

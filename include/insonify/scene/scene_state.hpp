@@ -1,65 +1,25 @@
-#ifndef INSONIFY_SCENE_OBJECT_STATE_HPP
-#define INSONIFY_SCENE_OBJECT_STATE_HPP
+#ifndef INSONIFY_SCENE_SCENE_STATE_HPP
+#define INSONIFY_SCENE_SCENE_STATE_HPP
 
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/bvh/bvh.hpp>
-#include <insonify/core/view.hpp>
-#include <insonify/execution/policy.hpp>
-#include <insonify/execution/simd.hpp>
-#include <insonify/geometry/aabb.hpp>
-#include <insonify/geometry/mesh.hpp>
-#include <insonify/geometry/smooth_normals.hpp>
-#include <insonify/scene/inverse_map.hpp>
 #include <insonify/scene/object.hpp>
+#include <insonify/scene/scene_view.hpp>
 #include <insonify/scene/tetrahedra.hpp>
-#include <insonify/tissue/displacement_view.hpp>
 #include <insonify/tissue/fibre_grid.hpp>
-#include <insonify/tissue/placed_structure.hpp>
-#include <insonify/tissue/structure_axes.hpp>
 #include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI::detail {
-
-/// The arrays behind a `detail::smooth_normals_view`. Which edges are smooth is decided once, from the mesh as it is then.
-class smooth_surface {
-  public:
-    smooth_surface() = default;
-    /// @param crease_angle  edges where faces meet at more than this are creases, radians; 0: all are
-    smooth_surface(const mesh_view& surface, float crease_angle) {
-        if (crease_angle > 0) groups_ = vertex_groups{surface, crease_angle};
-    }
-
-    /// Computes all normals from where the vertices are now.
-    template <class Policy>
-    void compute(const Policy& policy, const mesh_view& surface) {
-        normals_.resize(groups_.ends.size());
-        const detail::smooth_normals_view groups = view_without_normals();
-        exec::for_each_block(policy, normals_.size(), 1024, 100, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i)
-                normals_[i] = groups.computed(surface, static_cast<std::uint32_t>(i));
-        });
-    }
-
-    /// While the vertices are where they were for `compute`.
-    detail::smooth_normals_view view_of() const { return {groups_.corners, groups_.ends, groups_.slots, normals_}; }
-    /// Where they have moved since: normals are computed as they are needed.
-    detail::smooth_normals_view view_without_normals() const {
-        return {groups_.corners, groups_.ends, groups_.slots, {}};
-    }
-
-  private:
-    vertex_groups groups_{};
-    std::vector<vec3> normals_{};
-};
 
 /// What one pass over points finds.
 struct point_bounds {
@@ -123,7 +83,8 @@ inline aabb placed_box(const aabb& local, const pose& at) {
 struct object_state {
     bvh_storage<mesh_view> tree{};     ///< in object coordinates
     face_groups groups{};              ///< for slicing while the tree is out of date
-    smooth_surface normals{};          ///< of smooth surfaces
+    vertex_groups smooth{};            ///< corners of faces that share a normal, as built
+    std::vector<vec3> normals{};       ///< of each group of `smooth`
     aabb local_box{};                  ///< in object coordinates, as built or updated
     aabb box{};                        ///< in the world
     double volume = 0;                 ///< enclosed when it was added, m^3; below 0 where faces point inwards
@@ -147,9 +108,8 @@ struct object_state {
     template <class Policy>
     void build(const Policy& policy, const object& of, view<const vec3> at_rest) {
         tree.build(policy, mesh_view{of.surface});
-        normals = smooth_surface{mesh_view{of.surface}, of.crease_angle};
-        normals.compute(policy, mesh_view{of.surface});
-        tree_is_current = true;
+        if (of.crease_angle > 0) smooth = vertex_groups{mesh_view{of.surface}, of.crease_angle};
+        compute_normals(policy, of);
         moved = false;
         local_box = tree.box();
         box = placed_box(local_box, of.at);
@@ -230,11 +190,27 @@ struct object_state {
     void update_tree(const Policy& policy, const object& of) {
         if (tree_is_current) return;
         tree.update(policy, mesh_view{of.surface});
-        normals.compute(policy, mesh_view{of.surface});
-        tree_is_current = true;
+        compute_normals(policy, of);
+    }
+
+    /// The normals of smooth surfaces; while they are out of date each is computed as it is needed.
+    smooth_normals_view normals_view() const {
+        return {smooth.corners, smooth.ends, smooth.slots,
+                tree_is_current ? view<const vec3>{normals} : view<const vec3>{}};
     }
 
   private:
+    template <class Policy>
+    void compute_normals(const Policy& policy, const object& of) {
+        normals.resize(smooth.ends.size());
+        const smooth_normals_view to_compute{smooth.corners, smooth.ends, smooth.slots, {}};
+        exec::for_each_block(policy, normals.size(), 1024, 100, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i)
+                normals[i] = to_compute.computed(mesh_view{of.surface}, static_cast<std::uint32_t>(i));
+        });
+        tree_is_current = true;
+    }
+
     mat3 own_axes(const object& of, view<const vec3> at_rest) const {
         mesh_view surface{of.surface};
         if (!at_rest.empty()) surface.positions = at_rest;
@@ -430,6 +406,140 @@ displacements_at(const any_policy<false>& policy, const kept_map& map, const dis
     }
     return places;
 }
+
+/// What a scene consists of, as its views see it.
+struct scene_parts {
+    const std::vector<object>& objects;
+    std::vector<object_state>& states;         // of each object; trees follow when rays need them
+    const std::vector<std::uint32_t>& by_rank; // index of the object of each rank
+    const std::vector<medium>& media;
+    const placed_structure& background;
+};
+
+/// The arrays behind a `scene_view`, which point into the scene.
+class flat_scene {
+  public:
+    /// The scene has changed.
+    void expire() { current_.store(false, std::memory_order_relaxed); }
+    /// Whether the arrays match the scene; if so, they may be read by any number of threads.
+    bool current() const { return current_.load(std::memory_order_acquire); }
+    /// Whether the trees of all objects were up to date.
+    bool all_current() const { return all_current_; }
+
+    template <class Policy>
+    void assign(const Policy& policy, const scene_parts& of) {
+        objects_.clear();
+        boxes_.clear();
+        places_.assign(1, pose{});
+        structures_.assign(1, of.background);
+        all_current_ = true;
+        for (const std::uint32_t i : of.by_rank) {
+            const object& one = of.objects[i];
+            const object_state& state = of.states[i];
+            const mesh_view surface{one.surface};
+            objects_.push_back({.surface = surface,
+                                .tree = state.tree_is_current ? state.tree.view_of(surface) : bvh_view<mesh_view>{},
+                                .groups = state.groups.view_of(),
+                                .normals = state.normals_view(),
+                                .at = one.at,
+                                .box = state.box,
+                                .id = static_cast<std::uint32_t>(one.id),
+                                .medium = state.medium,
+                                .tree_is_current = state.tree_is_current});
+            all_current_ = all_current_ && state.tree_is_current;
+            boxes_.push_back({state.box});
+            places_.push_back(one.at);
+            structures_.push_back(state.placed());
+        }
+        const view<const object_box> boxes{boxes_};
+        if (tree_size_ == boxes_.size() && tree_size_ > 0)
+            tree_.update(policy, boxes);
+        else
+            tree_.build(policy, boxes);
+        tree_size_ = boxes_.size();
+        media_ = of.media;
+        current_.store(true, std::memory_order_release);
+    }
+
+    scene_view view_of() const {
+        return {.objects = objects_,
+                .boxes = tree_.view_of(view<const object_box>{boxes_}),
+                .media = media_,
+                .places = places_,
+                .structures = structures_,
+                .displacements = {}};
+    }
+
+  private:
+    std::vector<object_view> objects_{};
+    std::vector<object_box> boxes_{};
+    std::vector<pose> places_{};
+    std::vector<placed_structure> structures_{};
+    bvh_storage<view<const object_box>, simd_width, build_morton> tree_{};
+    std::size_t tree_size_ = 0;
+    view<const medium> media_{};
+    bool all_current_ = true;
+    std::atomic<bool> current_{false};
+};
+
+/// The flat arrays of a scene, brought up to date when a const function needs them, by any number of threads. A copy starts
+/// out of date.
+class scene_views {
+  public:
+    scene_views() = default;
+    scene_views(const scene_views&) {}
+    scene_views& operator=(const scene_views&) {
+        expire();
+        reset_slices();
+        return *this;
+    }
+
+    /// The scene has changed.
+    void expire() {
+        for_slices_.expire();
+        for_rays_.expire();
+    }
+    /// Vertices have moved: trees are out of date again.
+    void reset_slices() { sliced_.store(0, std::memory_order_relaxed); }
+
+    /// See `scene::view_for_slices`.
+    scene_view for_slices(const any_policy<false>& policy, const scene_parts& of) {
+        constexpr std::uint32_t slices_worth_a_tree = 3;
+        const scene_view flat = flattened(policy, of);
+        if (for_slices_.all_current() || sliced_.fetch_add(1, std::memory_order_relaxed) < slices_worth_a_tree)
+            return flat;
+        return for_rays(policy, of);
+    }
+
+    /// See `scene::view_for_rays`.
+    scene_view for_rays(const any_policy<false>& policy, const scene_parts& of) {
+        const scene_view flat = flattened(policy, of);
+        if (for_slices_.all_current()) return flat;
+        if (!for_rays_.current()) {
+            const std::lock_guard lock{mutex_};
+            if (!for_rays_.current()) {
+                exec::for_each_block(policy, of.objects.size(), 1, 20e3F, [&](std::size_t i, std::size_t) {
+                    of.states[i].update_tree(policy, of.objects[i]);
+                });
+                for_rays_.assign(policy, of);
+            }
+        }
+        return for_rays_.view_of();
+    }
+
+  private:
+    scene_view flattened(const any_policy<false>& policy, const scene_parts& of) {
+        if (!for_slices_.current()) {
+            const std::lock_guard lock{mutex_};
+            if (!for_slices_.current()) for_slices_.assign(policy, of);
+        }
+        return for_slices_.view_of();
+    }
+
+    std::mutex mutex_{};
+    flat_scene for_slices_{}, for_rays_{};
+    std::atomic<std::uint32_t> sliced_{0}; // times, while trees were out of date
+};
 
 } // namespace insonify::inline INSONIFY_ABI::detail
 
