@@ -1,5 +1,5 @@
-#include <insonify/execution/for_each.hpp>
-#include <insonify/execution/simd_math.hpp>
+#include <insonify/execution/policy.hpp>
+#include <insonify/execution/simd.hpp>
 #include <benchmark/benchmark.h>
 #include <vector>
 

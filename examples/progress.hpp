@@ -1,7 +1,7 @@
 #ifndef INSONIFY_EXAMPLES_PROGRESS_HPP
 #define INSONIFY_EXAMPLES_PROGRESS_HPP
 
-#include <insonify/execution/for_each.hpp>
+#include <insonify/execution/policy.hpp>
 
 #include <algorithm>
 #include <atomic>

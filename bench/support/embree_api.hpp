@@ -1,7 +1,6 @@
 #ifndef INSONIFY_BENCH_SUPPORT_EMBREE_API_HPP
 #define INSONIFY_BENCH_SUPPORT_EMBREE_API_HPP
 
-#include <insonify/geometry/hit.hpp>
 #include <insonify/geometry/ray.hpp>
 #include <limits>
 #include <string>

@@ -13,7 +13,7 @@
 #include <insonify/diagnose.hpp>
 #include <insonify/doppler.hpp>
 #include <insonify/examinations.hpp>
-#include <insonify/execution/for_each.hpp>
+#include <insonify/execution/policy.hpp>
 #include <insonify/fwd.hpp>
 #include <insonify/geometry/needle.hpp>
 #include <insonify/geometry/shapes.hpp>
@@ -35,7 +35,6 @@
 #include <insonify/probe/radial_array.hpp>
 #include <insonify/probe/steered.hpp>
 #include <insonify/scanner.hpp>
-#include <insonify/scene/displayed_depth.hpp>
 #include <insonify/scene/queries.hpp>
 #include <insonify/scene/scene.hpp>
 #include <insonify/signal/compound.hpp>

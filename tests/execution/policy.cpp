@@ -1,4 +1,4 @@
-#include <insonify/execution/for_each.hpp>
+#include <insonify/execution/policy.hpp>
 #include <doctest/doctest.h>
 
 #if __has_include(<pstl/execution_defs.h>)

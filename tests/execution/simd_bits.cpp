@@ -1,5 +1,5 @@
 #include <insonify/core/random.hpp>
-#include <insonify/execution/simd_bits.hpp>
+#include <insonify/execution/simd.hpp>
 #include <cmath>
 #include <doctest/doctest.h>
 #include <initializer_list>

@@ -1,4 +1,4 @@
-#include <insonify/execution/simd_math.hpp>
+#include <insonify/execution/simd.hpp>
 #include <algorithm>
 #include <doctest/doctest.h>
 #include <limits>

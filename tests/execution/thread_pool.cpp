@@ -1,4 +1,4 @@
-#include <insonify/execution/for_each.hpp>
+#include <insonify/execution/policy.hpp>
 #include <atomic>
 #include <doctest/doctest.h>
 #include <set>

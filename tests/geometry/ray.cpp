@@ -1,4 +1,3 @@
-#include <insonify/geometry/hit.hpp>
 #include <insonify/geometry/ray.hpp>
 #include <doctest/doctest.h>
 

@@ -1,7 +1,6 @@
 #include <insonify/core/units.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/geometry/smooth_normals.hpp>
-#include <insonify/geometry/vertex_groups.hpp>
 #include <algorithm>
 #include <cmath>
 #include <doctest/doctest.h>

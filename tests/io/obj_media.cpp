@@ -1,6 +1,6 @@
 #include <insonify/core/error.hpp>
 #include <insonify/core/units.hpp>
-#include <insonify/execution/for_each.hpp>
+#include <insonify/execution/policy.hpp>
 #include <insonify/io/obj.hpp>
 #include "obj_errors.hpp"
 #include "temporary_folder.hpp"

@@ -1,5 +1,5 @@
 #include <insonify/core/random.hpp>
-#include <insonify/scene/object_state.hpp>
+#include <insonify/scene/scene_state.hpp>
 #include <doctest/doctest.h>
 #include <limits>
 #include <vector>

@@ -1,6 +1,6 @@
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/core/units.hpp>
-#include <insonify/execution/for_each.hpp>
+#include <insonify/execution/policy.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/paper/law2011.hpp>
 #include <insonify/probe/linear_array.hpp>

@@ -5,7 +5,7 @@
 
 #include <insonify/acoustics/echo_line.hpp>
 #include <insonify/acoustics/layer.hpp>
-#include <insonify/execution/for_each.hpp>
+#include <insonify/execution/policy.hpp>
 #include <concepts>
 
 namespace insonify::inline INSONIFY_ABI {

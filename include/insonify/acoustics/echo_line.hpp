@@ -5,7 +5,7 @@
 
 #include <insonify/acoustics/medium.hpp>
 #include <insonify/core/view.hpp>
-#include <insonify/execution/simd_bits.hpp>
+#include <insonify/execution/simd.hpp>
 
 namespace insonify::inline INSONIFY_ABI {
 

@@ -5,7 +5,7 @@
 
 #include <insonify/core/error.hpp>
 #include <insonify/core/math.hpp>
-#include <insonify/execution/simd_math.hpp>
+#include <insonify/execution/simd.hpp>
 #include <concepts>
 
 namespace insonify::inline INSONIFY_ABI {

@@ -3,9 +3,12 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/bvh/tree_pieces.hpp>
-#include <insonify/execution/any_policy.hpp>
+#include <insonify/bvh/node.hpp>
+#include <insonify/execution/policy.hpp>
 #include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI::detail {
@@ -34,44 +37,73 @@ class tree_assembler {
     topology<Width> assemble(const Policy& policy, const group& all) {
         if (all.size() == 0) return {};
         small_ = std::max<std::size_t>(all.size() / 64, 8192);
-        piece top;
-        std::vector<subtree> postponed;
+        piece top{.all = all};
+        std::vector<piece> pieces;
         if (all.size() <= small_)
-            postponed.push_back({all, 1, {}});
+            pieces.push_back(top);
         else
-            add_node(policy, top, all, 1, &postponed);
-        std::vector<piece> pieces(postponed.size());
-        std::vector<piece_place> places;
-        std::vector<std::size_t> sizes;
-        for (const subtree& one : postponed) {
-            places.push_back(one.place);
-            sizes.push_back(one.all.size());
-        }
-        const std::vector<std::size_t> order = largest_first(sizes);
-        for_each_index(policy, postponed.size(), [&](std::size_t i) {
-            const subtree& from = postponed[order[i]];
-            piece& made = pieces[order[i]];
-            const std::size_t leaves = from.all.size() / Width;
-            made.nodes.reserve(leaves / 4);
-            made.slots.reserve((leaves + leaves / 4) * Width);
-            add_node(any_policy<false>{exec::seq}, made, from.all, from.level, nullptr);
+            add_node(policy, top, all, 1, &pieces);
+        // The largest first, for load balance.
+        std::stable_sort(pieces.begin(), pieces.end(),
+                         [](const piece& a, const piece& b) { return a.all.size() > b.all.size(); });
+        for_each_index(policy, pieces.size(), [&](std::size_t i) {
+            piece& one = pieces[i];
+            const std::size_t leaves = one.all.size() / Width;
+            one.nodes.reserve(leaves / 4);
+            one.slots.reserve((leaves + leaves / 4) * Width);
+            add_node(any_policy<false>{exec::seq}, one, one.all, one.level, nullptr);
         });
-        return join_pieces(policy, top, pieces, places);
+        return joined(policy, top, pieces);
     }
 
   private:
-    using piece = tree_piece<Width>;
-
-    // A postponed piece.
-    struct subtree {
-        group all{};
-        std::uint32_t level = 0;
-        piece_place place{};
+    // A part of a tree: nodes and leaves with local indices.
+    struct piece {
+        group all{};                                           // what it holds
+        std::uint32_t level = 1;                               // of its root
+        std::uint32_t parent = 0, place = 0;                   // the node of the top and the child that leads to it
+        std::uint32_t levels = 0;                              // nodes on the longest path from the root of the tree
+        std::vector<std::array<std::uint32_t, Width>> nodes{}; // child references
+        std::vector<std::uint32_t> slots{};                    // primitives of the leaves
     };
+
+    // Concatenates the top and the pieces, and links node 0 of each piece to its parent.
+    template <class Policy>
+    static topology<Width> joined(const Policy& policy, piece& top, const std::vector<piece>& pieces) {
+        topology<Width> tree;
+        tree.levels = top.levels;
+        auto nodes = static_cast<std::uint32_t>(top.nodes.size());
+        auto leaves = static_cast<std::uint32_t>(top.slots.size() / Width);
+        tree.parts.resize(pieces.size());
+        for (std::size_t i = 0; i < pieces.size(); ++i) {
+            const piece& one = pieces[i];
+            if (!top.nodes.empty()) top.nodes[one.parent][one.place] = nodes;
+            tree.parts[i] = {nodes, nodes + static_cast<std::uint32_t>(one.nodes.size()), leaves,
+                             leaves + static_cast<std::uint32_t>(one.slots.size() / Width)};
+            tree.levels = std::max(tree.levels, one.levels);
+            nodes = tree.parts[i].end;
+            leaves = tree.parts[i].leaf_end;
+        }
+        tree.nodes.resize(nodes);
+        tree.slots.resize(std::size_t{leaves} * Width);
+        const auto put = [&tree](const piece& from, std::uint32_t first_node, std::uint32_t first_leaf) {
+            std::copy(from.slots.begin(), from.slots.end(), tree.slots.data() + std::size_t{first_leaf} * Width);
+            for (std::size_t n = 0; n < from.nodes.size(); ++n)
+                for (std::size_t k = 0; k < Width; ++k) {
+                    std::uint32_t child = from.nodes[n][k];
+                    if (child != no_child) child += (child & leaf_bit) != 0 ? first_leaf : first_node;
+                    tree.nodes[first_node + n].child[k] = child;
+                }
+        };
+        put(top, 0, 0);
+        for_each_index(policy, pieces.size(),
+                       [&](std::size_t i) { put(pieces[i], tree.parts[i].begin, tree.parts[i].first_leaf); });
+        return tree;
+    }
 
     template <class Policy>
     std::uint32_t add_node(const Policy& policy, piece& tree, const group& all, std::uint32_t level,
-                           std::vector<subtree>* postponed) {
+                           std::vector<piece>* postponed) {
         const auto node = static_cast<std::uint32_t>(tree.nodes.size());
         tree.nodes.emplace_back();
         tree.levels = std::max(tree.levels, level);
@@ -82,7 +114,7 @@ class tree_assembler {
             if (i < count && children[i].size() <= Width)
                 code = add_leaf(tree, children[i]);
             else if (i < count && postponed != nullptr && children[i].size() <= small_)
-                postponed->push_back({children[i], level + 1, {node, i}});
+                postponed->push_back({.all = children[i], .level = level + 1, .parent = node, .place = i});
             else if (i < count)
                 code = add_node(policy, tree, children[i], level + 1, postponed);
             tree.nodes[node][i] = code;

@@ -4,24 +4,218 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/bvh/assemble.hpp>
-#include <insonify/bvh/morton_order.hpp>
+#include <insonify/bvh/leaf.hpp>
 #include <algorithm>
+#include <array>
+#include <bit>
+#include <cstring>
+#include <utility>
+#include <vector>
 
-namespace insonify::inline INSONIFY_ABI {
+namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Builds a wide BVH by splitting primitives in Morton order: several times faster than `build_sah`, and somewhat slower
-/// to trace. For primitives that move so far that refits degrade the tree.
+/// Primitives sorted by Morton code. The upper half of a key is the code of the primitive's centre, 10 interleaved bits
+/// per axis, the lower half its index, so the sort is stable.
 ///
-///     Morton codes:  0010 0010 0011 | 0100 0101     split where the highest differing bit changes, then
-///     positions:        0    1    2 |    3    4     moved to the next multiple of Width, so that leaves are full
-///
-/// The tree depends only on the boxes. Boxes that are empty or not finite are left out.
-struct build_morton {
-    template <int Width, exec::policy Policy, class Range>
-    topology<Width> operator()(const Policy& policy, const Range& range) const;
+/// Source: Morton 1966; Lauterbach et al. 2009, "Fast BVH construction on GPUs".
+class morton_order {
+  public:
+    template <class Policy, class Range>
+    morton_order(const Policy& policy, const Range& range)
+        : block_size_{std::max<std::size_t>(8192, range.size() / 32 + 1)},
+          used_((range.size() + block_size_ - 1) / block_size_), keys_(range.size()) {
+        find_keys(policy, range);
+        for (const std::uint32_t one : used_) count_ += one;
+        steps_.resize(count_);
+        if (range.size() < 1024) {
+            std::sort(keys_.data(), keys_.data() + count_);
+            find_steps(0, count_);
+        } else {
+            sort(policy);
+        }
+    }
+
+    std::size_t size() const { return count_; }
+    std::uint32_t cell(std::size_t place) const { return static_cast<std::uint32_t>(keys_[place] >> 32U); }
+    std::uint32_t primitive(std::size_t place) const { return static_cast<std::uint32_t>(keys_[place]); }
+
+    /// The highest bit in which codes in [begin, end) differ, counted from 1; 0 if all are equal.
+    std::uint32_t highest_step(std::size_t begin, std::size_t end) const {
+        return static_cast<std::uint32_t>(std::bit_width(cell(begin) ^ cell(end - 1)));
+    }
+    /// The position where that bit changes; unique, since codes are sorted. @param step  above 0
+    std::size_t place_of_step(std::size_t begin, std::size_t end, std::uint32_t step) const {
+        const void* const found = std::memchr(steps_.data() + begin + 1, static_cast<int>(step), end - begin - 1);
+        return static_cast<std::size_t>(static_cast<const std::uint8_t*>(found) - steps_.data());
+    }
+
+  private:
+    static constexpr float last_cell = 1023; // along each axis
+    template <unsigned Bits>
+    using counts = std::array<std::uint32_t, 1U << Bits>; // a histogram of digits, then the next position of each
+
+    // Estimates the bounds of all centres from a thousand; a second pass with exact bounds is rarely needed.
+    template <class Policy, class Range>
+    void find_keys(const Policy& policy, const Range& range) {
+        centre_range some;
+        for (std::size_t i = 0; i < range.size(); i += range.size() / 1024 + 1)
+            if (const build_box box = leaf<Range, simd_width>::box(range, i); !box.empty())
+                some.add(box.half_centre(), box.half_centre());
+        const centre_range around = some.widened(1.0F / 64);
+        const centre_range all = put_keys(policy, range, around);
+        if (!around.holds(all)) put_keys(policy, range, all);
+    }
+
+    // Quantises half centres to a grid of cubes. @return their bounds
+    template <class Policy, class Range>
+    centre_range put_keys(const Policy& policy, const Range& range, const centre_range& grid) {
+        std::vector<centre_range> partial(used_.size());
+        const float widest = min(grid.widest(), FLT_MAX);
+        const lanes<4> zero(0.0F), scale(widest > 0 ? min(last_cell / widest, FLT_MAX) : 0.0F);
+        exec::for_each_block(policy, range.size(), block_size_, 10, [&](std::size_t begin, std::size_t end) {
+            std::uint64_t* next = keys_.data() + begin;
+            lanes<4> first[3] = {FLT_MAX, FLT_MAX, FLT_MAX}, last[3] = {-FLT_MAX, -FLT_MAX, -FLT_MAX};
+            for (std::size_t i = begin; i < end; i += 4) {
+                if constexpr (requires { range.prefetch_corners(0); }) {
+                    if (range.size() >= prefetch_threshold)
+                        for (std::size_t k = i + 16; k < i + 20 && k < end; ++k) range.prefetch_corners(k);
+                }
+                const four_centres centres = leaf<Range, simd_width>::centres(range, i, end - 1);
+                const auto left_out = floats_of<4>(centres.wild) < zero;
+                bit_lanes<4> cells{};
+                for (int axis = 0; axis < 3; ++axis) {
+                    const lanes<4>& at = centres.at[axis];
+                    first[axis] = min(first[axis], select(left_out, lanes<4>(FLT_MAX), at));
+                    last[axis] = max(last[axis], select(left_out, lanes<4>(-FLT_MAX), at));
+                    const lanes<4> start(widest > 0 ? grid.begin[axis] : 0.0F);
+                    cells = cells | spread(select(left_out, zero, (at - start) * scale)) << axis;
+                }
+                std::uint32_t cell[4];
+                store_bits<4>(cells, cell);
+                const std::uint32_t used = ~bits_of(left_out);
+                for (std::uint32_t k = 0; k < 4 && i + k < end; ++k) {
+                    *next = std::uint64_t{cell[k]} << 32U | (i + k);
+                    next += used >> k & 1U;
+                }
+            }
+            centre_range& own = partial[begin / block_size_];
+            for (int axis = 0; axis < 3; ++axis)
+                own.begin[axis] = reduce_min(first[axis]), own.end[axis] = reduce_max(last[axis]);
+            used_[begin / block_size_] = static_cast<std::uint32_t>(next - (keys_.data() + begin));
+        });
+        centre_range all;
+        for (const centre_range& one : partial) all.add(load<4>(one.begin), load<4>(one.end));
+        return all;
+    }
+
+    // Radix sort by the highest digit, blocks in parallel, which also closes the gaps; then the keys of each digit by
+    // themselves, which fit into the cache.
+    template <class Policy>
+    void sort(const Policy& policy) {
+        large_array<std::uint64_t> apart(count_);
+        std::vector<counts<10>> places(used_.size());
+        const auto digit = [](std::uint64_t key) { return static_cast<std::uint32_t>(key >> 52U); };
+        for_each_index(policy, used_.size(), [&](std::size_t b) {
+            places[b] = {};
+            const std::uint64_t* const from = keys_.data() + b * block_size_;
+            for (std::size_t i = 0; i < used_[b]; ++i) ++places[b][digit(from[i])];
+        });
+        counts<10> next = {}; // the histogram of all blocks, then the begin of each digit, at last its end
+        for (const auto& some : places)
+            for (std::size_t d = 0; d < next.size(); ++d) next[d] += some[d];
+        exclusive_scan(next);
+        for (auto& place : places)
+            for (std::size_t d = 0; d < next.size(); ++d) next[d] += std::exchange(place[d], next[d]);
+        for_each_index(policy, used_.size(), [&](std::size_t b) {
+            const std::uint64_t* const from = keys_.data() + b * block_size_;
+            scatter(from, used_[b], digit, places[b], apart.data());
+        });
+        std::swap(keys_, apart); // the old keys are not needed any more
+        const auto first = [&next](std::size_t d) { return d > 0 ? next[d - 1] : 0; };
+        constexpr std::size_t together = 4; // digits per task
+        const float each = 12 * static_cast<float>(count_) / static_cast<float>(next.size());
+        exec::for_each_block(policy, next.size(), together, each, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t d = begin; d < end; ++d)
+                sort_cells(keys_.data() + first(d), apart.data() + first(d), next[d] - first(d));
+            find_steps(first(begin), next[end - 1]);
+        });
+        for (std::size_t d = together; d < next.size(); d += together) // at the borders of tasks
+            if (first(d) > 0 && first(d) < count_) steps_[first(d)] = step_at(first(d));
+    }
+
+    static void sort_cells(std::uint64_t* keys, std::uint64_t* other, std::uint32_t count) {
+        if (count < 64)
+            std::sort(keys, keys + count);
+        else if (count < 512)
+            sort_by_digits<7>(keys, other, count);
+        else
+            sort_by_digits<10>(keys, other, count);
+    }
+
+    // Radix sort by the remaining 20 bits, alternating between two arrays.
+    template <unsigned Bits>
+    static void sort_by_digits(std::uint64_t* keys, std::uint64_t* other, std::uint32_t count) {
+        constexpr unsigned digits = (20 + Bits - 1) / Bits;
+        counts<Bits> places[digits] = {};
+        const auto digit = [](std::uint64_t key, unsigned k) {
+            return static_cast<std::uint32_t>(key >> (32 + Bits * k)) & ((1U << Bits) - 1);
+        };
+        for (std::uint32_t i = 0; i < count; ++i)
+            for (unsigned k = 0; k < digits; ++k) ++places[k][digit(keys[i], k)];
+        for (unsigned k = 0; k < digits; ++k) {
+            exclusive_scan(places[k]);
+            const auto this_digit = [&](std::uint64_t key) { return digit(key, k); };
+            scatter(keys, count, this_digit, places[k], other);
+            std::swap(keys, other);
+        }
+        if constexpr (digits % 2 != 0) std::copy(keys, keys + count, other);
+    }
+
+    // Turns a histogram into the begin of each digit.
+    template <class Counts>
+    static void exclusive_scan(Counts& counted) {
+        std::uint32_t before = 0;
+        for (std::uint32_t& one : counted) before += std::exchange(one, before);
+    }
+
+    // Writes each key to the next position of its digit, two at a time to shorten the dependency between counters.
+    template <class Digit, class Counts>
+    static void scatter(const std::uint64_t* keys, std::uint32_t count, const Digit& digit, Counts& next,
+                        std::uint64_t* to) {
+        std::uint32_t i = 0;
+        for (; i + 1 < count; i += 2) {
+            const std::uint32_t one = digit(keys[i]), other = digit(keys[i + 1]);
+            const std::uint32_t first = next[one], second = next[other] + (one == other ? 1 : 0);
+            next[one] = first + 1;
+            next[other] = second + 1;
+            to[first] = keys[i];
+            to[second] = keys[i + 1];
+        }
+        if (i < count) to[next[digit(keys[i])]++] = keys[i];
+    }
+
+    void find_steps(std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin + 1; i < end; ++i) steps_[i] = step_at(i);
+    }
+    std::uint8_t step_at(std::size_t i) const {
+        return static_cast<std::uint8_t>(std::bit_width(cell(i - 1) ^ cell(i)));
+    }
+
+    // Inserts two zeros after each bit of a coordinate.
+    static bit_lanes<4> spread(const lanes<4>& place) {
+        auto bits = bits_of_whole<4>(max(min(place, lanes<4>(last_cell)), lanes<4>(0.0F)));
+        bits = (bits | bits << 16) & 0x30000FFU;
+        bits = (bits | bits << 8) & 0x300F00FU;
+        bits = (bits | bits << 4) & 0x30C30C3U;
+        return (bits | bits << 2) & 0x9249249U;
+    }
+
+    std::size_t block_size_;
+    std::vector<std::uint32_t> used_; // keys per block; primitives that were left out leave a gap after them
+    large_array<std::uint64_t> keys_;
+    large_array<std::uint8_t> steps_; // the highest bit in which a code differs from the previous one, counted from 1
+    std::size_t count_ = 0;
 };
-
-namespace detail {
 
 /// Splits ranges of the Morton order for `tree_assembler`.
 template <int Width>
@@ -73,13 +267,24 @@ class morton_splitter {
     morton_order order_;
 };
 
-} // namespace detail
+} // namespace insonify::inline INSONIFY_ABI::detail
 
-template <int Width, exec::policy Policy, class Range>
-topology<Width> build_morton::operator()(const Policy& policy, const Range& range) const {
-    detail::morton_splitter<Width> splitter{policy, range};
-    return detail::tree_assembler<Width, detail::morton_splitter<Width>>{splitter}.assemble(policy, splitter.all());
-}
+namespace insonify::inline INSONIFY_ABI {
+
+/// Builds a wide BVH by splitting primitives in Morton order: several times faster than `build_sah`, and somewhat slower
+/// to trace. For primitives that move so far that refits degrade the tree.
+///
+///     Morton codes:  0010 0010 0011 | 0100 0101     split where the highest differing bit changes, then
+///     positions:        0    1    2 |    3    4     moved to the next multiple of Width, so that leaves are full
+///
+/// The tree depends only on the boxes. Boxes that are empty or not finite are left out.
+struct build_morton {
+    template <int Width, exec::policy Policy, class Range>
+    topology<Width> operator()(const Policy& policy, const Range& range) const {
+        detail::morton_splitter<Width> splitter{policy, range};
+        return detail::tree_assembler<Width, detail::morton_splitter<Width>>{splitter}.assemble(policy, splitter.all());
+    }
+};
 
 } // namespace insonify::inline INSONIFY_ABI
 

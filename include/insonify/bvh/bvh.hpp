@@ -27,23 +27,15 @@ class bvh {
     bvh(const Policy& policy, const Range& range) : range_{range} {
         rebuild(policy);
     }
-    /// Over the triangles of a mesh.
-    template <exec::policy Policy>
-    bvh(const Policy& policy, const mesh& triangles) requires std::same_as<Range, mesh_view>
-        : bvh(policy, mesh_view{triangles}) {}
-    template <exec::policy Policy>
-    bvh(const Policy& policy, const mesh&& triangles) = delete; // the tree refers to the mesh: keep it in a variable
-    /// Over the elements of a span.
-    template <exec::policy Policy, class T>
-    bvh(const Policy& policy, std::span<T> primitives) requires std::same_as<Range, view<const T>>
-        : bvh(policy, Range{primitives.data(), primitives.size()}) {}
-    /// Over any contiguous container.
+    /// Over the triangles of a mesh, or the elements of a contiguous container.
     template <exec::policy Policy, class Container>
     bvh(const Policy& policy, const Container& primitives) requires(!std::same_as<Container, Range> &&
                                                                     std::constructible_from<Range, const Container&>)
         : bvh(policy, Range{primitives}) {}
+    template <exec::policy Policy>
+    bvh(const Policy& policy, const mesh&& triangles) = delete; // the tree refers to the mesh: keep it in a variable
     template <exec::policy Policy, class T>
-    bvh(const Policy& policy, const std::vector<T>&& primitives) = delete; // the tree refers to them: keep them
+    bvh(const Policy& policy, const std::vector<T>&& primitives) = delete; // the same
 
     /// The closest hit within the ray's limits; ties go to the lowest primitive.
     hit closest(const ray& r) const { return view_of().closest(r); }
@@ -53,10 +45,9 @@ class bvh {
 
     /// Every hit within the ray's limits, nearest first, once per primitive. Replaces the contents of `hits`.
     void all(const ray& r, std::vector<hit>& hits) const {
-        auto& found = hits;
-        found.clear();
-        view_of().for_each_hit(r, [&](const hit& one) { found.push_back(one); });
-        std::sort(found.begin(), found.end(), nearer);
+        hits.clear();
+        view_of().for_each_hit(r, [&](const hit& one) { hits.push_back(one); });
+        std::sort(hits.begin(), hits.end(), nearer);
     }
 
     /// The closest hit of each ray, the same as from a call per ray.
@@ -87,10 +78,9 @@ class bvh {
     /// The primitives whose bounds overlap a box or a plane, in ascending order. Replaces the contents of `primitives`.
     template <class Shape>
     void overlapping(const Shape& shape, std::vector<std::uint32_t>& primitives) const {
-        auto& found = primitives;
-        found.clear();
-        view_of().for_each_overlap(shape, [&](std::uint32_t p) { found.push_back(p); });
-        std::sort(found.begin(), found.end());
+        primitives.clear();
+        view_of().for_each_overlap(shape, [&](std::uint32_t p) { primitives.push_back(p); });
+        std::sort(primitives.begin(), primitives.end());
     }
 
     /// Recomputes the boxes after primitives moved; the topology stays.
@@ -137,8 +127,6 @@ class bvh {
 /// @{
 template <class Policy>
 bvh(const Policy&, const mesh&) -> bvh<mesh_view>;
-template <class Policy, class T>
-bvh(const Policy&, std::span<T>) -> bvh<view<const std::remove_const_t<T>>>;
 template <class Policy, class Container>
     requires requires(const Container& c) { std::data(c); }
 bvh(const Policy&, const Container&)

@@ -5,8 +5,12 @@
 
 #include <insonify/bvh/large_array.hpp>
 #include <insonify/geometry/aabb.hpp>
+#include <insonify/geometry/ray.hpp>
 #include <bit>
+#include <concepts>
+#include <cstddef>
 #include <cstdint>
+#include <type_traits>
 
 /// A BVH is three arrays: nodes, with child references from the builder and boxes from the last refit; slots, which list
 /// the primitives of each leaf; and leaves, with the data that rays are intersected with (see leaf.hpp).
@@ -33,12 +37,12 @@ inline constexpr std::uint32_t free_levels = 24;
 template <int Width>
 inline constexpr std::uint32_t max_levels = free_levels + 33 / width_bits<Width>;
 
-namespace detail {
-
-/// Boxes as structure of arrays: rows of lower x, y, z, then of upper x, y, z.
+/// Boxes and references of the children. 256 bytes at width 8: four cache lines.
 template <int Width>
-struct box_rows {
-    float sides[6 * Width];
+struct alignas(64) tree_node {
+    static_assert(std::has_single_bit(static_cast<unsigned>(Width)), "the width of a tree must be a power of two");
+    float sides[6 * Width]; ///< rows of lower x, y, z, then of upper x, y, z
+    std::uint32_t child[Width];
 
     /// The index in `sides` where the row of a side begins. @param upper  0 or 1
     INSONIFY_FN static constexpr std::uint32_t row(std::uint32_t upper, std::uint32_t axis) {
@@ -58,15 +62,6 @@ struct box_rows {
         side[row(1, 1)] = b.upper.y;
         side[row(1, 2)] = b.upper.z;
     }
-};
-
-} // namespace detail
-
-/// Boxes and references of the children. 256 bytes at width 8: four cache lines.
-template <int Width>
-struct alignas(64) tree_node : detail::box_rows<Width> {
-    static_assert(std::has_single_bit(static_cast<unsigned>(Width)), "the width of a tree must be a power of two");
-    std::uint32_t child[Width];
 };
 
 /// Sums of half surface areas, in square metres.
@@ -93,6 +88,29 @@ struct topology {
     std::uint32_t levels = 0;          ///< nodes on the longest path from the root, at most `max_levels`
 
     std::size_t leaves() const { return slots.size() / Width; }
+};
+
+/// A primitive has `bounds(p)` and `intersect(ray, p)`, found by argument-dependent lookup.
+///
+/// `intersect` returns at most one hit and may ignore the ray's limits: the BVH discards hits outside them, and sets
+/// `hit::primitive`. Primitives whose bounds are empty or not finite are never hit.
+template <class Primitive>
+concept primitive = requires(const Primitive& p, const ray& r) {
+    { bounds(p) } -> std::convertible_to<aabb>;
+    { intersect(r, p) } -> std::convertible_to<hit>;
+};
+
+/// The element type of a range.
+template <class Range>
+using range_primitive_t = std::remove_cvref_t<decltype(std::declval<const Range&>()[std::size_t{}])>;
+
+/// A copyable view of primitives with `size()` and `[]`, such as `view<T>` and `mesh_view`.
+///
+/// (std::copyable requires more and is slow to compile.)
+template <class Range>
+concept primitive_range = std::is_copy_constructible_v<Range> && std::is_copy_assignable_v<Range> &&
+    primitive<range_primitive_t<Range>> && requires(const Range& range) {
+    { range.size() } -> std::convertible_to<std::size_t>;
 };
 
 } // namespace insonify::inline INSONIFY_ABI

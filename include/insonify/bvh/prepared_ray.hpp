@@ -4,7 +4,7 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/bvh/node.hpp>
-#include <insonify/execution/simd_bits.hpp>
+#include <insonify/execution/simd.hpp>
 #include <insonify/geometry/triangle.hpp>
 
 namespace insonify::inline INSONIFY_ABI::detail {

@@ -3,12 +3,188 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/bvh/packet_bounds.hpp>
 #include <insonify/bvh/prepared_ray.hpp>
-#include <insonify/bvh/ray_lanes.hpp>
 #include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Consecutive rays in structure-of-arrays layout.
+template <int N>
+struct ray_lanes {
+    lanes<N> origin[3], direction[3], min_distance, max_distance;
+
+    INSONIFY_INLINE explicit ray_lanes(const ray* first) {
+#if !defined(INSONIFY_NO_SIMD)
+        if constexpr (N == 8) {
+            transpose(first);
+            return;
+        }
+#endif
+        for (int axis = 0; axis < 3; ++axis) {
+            origin[axis] = each_lane<N>([&](int i) { return first[i].origin[axis]; });
+            direction[axis] = each_lane<N>([&](int i) { return first[i].direction[axis]; });
+        }
+        min_distance = each_lane<N>([&](int i) { return first[i].min_distance; });
+        max_distance = each_lane<N>([&](int i) { return first[i].max_distance; });
+    }
+
+    /// Negative where a coordinate is not finite or a limit is not a number: such a ray is traced by itself.
+    INSONIFY_INLINE lanes<N> wild() const {
+        bit_lanes<N> bits = not_number<N>(min_distance) | not_number<N>(max_distance);
+        for (int axis = 0; axis < 3; ++axis) bits = bits | not_finite<N>(origin[axis]) | not_finite<N>(direction[axis]);
+        return floats_of<N>(bits);
+    }
+
+  private:
+#if !defined(INSONIFY_NO_SIMD)
+    // A ray is eight floats: three rounds of interleaving rows i and i + 4 transpose eight of them.
+    INSONIFY_INLINE void transpose(const ray* first) {
+        using floats = vector<float, 8>;
+        static_assert(sizeof(ray) == sizeof(floats));
+        floats rows[8];
+        for (int i = 0; i < 8; ++i) __builtin_memcpy(rows + i, first + i, sizeof(floats));
+        for (int round = 0; round < 3; ++round) {
+            const floats before[8] = {rows[0], rows[1], rows[2], rows[3], rows[4], rows[5], rows[6], rows[7]};
+            for (std::size_t i = 0; i < 4; ++i) {
+                rows[2 * i] = __builtin_shufflevector(before[i], before[i + 4], 0, 8, 1, 9, 2, 10, 3, 11);
+                rows[2 * i + 1] = __builtin_shufflevector(before[i], before[i + 4], 4, 12, 5, 13, 6, 14, 7, 15);
+            }
+        }
+        for (int axis = 0; axis < 3; ++axis) {
+            origin[axis] = __builtin_bit_cast(lanes<N>, rows[axis]);
+            direction[axis] = __builtin_bit_cast(lanes<N>, rows[3 + axis]);
+        }
+        min_distance = __builtin_bit_cast(lanes<N>, rows[6]);
+        max_distance = __builtin_bit_cast(lanes<N>, rows[7]);
+    }
+#endif
+};
+
+/// A bit for each ray that may enter the box between its limits. Conservative: rounding never loses a ray, also not in
+/// the triangle test; rays that are not valid may get either answer.
+/// @param max_abs_coordinate  of the box
+template <int N>
+INSONIFY_INLINE std::uint32_t may_enter(const aabb& box, float max_abs_coordinate, const ray_lanes<N>& rays) {
+    using floats = lanes<N>;
+    constexpr float min_length = 1e-16F, max_range = 1e12F; // beyond them the test below might overflow
+    constexpr std::uint32_t all = (1U << static_cast<unsigned>(N)) - 1;
+    if (bits_of(rays.wild() < floats(0.0F)) != 0) return all; // NaN would trap below
+
+    floats size[3], longest(0.0F), range(max_abs_coordinate);
+    for (int axis = 0; axis < 3; ++axis) {
+        size[axis] = abs(rays.direction[axis]);
+        longest = max(longest, size[axis]);
+        range = max(range, abs(rays.origin[axis]));
+    }
+    // Components of 0 become too small to matter, and can be divided by.
+    const floats min_size = max(longest, floats(min_length)) * floats(1e-9F), margin = range * floats(1e-6F);
+    floats in = rays.min_distance, out = rays.max_distance;
+    for (int axis = 0; axis < 3; ++axis) {
+        const floats scale = inverse(select(size[axis] < min_size, min_size, rays.direction[axis]));
+        const floats lower = (floats(box.lower[axis]) - margin - rays.origin[axis]) * scale;
+        const floats upper = (floats(box.upper[axis]) + margin - rays.origin[axis]) * scale;
+        in = max(in, min(lower, upper));
+        out = min(out, max(lower, upper));
+    }
+    const auto misses = out < in && floats(min_length) < longest && range < floats(max_range);
+    return all & ~bits_of(misses);
+}
+
+/// Bounds of many rays in one of the directions u across z:  low + min_slope * z <= u <= high + max_slope * z.
+struct packet_wedge {
+    float low = 0, high = 0, min_slope = 0, max_slope = 0;
+
+    float width(float z) const { return high - low + (max_slope - min_slope) * z; }
+};
+
+/// The volume that the rays of a packet sweep, for culling the children of a node in one test.
+///
+/// All rays have the same dominant axis z and sign along it, so forward * z grows along each of them. The volume lies
+/// between four planes, and each axis gives an interval of forward * z in which rays can be inside a box.
+template <int N>
+struct packet_bounds {
+    /// The points with  weight . point >= bound,  coordinates in the order of `axes`.
+    struct half_space {
+        float weight[3] = {};
+        float bound = 0;
+        std::uint32_t row[3] = {}; ///< of a node's sides: those of the corner where the weighted sum is greatest
+    };
+    /// The interval of forward * z in which some ray is between the two sides of a box across x or y: from
+    /// entry_side * entry_scale + entry_offset  to  exit_side * exit_scale + exit_offset.
+    struct slab {
+        float entry_scale = 0, entry_offset = -FLT_MAX;
+        float exit_scale = 0, exit_offset = FLT_MAX;
+        std::uint32_t entry_row = 0, exit_row = 0;
+    };
+    half_space around[4]{};
+    slab slabs[2]{};
+    int axes[3] = {0, 1, 2}; ///< the world axes of x, y and z
+    float forward = 1;       ///< the sign of the directions along z
+    float begin = 0;         ///< the interval of forward * z between the limits of all rays
+    float end = 0;
+    std::uint32_t entry_row = 0, exit_row = 0; ///< of a node's sides: across z
+
+    /// Sets slab `k` for rays that are at `start` where forward * z = z0, with these slopes. Rays nearly parallel to the
+    /// sides leave it unbounded.
+    void set_slab(int k, const packet_wedge& rays, float z0, float margin) {
+        slab& one = slabs[k];
+        one = {};
+        const bool rises = rays.min_slope > 0.01F;
+        if (!rises && !(rays.max_slope < -0.01F)) return;
+        const float low = rays.low - margin, high = rays.high + margin;
+        one.entry_scale = 1 / (rises ? rays.max_slope : rays.min_slope);
+        one.exit_scale = 1 / (rises ? rays.min_slope : rays.max_slope);
+        one.entry_offset = z0 - (rises ? high : low) * one.entry_scale - 2 * margin;
+        one.exit_offset = z0 - (rises ? low : high) * one.exit_scale + 2 * margin;
+        const auto axis = static_cast<std::uint32_t>(axes[k]), backwards = std::uint32_t{!rises};
+        one.entry_row = tree_node<N>::row(backwards, axis);
+        one.exit_row = tree_node<N>::row(1 - backwards, axis);
+    }
+
+    /// Sets the interval of forward * z and the sides across it.
+    void set_begin(float z) {
+        begin = z;
+        const auto axis = static_cast<std::uint32_t>(axes[2]), backwards = std::uint32_t{forward < 0};
+        entry_row = tree_node<N>::row(backwards, axis);
+        exit_row = tree_node<N>::row(1 - backwards, axis);
+    }
+
+    /// Sets two planes that hold the rays between them along (x, y).
+    void set_planes(half_space* two, float x, float y, const packet_wedge& rays) const {
+        two[0] = half_space_of(x, y, -rays.min_slope, rays.low);
+        two[1] = half_space_of(-x, -y, rays.max_slope, -rays.high);
+    }
+
+  private:
+    half_space half_space_of(float x, float y, float z, float bound) const {
+        half_space one{{x, y, z}, bound};
+        for (int k = 0; k < 3; ++k)
+            one.row[k] = tree_node<N>::row(one.weight[k] > 0, static_cast<std::uint32_t>(axes[k]));
+        return one;
+    }
+};
+
+/// Finds the children of a node whose boxes the packet may enter: conservative, so rounding never loses one.
+/// @param entry  where, in terms of forward * z - begin; FLT_MAX for the others
+/// @return a bit for each child
+template <int N>
+INSONIFY_INLINE std::uint32_t enter(const tree_node<N>& node, const packet_bounds<N>& p, lanes<N>& entry) {
+    using floats = lanes<N>;
+    const auto side = [&node](std::uint32_t row) { return load<N>(node.sides + row); };
+    floats in = floats(p.forward) * side(p.entry_row), out = floats(p.forward) * side(p.exit_row);
+    for (const auto& one : p.slabs) {
+        in = max(in, multiply_add(side(one.entry_row), floats(one.entry_scale), floats(one.entry_offset)));
+        out = min(out, multiply_add(side(one.exit_row), floats(one.exit_scale), floats(one.exit_offset)));
+    }
+    auto met = in <= min(out, floats(p.end)) && floats(p.begin) <= out;
+    for (const auto& one : p.around) {
+        const floats across =
+            multiply_add(floats(one.weight[2]), side(one.row[2]), floats(one.weight[0]) * side(one.row[0]));
+        met = met && floats(one.bound) <= multiply_add(floats(one.weight[1]), side(one.row[1]), across);
+    }
+    entry = select(met, in - floats(p.begin), floats(FLT_MAX));
+    return bits_of(met);
+}
 
 /// A packet of coherent rays, up to four groups of as many rays as there are lanes. Node tests are shared by the packet;
 /// a triangle is intersected by the groups whose part of the row it overlaps.
@@ -28,28 +204,6 @@ struct ray_packet : packet_bounds<N> {
 
     /// Bounds of the rays across the row, in terms of z.
     packet_wedge across{};
-    /// The position along the row, 0 at its first ray and 1 at its last:
-    ///
-    ///     inwards / width,    inwards = u - low - min_slope * z,    width = widest + widening * z,    u along the row
-    ///
-    /// As a quotient of two linear functions it is monotonic along a ray, and over a triangle it is extreme at a corner,
-    /// wherever the width is above 0. Rays of a fan keep their position, others nearly.
-    struct ruler {
-        float low = 0, min_slope = 0, widest = 0, widening = 0;
-        float valid_from = 0; ///< in terms of forward * z: positions of nearer points are meaningless
-
-        INSONIFY_INLINE lanes<N> inwards(const lanes<N>& u, const lanes<N>& z) const {
-            return multiply_add(lanes<N>(-min_slope), z, u) - lanes<N>(low);
-        }
-        INSONIFY_INLINE lanes<N> width(const lanes<N>& z) const {
-            return multiply_add(lanes<N>(widening), z, lanes<N>(widest));
-        }
-        /// Any number, or an infinite one, for points that are not valid.
-        INSONIFY_INLINE static lanes<N> place(const lanes<N>& inwards, const lanes<N>& width) {
-            return inwards / max(lanes<N>(1e-22F), width);
-        }
-    };
-    ruler places{};
     float row[2] = {1, 0}; ///< the direction of the row, in x and y; across it is (-row[1], row[0])
     std::size_t groups = 0;
     /// The rays of a group, and the part of the row that they occupy.
@@ -60,8 +214,7 @@ struct ray_packet : packet_bounds<N> {
         float min_distance[N];
         float limit[N];       ///< hits beyond it do not count; below 0: the ray is finished
         float end = -FLT_MAX; ///< of forward * z between the limits of the rays
-        float first, last;    ///< positions of the rays
-        packet_wedge along;   ///< bounds of the rays along the row, in terms of forward * z - z0
+        packet_wedge along;   ///< bounds of the rays along the row, in terms of z
     };
     group of[max_groups];
 
@@ -101,14 +254,6 @@ struct ray_packet : packet_bounds<N> {
             one.end = reduce_max(select(floats(0.0F) <= largest, last, floats(-FLT_MAX))) + margin_;
             this->end = max(this->end, one.end);
         }
-    }
-
-    /// Culls by the bounds of those groups only whose rays go as far as `entry`, in terms of forward * z - begin: what
-    /// begins there does not concern the others.
-    INSONIFY_INLINE void narrow(float entry) {
-        std::uint32_t active = 0;
-        for (std::size_t g = 0; g < groups; ++g) active |= std::uint32_t{entry <= of[g].end - this->begin} << g;
-        if (active != active_ && active != 0) bound_row(active);
     }
 
     /// One of the rays.
@@ -211,59 +356,17 @@ struct ray_packet : packet_bounds<N> {
             start_across[g] = multiply_add(floats(row[0]), start[1][g], floats(-row[1]) * start[0][g]);
             slope_across[g] = multiply_add(floats(row[0]), slope[1][g], floats(-row[1]) * slope[0][g]);
         }
-        for (std::size_t g = 0; g < groups; ++g) of[g].along = wedge_of(start_along + g, slope_along + g, 1);
-        z0_ = z0;
-        const packet_wedge along = along_of((1U << groups) - 1);
         across = wedge_of(start_across, slope_across, groups);
         if (!(across.width(max(middle - z0, 0.0F)) < max_width)) return false;
         margin_ = 4e-6F * range; // above the rounding of shear, planes and their evaluation together
         this->set_begin(z0 - margin_);
         for (int k = 0; k < 2; ++k) this->set_slab(k, wedge_of(start[k], slope[k], groups), z0, margin_);
-        place_groups(along, start_along, slope_along, z0, depth);
-        across = from_zero(across, z0, margin_);
-        bound_row((1U << groups) - 1);
+        for (std::size_t g = 0; g < groups; ++g)
+            of[g].along = from_zero(wedge_of(start_along + g, slope_along + g, 1), z0);
+        across = from_zero(across, z0);
+        this->set_planes(&this->around[0], row[0], row[1], from_zero(wedge_of(start_along, slope_along, groups), z0));
         this->set_planes(&this->around[2], -row[1], row[0], across);
         return true;
-    }
-
-    // Sets the ruler, and the positions of each group: between two depths beyond z0, positions are monotonic.
-    void place_groups(packet_wedge along, const lanes<N>* start, const lanes<N>* slope, float z0, float depth) {
-        using floats = lanes<N>;
-        // From this width on, rounding changes positions by less than a hundredth, and they are valid. In rows that stay
-        // narrower they are valid from the start, with a larger margin on each side.
-        const float wide = 400 * margin_;
-        const float needed = max(0.0F, (wide - along.width(0)) / max(along.max_slope - along.min_slope, 1e-30F));
-        const bool opens = needed < depth;
-        const float first = opens ? needed : 0.0F, room = (opens ? 2.0F : 50.0F) * margin_;
-        along.low -= room;
-        along.high += room;
-        const packet_wedge world = from_zero(along, z0, 0);
-        places = {world.low, world.min_slope, world.high - world.low, world.max_slope - world.min_slope, z0 + first};
-        for (std::size_t g = 0; g < groups; ++g) {
-            const auto place = [&](float at) {
-                return (start[g] - floats(along.low) + floats(at) * (slope[g] - floats(along.min_slope))) *
-                       floats(1 / along.width(at));
-            };
-            const floats one = place(first), other = place(depth);
-            of[g].first = reduce_min(min(one, other)) - 2 * margin_ / along.width(first);
-            of[g].last = reduce_max(max(one, other)) + 2 * margin_ / along.width(first);
-        }
-    }
-
-    // Sets the planes across the row to hold the groups whose bit is set.
-    void bound_row(std::uint32_t active) {
-        active_ = active;
-        this->set_planes(&this->around[0], row[0], row[1], from_zero(along_of(active), z0_, margin_));
-    }
-
-    packet_wedge along_of(std::uint32_t active) const {
-        packet_wedge all{FLT_MAX, -FLT_MAX, FLT_MAX, -FLT_MAX};
-        for (; active != 0; active &= active - 1) {
-            const packet_wedge& one = of[lowest_bit(active)].along;
-            all = {min(all.low, one.low), max(all.high, one.high), min(all.min_slope, one.min_slope),
-                   max(all.max_slope, one.max_slope)};
-        }
-        return all;
     }
 
     static packet_wedge wedge_of(const lanes<N>* start, const lanes<N>* slope, std::size_t count) {
@@ -277,14 +380,13 @@ struct ray_packet : packet_bounds<N> {
         return {reduce_min(low), reduce_max(high), reduce_min(min_slope), reduce_max(max_slope)};
     }
 
-    // The same bounds in terms of z instead of forward * z - z0, widened on both sides.
-    packet_wedge from_zero(const packet_wedge& w, float z0, float more) const {
-        return {w.low - more - w.min_slope * z0, w.high + more - w.max_slope * z0, w.min_slope * forward,
+    // The same bounds in terms of z instead of forward * z - z0, widened on both sides by the margin.
+    packet_wedge from_zero(const packet_wedge& w, float z0) const {
+        return {w.low - margin_ - w.min_slope * z0, w.high + margin_ - w.max_slope * z0, w.min_slope * forward,
                 w.max_slope * forward};
     }
 
-    float z0_ = 0, margin_ = 0;
-    std::uint32_t active_ = 0; ///< a bit for each group that the planes hold
+    float margin_ = 0;
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail

@@ -3,10 +3,80 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/bvh/leaf_triangles.hpp>
-#include <insonify/bvh/traversal_stack.hpp>
+#include <insonify/bvh/leaf.hpp>
 #include <insonify/core/view.hpp>
 #include <cstdint>
+
+/// The traversal stack of child references, in two orders. Which children are hit is unpredictable, so neither order
+/// branches on it.
+///
+///     start()               the root is next
+///     descend(node, ...)    one of the children that were hit, at least one, is next; the others are pushed
+///     pop(limit)            the top of the stack is next; false if the stack is empty
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Capacity: each level pops one reference and pushes at most Width, and `pack_lanes` always writes Width.
+template <int Width>
+inline constexpr std::uint32_t max_stack = max_levels<Width>*(Width - 1) + 1;
+
+/// Front to back, and skips references that begin beyond the limit: for closest hits.
+template <int Width>
+struct nearest_first {
+    std::uint32_t next = 0;
+    std::uint32_t size = 0;
+    std::uint32_t references[max_stack<Width>];
+    std::uint32_t distances[max_stack<Width>]; // at which each reference begins, as bits
+
+    INSONIFY_FN INSONIFY_INLINE void start() { next = size = 0; }
+
+    /// @param distance  at which the ray enters each child; FLT_MAX for those it misses
+    /// @param met       a bit for each child that is hit
+    INSONIFY_FN INSONIFY_INLINE void descend(const tree_node<Width>& node, const lanes<Width>& distance,
+                                             std::uint32_t met) {
+        const std::uint32_t tied = met & bits_of(distance == lanes<Width>(reduce_min(distance)));
+        const std::uint32_t nearest =
+            lowest_bit(tied | 1U << (Width - 1)); // never out of range, whatever the numbers are
+        next = node.child[nearest];
+        met &= ~(1U << nearest);
+        pack_lanes<Width>(raw_bits<Width>(distance), met, distances + size);
+        size += pack_lanes<Width>(load_bits<Width>(node.child), met, references + size);
+    }
+
+    INSONIFY_FN INSONIFY_INLINE bool pop(float limit) {
+        do {
+            if (size == 0) return false;
+            next = references[--size];
+        } while (entry() > limit);
+        return true;
+    }
+
+    /// The distance at which `next` begins, after `pop`.
+    INSONIFY_FN INSONIFY_INLINE float entry() const { return __builtin_bit_cast(float, distances[size]); }
+};
+
+/// In no order: for any hit, and for all hits.
+template <int Width>
+struct any_order {
+    std::uint32_t next = 0;
+    std::uint32_t size = 0;
+    std::uint32_t references[max_stack<Width>];
+
+    INSONIFY_FN INSONIFY_INLINE void start() { next = size = 0; }
+
+    /// @param met  a bit for each child that is hit
+    INSONIFY_FN INSONIFY_INLINE void descend(const tree_node<Width>& node, const lanes<Width>&, std::uint32_t met) {
+        size += pack_lanes<Width>(load_bits<Width>(node.child), met, references + size);
+        next = references[--size];
+    }
+
+    INSONIFY_FN INSONIFY_INLINE bool pop(float) {
+        if (size == 0) return false;
+        next = references[--size];
+        return true;
+    }
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -92,7 +162,7 @@ namespace detail {
 
 /// The traversal of one ray, one node or leaf per step. Each step prefetches the memory of the next, so interleaved
 /// traversals hide the latency.
-/// @tparam Order  `nearest_first` where hits shorten the ray, otherwise `any_order`: see traversal_stack.hpp
+/// @tparam Order  `nearest_first` where hits shorten the ray, otherwise `any_order`
 template <primitive_range Range, int Width, class Order>
 struct ray_traversal {
     using tree_view = bvh_view<Range, Width>;

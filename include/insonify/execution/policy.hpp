@@ -3,8 +3,10 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/core/config.hpp>
+#include <insonify/execution/thread_pool.hpp>
+#include <cstddef>
 #include <cstdint>
+#include <type_traits>
 
 #if defined(__GLIBCXX__) && __has_include(<pstl/execution_defs.h>)
 #include <pstl/execution_defs.h> // the policy types alone: <execution> of libstdc++ costs seconds and pulls in TBB
@@ -66,21 +68,13 @@ struct own_policy;
 namespace standard = INSONIFY_STANDARD_POLICIES;
 
 template <>
-struct own_policy<standard::sequenced_policy> {
-    using type = exec::sequenced_policy;
-};
+struct own_policy<standard::sequenced_policy> : std::type_identity<exec::sequenced_policy> {};
 template <>
-struct own_policy<standard::parallel_policy> {
-    using type = exec::parallel_policy;
-};
+struct own_policy<standard::parallel_policy> : std::type_identity<exec::parallel_policy> {};
 template <>
-struct own_policy<standard::unsequenced_policy> {
-    using type = exec::unsequenced_policy;
-};
+struct own_policy<standard::unsequenced_policy> : std::type_identity<exec::unsequenced_policy> {};
 template <>
-struct own_policy<standard::parallel_unsequenced_policy> {
-    using type = exec::parallel_unsequenced_policy;
-};
+struct own_policy<standard::parallel_unsequenced_policy> : std::type_identity<exec::parallel_unsequenced_policy> {};
 #endif
 
 } // namespace detail
@@ -92,6 +86,102 @@ template <>
 inline constexpr bool exec::is_unsequenced_v<detail::standard::parallel_unsequenced_policy> = true;
 #undef INSONIFY_STANDARD_POLICIES
 #endif
+
+namespace exec {
+
+/// `for_each_index(policy, count, body)` calls body(i) once for each i below count.
+///
+/// A policy is a type with this function. To add your own, write one overload in the namespace of your type, where
+/// argument-dependent lookup finds it, and specialise `is_unsequenced_v` if it permits SIMD. The library partitions
+/// work by index, never by thread, so results do not depend on how a policy distributes the calls.
+/// If calls of the body throw, the exception of the lowest index is rethrown; the policies of std::execution terminate.
+/// @throws usage_error  for more than 1024 threads
+/// @{
+template <class Body>
+void for_each_index(const sequenced_policy&, std::size_t count, const Body& body) {
+    for (std::size_t i = 0; i < count; ++i) body(i);
+}
+template <class Body>
+void for_each_index(const unsequenced_policy&, std::size_t count, const Body& body) {
+    for (std::size_t i = 0; i < count; ++i) body(i);
+}
+template <class Body>
+void for_each_index(const parallel_policy& policy, std::size_t count, const Body& body) {
+    detail::thread_pool::instance().run(count, policy.participants, body);
+}
+template <class Body>
+void for_each_index(const parallel_unsequenced_policy& policy, std::size_t count, const Body& body) {
+    detail::thread_pool::instance().run(count, policy.participants, body);
+}
+template <class StandardPolicy, class Body, class Own = typename detail::own_policy<StandardPolicy>::type>
+void for_each_index(const StandardPolicy&, std::size_t count, const Body& body) {
+    for_each_index(Own{}, count, body);
+}
+/// @}
+
+/// A type for which `for_each_index` is found.
+template <class Policy>
+concept policy = requires(const Policy& p, void (*body)(std::size_t index)) {
+    for_each_index(p, std::size_t{0}, body);
+};
+
+/// Calls body(begin, end) for consecutive blocks of `block` indices, the last one shorter. Runs on the calling thread
+/// where the whole takes less than the time in which a sleeping thread wakes up.
+/// @param nanoseconds  estimated time per index; 1e6F if unknown
+template <class Policy, class Body>
+void for_each_block(const Policy& policy, std::size_t count, std::size_t block, float nanoseconds, const Body& body) {
+    constexpr float worth_sharing = 80e3F; // nanoseconds; to wake a thread takes about 50 microseconds
+    const std::size_t blocks = (count + block - 1) / block;
+    const bool alone = static_cast<float>(count) * nanoseconds < worth_sharing;
+    const std::size_t together = alone && blocks > 0 ? blocks : 1; // blocks per call of the policy
+    for_each_index(policy, (blocks + together - 1) / together, [&](std::size_t first) {
+        for (std::size_t i = first * together; i < (first + 1) * together; ++i)
+            body(i * block, i + 1 < blocks ? (i + 1) * block : count);
+    });
+}
+
+} // namespace exec
+
+using exec::for_each_index;
+
+namespace detail {
+
+/// Type-erased reference to a policy. Code written for it is compiled once for all policies that agree on SIMD, so
+/// their results are bit-equal; separate instantiations may differ, since a compiler contracts a * b + c differently
+/// from one to the next.
+/// @tparam Unsequenced  whether the policy permits SIMD
+template <bool Unsequenced>
+class any_policy {
+  public:
+    /// Refers to the policy, which must outlive this object.
+    template <exec::policy Policy>
+    explicit any_policy(const Policy& policy) : policy_{&policy}, run_{&run<Policy>} {}
+
+    /// Forwards to the policy.
+    template <class Body>
+    friend void for_each_index(const any_policy& policy, std::size_t count, const Body& body) {
+        policy.run_(policy.policy_, count, &body,
+                    [](const void* called, std::size_t i) { (*static_cast<const Body*>(called))(i); });
+    }
+
+  private:
+    using call = void (*)(const void* body, std::size_t index);
+
+    template <class Policy>
+    static void run(const void* policy, std::size_t count, const void* body, call one) {
+        for_each_index(*static_cast<const Policy*>(policy), count, [body, one](std::size_t i) { one(body, i); });
+    }
+
+    const void* policy_;
+    void (*run_)(const void* policy, std::size_t count, const void* body, call one);
+};
+template <class Policy>
+any_policy(const Policy&) -> any_policy<exec::is_unsequenced_v<Policy>>;
+
+} // namespace detail
+
+template <>
+inline constexpr bool exec::is_unsequenced_v<detail::any_policy<true>> = true;
 
 } // namespace insonify::inline INSONIFY_ABI
 

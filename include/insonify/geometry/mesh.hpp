@@ -4,11 +4,13 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/core/error.hpp>
-#include <insonify/core/text.hpp>
 #include <insonify/core/view.hpp>
 #include <insonify/geometry/triangle.hpp>
 #include <algorithm>
+#include <cstddef>
+#include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -81,6 +83,81 @@ inline double enclosed_volume(const mesh_view& m) {
     return volume;
 }
 
+namespace detail {
+
+/// One side of a face, as half of an edge: the half edges of one edge have equal `ends`, whatever their direction.
+struct half_edge {
+    std::uint64_t ends = 0; ///< both vertices, the lower index in the upper 32 bits
+    std::uint32_t slot = 0; ///< 3 * face + corner at which the half edge starts
+
+    half_edge() = default;
+    half_edge(std::uint32_t from, std::uint32_t to, std::uint32_t start)
+        : ends{static_cast<std::uint64_t>(std::min(from, to)) << 32U | std::max(from, to)}, slot{start} {}
+
+    std::uint32_t lower() const { return static_cast<std::uint32_t>(ends >> 32U); }
+    std::uint32_t upper() const { return static_cast<std::uint32_t>(ends); }
+};
+
+/// The vertices from which and to which the half edge that starts at a corner of a face leads.
+inline std::pair<std::uint32_t, std::uint32_t> vertices_of_side(const uvec3& face, std::uint32_t corner) {
+    const std::uint32_t vertex[] = {face.x, face.y, face.z};
+    return {vertex[corner], vertex[(corner + 1) % 3]};
+}
+
+/// Makes the half edges of each edge neighbours.
+inline void sort_by_ends(std::vector<half_edge>& edges) {
+    std::sort(edges.begin(), edges.end(), [](const half_edge& a, const half_edge& b) { return a.ends < b.ends; });
+}
+
+/// `face_groups` in flat arrays. Trivially copyable.
+struct face_groups_view {
+    static constexpr std::size_t size = 64; ///< faces in each group but the last
+
+    view<const std::size_t> ends{};       ///< where the vertices of each group end, in `vertices`
+    view<const std::uint32_t> vertices{}; ///< of all groups, one after the other
+
+    /// Number of groups.
+    std::size_t count() const { return ends.size(); }
+    /// The vertices of a group, each once.
+    view<const std::uint32_t> operator[](std::size_t group) const {
+        const std::size_t begin = group == 0 ? 0 : ends[group - 1];
+        return {vertices.data() + begin, ends[group] - begin};
+    }
+};
+
+/// The distinct vertices of every 64 consecutive faces, so that a pass over a mesh reads each vertex once instead of three
+/// to six times.
+///
+/// Consecutive faces are mostly neighbours: a group then has about 45 vertices, and most groups lie on one side of a plane,
+/// so that their faces can be skipped. Depends on the faces alone, not on where the vertices are.
+class face_groups {
+  public:
+    face_groups() = default;
+    explicit face_groups(const mesh_view& surface)
+        : ends_((surface.faces.size() + face_groups_view::size - 1) / face_groups_view::size) {
+        std::vector<std::uint32_t> last_group(surface.positions.size(), ~0U);
+        vertices_.reserve(surface.faces.size());
+        for (std::size_t i = 0; i < surface.faces.size(); ++i) {
+            const auto group = static_cast<std::uint32_t>(i / face_groups_view::size);
+            for (const std::uint32_t vertex : {surface.faces[i].x, surface.faces[i].y, surface.faces[i].z})
+                if (last_group[vertex] != group) {
+                    last_group[vertex] = group;
+                    vertices_.push_back(vertex);
+                }
+            ends_[group] = vertices_.size();
+        }
+        vertices_.shrink_to_fit();
+    }
+
+    bool empty() const { return ends_.empty(); }
+    face_groups_view view_of() const { return {ends_, vertices_}; }
+
+  private:
+    std::vector<std::size_t> ends_;
+    std::vector<std::uint32_t> vertices_;
+};
+
+} // namespace detail
 } // namespace insonify::inline INSONIFY_ABI
 
 #include <insonify/core/restore_macros.hpp>

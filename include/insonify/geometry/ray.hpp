@@ -5,6 +5,7 @@
 
 #include <insonify/core/math.hpp>
 #include <cfloat>
+#include <cstdint>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -18,6 +19,22 @@ struct ray {
     /// The point at a distance, in units of `direction`.
     INSONIFY_FN vec3 at(float distance) const { return origin + distance * direction; }
 };
+
+/// Intersection of a ray with a primitive; converts to false for a miss.
+struct hit {
+    float distance = FLT_MAX;      ///< along the ray, in units of its direction
+    std::uint32_t primitive = ~0U; ///< index into the range that the BVH was built over
+
+    /// False for a miss.
+    INSONIFY_FN constexpr explicit operator bool() const { return distance < FLT_MAX; }
+
+    friend bool operator==(const hit&, const hit&) = default;
+};
+
+/// Order of hits: by distance, then by index.
+INSONIFY_FN constexpr bool nearer(const hit& a, const hit& b) {
+    return a.distance < b.distance || (a.distance == b.distance && a.primitive < b.primitive);
+}
 
 } // namespace insonify::inline INSONIFY_ABI
 

@@ -4,7 +4,6 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/geometry/aabb.hpp>
-#include <insonify/geometry/hit.hpp>
 #include <insonify/geometry/ray.hpp>
 
 namespace insonify::inline INSONIFY_ABI {

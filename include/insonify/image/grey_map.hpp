@@ -3,8 +3,9 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/execution/for_each.hpp>
-#include <insonify/execution/simd_math.hpp>
+#include <insonify/core/error.hpp>
+#include <insonify/execution/policy.hpp>
+#include <insonify/execution/simd.hpp>
 #include <insonify/image/image.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <vector>

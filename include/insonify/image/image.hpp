@@ -5,7 +5,8 @@
 
 #include <insonify/core/error.hpp>
 #include <insonify/core/math.hpp>
-#include <insonify/core/text.hpp>
+#include <cstddef>
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>

@@ -4,7 +4,6 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/core/error.hpp>
-#include <insonify/core/text.hpp>
 #include <insonify/geometry/validate.hpp>
 #include <algorithm>
 #include <charconv>

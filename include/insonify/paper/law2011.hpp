@@ -7,7 +7,7 @@
 #include <insonify/acoustics/layer.hpp>
 #include <insonify/core/decibels.hpp>
 #include <insonify/execution/policy.hpp>
-#include <insonify/execution/simd_math.hpp>
+#include <insonify/execution/simd.hpp>
 #include <concepts>
 
 namespace insonify::inline INSONIFY_ABI {

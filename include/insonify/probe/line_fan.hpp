@@ -3,7 +3,7 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/execution/simd_bits.hpp>
+#include <insonify/execution/simd.hpp>
 #include <insonify/geometry/pose.hpp>
 #include <insonify/probe/transducer.hpp>
 #include <algorithm>

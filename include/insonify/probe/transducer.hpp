@@ -5,7 +5,6 @@
 
 #include <insonify/core/error.hpp>
 #include <insonify/core/math.hpp>
-#include <insonify/core/text.hpp>
 #include <insonify/geometry/ray.hpp>
 #include <concepts>
 #include <cstdint>

@@ -3,9 +3,7 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/core/error.hpp>
-#include <insonify/core/text.hpp>
-#include <insonify/execution/for_each.hpp>
+#include <insonify/execution/policy.hpp>
 #include <insonify/geometry/pose.hpp>
 #include <concepts>
 #include <cstddef>
@@ -114,29 +112,21 @@ class newton_inverse {
     bool known_ = false;
 };
 
-/// Finds the points at rest that a map takes to points: by its own inverse, or by Newton's method.
+/// Finds the points at rest that a map takes to points, by its own inverse or by Newton's method: see `newton_inverse`.
 template <deformation_map Map>
-class rest_finder {
-  public:
-    explicit rest_finder(const Map& map) : map_{map}, newton_{map} {}
-    /// See `newton_inverse`.
-    bool operator()(vec3 now, vec3& rest) {
-        if constexpr (invertible_map<Map>) {
-            rest = map_.rest_of(now);
+auto rest_finder(const Map& map) {
+    if constexpr (invertible_map<Map>)
+        return [&map](vec3 now, vec3& rest) {
+            rest = map.rest_of(now);
             return is_finite(rest);
-        } else {
-            return newton_(now, rest);
-        }
-    }
-
-  private:
-    const Map& map_;
-    newton_inverse<Map> newton_;
-};
+        };
+    else
+        return newton_inverse<Map>{map};
+}
 /// The same for a single point.
 template <deformation_map Map>
 bool find_rest(const Map& map, vec3 now, vec3& rest) {
-    return rest_finder<Map>{map}(now, rest);
+    return rest_finder(map)(now, rest);
 }
 
 /// Nodes at which displacements are wanted: a box in axes of its own.
@@ -160,7 +150,7 @@ void invert_map(const Policy& policy, const Map& map, const displacement_lattice
     const std::size_t rows = std::size_t{where.size.y} * where.size.z;
     exec::for_each_block(policy, rows, 4, 1e4F, [&](std::size_t begin, std::size_t end) {
         for (std::size_t row = begin; row < end; ++row) {
-            rest_finder<Map> find_rest{map};
+            auto find_rest = rest_finder(map);
             vec3 last{0, 0, 0}, change{0, 0, 0};
             for (std::uint32_t i = 0; i < where.size.x; ++i) {
                 const vec3 now = where.point(row * where.size.x + i);

@@ -5,7 +5,6 @@
 
 #include <insonify/bvh/traverse.hpp>
 #include <insonify/geometry/mesh.hpp>
-#include <insonify/geometry/triangle.hpp>
 
 namespace insonify::inline INSONIFY_ABI::detail {
 

@@ -4,9 +4,6 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/acoustics/medium.hpp>
-#include <insonify/core/error.hpp>
-#include <insonify/core/text.hpp>
-#include <insonify/core/units.hpp>
 #include <insonify/geometry/mesh.hpp>
 #include <insonify/geometry/pose.hpp>
 #include <insonify/tissue/fibre_directions.hpp>

@@ -3,13 +3,7 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/core/error.hpp>
-#include <insonify/core/text.hpp>
-#include <insonify/execution/any_policy.hpp>
-#include <insonify/scene/deform_object.hpp>
-#include <insonify/scene/flat_scene.hpp>
-#include <insonify/scene/object.hpp>
-#include <insonify/scene/object_state.hpp>
+#include <insonify/scene/scene_state.hpp>
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -235,11 +229,75 @@ class scene {
 
     // Reads the positions of some objects. @throws geometry_error  as `update`, with all of them back at the former ones
     template <class Which>
-    void read_positions(const threads& policy, const Which& which);
-    void follow(const threads& policy);  // the work of `update`
-    void rebuild(const threads& policy); // the work of `build`
+    void read_positions(const threads& policy, const Which& which) {
+        const object* refused = nullptr;
+        for (std::size_t i = 0; i < objects_.size(); ++i)
+            if (which(states_[i]) && !states_[i].read(policy, objects_[i]) && refused == nullptr)
+                refused = &objects_[i];
+        if (refused == nullptr) return;
+        const std::size_t vertex = detail::find_not_finite(refused->surface.positions);
+        for (std::size_t i = 0; i < objects_.size(); ++i)
+            if (which(states_[i])) states_[i].refuse(objects_[i]);
+        detail::refuse_frame(*refused, vertex);
+    }
+
+    // The work of `update`.
+    void follow(const threads& policy) {
+        require_built();
+        read_positions(policy, [](const detail::object_state& state) { return state.moved; });
+        constexpr std::uint32_t updates_worth_a_tree = 2;
+        for (std::size_t i = 0; i < objects_.size(); ++i) {
+            detail::object_state& state = states_[i];
+            if (state.moved) {
+                state.accept(objects_[i]);
+                views_.reset_slices();
+            } else if (state.tree_is_current || ++state.updates_at_rest < updates_worth_a_tree) {
+                continue;
+            } else {
+                state.update_tree(policy, objects_[i]);
+            }
+            expire();
+        }
+    }
+
+    // The work of `build`.
+    void rebuild(const threads& policy) {
+        read_positions(policy, [](const detail::object_state& state) { return state.handed_out(); });
+        std::vector<detail::object_state> states(objects_.size());
+        for (std::size_t i = 0; i < objects_.size(); ++i) states[i].build(policy, objects_[i], states_[i].rest);
+        std::vector<std::uint32_t> by_rank = detail::ranked(objects_);
+        std::vector<medium> media = detail::distinct_media(background_, objects_, states);
+        for (std::size_t i = 0; i < objects_.size(); ++i) states[i].keep(states_[i]);
+        states_ = std::move(states);
+        by_rank_ = std::move(by_rank);
+        media_ = std::move(media);
+        place_background();
+        built_ = true;
+    }
+
+    // The work of `deform`.
     template <class Map, class Follows>
-    void deform_those(const threads& policy, const Map& map, const Follows& follows); // the work of `deform`
+    void deform_those(const threads& policy, const Map& map, const Follows& follows) {
+        require_built();
+        try {
+            read_positions(policy, [](const detail::object_state& state) { return state.moved; });
+            detail::check_map(policy, map, box());
+            std::atomic<bool> any_moved{false};
+            exec::for_each_block(policy, objects_.size(), 1, 100e3F, [&](std::size_t i, std::size_t) {
+                if (detail::deform_object(policy, objects_[i], states_[i], follows(objects_[i].id) ? &map : nullptr))
+                    any_moved.store(true, std::memory_order_relaxed);
+            });
+            if (any_moved.load(std::memory_order_relaxed)) views_.reset_slices();
+            deformation_.assign(map);
+        } catch (...) {
+            for (std::size_t i = 0; i < objects_.size(); ++i)
+                detail::deform_object<threads, Map>(policy, objects_[i], states_[i], nullptr);
+            deformation_.clear();
+            expire();
+            throw;
+        }
+        expire();
+    }
 
     void place_background() {
         background_structure_ = {background_.structure, background_axes_};
@@ -272,10 +330,6 @@ class scene {
     detail::kept_map deformation_{};
     mutable detail::scene_views views_{}; // what const functions bring up to date
 };
-
-} // namespace insonify::inline INSONIFY_ABI
-
-namespace insonify::inline INSONIFY_ABI {
 
 inline object_id scene::add(mesh surface, const medium& inside, object_settings settings) {
     const object_id id{next_id_};
@@ -314,73 +368,6 @@ inline void scene::set_medium(object_id id, const medium& inside) {
         throw;
     }
     if (built_) states_[index].place_structure(objects_[index], states_[index].rest);
-    expire();
-}
-
-template <class Which>
-void scene::read_positions(const threads& policy, const Which& which) {
-    const object* refused = nullptr;
-    for (std::size_t i = 0; i < objects_.size(); ++i)
-        if (which(states_[i]) && !states_[i].read(policy, objects_[i]) && refused == nullptr) refused = &objects_[i];
-    if (refused == nullptr) return;
-    const std::size_t vertex = detail::find_not_finite(refused->surface.positions);
-    for (std::size_t i = 0; i < objects_.size(); ++i)
-        if (which(states_[i])) states_[i].refuse(objects_[i]);
-    detail::refuse_frame(*refused, vertex);
-}
-
-inline void scene::follow(const threads& policy) {
-    require_built();
-    read_positions(policy, [](const detail::object_state& state) { return state.moved; });
-    constexpr std::uint32_t updates_worth_a_tree = 2;
-    for (std::size_t i = 0; i < objects_.size(); ++i) {
-        detail::object_state& state = states_[i];
-        if (state.moved) {
-            state.accept(objects_[i]);
-            views_.reset_slices();
-        } else if (state.tree_is_current || ++state.updates_at_rest < updates_worth_a_tree) {
-            continue;
-        } else {
-            state.update_tree(policy, objects_[i]);
-        }
-        expire();
-    }
-}
-
-inline void scene::rebuild(const threads& policy) {
-    read_positions(policy, [](const detail::object_state& state) { return state.handed_out(); });
-    std::vector<detail::object_state> states(objects_.size());
-    for (std::size_t i = 0; i < objects_.size(); ++i) states[i].build(policy, objects_[i], states_[i].rest);
-    std::vector<std::uint32_t> by_rank = detail::ranked(objects_);
-    std::vector<medium> media = detail::distinct_media(background_, objects_, states);
-    for (std::size_t i = 0; i < objects_.size(); ++i) states[i].keep(states_[i]);
-    states_ = std::move(states);
-    by_rank_ = std::move(by_rank);
-    media_ = std::move(media);
-    place_background();
-    built_ = true;
-}
-
-template <class Map, class Follows>
-void scene::deform_those(const threads& policy, const Map& map, const Follows& follows) {
-    require_built();
-    try {
-        read_positions(policy, [](const detail::object_state& state) { return state.moved; });
-        detail::check_map(policy, map, box());
-        std::atomic<bool> any_moved{false};
-        exec::for_each_block(policy, objects_.size(), 1, 100e3F, [&](std::size_t i, std::size_t) {
-            if (detail::deform_object(policy, objects_[i], states_[i], follows(objects_[i].id) ? &map : nullptr))
-                any_moved.store(true, std::memory_order_relaxed);
-        });
-        if (any_moved.load(std::memory_order_relaxed)) views_.reset_slices();
-        deformation_.assign(map);
-    } catch (...) {
-        for (std::size_t i = 0; i < objects_.size(); ++i)
-            detail::deform_object<threads, Map>(policy, objects_[i], states_[i], nullptr);
-        deformation_.clear();
-        expire();
-        throw;
-    }
     expire();
 }
 

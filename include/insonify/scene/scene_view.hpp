@@ -5,10 +5,6 @@
 
 #include <insonify/acoustics/medium.hpp>
 #include <insonify/bvh/traverse.hpp>
-#include <insonify/core/view.hpp>
-#include <insonify/geometry/face_groups.hpp>
-#include <insonify/geometry/mesh.hpp>
-#include <insonify/geometry/pose.hpp>
 #include <insonify/geometry/smooth_normals.hpp>
 #include <insonify/tissue/displacement_view.hpp>
 #include <insonify/tissue/placed_structure.hpp>

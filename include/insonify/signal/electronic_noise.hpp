@@ -6,7 +6,7 @@
 #include <insonify/core/decibels.hpp>
 #include <insonify/core/error.hpp>
 #include <insonify/core/random.hpp>
-#include <insonify/execution/for_each.hpp>
+#include <insonify/execution/policy.hpp>
 #include <insonify/probe/line_grid.hpp>
 
 namespace insonify::inline INSONIFY_ABI {

@@ -6,8 +6,8 @@
 #include <insonify/acoustics/attenuation.hpp>
 #include <insonify/core/decibels.hpp>
 #include <insonify/core/error.hpp>
-#include <insonify/execution/for_each.hpp>
-#include <insonify/execution/simd_math.hpp>
+#include <insonify/execution/policy.hpp>
+#include <insonify/execution/simd.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <algorithm>
 #include <array>

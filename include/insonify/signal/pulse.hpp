@@ -5,7 +5,6 @@
 
 #include <insonify/acoustics/medium.hpp>
 #include <insonify/core/error.hpp>
-#include <insonify/core/text.hpp>
 #include <insonify/probe/transducer.hpp>
 #include <string>
 

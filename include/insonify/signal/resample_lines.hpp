@@ -3,7 +3,8 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/execution/for_each.hpp>
+#include <insonify/core/error.hpp>
+#include <insonify/execution/policy.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/signal/beam.hpp>
 #include <algorithm>

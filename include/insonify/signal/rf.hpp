@@ -5,7 +5,7 @@
 
 #include <insonify/acoustics/medium.hpp>
 #include <insonify/core/error.hpp>
-#include <insonify/execution/for_each.hpp>
+#include <insonify/execution/policy.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <string>
 #include <vector>

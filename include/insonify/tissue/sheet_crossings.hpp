@@ -3,8 +3,7 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/execution/simd_bits.hpp>
-#include <insonify/execution/simd_math.hpp>
+#include <insonify/execution/simd.hpp>
 #include <insonify/tissue/placed_structure.hpp>
 #include <cstdint>
 

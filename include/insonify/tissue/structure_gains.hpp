@@ -4,7 +4,7 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/core/random.hpp>
-#include <insonify/execution/simd_bits.hpp>
+#include <insonify/execution/simd.hpp>
 #include <insonify/tissue/sheet_crossings.hpp>
 
 namespace insonify::inline INSONIFY_ABI::detail {

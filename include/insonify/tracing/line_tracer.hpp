@@ -3,7 +3,7 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/execution/any_policy.hpp>
+#include <insonify/execution/policy.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/scene/scene.hpp>
 #include <insonify/tracing/aperture/aperture_shading.hpp>

@@ -6,7 +6,7 @@
 #include <insonify/acoustics/scatterers/scatter_numbers.hpp>
 #include <insonify/acoustics/scatterers/scattering.hpp>
 #include <insonify/core/random.hpp>
-#include <insonify/execution/simd_math.hpp>
+#include <insonify/execution/simd.hpp>
 
 /// The grid of a `cell_field` is fine along the viewing direction and coarse across it. Grids exist for a lattice of
 /// directions; each line uses, slab by slab, a random one of the four around its own. Thus speckle persists while a

@@ -5,7 +5,7 @@
 
 #include <insonify/core/error.hpp>
 #include <insonify/core/random.hpp>
-#include <insonify/execution/simd_bits.hpp>
+#include <insonify/execution/simd.hpp>
 
 /// The contents of the cells of a `cell_field`: complex random numbers of mean power 1, computed from an index.
 namespace insonify::inline INSONIFY_ABI {

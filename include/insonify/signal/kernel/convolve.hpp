@@ -3,9 +3,11 @@
 
 #include <insonify/core/save_macros.hpp>
 
+#include <insonify/core/error.hpp>
 #include <insonify/core/view.hpp>
-#include <insonify/execution/for_each.hpp>
+#include <insonify/execution/policy.hpp>
 #include <insonify/execution/simd.hpp>
+#include <insonify/probe/acquisition.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/signal/beam.hpp>
 #include <insonify/signal/pulse.hpp>

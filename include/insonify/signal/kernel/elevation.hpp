@@ -3,8 +3,9 @@
 
 #include <insonify/core/save_macros.hpp>
 
+#include <insonify/core/error.hpp>
 #include <insonify/core/view.hpp>
-#include <insonify/execution/for_each.hpp>
+#include <insonify/execution/policy.hpp>
 #include <insonify/signal/beam.hpp>
 #include <cmath>
 #include <string>

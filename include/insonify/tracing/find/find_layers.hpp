@@ -3,8 +3,7 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/execution/any_policy.hpp>
-#include <insonify/execution/for_each.hpp>
+#include <insonify/execution/policy.hpp>
 #include <insonify/scene/scene.hpp>
 #include <insonify/tracing/find/find_line.hpp>
 #include <insonify/tracing/find/line_layers.hpp>

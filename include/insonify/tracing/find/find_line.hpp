@@ -4,7 +4,6 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/acoustics/layer.hpp>
-#include <insonify/scene/crossings.hpp>
 #include <insonify/scene/layers.hpp>
 #include <vector>
 

@@ -3,13 +3,12 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/bvh/leaf_triangles.hpp>
+#include <insonify/bvh/leaf.hpp>
 #include <insonify/bvh/traverse.hpp>
 #include <insonify/core/view.hpp>
-#include <insonify/execution/for_each.hpp>
+#include <insonify/execution/policy.hpp>
 #include <insonify/execution/simd.hpp>
 #include <insonify/geometry/aabb.hpp>
-#include <insonify/geometry/face_groups.hpp>
 #include <insonify/geometry/mesh.hpp>
 #include <insonify/geometry/pose.hpp>
 #include <insonify/probe/line_fan.hpp>

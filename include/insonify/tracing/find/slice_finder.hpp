@@ -5,7 +5,7 @@
 
 #include <insonify/bvh/large_array.hpp>
 #include <insonify/core/view.hpp>
-#include <insonify/scene/crossings.hpp>
+#include <insonify/scene/layers.hpp>
 #include <insonify/signal/kernel/elevation.hpp>
 #include <insonify/tracing/find/find_line.hpp>
 #include <insonify/tracing/find/line_layers.hpp>

@@ -4,7 +4,7 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/acoustics/medium.hpp>
-#include <insonify/core/text.hpp>
+#include <insonify/core/error.hpp>
 #include <insonify/probe/acquisition.hpp>
 #include <insonify/probe/transducer.hpp>
 #include <insonify/scene/scene.hpp>

@@ -7,7 +7,7 @@
 #include <insonify/acoustics/echo_line.hpp>
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/core/decibels.hpp>
-#include <insonify/execution/for_each.hpp>
+#include <insonify/execution/policy.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/signal/pulse.hpp>
 #include <insonify/tracing/find/find_layers.hpp>

@@ -1,4 +1,4 @@
-#include <insonify/execution/any_policy.hpp>
+#include <insonify/execution/policy.hpp>
 #include <doctest/doctest.h>
 #include <stdexcept>
 #include <string>

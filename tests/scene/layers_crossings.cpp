@@ -1,7 +1,7 @@
 #include <insonify/core/random.hpp>
 #include <insonify/core/units.hpp>
 #include <insonify/geometry/shapes.hpp>
-#include <insonify/scene/crossings.hpp>
+#include <insonify/scene/layers.hpp>
 #include <insonify/scene/scene.hpp>
 #include <algorithm>
 #include <doctest/doctest.h>

@@ -1,4 +1,4 @@
-#include <insonify/bvh/traversal_stack.hpp>
+#include <insonify/bvh/traverse.hpp>
 #include <algorithm>
 #include <cmath>
 #include <doctest/doctest.h>

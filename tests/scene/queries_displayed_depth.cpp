@@ -1,7 +1,7 @@
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/core/units.hpp>
 #include <insonify/geometry/shapes.hpp>
-#include <insonify/scene/displayed_depth.hpp>
+#include <insonify/scene/queries.hpp>
 #include <doctest/doctest.h>
 
 using namespace insonify;

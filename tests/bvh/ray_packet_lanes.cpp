@@ -1,4 +1,4 @@
-#include <insonify/bvh/ray_lanes.hpp>
+#include <insonify/bvh/ray_packet.hpp>
 #include <insonify/core/random.hpp>
 #include <algorithm>
 #include <cmath>

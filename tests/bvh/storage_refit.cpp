@@ -1,6 +1,6 @@
 #include <insonify/bvh/build_sah.hpp>
 #include <insonify/bvh/bvh.hpp>
-#include <insonify/bvh/refit.hpp>
+#include <insonify/bvh/storage.hpp>
 #include <insonify/core/random.hpp>
 #include <insonify/geometry/mesh.hpp>
 #include <insonify/geometry/shapes.hpp>

@@ -1,4 +1,4 @@
-#include <insonify/geometry/face_groups.hpp>
+#include <insonify/geometry/mesh.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <doctest/doctest.h>
 #include <set>

@@ -1,4 +1,4 @@
-#include <insonify/execution/pack.hpp>
+#include <insonify/execution/simd.hpp>
 #include <doctest/doctest.h>
 
 using namespace insonify;

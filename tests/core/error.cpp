@@ -1,4 +1,4 @@
-#include <insonify/core/text.hpp>
+#include <insonify/core/error.hpp>
 #include <doctest/doctest.h>
 #include <string>
 

@@ -1,4 +1,4 @@
-#include <insonify/bvh/sah_bins.hpp>
+#include <insonify/bvh/build_sah.hpp>
 #include <insonify/core/random.hpp>
 #include <doctest/doctest.h>
 #include <vector>

@@ -1,4 +1,4 @@
-#include <insonify/bvh/leaf_triangles.hpp>
+#include <insonify/bvh/leaf.hpp>
 #include <insonify/core/random.hpp>
 #include <insonify/geometry/mesh.hpp>
 #include <cmath>
