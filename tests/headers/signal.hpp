@@ -14,8 +14,9 @@ iq_lines call(iq_lines echoes, convolver& own) {
 float call() {
     const detail::lateral_kernel kernel = detail::make_lateral_kernel(pencil{}, {.depth = 40_mm, .samples = 64});
     std::vector<float> amplitudes;
+    const std::vector<float> covariance{1.0F};
     return kernel.at(0).power<1>(
-        0, [](int) { return 1.0F; }, [](std::uint32_t) { return 1.0F; }, amplitudes);
+        0, view<const float>{covariance}, [](std::uint32_t) { return 1.0F; }, amplitudes);
 }
 void call(detail::lateral_slab& slab, vec2* lines) {
     slab.weigh(0, 1);

@@ -148,11 +148,11 @@ struct lateral_weights {
 
     /// Power of incoherent echoes on a line after weighting: sum_jk w_j g_j w_k g_k C(x_j - x_k).
     /// @tparam Width       floats in a SIMD register
-    /// @param covariance   C(lag) of the echoes on two lines, the lag in lines; 1 at lag 0, and 0 from some lag on
+    /// @param covariance   C of the echoes on two lines, by their distance in lines, for all of the kernel; 0 from some on
     /// @param gain         g(line), amplitude of the echoes of a line before weighting
     /// @param amplitudes   scratch memory
-    template <int Width, class Covariance, class Gain>
-    float power(std::uint32_t line, const Covariance& covariance, const Gain& gain,
+    template <int Width, class Gain>
+    float power(std::uint32_t line, view<const float> covariance, const Gain& gain,
                 std::vector<float>& amplitudes) const {
         const int begin = first(line), end = last(line), here = static_cast<int>(line), count = static_cast<int>(lines);
         amplitudes.resize(static_cast<std::size_t>(end - begin) + 1);
@@ -166,7 +166,7 @@ struct lateral_weights {
         const float* const a = amplitudes.data();
         float sum = 0;
         for (std::ptrdiff_t lag = 0; lag < neighbours; ++lag) {
-            const float correlated = covariance(static_cast<int>(lag));
+            const float correlated = covariance[static_cast<std::size_t>(lag)];
             if (lag > 0 && !(std::fabs(correlated) > 0)) break;
             const float* const b = a + lag;
             const std::ptrdiff_t products = neighbours - lag, whole = products - products % Width;

@@ -471,17 +471,51 @@ class kernel_table {
 
     // Memory for one depth.
     struct scratch {
-        std::vector<float> of_lines; // covariance of two lines, by their distance
+        std::vector<float> of_lags;                  // covariance of two lines, by their distance
+        std::vector<float> half;                     // weights of groups
+        std::vector<float> common, squared, sloping; // of two groups, by their distance
         std::vector<float> level, amplitudes;
-        levels speckle, surface, uncorrelated;
+        levels of_groups, speckle, surface, uncorrelated;
     };
+
+    // Lines that lie much closer together than the kernel is wide are taken in groups, each as one line: near the apex of a
+    // sector the kernel reaches over all of them.
+    static constexpr int half_width_in_groups = 16;
+    static constexpr std::uint32_t border_in_half_widths = 2; // from there on the ends of the face do not matter
+
+    static lateral_weights grouped(const lateral_weights& across, int size, std::vector<float>& half) {
+        if (size == 1) return across;
+        half.clear();
+        float sum = 0;
+        for (int offset = 0; offset <= across.half_width(); offset += size) {
+            half.push_back(across.half[static_cast<std::size_t>(offset)]);
+            sum += (offset == 0 ? 1.0F : 2.0F) * half.back();
+        }
+        for (float& weight : half) weight /= sum;
+        const auto lines = static_cast<std::uint32_t>(size);
+        return {.half = half,
+                .lines = (across.lines + lines / 2) / lines,
+                .full_circle = across.full_circle,
+                .spacing = across.spacing * static_cast<float>(size)};
+    }
+    // The mean of a function of the distance of two lines, over the lines of two groups, by the distance of these.
+    template <class OfLag>
+    static void mean_over_groups(const OfLag& of_lag, int size, std::vector<float>& means) {
+        for (std::size_t lag = 0; lag < means.size(); ++lag) {
+            float sum = 0;
+            for (int more = 1 - size; more < size; ++more)
+                sum += static_cast<float>(size - std::abs(more)) *
+                       of_lag(static_cast<std::size_t>(std::abs(static_cast<int>(lag) * size + more)));
+            means[lag] = sum / static_cast<float>(size * size);
+        }
+    }
 
     // @param turned      radians from line to line
     // @param weight      of independent echoes, of each plane
     // @param steepest    phase per metre across the lines, at which the loss is exact
     // @param covariance  as of `compute`
     template <int Width, class Covariance>
-    void find_levels(const lateral_weights& across, float turned, const elevation_planes& planes, float depth,
+    void find_levels(const lateral_weights& lines, float turned, const elevation_planes& planes, float depth,
                      const float (&weight)[max_elevation_planes], float steepest, const Covariance& covariance,
                      scratch& work, levels& found) const {
         float power = 0, distance_squared = 0;
@@ -494,37 +528,60 @@ class kernel_table {
                 power += common;
                 distance_squared += common * apart * apart;
             }
-        work.of_lines.assign(2 * across.half.size() - 1, 1.0F);
-        for (std::size_t lag = 1; lag < work.of_lines.size(); ++lag) {
-            const auto lines = static_cast<float>(lag);
-            work.of_lines[lag] = covariance(vec2{lines * across.spacing, 0}, lines * turned);
+        const int size = lines.full_circle ? 1 : std::max(lines.half_width() / half_width_in_groups, 1);
+        const lateral_weights across = grouped(lines, size, work.half);
+        const std::size_t lags = 2 * across.half.size() - 1;
+        work.of_lags.assign((lags + 1) * static_cast<std::size_t>(size), 1.0F);
+        for (std::size_t lag = 1; lag < work.of_lags.size(); ++lag) {
+            const auto distance = static_cast<float>(lag);
+            work.of_lags[lag] = covariance(vec2{distance * lines.spacing, 0}, distance * turned);
         }
-        const auto between_lines = [&](int lag) { return work.of_lines[static_cast<std::size_t>(lag)]; };
-        const auto lag_squared = [&](int lag) {
-            const float apart = static_cast<float>(lag) * across.spacing;
-            return between_lines(lag) * apart * apart;
-        };
-        const auto on_slope = [&](int lag) {
-            return between_lines(lag) * std::cos(steepest * static_cast<float>(lag) * across.spacing);
-        };
-        found.gain.assign(border_ + 1, 1.0F);
-        found.spread.resize(border_ + 1);
-        found.loss.resize(border_ + 1);
-        work.level.resize(border_ + 1);
+        const auto metres = [&](std::size_t lag) { return static_cast<float>(lag) * lines.spacing; };
+        for (std::vector<float>* const each : {&work.common, &work.squared, &work.sloping}) each->resize(lags);
+        mean_over_groups([&](std::size_t lag) { return work.of_lags[lag]; }, size, work.common);
+        mean_over_groups([&](std::size_t lag) { return work.of_lags[lag] * metres(lag) * metres(lag); }, size,
+                         work.squared);
+        mean_over_groups([&](std::size_t lag) { return work.of_lags[lag] * std::cos(steepest * metres(lag)); }, size,
+                         work.sloping);
+
+        const std::uint32_t border =
+            std::min({border_ / static_cast<std::uint32_t>(size), (across.lines - 1) / 2,
+                      border_in_half_widths * static_cast<std::uint32_t>(across.half_width())});
+        levels& own = work.of_groups;
+        own.gain.assign(border + 1, 1.0F);
+        own.spread.resize(border + 1);
+        own.loss.resize(border + 1);
+        work.level.resize(border + 1);
         const auto gain_of = [&](std::uint32_t line) {
-            return found.gain[std::min({line, lines_ - 1 - line, border_})];
+            return own.gain[std::min({line, across.lines - 1 - line, border})];
         };
-        const auto power_with = [&](std::uint32_t line, const auto& of_lag) {
-            return power * across.power<Width>(line, of_lag, gain_of, work.amplitudes);
+        const auto power_with = [&](std::uint32_t line, const std::vector<float>& of_lag) {
+            return power * across.power<Width>(line, view<const float>{of_lag}, gain_of, work.amplitudes);
         };
         for (int round = 0; round < 5; ++round) { // a line's level depends on its neighbours' gains: a fixed point
-            for (std::uint32_t line = 0; line <= border_; ++line) work.level[line] = power_with(line, between_lines);
-            for (std::uint32_t line = 0; line <= border_; ++line) found.gain[line] /= std::sqrt(work.level[line]);
+            for (std::uint32_t line = 0; line <= border; ++line) work.level[line] = power_with(line, work.common);
+            for (std::uint32_t line = 0; line <= border; ++line) own.gain[line] /= std::sqrt(work.level[line]);
         }
+        for (std::uint32_t line = 0; line <= border; ++line) {
+            own.spread[line] = {power_with(line, work.squared), distance_squared / power};
+            const float squared = steepest * steepest, lost = -std::log(max(power_with(line, work.sloping), 0.1F));
+            own.loss[line] = (lost - 0.5F * squared * own.spread[line].x) / (squared * squared);
+        }
+
+        found.gain.resize(border_ + 1);
+        found.spread.resize(border_ + 1);
+        found.loss.resize(border_ + 1);
         for (std::uint32_t line = 0; line <= border_; ++line) {
-            found.spread[line] = {power_with(line, lag_squared), distance_squared / power};
-            const float squared = steepest * steepest, lost = -std::log(max(power_with(line, on_slope), 0.1F));
-            found.loss[line] = (lost - 0.5F * squared * found.spread[line].x) / (squared * squared);
+            // At the end of the face extrapolated.
+            const float place =
+                min((static_cast<float>(line) + 0.5F) / static_cast<float>(size) - 0.5F, static_cast<float>(border));
+            const auto before = static_cast<std::uint32_t>(max(place, 0)), after = std::min(before + 1, border);
+            const auto between = [&](const auto& of) {
+                return of[before] + (place - static_cast<float>(before)) * (of[after] - of[before]);
+            };
+            found.gain[line] = between(own.gain);
+            found.spread[line] = between(own.spread);
+            found.loss[line] = between(own.loss);
         }
     }
 
