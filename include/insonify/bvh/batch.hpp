@@ -55,7 +55,6 @@ struct packet_traversal {
                 });
         }
         if (!stack.pop(rays.end - rays.begin)) return false;
-        if ((stack.next & leaf_bit) == 0) rays.narrow(stack.entry());
         tree.prefetch(stack.next);
         return true;
     }

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cstring>
 #include <utility>
 #include <vector>
 
@@ -26,13 +25,10 @@ class morton_order {
           used_((range.size() + block_size_ - 1) / block_size_), keys_(range.size()) {
         find_keys(policy, range);
         for (const std::uint32_t one : used_) count_ += one;
-        steps_.resize(count_);
-        if (range.size() < 1024) {
+        if (range.size() < 1024)
             std::sort(keys_.data(), keys_.data() + count_);
-            find_steps(0, count_);
-        } else {
+        else
             sort(policy);
-        }
     }
 
     std::size_t size() const { return count_; }
@@ -45,8 +41,10 @@ class morton_order {
     }
     /// The position where that bit changes; unique, since codes are sorted. @param step  above 0
     std::size_t place_of_step(std::size_t begin, std::size_t end, std::uint32_t step) const {
-        const void* const found = std::memchr(steps_.data() + begin + 1, static_cast<int>(step), end - begin - 1);
-        return static_cast<std::size_t>(static_cast<const std::uint8_t*>(found) - steps_.data());
+        const std::uint64_t bit = std::uint64_t{1} << (31 + step);
+        const std::uint64_t* const found = std::partition_point(keys_.data() + begin, keys_.data() + end,
+                                                                [bit](std::uint64_t key) { return (key & bit) == 0; });
+        return static_cast<std::size_t>(found - keys_.data());
     }
 
   private:
@@ -137,10 +135,7 @@ class morton_order {
         exec::for_each_block(policy, next.size(), together, each, [&](std::size_t begin, std::size_t end) {
             for (std::size_t d = begin; d < end; ++d)
                 sort_cells(keys_.data() + first(d), apart.data() + first(d), next[d] - first(d));
-            find_steps(first(begin), next[end - 1]);
         });
-        for (std::size_t d = together; d < next.size(); d += together) // at the borders of tasks
-            if (first(d) > 0 && first(d) < count_) steps_[first(d)] = step_at(first(d));
     }
 
     static void sort_cells(std::uint64_t* keys, std::uint64_t* other, std::uint32_t count) {
@@ -194,13 +189,6 @@ class morton_order {
         if (i < count) to[next[digit(keys[i])]++] = keys[i];
     }
 
-    void find_steps(std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin + 1; i < end; ++i) steps_[i] = step_at(i);
-    }
-    std::uint8_t step_at(std::size_t i) const {
-        return static_cast<std::uint8_t>(std::bit_width(cell(i - 1) ^ cell(i)));
-    }
-
     // Inserts two zeros after each bit of a coordinate.
     static bit_lanes<4> spread(const lanes<4>& place) {
         auto bits = bits_of_whole<4>(max(min(place, lanes<4>(last_cell)), lanes<4>(0.0F)));
@@ -213,7 +201,6 @@ class morton_order {
     std::size_t block_size_;
     std::vector<std::uint32_t> used_; // keys per block; primitives that were left out leave a gap after them
     large_array<std::uint64_t> keys_;
-    large_array<std::uint8_t> steps_; // the highest bit in which a code differs from the previous one, counted from 1
     std::size_t count_ = 0;
 };
 

@@ -218,7 +218,7 @@ INSONIFY_FN INSONIFY_INLINE triangle_hits<N> test_edges(const sheared_triangles<
     const floats size = abs(u + v + w);
     floats doubt(1e-35F);                    // below it, an underflow may change the sign
     auto conclusive = size <= floats(1e37F); // beyond it, the inverse is not precise
-    if constexpr (!detail::has_fma) {
+    if constexpr (!has_fma) {
         // products are at most |x| |y|: four roundings of half an ulp each, doubled for safety
         const floats max_x = max(max(abs(t.x[0]), abs(t.x[1])), abs(t.x[2]));
         const floats max_y = max(max(abs(t.y[0]), abs(t.y[1])), abs(t.y[2]));
@@ -343,44 +343,32 @@ struct alignas(64) leaf<Range, Width> {
     void intersect_packet(ray_packet<Width>& p, const Visit& visit) const {
         using floats = lanes<Width>;
         const int x = p.axes[0], y = p.axes[1], z = p.axes[2];
-        floats inwards[3], width[3]; // along the row
+        floats along[3], depth[3]; // of the corners: along the row, and along z
         floats from_low(-FLT_MAX), to_high(FLT_MAX), nearest(FLT_MAX);
         for (int c = 0; c < 3; ++c) {
             const floats at_x = load<Width>(corner[c][x]), at_y = load<Width>(corner[c][y]);
-            const floats at_z = load<Width>(corner[c][z]);
-            const floats along_row = multiply_add(floats(p.row[0]), at_x, floats(p.row[1]) * at_y);
-            const floats across_row = multiply_add(floats(p.row[0]), at_y, floats(-p.row[1]) * at_x);
-            inwards[c] = p.places.inwards(along_row, at_z);
-            width[c] = p.places.width(at_z);
-            from_low = max(from_low, multiply_add(floats(-p.across.min_slope), at_z, across_row));
-            to_high = min(to_high, multiply_add(floats(-p.across.max_slope), at_z, across_row));
-            nearest = min(nearest, floats(p.forward) * at_z);
+            const floats across = multiply_add(floats(p.row[0]), at_y, floats(-p.row[1]) * at_x);
+            along[c] = multiply_add(floats(p.row[0]), at_x, floats(p.row[1]) * at_y);
+            depth[c] = load<Width>(corner[c][z]);
+            from_low = max(from_low, multiply_add(floats(-p.across.min_slope), depth[c], across));
+            to_high = min(to_high, multiply_add(floats(-p.across.max_slope), depth[c], across));
+            nearest = min(nearest, floats(p.forward) * depth[c]);
         }
         const std::uint32_t across =
             usable() & bits_of(floats(p.across.low) <= from_low && to_high <= floats(p.across.high));
         if (across == 0) return;
-        floats first(FLT_MAX), last(-FLT_MAX); // positions of corners
-        for (int c = 0; c < 3; ++c) {
-            const floats place = p.places.place(inwards[c], width[c]);
-            first = min(first, place);
-            last = max(last, place);
-        }
-        const auto unknown = nearest < floats(p.places.valid_from);
-        if ((bits_of(unknown) & across) != 0) { // position unknown: kept, unless beyond a side of the row
-            const floats zero(0.0F);
-            const floats after = max(max(inwards[0], inwards[1]), inwards[2]);
-            const floats before = max(max(width[0] - inwards[0], width[1] - inwards[1]), width[2] - inwards[2]);
-            const auto within = zero <= after && zero <= before;
-            first = select(unknown, select(within, floats(-FLT_MAX), floats(FLT_MAX)), first);
-            last = select(unknown, floats(FLT_MAX), last);
-        }
         static_assert(ray_packet<Width>::max_rays <= 32);
         std::uint32_t inside = 0; // a bit per group and triangle
         for (std::uint32_t g = 0; g < p.groups; ++g) {
-            const auto& group = p.of[g];
-            const std::uint32_t hits = across & bits_of(nearest <= floats(group.end) && floats(group.first) <= last &&
-                                                        first <= floats(group.last));
-            inside |= hits << (g * Width);
+            const packet_wedge& own = p.of[g].along;
+            from_low = floats(-FLT_MAX), to_high = floats(FLT_MAX);
+            for (int c = 0; c < 3; ++c) {
+                from_low = max(from_low, multiply_add(floats(-own.min_slope), depth[c], along[c]));
+                to_high = min(to_high, multiply_add(floats(-own.max_slope), depth[c], along[c]));
+            }
+            const auto met =
+                nearest <= floats(p.of[g].end) && floats(own.low) <= from_low && to_high <= floats(own.high);
+            inside |= (across & bits_of(met)) << (g * Width);
         }
         std::uint32_t lowered = 0;
         for (; inside != 0; inside &= inside - 1) {

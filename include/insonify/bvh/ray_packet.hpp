@@ -14,12 +14,6 @@ struct ray_lanes {
     lanes<N> origin[3], direction[3], min_distance, max_distance;
 
     INSONIFY_INLINE explicit ray_lanes(const ray* first) {
-#if !defined(INSONIFY_NO_SIMD)
-        if constexpr (N == 8) {
-            transpose(first);
-            return;
-        }
-#endif
         for (int axis = 0; axis < 3; ++axis) {
             origin[axis] = each_lane<N>([&](int i) { return first[i].origin[axis]; });
             direction[axis] = each_lane<N>([&](int i) { return first[i].direction[axis]; });
@@ -34,30 +28,6 @@ struct ray_lanes {
         for (int axis = 0; axis < 3; ++axis) bits = bits | not_finite<N>(origin[axis]) | not_finite<N>(direction[axis]);
         return floats_of<N>(bits);
     }
-
-  private:
-#if !defined(INSONIFY_NO_SIMD)
-    // A ray is eight floats: three rounds of interleaving rows i and i + 4 transpose eight of them.
-    INSONIFY_INLINE void transpose(const ray* first) {
-        using floats = detail::vector<float, 8>;
-        static_assert(sizeof(ray) == sizeof(floats));
-        floats rows[8];
-        for (int i = 0; i < 8; ++i) __builtin_memcpy(rows + i, first + i, sizeof(floats));
-        for (int round = 0; round < 3; ++round) {
-            const floats before[8] = {rows[0], rows[1], rows[2], rows[3], rows[4], rows[5], rows[6], rows[7]};
-            for (std::size_t i = 0; i < 4; ++i) {
-                rows[2 * i] = __builtin_shufflevector(before[i], before[i + 4], 0, 8, 1, 9, 2, 10, 3, 11);
-                rows[2 * i + 1] = __builtin_shufflevector(before[i], before[i + 4], 4, 12, 5, 13, 6, 14, 7, 15);
-            }
-        }
-        for (int axis = 0; axis < 3; ++axis) {
-            origin[axis] = __builtin_bit_cast(lanes<N>, rows[axis]);
-            direction[axis] = __builtin_bit_cast(lanes<N>, rows[3 + axis]);
-        }
-        min_distance = __builtin_bit_cast(lanes<N>, rows[6]);
-        max_distance = __builtin_bit_cast(lanes<N>, rows[7]);
-    }
-#endif
 };
 
 /// A bit for each ray that may enter the box between its limits. Conservative: rounding never loses a ray, also not in
@@ -204,28 +174,6 @@ struct ray_packet : packet_bounds<N> {
 
     /// Bounds of the rays across the row, in terms of z.
     packet_wedge across{};
-    /// The position along the row, 0 at its first ray and 1 at its last:
-    ///
-    ///     inwards / width,    inwards = u - low - min_slope * z,    width = widest + widening * z,    u along the row
-    ///
-    /// As a quotient of two linear functions it is monotonic along a ray, and over a triangle it is extreme at a corner,
-    /// wherever the width is above 0. Rays of a fan keep their position, others nearly.
-    struct ruler {
-        float low = 0, min_slope = 0, widest = 0, widening = 0;
-        float valid_from = 0; ///< in terms of forward * z: positions of nearer points are meaningless
-
-        INSONIFY_INLINE lanes<N> inwards(const lanes<N>& u, const lanes<N>& z) const {
-            return multiply_add(lanes<N>(-min_slope), z, u) - lanes<N>(low);
-        }
-        INSONIFY_INLINE lanes<N> width(const lanes<N>& z) const {
-            return multiply_add(lanes<N>(widening), z, lanes<N>(widest));
-        }
-        /// Any number, or an infinite one, for points that are not valid.
-        INSONIFY_INLINE static lanes<N> place(const lanes<N>& inwards, const lanes<N>& width) {
-            return inwards / max(lanes<N>(1e-22F), width);
-        }
-    };
-    ruler places{};
     float row[2] = {1, 0}; ///< the direction of the row, in x and y; across it is (-row[1], row[0])
     std::size_t groups = 0;
     /// The rays of a group, and the part of the row that they occupy.
@@ -236,8 +184,7 @@ struct ray_packet : packet_bounds<N> {
         float min_distance[N];
         float limit[N];       ///< hits beyond it do not count; below 0: the ray is finished
         float end = -FLT_MAX; ///< of forward * z between the limits of the rays
-        float first, last;    ///< positions of the rays
-        packet_wedge along;   ///< bounds of the rays along the row, in terms of forward * z - z0
+        packet_wedge along;   ///< bounds of the rays along the row, in terms of z
     };
     group of[max_groups];
 
@@ -277,14 +224,6 @@ struct ray_packet : packet_bounds<N> {
             one.end = reduce_max(select(floats(0.0F) <= largest, last, floats(-FLT_MAX))) + margin_;
             this->end = max(this->end, one.end);
         }
-    }
-
-    /// Culls by the bounds of those groups only whose rays go as far as `entry`, in terms of forward * z - begin: what
-    /// begins there does not concern the others.
-    INSONIFY_INLINE void narrow(float entry) {
-        std::uint32_t active = 0;
-        for (std::size_t g = 0; g < groups; ++g) active |= std::uint32_t{entry <= of[g].end - this->begin} << g;
-        if (active != active_ && active != 0) bound_row(active);
     }
 
     /// One of the rays.
@@ -387,59 +326,17 @@ struct ray_packet : packet_bounds<N> {
             start_across[g] = multiply_add(floats(row[0]), start[1][g], floats(-row[1]) * start[0][g]);
             slope_across[g] = multiply_add(floats(row[0]), slope[1][g], floats(-row[1]) * slope[0][g]);
         }
-        for (std::size_t g = 0; g < groups; ++g) of[g].along = wedge_of(start_along + g, slope_along + g, 1);
-        z0_ = z0;
-        const packet_wedge along = along_of((1U << groups) - 1);
         across = wedge_of(start_across, slope_across, groups);
         if (!(across.width(max(middle - z0, 0.0F)) < max_width)) return false;
         margin_ = 4e-6F * range; // above the rounding of shear, planes and their evaluation together
         this->set_begin(z0 - margin_);
         for (int k = 0; k < 2; ++k) this->set_slab(k, wedge_of(start[k], slope[k], groups), z0, margin_);
-        place_groups(along, start_along, slope_along, z0, depth);
-        across = from_zero(across, z0, margin_);
-        bound_row((1U << groups) - 1);
+        for (std::size_t g = 0; g < groups; ++g)
+            of[g].along = from_zero(wedge_of(start_along + g, slope_along + g, 1), z0);
+        across = from_zero(across, z0);
+        this->set_planes(&this->around[0], row[0], row[1], from_zero(wedge_of(start_along, slope_along, groups), z0));
         this->set_planes(&this->around[2], -row[1], row[0], across);
         return true;
-    }
-
-    // Sets the ruler, and the positions of each group: between two depths beyond z0, positions are monotonic.
-    void place_groups(packet_wedge along, const lanes<N>* start, const lanes<N>* slope, float z0, float depth) {
-        using floats = lanes<N>;
-        // From this width on, rounding changes positions by less than a hundredth, and they are valid. In rows that stay
-        // narrower they are valid from the start, with a larger margin on each side.
-        const float wide = 400 * margin_;
-        const float needed = max(0.0F, (wide - along.width(0)) / max(along.max_slope - along.min_slope, 1e-30F));
-        const bool opens = needed < depth;
-        const float first = opens ? needed : 0.0F, room = (opens ? 2.0F : 50.0F) * margin_;
-        along.low -= room;
-        along.high += room;
-        const packet_wedge world = from_zero(along, z0, 0);
-        places = {world.low, world.min_slope, world.high - world.low, world.max_slope - world.min_slope, z0 + first};
-        for (std::size_t g = 0; g < groups; ++g) {
-            const auto place = [&](float at) {
-                return (start[g] - floats(along.low) + floats(at) * (slope[g] - floats(along.min_slope))) *
-                       floats(1 / along.width(at));
-            };
-            const floats one = place(first), other = place(depth);
-            of[g].first = reduce_min(min(one, other)) - 2 * margin_ / along.width(first);
-            of[g].last = reduce_max(max(one, other)) + 2 * margin_ / along.width(first);
-        }
-    }
-
-    // Sets the planes across the row to hold the groups whose bit is set.
-    void bound_row(std::uint32_t active) {
-        active_ = active;
-        this->set_planes(&this->around[0], row[0], row[1], from_zero(along_of(active), z0_, margin_));
-    }
-
-    packet_wedge along_of(std::uint32_t active) const {
-        packet_wedge all{FLT_MAX, -FLT_MAX, FLT_MAX, -FLT_MAX};
-        for (; active != 0; active &= active - 1) {
-            const packet_wedge& one = of[lowest_bit(active)].along;
-            all = {min(all.low, one.low), max(all.high, one.high), min(all.min_slope, one.min_slope),
-                   max(all.max_slope, one.max_slope)};
-        }
-        return all;
     }
 
     static packet_wedge wedge_of(const lanes<N>* start, const lanes<N>* slope, std::size_t count) {
@@ -453,14 +350,13 @@ struct ray_packet : packet_bounds<N> {
         return {reduce_min(low), reduce_max(high), reduce_min(min_slope), reduce_max(max_slope)};
     }
 
-    // The same bounds in terms of z instead of forward * z - z0, widened on both sides.
-    packet_wedge from_zero(const packet_wedge& w, float z0, float more) const {
-        return {w.low - more - w.min_slope * z0, w.high + more - w.max_slope * z0, w.min_slope * forward,
+    // The same bounds in terms of z instead of forward * z - z0, widened on both sides by the margin.
+    packet_wedge from_zero(const packet_wedge& w, float z0) const {
+        return {w.low - margin_ - w.min_slope * z0, w.high + margin_ - w.max_slope * z0, w.min_slope * forward,
                 w.max_slope * forward};
     }
 
-    float z0_ = 0, margin_ = 0;
-    std::uint32_t active_ = 0; ///< a bit for each group that the planes hold
+    float margin_ = 0;
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail

@@ -15,7 +15,7 @@
 ///     pop(limit)            the top of the stack is next; false if the stack is empty
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Capacity: each level pops one reference and pushes at most Width, and `detail::pack_lanes` always writes Width.
+/// Capacity: each level pops one reference and pushes at most Width, and `pack_lanes` always writes Width.
 template <int Width>
 inline constexpr std::uint32_t max_stack = max_levels<Width>*(Width - 1) + 1;
 
@@ -38,8 +38,8 @@ struct nearest_first {
             lowest_bit(tied | 1U << (Width - 1)); // never out of range, whatever the numbers are
         next = node.child[nearest];
         met &= ~(1U << nearest);
-        detail::pack_lanes<Width>(raw_bits<Width>(distance), met, distances + size);
-        size += detail::pack_lanes<Width>(load_bits<Width>(node.child), met, references + size);
+        pack_lanes<Width>(raw_bits<Width>(distance), met, distances + size);
+        size += pack_lanes<Width>(load_bits<Width>(node.child), met, references + size);
     }
 
     INSONIFY_FN INSONIFY_INLINE bool pop(float limit) {
@@ -65,7 +65,7 @@ struct any_order {
 
     /// @param met  a bit for each child that is hit
     INSONIFY_FN INSONIFY_INLINE void descend(const tree_node<Width>& node, const lanes<Width>&, std::uint32_t met) {
-        size += detail::pack_lanes<Width>(load_bits<Width>(node.child), met, references + size);
+        size += pack_lanes<Width>(load_bits<Width>(node.child), met, references + size);
         next = references[--size];
     }
 
