@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <utility>
 #if defined(INSONIFY_STD_SIMD)
 #include <experimental/simd>
 #endif
@@ -46,157 +45,44 @@ inline constexpr int simd_width = detail::register_width < 8 ? 4 : 8;
 /// Floats in the widest register: for long runs.
 inline constexpr int max_simd_width = detail::register_width;
 
-#if defined(INSONIFY_NO_SIMD)
-
 namespace detail {
 
-/// An array with the operators of T, element by element.
+#if defined(INSONIFY_NO_SIMD)
+/// N values with the operators of T, one by one; comparisons give all ones where true, else zero.
 template <class T, int N>
-struct array {
-    T lane[N] = {};
+struct vector {
+    T lane[N];
 
-    array() = default;
-    INSONIFY_FN array(T value) {
+    vector() = default;
+    INSONIFY_FN vector(T value) {
         for (T& l : lane) l = value;
     }
-    static constexpr std::size_t size() { return N; }
     INSONIFY_FN T& operator[](int i) { return lane[i]; }
     INSONIFY_FN T operator[](int i) const { return lane[i]; }
 
-    INSONIFY_VISITS
-    template <class Value>
-    INSONIFY_FN static array each(const Value& value) {
-        array result;
-        for (int i = 0; i < N; ++i) result.lane[i] = value(i);
-        return result;
+    INSONIFY_FN friend vector operator-(const vector& a) { return vector(T{}) - a; }
+    INSONIFY_FN friend vector operator~(const vector& a) { return a ^ vector(~T{}); }
+#define INSONIFY_LANEWISE(result, operation, value)                                                                    \
+    INSONIFY_FN friend vector<result, N> operator operation(const vector& a, const vector& b) {                        \
+        vector<result, N> all;                                                                                         \
+        for (int i = 0; i < N; ++i) all[i] = value(a[i] operation b[i]);                                               \
+        return all;                                                                                                    \
     }
-
-    INSONIFY_FN friend array operator-(const array& a) {
-        return each([&](int i) { return -a[i]; });
-    }
-    INSONIFY_FN friend array operator!(const array& a) {
-        return each([&](int i) { return !a[i]; });
-    }
-    INSONIFY_FN friend array operator<<(const array& a, int by) {
-        return each([&](int i) { return a[i] << static_cast<unsigned>(by); });
-    }
-    INSONIFY_FN friend array operator>>(const array& a, int by) {
-        return each([&](int i) { return a[i] >> static_cast<unsigned>(by); });
-    }
-#define INSONIFY_LANEWISE(result, operation)                                                                           \
-    INSONIFY_FN friend array<result, N> operator operation(const array& a, const array& b) {                           \
-        return array<result, N>::each([&](int i) { return a[i] operation b[i]; });                                     \
-    }
-    INSONIFY_LANEWISE(T, +)
-    INSONIFY_LANEWISE(T, -)
-    INSONIFY_LANEWISE(T, *)
-    INSONIFY_LANEWISE(T, /)
-    INSONIFY_LANEWISE(T, &)
-    INSONIFY_LANEWISE(T, |)
-    INSONIFY_LANEWISE(T, ^)
-    INSONIFY_LANEWISE(T, &&)
-    INSONIFY_LANEWISE(T, ||)
-    INSONIFY_LANEWISE(bool, <)
-    INSONIFY_LANEWISE(bool, <=)
-    INSONIFY_LANEWISE(bool, ==)
+    INSONIFY_LANEWISE(T, +, )
+    INSONIFY_LANEWISE(T, -, )
+    INSONIFY_LANEWISE(T, *, )
+    INSONIFY_LANEWISE(T, /, )
+    INSONIFY_LANEWISE(T, &, )
+    INSONIFY_LANEWISE(T, |, )
+    INSONIFY_LANEWISE(T, ^, )
+    INSONIFY_LANEWISE(T, <<, )
+    INSONIFY_LANEWISE(T, >>, )
+    INSONIFY_LANEWISE(std::int32_t, <, -std::int32_t)
+    INSONIFY_LANEWISE(std::int32_t, <=, -std::int32_t)
+    INSONIFY_LANEWISE(std::int32_t, ==, -std::int32_t)
 #undef INSONIFY_LANEWISE
 };
-
-} // namespace detail
-
-template <int N>
-using lanes = detail::array<float, N>;
-template <int N>
-using lane_mask = detail::array<bool, N>;
-template <int N>
-using bit_lanes = detail::array<std::uint32_t, N>;
-
-INSONIFY_VISITS
-template <int N, class Value>
-INSONIFY_FN lanes<N> each_lane(const Value& value) {
-    return lanes<N>::each(value);
-}
-template <int N>
-INSONIFY_FN lanes<N> load(const float* from) {
-    return lanes<N>::each([from](int i) { return from[i]; });
-}
-template <int N>
-INSONIFY_FN void store(const lanes<N>& value, float* to) {
-    for (int i = 0; i < N; ++i) to[i] = value[i];
-}
-template <int N>
-INSONIFY_FN bit_lanes<N> load_bits(const std::uint32_t* from) {
-    return bit_lanes<N>::each([from](int i) { return from[i]; });
-}
-template <int N>
-INSONIFY_FN void store_bits(const bit_lanes<N>& bits, std::uint32_t* to) {
-    for (int i = 0; i < N; ++i) to[i] = bits[i];
-}
-template <int N>
-INSONIFY_FN lanes<N> floats_of(const bit_lanes<N>& bits) {
-    return lanes<N>::each([&](int i) { return static_cast<float>(static_cast<std::int32_t>(bits[i])); });
-}
-template <int N>
-INSONIFY_FN bit_lanes<N> bits_of_whole(const lanes<N>& x) {
-    return bit_lanes<N>::each([&](int i) { return static_cast<std::uint32_t>(static_cast<std::int32_t>(x[i])); });
-}
-
-template <int N>
-INSONIFY_FN std::uint32_t bits_of(const lane_mask<N>& mask) {
-    std::uint32_t bits = 0;
-    for (int i = 0; i < N; ++i) bits |= static_cast<std::uint32_t>(mask[i]) << static_cast<unsigned>(i);
-    return bits;
-}
-
-template <int N>
-INSONIFY_FN lanes<N> min(const lanes<N>& a, const lanes<N>& b) {
-    return lanes<N>::each([&](int i) { return min(a[i], b[i]); });
-}
-template <int N>
-INSONIFY_FN lanes<N> max(const lanes<N>& a, const lanes<N>& b) {
-    return lanes<N>::each([&](int i) { return max(a[i], b[i]); });
-}
-template <int N>
-INSONIFY_FN lanes<N> abs(const lanes<N>& a) {
-    return lanes<N>::each([&](int i) { return std::fabs(a[i]); });
-}
-template <int N>
-INSONIFY_FN lanes<N> sqrt(const lanes<N>& a) {
-    return lanes<N>::each([&](int i) { return std::sqrt(a[i]); });
-}
-template <int N>
-INSONIFY_FN lanes<N> multiply_add(const lanes<N>& a, const lanes<N>& b, const lanes<N>& c) {
-    return lanes<N>::each([&](int i) { return multiply_add(a[i], b[i], c[i]); });
-}
-
-template <int N>
-INSONIFY_FN lanes<N> select(const lane_mask<N>& mask, const lanes<N>& a, const lanes<N>& b) {
-    return lanes<N>::each([&](int i) { return mask[i] ? a[i] : b[i]; });
-}
-
-template <int N>
-INSONIFY_FN float reduce_min(const lanes<N>& a) {
-    float result = a[0];
-    for (const float l : a.lane) result = min(result, l);
-    return result;
-}
-template <int N>
-INSONIFY_FN float reduce_max(const lanes<N>& a) {
-    float result = a[0];
-    for (const float l : a.lane) result = max(result, l);
-    return result;
-}
-template <int N>
-INSONIFY_FN float sum(const lanes<N>& a) {
-    float result = 0;
-    for (const float l : a.lane) result += l;
-    return result;
-}
-
-#else // of INSONIFY_NO_SIMD
-
-namespace detail {
-
+#else
 template <class T, int N>
 struct vector_type {
     using type __attribute__((vector_size(sizeof(T) * N))) = T;
@@ -205,6 +91,7 @@ struct vector_type {
 /// N values in the compiler's own vector type, with the operators of T lane by lane.
 template <class T, int N>
 using vector = typename vector_type<T, N>::type;
+#endif
 
 } // namespace detail
 
@@ -312,24 +199,17 @@ INSONIFY_INLINE float sum(const stdx::simd<float, Abi>& a) {
 
 #else // of INSONIFY_STD_SIMD
 
-namespace detail {
-
-/// Calls body(0) to body(N - 1), unrolled: no lane is indexed at run time.
-template <int N, class Body>
-INSONIFY_INLINE void for_each_lane(const Body& body) {
-    [&body]<int... I>(std::integer_sequence<int, I...>) { (body(I), ...); }
-    (std::make_integer_sequence<int, N>{});
-}
-
-} // namespace detail
-
 template <int N>
 struct lane_mask {
     detail::vector<std::int32_t, N> bits; ///< all ones where set, else zero
 
-    INSONIFY_INLINE friend lane_mask operator&&(const lane_mask& a, const lane_mask& b) { return {a.bits & b.bits}; }
-    INSONIFY_INLINE friend lane_mask operator||(const lane_mask& a, const lane_mask& b) { return {a.bits | b.bits}; }
-    INSONIFY_INLINE friend lane_mask operator!(const lane_mask& a) { return {~a.bits}; }
+    INSONIFY_FN INSONIFY_INLINE friend lane_mask operator&&(const lane_mask& a, const lane_mask& b) {
+        return {a.bits & b.bits};
+    }
+    INSONIFY_FN INSONIFY_INLINE friend lane_mask operator||(const lane_mask& a, const lane_mask& b) {
+        return {a.bits | b.bits};
+    }
+    INSONIFY_FN INSONIFY_INLINE friend lane_mask operator!(const lane_mask& a) { return {~a.bits}; }
 };
 
 template <int N>
@@ -337,26 +217,31 @@ struct lanes {
     detail::vector<float, N> values;
 
     lanes() = default;
-    INSONIFY_INLINE lanes(float value) : values(value - detail::vector<float, N>{}) {}
-    INSONIFY_INLINE explicit lanes(const detail::vector<float, N>& all) : values(all) {}
+    INSONIFY_FN INSONIFY_INLINE lanes(float value) : values(value - detail::vector<float, N>{}) {}
+    INSONIFY_FN INSONIFY_INLINE explicit lanes(const detail::vector<float, N>& all) : values(all) {}
     static constexpr std::size_t size() { return N; }
-    INSONIFY_INLINE float operator[](int i) const { return values[i]; }
+    INSONIFY_FN INSONIFY_INLINE float operator[](int i) const { return values[i]; }
 
-    INSONIFY_INLINE friend lanes operator-(const lanes& a) { return lanes(-a.values); }
-    INSONIFY_INLINE friend lanes operator+(const lanes& a, const lanes& b) { return lanes(a.values + b.values); }
-    INSONIFY_INLINE friend lanes operator-(const lanes& a, const lanes& b) { return lanes(a.values - b.values); }
-    INSONIFY_INLINE friend lanes operator*(const lanes& a, const lanes& b) { return lanes(a.values * b.values); }
-    INSONIFY_INLINE friend lanes operator/(const lanes& a, const lanes& b) { return lanes(a.values / b.values); }
-    INSONIFY_INLINE friend lane_mask<N> operator<(const lanes& a, const lanes& b) { return {a.values < b.values}; }
-    INSONIFY_INLINE friend lane_mask<N> operator<=(const lanes& a, const lanes& b) { return {a.values <= b.values}; }
-    INSONIFY_INLINE friend lane_mask<N> operator==(const lanes& a, const lanes& b) { return {a.values == b.values}; }
+    INSONIFY_FN INSONIFY_INLINE friend lanes operator-(const lanes& a) { return lanes(-a.values); }
+#define INSONIFY_LANEWISE(result, operation)                                                                           \
+    INSONIFY_FN INSONIFY_INLINE friend result operator operation(const lanes& a, const lanes& b) {                     \
+        return result{a.values operation b.values};                                                                    \
+    }
+    INSONIFY_LANEWISE(lanes, +)
+    INSONIFY_LANEWISE(lanes, -)
+    INSONIFY_LANEWISE(lanes, *)
+    INSONIFY_LANEWISE(lanes, /)
+    INSONIFY_LANEWISE(lane_mask<N>, <)
+    INSONIFY_LANEWISE(lane_mask<N>, <=)
+    INSONIFY_LANEWISE(lane_mask<N>, ==)
+#undef INSONIFY_LANEWISE
 };
 
 namespace detail {
 
 /// Combines lanes pairwise, halving their number each time.
 template <int N, class Operation>
-INSONIFY_INLINE float reduce(const lanes<N>& a, const Operation& operation) {
+INSONIFY_FN INSONIFY_INLINE float reduce(const lanes<N>& a, const Operation& operation) {
     if constexpr (N == 1) {
         return a[0];
     } else {
@@ -369,83 +254,90 @@ INSONIFY_INLINE float reduce(const lanes<N>& a, const Operation& operation) {
 } // namespace detail
 
 template <int N>
-INSONIFY_INLINE lanes<N> load(const float* from) {
+INSONIFY_FN INSONIFY_INLINE lanes<N> load(const float* from) {
     lanes<N> result;
     __builtin_memcpy(&result, from, sizeof result);
     return result;
 }
 template <int N>
-INSONIFY_INLINE void store(const lanes<N>& value, float* to) {
+INSONIFY_FN INSONIFY_INLINE void store(const lanes<N>& value, float* to) {
     __builtin_memcpy(to, &value, sizeof value);
 }
 
+INSONIFY_VISITS
 template <int N, class Value>
-INSONIFY_INLINE lanes<N> each_lane(const Value& value) {
+INSONIFY_FN INSONIFY_INLINE lanes<N> each_lane(const Value& value) {
     lanes<N> result;
-    detail::for_each_lane<N>([&](int i) { result.values[i] = value(i); });
+    for (int i = 0; i < N; ++i) result.values[i] = value(i);
     return result;
 }
 
 template <int N>
-INSONIFY_INLINE std::uint32_t bits_of(const lane_mask<N>& mask) {
-#if defined(__wasm_simd128__)
+INSONIFY_FN INSONIFY_INLINE std::uint32_t bits_of(const lane_mask<N>& mask) {
+#if defined(__wasm_simd128__) && !defined(INSONIFY_NO_SIMD)
     if constexpr (N == 4) return static_cast<std::uint32_t>(__builtin_wasm_bitmask_i32x4(mask.bits));
-#elif defined(__clang__) && __clang_major__ >= 16 // compiled to one instruction on x86
+#elif defined(__clang__) && __clang_major__ >= 16 && !defined(INSONIFY_NO_SIMD) // compiled to one instruction on x86
     using flags = bool __attribute__((ext_vector_type(N)));
     if constexpr (N == 4 || N == 8)
         return __builtin_bit_cast(unsigned char, __builtin_convertvector(mask.bits, flags)) & ((1U << N) - 1);
 #endif
     std::uint32_t bits = 0;
-    detail::for_each_lane<N>([&](int i) { bits |= static_cast<std::uint32_t>(mask.bits[i]) & 1U << i; });
+    for (int i = 0; i < N; ++i) bits |= static_cast<std::uint32_t>(mask.bits[i]) & 1U << i;
     return bits;
 }
 
 template <int N>
-INSONIFY_INLINE lanes<N> select(const lane_mask<N>& mask, const lanes<N>& a, const lanes<N>& b) {
+INSONIFY_FN INSONIFY_INLINE lanes<N> select(const lane_mask<N>& mask, const lanes<N>& a, const lanes<N>& b) {
+#if defined(INSONIFY_NO_SIMD)
+    return each_lane<N>([&](int i) { return mask.bits[i] != 0 ? a[i] : b[i]; });
+#else
     return lanes<N>(mask.bits ? a.values : b.values);
+#endif
 }
 
 template <int N>
-INSONIFY_INLINE lanes<N> min(const lanes<N>& a, const lanes<N>& b) {
+INSONIFY_FN INSONIFY_INLINE lanes<N> min(const lanes<N>& a, const lanes<N>& b) {
     return select(a < b, a, b);
 }
 template <int N>
-INSONIFY_INLINE lanes<N> max(const lanes<N>& a, const lanes<N>& b) {
+INSONIFY_FN INSONIFY_INLINE lanes<N> max(const lanes<N>& a, const lanes<N>& b) {
     return select(a < b, b, a);
 }
 template <int N>
-INSONIFY_INLINE lanes<N> abs(const lanes<N>& a) {
+INSONIFY_FN INSONIFY_INLINE lanes<N> abs(const lanes<N>& a) {
     const auto bits = __builtin_bit_cast(detail::vector<std::uint32_t, N>, a) & 0x7FFFFFFFU;
     return __builtin_bit_cast(lanes<N>, bits);
 }
 template <int N>
-INSONIFY_INLINE lanes<N> sqrt(const lanes<N>& a) {
+INSONIFY_FN INSONIFY_INLINE lanes<N> sqrt(const lanes<N>& a) {
+#if !defined(INSONIFY_NO_SIMD) && defined(__clang__)
 #if __has_builtin(__builtin_elementwise_sqrt)
     return lanes<N>(__builtin_elementwise_sqrt(a.values));
-#else
-    return each_lane<N>([&a](int i) { return std::sqrt(a[i]); });
 #endif
+#endif
+    return each_lane<N>([&a](int i) { return std::sqrt(a[i]); });
 }
 template <int N>
-INSONIFY_INLINE lanes<N> multiply_add(const lanes<N>& a, const lanes<N>& b, const lanes<N>& c) {
+INSONIFY_FN INSONIFY_INLINE lanes<N> multiply_add(const lanes<N>& a, const lanes<N>& b, const lanes<N>& c) {
+#if !defined(INSONIFY_NO_SIMD) && defined(__clang__)
     if constexpr (!detail::has_fma) return a * b + c;
 #if __has_builtin(__builtin_elementwise_fma)
     return lanes<N>(__builtin_elementwise_fma(a.values, b.values, c.values));
-#else
-    return each_lane<N>([&](int i) { return std::fma(a[i], b[i], c[i]); });
 #endif
+#endif
+    return each_lane<N>([&](int i) { return multiply_add(a[i], b[i], c[i]); });
 }
 
 template <int N>
-INSONIFY_INLINE float reduce_min(const lanes<N>& a) {
+INSONIFY_FN INSONIFY_INLINE float reduce_min(const lanes<N>& a) {
     return detail::reduce(a, [](const auto& x, const auto& y) { return min(x, y); });
 }
 template <int N>
-INSONIFY_INLINE float reduce_max(const lanes<N>& a) {
+INSONIFY_FN INSONIFY_INLINE float reduce_max(const lanes<N>& a) {
     return detail::reduce(a, [](const auto& x, const auto& y) { return max(x, y); });
 }
 template <int N>
-INSONIFY_INLINE float sum(const lanes<N>& a) {
+INSONIFY_FN INSONIFY_INLINE float sum(const lanes<N>& a) {
     return detail::reduce(a, [](const auto& x, const auto& y) { return x + y; });
 }
 
@@ -456,29 +348,35 @@ template <int N>
 using bit_lanes = detail::vector<std::uint32_t, N>;
 
 template <int N>
-INSONIFY_INLINE lanes<N> floats_of(bit_lanes<N> bits) {
+INSONIFY_FN INSONIFY_INLINE lanes<N> floats_of(bit_lanes<N> bits) {
+#if defined(INSONIFY_NO_SIMD)
+    return each_lane<N>([&](int i) { return static_cast<float>(static_cast<std::int32_t>(bits[i])); });
+#else
     return __builtin_bit_cast(lanes<N>,
                               __builtin_convertvector((detail::vector<std::int32_t, N>)bits, detail::vector<float, N>));
+#endif
 }
-
 template <int N>
-INSONIFY_INLINE bit_lanes<N> bits_of_whole(const lanes<N>& x) {
+INSONIFY_FN INSONIFY_INLINE bit_lanes<N> bits_of_whole(const lanes<N>& x) {
+#if defined(INSONIFY_NO_SIMD)
+    bit_lanes<N> bits;
+    for (int i = 0; i < N; ++i) bits[i] = static_cast<std::uint32_t>(static_cast<std::int32_t>(x[i]));
+    return bits;
+#else
     return (bit_lanes<N>)__builtin_convertvector(__builtin_bit_cast(detail::vector<float, N>, x),
                                                  detail::vector<std::int32_t, N>);
+#endif
 }
-
 template <int N>
-INSONIFY_INLINE void store_bits(bit_lanes<N> bits, std::uint32_t* to) {
+INSONIFY_FN INSONIFY_INLINE void store_bits(bit_lanes<N> bits, std::uint32_t* to) {
     __builtin_memcpy(to, &bits, sizeof bits);
 }
 template <int N>
-INSONIFY_INLINE bit_lanes<N> load_bits(const std::uint32_t* from) {
+INSONIFY_FN INSONIFY_INLINE bit_lanes<N> load_bits(const std::uint32_t* from) {
     bit_lanes<N> bits;
     __builtin_memcpy(&bits, from, sizeof bits);
     return bits;
 }
-
-#endif // INSONIFY_NO_SIMD
 
 } // namespace insonify::inline INSONIFY_ABI
 
