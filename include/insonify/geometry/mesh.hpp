@@ -83,9 +83,7 @@ inline double enclosed_volume(const mesh_view& m) {
     return volume;
 }
 
-} // namespace insonify::inline INSONIFY_ABI
-
-namespace insonify::inline INSONIFY_ABI::detail {
+namespace detail {
 
 /// One side of a face, as half of an edge: the half edges of one edge have equal `ends`, whatever their direction.
 struct half_edge {
@@ -110,12 +108,6 @@ inline std::pair<std::uint32_t, std::uint32_t> vertices_of_side(const uvec3& fac
 inline void sort_by_ends(std::vector<half_edge>& edges) {
     std::sort(edges.begin(), edges.end(), [](const half_edge& a, const half_edge& b) { return a.ends < b.ends; });
 }
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-namespace insonify::inline INSONIFY_ABI {
-
-namespace detail {
 
 /// `face_groups` in flat arrays. Trivially copyable.
 struct face_groups_view {
@@ -142,11 +134,11 @@ class face_groups {
   public:
     face_groups() = default;
     explicit face_groups(const mesh_view& surface)
-        : ends_((surface.faces.size() + detail::face_groups_view::size - 1) / detail::face_groups_view::size) {
+        : ends_((surface.faces.size() + face_groups_view::size - 1) / face_groups_view::size) {
         std::vector<std::uint32_t> last_group(surface.positions.size(), ~0U);
         vertices_.reserve(surface.faces.size());
         for (std::size_t i = 0; i < surface.faces.size(); ++i) {
-            const auto group = static_cast<std::uint32_t>(i / detail::face_groups_view::size);
+            const auto group = static_cast<std::uint32_t>(i / face_groups_view::size);
             for (const std::uint32_t vertex : {surface.faces[i].x, surface.faces[i].y, surface.faces[i].z})
                 if (last_group[vertex] != group) {
                     last_group[vertex] = group;
@@ -158,7 +150,7 @@ class face_groups {
     }
 
     bool empty() const { return ends_.empty(); }
-    detail::face_groups_view view_of() const { return {ends_, vertices_}; }
+    face_groups_view view_of() const { return {ends_, vertices_}; }
 
   private:
     std::vector<std::size_t> ends_;

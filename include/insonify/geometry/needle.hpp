@@ -62,7 +62,7 @@ inline mesh make_needle(float diameter, float length, const needle_settings& set
 
     // Both ends have a middle and, just within the rim, a ring that keeps normals interpolated over the rim near it.
     mesh needle;
-    const std::uint32_t rings = settings.segments_along + 3, n = settings.segments;
+    const std::uint32_t n = settings.segments;
     needle.positions = {{0, 0, -length}, {0, 0, bevel_at(0)}};
     for (std::uint32_t i = 0; i < n; ++i) {
         const double angle = 2 * 3.14159265358979323846 * i / n; // from the tip on
@@ -75,12 +75,8 @@ inline mesh make_needle(float diameter, float length, const needle_settings& set
             needle.positions.push_back({x, y, (1 - part) * -length + part * bevel_at(x)});
         }
         needle.positions.push_back({within * x, within * y, bevel_at(within * x)});
-        const std::uint32_t a = 2 + rings * i, b = 2 + rings * ((i + 1) % n);
-        needle.faces.insert(needle.faces.end(), {{0, b, a}, {1, a + rings - 1, b + rings - 1}});
-        for (std::uint32_t ring = 0; ring + 1 < rings; ++ring)
-            needle.faces.insert(needle.faces.end(),
-                                {{a + ring, b + ring, b + ring + 1}, {a + ring, b + ring + 1, a + ring + 1}});
     }
+    detail::add_tube_faces(needle, n, settings.segments_along + 3);
     return detail::checked_shape("make_needle", std::move(needle));
 }
 

@@ -95,6 +95,17 @@ inline void check_subdivisions(const std::string& shape, std::uint32_t count) {
                              " subdivisions are more than 10; each makes four times as many triangles"};
 }
 
+/// Adds the faces of a closed tube. Its vertices are the middles of both ends, then one of every ring for each segment.
+inline void add_tube_faces(mesh& tube, std::uint32_t segments, std::uint32_t rings) {
+    for (std::uint32_t i = 0; i < segments; ++i) {
+        const std::uint32_t a = 2 + rings * i, b = 2 + rings * ((i + 1) % segments);
+        tube.faces.insert(tube.faces.end(), {{0, b, a}, {1, a + rings - 1, b + rings - 1}});
+        for (std::uint32_t ring = 0; ring + 1 < rings; ++ring)
+            tube.faces.insert(tube.faces.end(),
+                              {{a + ring, b + ring, b + ring + 1}, {a + ring, b + ring + 1, a + ring + 1}});
+    }
+}
+
 /// @throws geometry_error  where two corners of a face have rounded to the same point, which would open the surface
 inline mesh checked_shape(const std::string& shape, mesh m) {
     for (const uvec3 f : m.faces)
@@ -110,9 +121,9 @@ inline mesh checked_shape(const std::string& shape, mesh m) {
 inline mesh make_box(vec3 lower, vec3 upper, std::uint32_t subdivisions = 0) {
     detail::check_shape_point("make_box", lower);
     detail::check_shape_point("make_box", upper);
-    detail::check_shape_length("make_box", "extent from `lower` to `upper` along x", upper.x - lower.x);
-    detail::check_shape_length("make_box", "extent from `lower` to `upper` along y", upper.y - lower.y);
-    detail::check_shape_length("make_box", "extent from `lower` to `upper` along z", upper.z - lower.z);
+    for (int axis = 0; axis < 3; ++axis)
+        detail::check_shape_length("make_box", std::string{"extent from `lower` to `upper` along "} + "xyz"[axis],
+                                   upper[axis] - lower[axis]);
     detail::check_subdivisions("make_box", subdivisions);
 
     mesh box;
@@ -174,8 +185,7 @@ inline mesh make_cylinder(vec3 from, vec3 to, float radius, std::uint32_t segmen
     const vec3 v = cross(axis, u);
 
     mesh cylinder;
-    cylinder.positions = {from, to}; // then, for each segment, a vertex of every ring
-    const std::uint32_t rings = segments_along + 1;
+    cylinder.positions = {from, to};
     for (std::uint32_t i = 0; i < segments; ++i) {
         const double angle = 2 * 3.14159265358979323846 * i / segments;
         const vec3 out = radius * (static_cast<float>(std::cos(angle)) * u + static_cast<float>(std::sin(angle)) * v);
@@ -183,12 +193,8 @@ inline mesh make_cylinder(vec3 from, vec3 to, float radius, std::uint32_t segmen
             cylinder.positions.push_back(
                 from + static_cast<float>(ring) / static_cast<float>(segments_along) * (to - from) + out);
         cylinder.positions.push_back(to + out);
-        const std::uint32_t a = 2 + rings * i, b = 2 + rings * ((i + 1) % segments);
-        cylinder.faces.insert(cylinder.faces.end(), {{0, b, a}, {1, a + segments_along, b + segments_along}});
-        for (std::uint32_t ring = 0; ring < segments_along; ++ring)
-            cylinder.faces.insert(cylinder.faces.end(),
-                                  {{a + ring, b + ring, b + ring + 1}, {a + ring, b + ring + 1, a + ring + 1}});
     }
+    detail::add_tube_faces(cylinder, segments, segments_along + 1);
     return detail::checked_shape("make_cylinder", std::move(cylinder));
 }
 

@@ -102,12 +102,6 @@ struct smooth_normals_view {
     }
 };
 
-} // namespace detail
-
-} // namespace insonify::inline INSONIFY_ABI
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
 /// The faces around each vertex, in groups that are separated by creases: edges where two faces meet at more than a given
 /// angle. Faces of one group share a normal at the vertex.
 struct vertex_groups {
@@ -137,33 +131,24 @@ struct vertex_groups {
             const std::uint32_t count = begin[vertex + 1] - begin[vertex];
             if (count == 0) continue;
             const vec3 one = normal[first[0] / 3];
-            const bool all_alike = std::all_of(
+            const bool smooth = std::all_of(
                 first, first + count, [&](std::uint32_t slot) { return dot(one, normal[slot / 3]) >= half_angle; });
-            if (all_alike)
-                close_group(begin[vertex + 1]);
+            if (smooth)
+                ends.push_back(begin[vertex + 1]);
             else
                 divide(surface, normal, first, count, begin[vertex]);
         }
         std::uint32_t slot = 0;
         for (std::uint32_t group = 0; group < ends.size(); ++group)
-            for (; slot < ends[group]; ++slot) {
-                uvec3& of_face = corners[slots[slot] / 3];
-                const std::uint32_t corner = slots[slot] % 3;
-                (corner == 0 ? of_face.x : corner == 1 ? of_face.y : of_face.z) = group;
-            }
+            for (; slot < ends[group]; ++slot) corners[slots[slot] / 3][static_cast<int>(slots[slot] % 3)] = group;
     }
 
   private:
-    struct side { // of an edge at the vertex
-        std::uint32_t other_end = 0;
-        std::uint32_t local = 0; // number of the slot among those of the vertex
-    };
+    using pair = std::pair<std::uint32_t, std::uint32_t>;
 
     static std::uint32_t vertex_of(const mesh_view& surface, std::uint32_t slot) {
         return vertices_of_side(surface.faces[slot / 3], slot % 3).first;
     }
-
-    void close_group(std::uint32_t end) { ends.push_back(end); }
 
     // Joins the faces across smooth edges, and sorts the slots of the vertex by what is joined.
     void divide(const mesh_view& surface, const std::vector<vec3>& normal, std::uint32_t* first, std::uint32_t count,
@@ -177,23 +162,22 @@ struct vertex_groups {
             sides_.push_back({vertices_of_side(face, (corner + 2) % 3).first, i});
             joined_[i] = {i, first[i]};
         }
-        std::sort(sides_.begin(), sides_.end(), [](const side& a, const side& b) {
-            return a.other_end != b.other_end ? a.other_end < b.other_end : a.local < b.local;
-        });
+        std::sort(sides_.begin(), sides_.end());
         for (std::size_t i = 0; i + 1 < sides_.size(); ++i) {
-            const side &a = sides_[i], &b = sides_[i + 1];
-            if (a.other_end != b.other_end) continue;
-            const vec3 &na = normal[first[a.local] / 3], &nb = normal[first[b.local] / 3];
+            const auto [end, a] = sides_[i];
+            const auto [other_end, b] = sides_[i + 1];
+            if (end != other_end) continue;
+            const vec3 &na = normal[first[a] / 3], &nb = normal[first[b] / 3];
             const bool without_area = na == vec3{0, 0, 0} || nb == vec3{0, 0, 0};
             if (!without_area && dot(na, nb) < min_cosine_) continue;
-            const std::uint32_t of_a = root(a.local), of_b = root(b.local);
+            const std::uint32_t of_a = root(a), of_b = root(b);
             joined_[std::max(of_a, of_b)].first = std::min(of_a, of_b);
         }
         for (std::uint32_t i = 0; i < count; ++i) joined_[i].first = root(i);
         std::sort(joined_.begin(), joined_.end());
         for (std::uint32_t i = 0; i < count; ++i) {
             first[i] = joined_[i].second;
-            if (i + 1 == count || joined_[i + 1].first != joined_[i].first) close_group(begin + i + 1);
+            if (i + 1 == count || joined_[i + 1].first != joined_[i].first) ends.push_back(begin + i + 1);
         }
     }
 
@@ -203,11 +187,13 @@ struct vertex_groups {
     }
 
     float min_cosine_ = 1;
-    std::vector<side> sides_{};
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> joined_{}; // representative of each slot's group, and the slot
+    std::vector<pair>
+        sides_{}; // edges at the vertex: the other end, and the number of the slot among those of the vertex
+    std::vector<pair> joined_{}; // the representative of each slot's group, and the slot
 };
 
-} // namespace insonify::inline INSONIFY_ABI::detail
+} // namespace detail
+} // namespace insonify::inline INSONIFY_ABI
 
 #include <insonify/core/restore_macros.hpp>
 

@@ -5,7 +5,7 @@
 
 #include <insonify/geometry/mesh.hpp>
 #include <algorithm>
-#include <compare>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -44,11 +44,7 @@ namespace detail {
 
 /// For each vertex the number of its position: vertices at exactly equal positions (-0 equals 0) share one.
 inline std::vector<std::uint32_t> weld(view<const vec3> positions) {
-    struct place {
-        std::uint32_t x, y, z, vertex; // coordinates as bits, which order NaN as well
-        bool operator==(const place& o) const { return x == o.x && y == o.y && z == o.z; }
-        bool operator<(const place& o) const { return x != o.x ? x < o.x : y != o.y ? y < o.y : z < o.z; }
-    };
+    using place = std::array<std::uint32_t, 4>; // coordinates as bits, which order NaN as well, and the vertex
     const auto bits = [](float value) {
         const auto raw = __builtin_bit_cast(std::uint32_t, value);
         return raw == 0x80000000U ? 0U : raw;
@@ -62,8 +58,8 @@ inline std::vector<std::uint32_t> weld(view<const vec3> positions) {
     std::vector<std::uint32_t> number(places.size());
     std::uint32_t distinct = 0;
     for (std::size_t i = 0; i < places.size(); ++i) {
-        if (i > 0 && !(places[i] == places[i - 1])) ++distinct;
-        number[places[i].vertex] = distinct;
+        if (i > 0 && !std::equal(places[i].begin(), places[i].begin() + 3, places[i - 1].begin())) ++distinct;
+        number[places[i][3]] = distinct;
     }
     return number;
 }
@@ -75,10 +71,7 @@ inline std::vector<std::uint32_t> weld(view<const vec3> positions) {
 /// Faces with an index out of range or with two coincident corners are left out of edges and components.
 /// Cost: sorts the vertices, edges and faces; below a second for a million faces.
 inline mesh_report validate(const mesh_view& m) {
-    struct corners {
-        std::uint32_t a, b, c; // ascending
-        auto operator<=>(const corners&) const = default;
-    };
+    using corners = std::array<std::uint32_t, 3>; // ascending
     const auto face_count = static_cast<std::uint32_t>(m.faces.size());
     const std::vector<std::uint32_t> place = detail::weld(m.positions);
     const auto from_to = [&](std::uint32_t slot) { return detail::vertices_of_side(m.faces[slot / 3], slot % 3); };
@@ -100,7 +93,7 @@ inline mesh_report validate(const mesh_view& m) {
             ++report.faces_out_of_range;
             continue;
         }
-        std::uint32_t corner[3] = {place[f.x], place[f.y], place[f.z]};
+        corners corner{place[f.x], place[f.y], place[f.z]};
         if (corner[0] == corner[1] || corner[1] == corner[2] || corner[2] == corner[0]) {
             ++report.degenerate_faces;
             continue;
@@ -110,8 +103,8 @@ inline mesh_report validate(const mesh_view& m) {
             const auto [from, to] = from_to(slot);
             edges.emplace_back(from, to, slot);
         }
-        std::sort(corner, corner + 3);
-        surfaces.push_back({corner[0], corner[1], corner[2]});
+        std::sort(corner.begin(), corner.end());
+        surfaces.push_back(corner);
     }
     std::sort(surfaces.begin(), surfaces.end());
     for (std::size_t i = 1; i < surfaces.size(); ++i) report.duplicate_faces += surfaces[i] == surfaces[i - 1] ? 1 : 0;
