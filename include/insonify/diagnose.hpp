@@ -7,7 +7,6 @@
 #include <insonify/probe/acquisition.hpp>
 #include <insonify/probe/transducer.hpp>
 #include <insonify/scene/layers.hpp>
-#include <insonify/scene/nearest_point.hpp>
 #include <insonify/scene/object.hpp>
 #include <insonify/scene/scene.hpp>
 #include <insonify/tracing/read/automatic_tgc.hpp>

@@ -4,7 +4,6 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/bvh/large_array.hpp>
-#include <insonify/geometry/aabb.hpp>
 #include <insonify/geometry/ray.hpp>
 #include <bit>
 #include <concepts>

@@ -3,7 +3,7 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/core/math.hpp>
+#include <insonify/geometry/aabb.hpp>
 #include <cfloat>
 #include <cstdint>
 
@@ -35,6 +35,22 @@ struct hit {
 INSONIFY_FN constexpr bool nearer(const hit& a, const hit& b) {
     return a.distance < b.distance || (a.distance == b.distance && a.primitive < b.primitive);
 }
+
+/// A box as a primitive of a tree: the box itself, and where a ray enters it. Conservative, so that rounding never misses one.
+/// @{
+INSONIFY_FN inline aabb bounds(const aabb& box) { return box; }
+INSONIFY_FN inline hit intersect(const ray& r, const aabb& box) {
+    float in = r.min_distance, out = r.max_distance;
+    for (int axis = 0; axis < 3; ++axis) {
+        const float inverse = std::fabs(r.direction[axis]) > 1e-30F ? 1 / r.direction[axis] : 1e30F;
+        const float a = (box.lower[axis] - r.origin[axis]) * inverse;
+        const float b = (box.upper[axis] - r.origin[axis]) * inverse;
+        in = max(in, min(a, b));
+        out = min(out, max(a, b));
+    }
+    return {.distance = in <= out * 1.000001F ? min(in, r.max_distance) : FLT_MAX};
+}
+/// @}
 
 } // namespace insonify::inline INSONIFY_ABI
 

@@ -30,40 +30,16 @@ struct object_view {
     }
 };
 
-namespace detail {
-
-/// The world box of an object as a primitive of the scene's own tree.
-struct object_box {
-    aabb box{}; ///< in the world
-};
-
-/// The box itself.
-INSONIFY_FN inline aabb bounds(const object_box& o) { return o.box; }
-/// Where the ray enters the box; conservative, so that rounding never misses one.
-INSONIFY_FN inline hit intersect(const ray& r, const object_box& o) {
-    float in = r.min_distance, out = r.max_distance;
-    for (int axis = 0; axis < 3; ++axis) {
-        const float inverse = std::fabs(r.direction[axis]) > 1e-30F ? 1 / r.direction[axis] : 1e30F;
-        const float a = (o.box.lower[axis] - r.origin[axis]) * inverse;
-        const float b = (o.box.upper[axis] - r.origin[axis]) * inverse;
-        in = max(in, min(a, b));
-        out = min(out, max(a, b));
-    }
-    return {.distance = in <= out * 1.000001F ? min(in, r.max_distance) : FLT_MAX};
-}
-
-} // namespace detail
-
 /// A scene in flat arrays, as tracers and devices see it. Trivially copyable; valid until the scene changes.
 ///
 /// Objects are ordered by rank: where several contain a point, the first one's medium applies.
 struct scene_view {
-    view<const object_view> objects{};                ///< by rank
-    bvh_view<view<const detail::object_box>> boxes{}; ///< the objects' world boxes, by rank
-    view<const medium> media{};                       ///< the background first
-    view<const pose> places{};                        ///< object to world: of the background (identity), then by rank
-    view<const placed_structure> structures{};        ///< of the medium of each place
-    view<const displacement_view> displacements{};    ///< of the tissue of each place, for one frame; empty: at rest
+    view<const object_view> objects{};             ///< by rank
+    bvh_view<view<const aabb>> boxes{};            ///< the objects' world boxes, by rank
+    view<const medium> media{};                    ///< the background first
+    view<const pose> places{};                     ///< object to world: of the background (identity), then by rank
+    view<const placed_structure> structures{};     ///< of the medium of each place
+    view<const displacement_view> displacements{}; ///< of the tissue of each place, for one frame; empty: at rest
 };
 
 } // namespace insonify::inline INSONIFY_ABI
