@@ -42,9 +42,12 @@ INSONIFY_FN inline aabb bounds(const aabb& box) { return box; }
 INSONIFY_FN inline hit intersect(const ray& r, const aabb& box) {
     float in = r.min_distance, out = r.max_distance;
     for (int axis = 0; axis < 3; ++axis) {
-        const float inverse = std::fabs(r.direction[axis]) > 1e-30F ? 1 / r.direction[axis] : 1e30F;
-        const float a = (box.lower[axis] - r.origin[axis]) * inverse;
-        const float b = (box.upper[axis] - r.origin[axis]) * inverse;
+        const float to_lower = box.lower[axis] - r.origin[axis], to_upper = box.upper[axis] - r.origin[axis];
+        if (!(std::fabs(r.direction[axis]) > 1e-30F)) {
+            if (to_lower > 0 || to_upper < 0) return {};
+            continue;
+        }
+        const float a = to_lower / r.direction[axis], b = to_upper / r.direction[axis];
         in = max(in, min(a, b));
         out = min(out, max(a, b));
     }
