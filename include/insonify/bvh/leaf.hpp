@@ -4,7 +4,6 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/bvh/ray_packet.hpp>
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 

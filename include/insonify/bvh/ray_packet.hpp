@@ -3,7 +3,7 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/bvh/prepared_ray.hpp>
+#include <insonify/bvh/node.hpp>
 #include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI::detail {

@@ -4,8 +4,8 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/bvh/bvh.hpp>
+#include <insonify/scene/layers.hpp>
 #include <insonify/scene/object.hpp>
-#include <insonify/scene/scene_view.hpp>
 #include <insonify/scene/tetrahedra.hpp>
 #include <insonify/tissue/fibre_grid.hpp>
 #include <algorithm>
