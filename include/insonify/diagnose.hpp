@@ -7,6 +7,7 @@
 #include <insonify/probe/acquisition.hpp>
 #include <insonify/probe/transducer.hpp>
 #include <insonify/scene/layers.hpp>
+#include <insonify/scene/object.hpp>
 #include <insonify/scene/scene.hpp>
 #include <insonify/tracing/read/automatic_tgc.hpp>
 #include <cstdio>

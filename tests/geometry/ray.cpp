@@ -18,3 +18,15 @@ TEST_CASE("hits at equal distance are ordered by index") {
     CHECK(nearer({1, 3}, {1, 5}));
     CHECK_FALSE(nearer({1, 5}, {1, 5}));
 }
+
+TEST_CASE("a ray enters a box where its nearest side is, or at once if it begins inside; through an edge as well") {
+    const aabb box{{-1, -1, 2}, {1, 1, 3}};
+    CHECK(intersect({.origin = {0, 0, 0}, .direction = {0, 0, 2}}, box).distance == 1);
+    CHECK(intersect({.origin = {0, 0, 2.5F}}, box).distance == 0);
+    CHECK(intersect({.origin = {1, -1, 0}}, box).distance == 2);
+    CHECK(intersect({.origin = {-3, 0, 0}, .direction = {1, 0, 1}}, box).distance == doctest::Approx(2));
+    CHECK_FALSE(intersect({.origin = {2, 0, 0}}, box));
+    CHECK_FALSE(intersect({.origin = {0, 0, 4}}, box));
+    CHECK_FALSE(intersect({.max_distance = 1.5F}, box));
+    CHECK(bounds(box).lower == box.lower);
+}

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cstring>
 #include <utility>
 #include <vector>
 
@@ -26,13 +25,10 @@ class morton_order {
           used_((range.size() + block_size_ - 1) / block_size_), keys_(range.size()) {
         find_keys(policy, range);
         for (const std::uint32_t one : used_) count_ += one;
-        steps_.resize(count_);
-        if (range.size() < 1024) {
+        if (range.size() < 1024)
             std::sort(keys_.data(), keys_.data() + count_);
-            find_steps(0, count_);
-        } else {
+        else
             sort(policy);
-        }
     }
 
     std::size_t size() const { return count_; }
@@ -45,8 +41,10 @@ class morton_order {
     }
     /// The position where that bit changes; unique, since codes are sorted. @param step  above 0
     std::size_t place_of_step(std::size_t begin, std::size_t end, std::uint32_t step) const {
-        const void* const found = std::memchr(steps_.data() + begin + 1, static_cast<int>(step), end - begin - 1);
-        return static_cast<std::size_t>(static_cast<const std::uint8_t*>(found) - steps_.data());
+        const std::uint64_t* first = keys_.data() + begin; // bisection: branches would mispredict
+        for (std::size_t count = end - begin; count > 1; count -= count / 2)
+            first += (first[count / 2] >> (31 + step) & 1U) == 0 ? count / 2 : 0;
+        return static_cast<std::size_t>(first + 1 - keys_.data());
     }
 
   private:
@@ -59,7 +57,7 @@ class morton_order {
     void find_keys(const Policy& policy, const Range& range) {
         centre_range some;
         for (std::size_t i = 0; i < range.size(); i += range.size() / 1024 + 1)
-            if (const build_box box = leaf<Range, simd_width>::box(range, i); !box.empty())
+            if (build_box box; leaf<Range, simd_width>::bound(range, i, box))
                 some.add(box.half_centre(), box.half_centre());
         const centre_range around = some.widened(1.0F / 64);
         const centre_range all = put_keys(policy, range, around);
@@ -71,36 +69,24 @@ class morton_order {
     centre_range put_keys(const Policy& policy, const Range& range, const centre_range& grid) {
         std::vector<centre_range> partial(used_.size());
         const float widest = min(grid.widest(), FLT_MAX);
-        const lanes<4> zero(0.0F), scale(widest > 0 ? min(last_cell / widest, FLT_MAX) : 0.0F);
+        const lanes<4> start = widest > 0 ? load<4>(grid.begin) : lanes<4>(0.0F);
+        const lanes<4> scale(widest > 0 ? min(last_cell / widest, FLT_MAX) : 0.0F);
         exec::for_each_block(policy, range.size(), block_size_, 10, [&](std::size_t begin, std::size_t end) {
             std::uint64_t* next = keys_.data() + begin;
-            lanes<4> first[3] = {FLT_MAX, FLT_MAX, FLT_MAX}, last[3] = {-FLT_MAX, -FLT_MAX, -FLT_MAX};
-            for (std::size_t i = begin; i < end; i += 4) {
-                if constexpr (requires { range.prefetch_corners(0); }) {
-                    if (range.size() >= prefetch_threshold)
-                        for (std::size_t k = i + 16; k < i + 20 && k < end; ++k) range.prefetch_corners(k);
-                }
-                const four_centres centres = leaf<Range, simd_width>::centres(range, i, end - 1);
-                const auto left_out = floats_of<4>(centres.wild) < zero;
-                bit_lanes<4> cells{};
-                for (int axis = 0; axis < 3; ++axis) {
-                    const lanes<4>& at = centres.at[axis];
-                    first[axis] = min(first[axis], select(left_out, lanes<4>(FLT_MAX), at));
-                    last[axis] = max(last[axis], select(left_out, lanes<4>(-FLT_MAX), at));
-                    const lanes<4> start(widest > 0 ? grid.begin[axis] : 0.0F);
-                    cells = cells | spread(select(left_out, zero, (at - start) * scale)) << axis;
-                }
+            lanes<4> first(FLT_MAX), last(-FLT_MAX);
+            for (std::size_t i = begin; i < end; ++i) {
+                if constexpr (requires { range.prefetch_corners(0); })
+                    if (range.size() >= prefetch_threshold && i + 16 < end) range.prefetch_corners(i + 16);
+                build_box box;
+                if (!leaf<Range, simd_width>::bound(range, i, box)) continue;
+                const lanes<4> at = box.half_centre();
+                first = min(first, at);
+                last = max(last, at);
                 std::uint32_t cell[4];
-                store_bits<4>(cells, cell);
-                const std::uint32_t used = ~bits_of(left_out);
-                for (std::uint32_t k = 0; k < 4 && i + k < end; ++k) {
-                    *next = std::uint64_t{cell[k]} << 32U | (i + k);
-                    next += used >> k & 1U;
-                }
+                store_bits<4>(spread((at - start) * scale), cell);
+                *next++ = std::uint64_t{cell[0] | cell[1] << 1U | cell[2] << 2U} << 32U | i;
             }
-            centre_range& own = partial[begin / block_size_];
-            for (int axis = 0; axis < 3; ++axis)
-                own.begin[axis] = reduce_min(first[axis]), own.end[axis] = reduce_max(last[axis]);
+            partial[begin / block_size_].add(first, last);
             used_[begin / block_size_] = static_cast<std::uint32_t>(next - (keys_.data() + begin));
         });
         centre_range all;
@@ -137,10 +123,7 @@ class morton_order {
         exec::for_each_block(policy, next.size(), together, each, [&](std::size_t begin, std::size_t end) {
             for (std::size_t d = begin; d < end; ++d)
                 sort_cells(keys_.data() + first(d), apart.data() + first(d), next[d] - first(d));
-            find_steps(first(begin), next[end - 1]);
         });
-        for (std::size_t d = together; d < next.size(); d += together) // at the borders of tasks
-            if (first(d) > 0 && first(d) < count_) steps_[first(d)] = step_at(first(d));
     }
 
     static void sort_cells(std::uint64_t* keys, std::uint64_t* other, std::uint32_t count) {
@@ -194,13 +177,6 @@ class morton_order {
         if (i < count) to[next[digit(keys[i])]++] = keys[i];
     }
 
-    void find_steps(std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin + 1; i < end; ++i) steps_[i] = step_at(i);
-    }
-    std::uint8_t step_at(std::size_t i) const {
-        return static_cast<std::uint8_t>(std::bit_width(cell(i - 1) ^ cell(i)));
-    }
-
     // Inserts two zeros after each bit of a coordinate.
     static bit_lanes<4> spread(const lanes<4>& place) {
         auto bits = bits_of_whole<4>(max(min(place, lanes<4>(last_cell)), lanes<4>(0.0F)));
@@ -213,7 +189,6 @@ class morton_order {
     std::size_t block_size_;
     std::vector<std::uint32_t> used_; // keys per block; primitives that were left out leave a gap after them
     large_array<std::uint64_t> keys_;
-    large_array<std::uint8_t> steps_; // the highest bit in which a code differs from the previous one, counted from 1
     std::size_t count_ = 0;
 };
 

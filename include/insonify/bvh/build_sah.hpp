@@ -195,8 +195,8 @@ class sah_splitter {
             build_box* next = boxes_[0].data() + begin;
             lanes<4> minus_lower(-FLT_MAX), upper(-FLT_MAX), first(FLT_MAX), last(-FLT_MAX);
             for (std::size_t i = begin; i < end; ++i) {
-                const build_box box = leaf<Range, Width>::box(range, i);
-                if (box.empty()) continue;
+                build_box box;
+                if (!leaf<Range, Width>::bound(range, i, box)) continue;
                 minus_lower = max(minus_lower, box.minus_lower());
                 upper = max(upper, box.upper());
                 first = min(first, box.half_centre());

@@ -5,7 +5,6 @@
 
 #include <insonify/bvh/batch.hpp>
 #include <insonify/bvh/storage.hpp>
-#include <insonify/geometry/mesh.hpp>
 #include <algorithm>
 #include <span>
 

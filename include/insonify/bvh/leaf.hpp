@@ -4,16 +4,10 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/bvh/ray_packet.hpp>
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 
 namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Half the centre of a box: sorts like the centre, and differences of two do not overflow.
-INSONIFY_INLINE lanes<4> half_centre(const lanes<4>& lower, const lanes<4>& upper) {
-    return multiply_add(lanes<4>(0.25F), lower, lanes<4>(0.25F) * upper);
-}
 
 /// The box of a primitive in builders: [-lower, -, upper, -], so that the union of two is one maximum.
 struct alignas(32) build_box {
@@ -37,7 +31,6 @@ struct alignas(32) build_box {
     }
     /// The empty box.
     static build_box none() { return {lanes<4>(-FLT_MAX), lanes<4>(-FLT_MAX)}; }
-    bool empty() const { return row[4] < -row[0]; }
 
     INSONIFY_INLINE void add(const build_box& other) {
         for (int k = 0; k < 8; k += simd_width)
@@ -46,7 +39,10 @@ struct alignas(32) build_box {
     INSONIFY_INLINE lanes<4> minus_lower() const { return load<4>(row); }
     INSONIFY_INLINE lanes<4> upper() const { return load<4>(row + 4); }
 
-    INSONIFY_INLINE lanes<4> half_centre() const { return detail::half_centre(-minus_lower(), upper()); }
+    /// Half the centre: sorts like the centre, and differences of two do not overflow.
+    INSONIFY_INLINE lanes<4> half_centre() const {
+        return multiply_add(lanes<4>(-0.25F), minus_lower(), lanes<4>(0.25F) * upper());
+    }
     float half_area() const { // 0 for an empty box
         const float x = max(row[4] + row[0], 0), y = max(row[5] + row[1], 0), z = max(row[6] + row[2], 0);
         return x * y + y * z + z * x;
@@ -115,12 +111,6 @@ struct four_points {
     }
 };
 
-/// The half centres of the boxes of four primitives, as structure of arrays.
-struct four_centres {
-    lanes<4> at[3];    ///< by axis
-    bit_lanes<4> wild; ///< negative where a box is empty or not finite, and left out
-};
-
 /// A leaf holds the indices of its primitives and reads them from the range. Triangles are stored in the leaf itself: see
 /// leaf_triangles.hpp.
 template <class Range, int Width>
@@ -141,25 +131,11 @@ struct leaf {
         return whole;
     }
 
-    /// The box of a primitive; empty where it is not finite.
-    static build_box box(const Range& range, std::size_t i) {
+    /// Finds the box of a primitive. @return false where it is empty or not finite
+    static bool bound(const Range& range, std::size_t i, build_box& box) {
         const aabb found = bounds(range[i]);
-        return is_finite(found) ? build_box{found} : build_box::none();
-    }
-
-    /// The half centres of four primitives from `first` on; lanes beyond `last` repeat it.
-    static four_centres centres(const Range& range, std::size_t first, std::size_t last) {
-        vec3 at[4];
-        bit_lanes<4> wild{};
-        for (int i = 0; i < 4; ++i) {
-            const build_box one = box(range, std::min(first + static_cast<std::size_t>(i), last));
-            float place[4];
-            store(one.half_centre(), place);
-            at[i] = {place[0], place[1], place[2]};
-            wild[i] = std::uint32_t{one.empty()} << 31U;
-        }
-        const four_points all{at[0], at[1], at[2], at[3]};
-        return {{all.x, all.y, all.z}, wild};
+        box = build_box{found};
+        return is_finite(found);
     }
 
     /// Calls visit(hit) for every hit between min_distance and max_distance, which visit may lower.
@@ -287,23 +263,15 @@ struct alignas(64) leaf<Range, Width> {
                 {reduce_max(high_x), reduce_max(high_y), reduce_max(high_z)}};
     }
 
-    static build_box box(const Range& range, std::size_t i) {
+    INSONIFY_INLINE static bool bound(const Range& range, std::size_t i, build_box& box) {
         const triangle t = range[i];
         const auto corner_of = [](const vec3& p) {
             return each_lane<4>([&p](int axis) { return axis < 3 ? p[axis] : 0.0F; });
         };
         const lanes<4> a = corner_of(t.a), b = corner_of(t.b), c = corner_of(t.c);
         const lanes<4> wild = floats_of<4>(not_finite<4>(a) | not_finite<4>(b) | not_finite<4>(c));
-        if (bits_of(wild < lanes<4>(0.0F)) != 0) return build_box::none();
-        return {-min(min(a, b), c), max(max(a, b), c)};
-    }
-
-    INSONIFY_INLINE static four_centres centres(const Range& range, std::size_t first, std::size_t last) {
-        const four_triangles t{{range[first], range[std::min(first + 1, last)], range[std::min(first + 2, last)],
-                                range[std::min(first + 3, last)]}};
-        const four_points lower = t.lower(), upper = t.upper();
-        return {{half_centre(lower.x, upper.x), half_centre(lower.y, upper.y), half_centre(lower.z, upper.z)},
-                t.wild()};
+        box = {-min(min(a, b), c), max(max(a, b), c)};
+        return bits_of(wild < lanes<4>(0.0F)) == 0;
     }
 
     /// Calls visit(hit) for every triangle that the ray hits between its limits.

@@ -3,7 +3,7 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/bvh/prepared_ray.hpp>
+#include <insonify/bvh/node.hpp>
 #include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI::detail {
@@ -14,12 +14,6 @@ struct ray_lanes {
     lanes<N> origin[3], direction[3], min_distance, max_distance;
 
     INSONIFY_INLINE explicit ray_lanes(const ray* first) {
-#if !defined(INSONIFY_NO_SIMD)
-        if constexpr (N == 8) {
-            transpose(first);
-            return;
-        }
-#endif
         for (int axis = 0; axis < 3; ++axis) {
             origin[axis] = each_lane<N>([&](int i) { return first[i].origin[axis]; });
             direction[axis] = each_lane<N>([&](int i) { return first[i].direction[axis]; });
@@ -34,30 +28,6 @@ struct ray_lanes {
         for (int axis = 0; axis < 3; ++axis) bits = bits | not_finite<N>(origin[axis]) | not_finite<N>(direction[axis]);
         return floats_of<N>(bits);
     }
-
-  private:
-#if !defined(INSONIFY_NO_SIMD)
-    // A ray is eight floats: three rounds of interleaving rows i and i + 4 transpose eight of them.
-    INSONIFY_INLINE void transpose(const ray* first) {
-        using floats = vector<float, 8>;
-        static_assert(sizeof(ray) == sizeof(floats));
-        floats rows[8];
-        for (int i = 0; i < 8; ++i) __builtin_memcpy(rows + i, first + i, sizeof(floats));
-        for (int round = 0; round < 3; ++round) {
-            const floats before[8] = {rows[0], rows[1], rows[2], rows[3], rows[4], rows[5], rows[6], rows[7]};
-            for (std::size_t i = 0; i < 4; ++i) {
-                rows[2 * i] = __builtin_shufflevector(before[i], before[i + 4], 0, 8, 1, 9, 2, 10, 3, 11);
-                rows[2 * i + 1] = __builtin_shufflevector(before[i], before[i + 4], 4, 12, 5, 13, 6, 14, 7, 15);
-            }
-        }
-        for (int axis = 0; axis < 3; ++axis) {
-            origin[axis] = __builtin_bit_cast(lanes<N>, rows[axis]);
-            direction[axis] = __builtin_bit_cast(lanes<N>, rows[3 + axis]);
-        }
-        min_distance = __builtin_bit_cast(lanes<N>, rows[6]);
-        max_distance = __builtin_bit_cast(lanes<N>, rows[7]);
-    }
-#endif
 };
 
 /// A bit for each ray that may enter the box between its limits. Conservative: rounding never loses a ray, also not in

@@ -4,7 +4,7 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/bvh/leaf.hpp>
-#include <insonify/core/view.hpp>
+#include <insonify/geometry/mesh.hpp>
 #include <cstdint>
 
 /// The traversal stack of child references, in two orders. Which children are hit is unpredictable, so neither order
@@ -209,6 +209,58 @@ struct ray_traversal {
         });
     }
 };
+
+/// The point of a mesh that is nearest to another point.
+struct nearest_point {
+    float distance_squared = FLT_MAX; ///< m^2
+    std::uint32_t primitive = ~0U;    ///< face; ~0 where there is none
+    vec3 point{0, 0, 0};              ///< on the face
+};
+
+/// Squared distance from a point to a box; 0 inside.
+INSONIFY_FN inline float distance_squared(const aabb& box, vec3 p) {
+    const vec3 outside = p - min(max(p, box.lower), box.upper);
+    return dot(outside, outside);
+}
+
+/// Searches a tree of triangles by branch and bound; of equally near faces the lowest. @param p  in the tree's coordinates
+template <int Width>
+INSONIFY_FN nearest_point find_nearest(const bvh_view<mesh_view, Width>& tree, vec3 p) {
+    nearest_point best;
+    if (tree.nodes.empty()) return best;
+    std::uint32_t stack[max_stack<Width>], count = 0;
+    float bound[max_stack<Width>];
+    stack[count] = 0;
+    bound[count++] = 0;
+    while (count > 0) {
+        const std::uint32_t code = stack[--count];
+        if (bound[count] > best.distance_squared) continue;
+        if ((code & leaf_bit) != 0) {
+            for (const std::uint32_t face : tree.leaves[code ^ leaf_bit].primitive) {
+                if (face == no_primitive) continue;
+                const vec3 on = nearest_on(tree.range[face], p);
+                const float squared = dot(p - on, p - on);
+                if (squared < best.distance_squared || (squared == best.distance_squared && face < best.primitive))
+                    best = {squared, face, on};
+            }
+            continue;
+        }
+        const std::uint32_t first = count;
+        for (int i = 0; i < Width; ++i) {
+            const std::uint32_t child = tree.nodes[code].child[i];
+            const float squared = child == no_child ? FLT_MAX : distance_squared(tree.nodes[code].box(i), p);
+            if (child == no_child || squared > best.distance_squared) continue;
+            std::uint32_t place = count++; // sorted, so that the nearest child is visited next
+            for (; place > first && bound[place - 1] < squared; --place) {
+                bound[place] = bound[place - 1];
+                stack[place] = stack[place - 1];
+            }
+            bound[place] = squared;
+            stack[place] = child;
+        }
+    }
+    return best;
+}
 
 } // namespace detail
 } // namespace insonify::inline INSONIFY_ABI

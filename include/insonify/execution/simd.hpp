@@ -3,15 +3,385 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/execution/simd_lanes.hpp>
+#include <insonify/core/math.hpp>
 #include <bit>
 #include <cfloat>
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
+#if defined(INSONIFY_STD_SIMD)
+#include <experimental/simd>
+#endif
 #if defined(__AVX2__) && !defined(INSONIFY_NO_SIMD)
 #include <immintrin.h>
 #endif
 
+/// The types behind SIMD, by one of three means: arrays (INSONIFY_NO_SIMD, nvcc), std::experimental::simd (libstdc++), or
+/// the vector types of GCC and Clang (other standard libraries).
+///
+/// `lanes<N>` holds N floats, `lane_mask<N>` N truth values, `bit_lanes<N>` N 32-bit unsigned integers; operators act lane
+/// by lane. Each means provides
+///
+///     load<N>(from), store(value, to), load_bits<N>(from), store_bits<N>(bits, to)
+///     each_lane<N>(value)              lane i is value(i)
+///     bits_of(mask)                    bit i is set where lane i is
+///     select(mask, a, b)               a where the mask is set, b elsewhere
+///     min, max, abs, sqrt, multiply_add
+///     reduce_min, reduce_max, sum      over all lanes
+///     floats_of<N>(bits)               integers to floats; those above 2^31 - 1 become negative
+///     bits_of_whole<N>(floats)         floats within +-2^31 to integers, truncated towards zero, in two's complement
 namespace insonify::inline INSONIFY_ABI {
+
+namespace detail {
+
+/// Floats in the widest register.
+#if defined(__AVX512F__) && !defined(INSONIFY_NO_SIMD)
+inline constexpr int register_width = 16;
+#elif defined(__AVX__) && !defined(INSONIFY_NO_SIMD)
+inline constexpr int register_width = 8;
+#else
+inline constexpr int register_width = 4;
+#endif
+
+} // namespace detail
+
+/// Floats in one register, 8 at most: the width of trees and packets.
+inline constexpr int simd_width = detail::register_width < 8 ? 4 : 8;
+/// Floats in the widest register: for long runs.
+inline constexpr int max_simd_width = detail::register_width;
+
+namespace detail {
+
+#if defined(INSONIFY_NO_SIMD)
+/// N values with the operators of T, one by one; comparisons give all ones where true, else zero.
+template <class T, int N>
+struct vector {
+    T lane[N];
+
+    vector() = default;
+    INSONIFY_FN vector(T value) {
+        for (T& l : lane) l = value;
+    }
+    INSONIFY_FN T& operator[](int i) { return lane[i]; }
+    INSONIFY_FN T operator[](int i) const { return lane[i]; }
+
+    INSONIFY_FN friend vector operator-(const vector& a) { return vector(T{}) - a; }
+    INSONIFY_FN friend vector operator~(const vector& a) { return a ^ vector(~T{}); }
+#define INSONIFY_LANEWISE(result, operation, value)                                                                    \
+    INSONIFY_FN friend vector<result, N> operator operation(const vector& a, const vector& b) {                        \
+        vector<result, N> all;                                                                                         \
+        for (int i = 0; i < N; ++i) all[i] = value(a[i] operation b[i]);                                               \
+        return all;                                                                                                    \
+    }
+    INSONIFY_LANEWISE(T, +, )
+    INSONIFY_LANEWISE(T, -, )
+    INSONIFY_LANEWISE(T, *, )
+    INSONIFY_LANEWISE(T, /, )
+    INSONIFY_LANEWISE(T, &, )
+    INSONIFY_LANEWISE(T, |, )
+    INSONIFY_LANEWISE(T, ^, )
+    INSONIFY_LANEWISE(T, <<, )
+    INSONIFY_LANEWISE(T, >>, )
+    INSONIFY_LANEWISE(std::int32_t, <, -std::int32_t)
+    INSONIFY_LANEWISE(std::int32_t, <=, -std::int32_t)
+    INSONIFY_LANEWISE(std::int32_t, ==, -std::int32_t)
+#undef INSONIFY_LANEWISE
+};
+#else
+template <class T, int N>
+struct vector_type {
+    using type __attribute__((vector_size(sizeof(T) * N))) = T;
+};
+
+/// N values in the compiler's own vector type, with the operators of T lane by lane.
+template <class T, int N>
+using vector = typename vector_type<T, N>::type;
+#endif
+
+} // namespace detail
+
+#if defined(INSONIFY_STD_SIMD)
+
+namespace stdx = std::experimental;
+
+template <int N>
+using lanes = stdx::simd<float, stdx::simd_abi::deduce_t<float, N>>;
+template <int N>
+using lane_mask = typename lanes<N>::mask_type;
+
+using stdx::abs;
+using stdx::max;
+using stdx::min;
+
+template <int N>
+INSONIFY_INLINE lanes<N> load(const float* from) {
+    return lanes<N>{from, stdx::element_aligned};
+}
+template <class Lanes>
+INSONIFY_INLINE void store(const Lanes& value, float* to) {
+    value.copy_to(to, stdx::element_aligned);
+}
+
+template <int N, class Value>
+INSONIFY_INLINE lanes<N> each_lane(const Value& value) {
+    return lanes<N>([&value](auto i) { return value(static_cast<int>(i)); });
+}
+
+template <class Mask>
+INSONIFY_INLINE std::uint32_t bits_of(const Mask& mask) {
+    if constexpr (requires { mask.__to_bitset().to_ulong(); }) { // one instruction; internal to libstdc++
+        return static_cast<std::uint32_t>(mask.__to_bitset().to_ulong());
+    } else {
+        std::uint32_t bits = 0;
+        for (unsigned i = 0; i < Mask::size(); ++i) bits |= std::uint32_t{mask[i]} << i;
+        return bits;
+    }
+}
+
+template <class Abi>
+INSONIFY_INLINE stdx::simd<float, Abi> multiply_add(const stdx::simd<float, Abi>& a, const stdx::simd<float, Abi>& b,
+                                                    const stdx::simd<float, Abi>& c) {
+#if defined(__FMA__) // stdx::fma of libstdc++ 12 is not inlined at -O2
+    if constexpr (requires { static_cast<__m512>(a); })
+        return stdx::simd<float, Abi>(
+            _mm512_fmadd_ps(static_cast<__m512>(a), static_cast<__m512>(b), static_cast<__m512>(c)));
+    else if constexpr (requires { static_cast<__m256>(a); })
+        return stdx::simd<float, Abi>(
+            _mm256_fmadd_ps(static_cast<__m256>(a), static_cast<__m256>(b), static_cast<__m256>(c)));
+    else if constexpr (requires { static_cast<__m128>(a); })
+        return stdx::simd<float, Abi>(
+            _mm_fmadd_ps(static_cast<__m128>(a), static_cast<__m128>(b), static_cast<__m128>(c)));
+    else
+        return stdx::fma(a, b, c);
+#else
+    if constexpr (detail::has_fma)
+        return stdx::fma(a, b, c);
+    else
+        return a * b + c;
+#endif
+}
+
+template <class Abi>
+INSONIFY_INLINE stdx::simd<float, Abi> sqrt(const stdx::simd<float, Abi>& a) {
+#if defined(__AVX512F__) && !defined(__clang__) // GCC 12 warns of _mm512_sqrt_ps
+    if constexpr (requires { static_cast<__m512>(a); })
+        return stdx::simd<float, Abi>(_mm512_maskz_sqrt_ps(0xFFFF, static_cast<__m512>(a)));
+    else
+#endif
+        return stdx::sqrt(a);
+}
+
+template <class Abi>
+INSONIFY_INLINE stdx::simd<float, Abi> select(const stdx::simd_mask<float, Abi>& mask, const stdx::simd<float, Abi>& a,
+                                              const stdx::simd<float, Abi>& b) {
+#if defined(__clang__) && defined(__AVX512VL__) // where() of libstdc++ 12 assigns nothing there
+    const auto all = static_cast<__mmask16>(bits_of(mask));
+    const auto bits = static_cast<__mmask8>(all);
+    if constexpr (requires { static_cast<__m512>(a); })
+        return stdx::simd<float, Abi>(_mm512_mask_blend_ps(all, static_cast<__m512>(b), static_cast<__m512>(a)));
+    else if constexpr (requires { static_cast<__m256>(a); })
+        return stdx::simd<float, Abi>(_mm256_mask_blend_ps(bits, static_cast<__m256>(b), static_cast<__m256>(a)));
+    else if constexpr (requires { static_cast<__m128>(a); })
+        return stdx::simd<float, Abi>(_mm_mask_blend_ps(bits, static_cast<__m128>(b), static_cast<__m128>(a)));
+#endif
+    stdx::simd<float, Abi> result = b;
+    stdx::where(mask, result) = a;
+    return result;
+}
+
+template <class Abi>
+INSONIFY_INLINE float reduce_min(const stdx::simd<float, Abi>& a) {
+    return stdx::hmin(a);
+}
+template <class Abi>
+INSONIFY_INLINE float reduce_max(const stdx::simd<float, Abi>& a) {
+    return stdx::hmax(a);
+}
+template <class Abi>
+INSONIFY_INLINE float sum(const stdx::simd<float, Abi>& a) {
+    return stdx::reduce(a);
+}
+
+#else // of INSONIFY_STD_SIMD
+
+template <int N>
+struct lane_mask {
+    detail::vector<std::int32_t, N> bits; ///< all ones where set, else zero
+
+    INSONIFY_FN INSONIFY_INLINE friend lane_mask operator&&(const lane_mask& a, const lane_mask& b) {
+        return {a.bits & b.bits};
+    }
+    INSONIFY_FN INSONIFY_INLINE friend lane_mask operator||(const lane_mask& a, const lane_mask& b) {
+        return {a.bits | b.bits};
+    }
+    INSONIFY_FN INSONIFY_INLINE friend lane_mask operator!(const lane_mask& a) { return {~a.bits}; }
+};
+
+template <int N>
+struct lanes {
+    detail::vector<float, N> values;
+
+    lanes() = default;
+    INSONIFY_FN INSONIFY_INLINE lanes(float value) : values(value - detail::vector<float, N>{}) {}
+    INSONIFY_FN INSONIFY_INLINE explicit lanes(const detail::vector<float, N>& all) : values(all) {}
+    static constexpr std::size_t size() { return N; }
+    INSONIFY_FN INSONIFY_INLINE float operator[](int i) const { return values[i]; }
+
+    INSONIFY_FN INSONIFY_INLINE friend lanes operator-(const lanes& a) { return lanes(-a.values); }
+#define INSONIFY_LANEWISE(result, operation)                                                                           \
+    INSONIFY_FN INSONIFY_INLINE friend result operator operation(const lanes& a, const lanes& b) {                     \
+        return result{a.values operation b.values};                                                                    \
+    }
+    INSONIFY_LANEWISE(lanes, +)
+    INSONIFY_LANEWISE(lanes, -)
+    INSONIFY_LANEWISE(lanes, *)
+    INSONIFY_LANEWISE(lanes, /)
+    INSONIFY_LANEWISE(lane_mask<N>, <)
+    INSONIFY_LANEWISE(lane_mask<N>, <=)
+    INSONIFY_LANEWISE(lane_mask<N>, ==)
+#undef INSONIFY_LANEWISE
+};
+
+namespace detail {
+
+/// Combines lanes pairwise, halving their number each time.
+template <int N, class Operation>
+INSONIFY_FN INSONIFY_INLINE float reduce(const lanes<N>& a, const Operation& operation) {
+    if constexpr (N == 1) {
+        return a[0];
+    } else {
+        lanes<N / 2> halves[2];
+        __builtin_memcpy(halves, &a, sizeof a);
+        return reduce(operation(halves[0], halves[1]), operation);
+    }
+}
+
+} // namespace detail
+
+template <int N>
+INSONIFY_FN INSONIFY_INLINE lanes<N> load(const float* from) {
+    lanes<N> result;
+    __builtin_memcpy(&result, from, sizeof result);
+    return result;
+}
+template <int N>
+INSONIFY_FN INSONIFY_INLINE void store(const lanes<N>& value, float* to) {
+    __builtin_memcpy(to, &value, sizeof value);
+}
+
+INSONIFY_VISITS
+template <int N, class Value>
+INSONIFY_FN INSONIFY_INLINE lanes<N> each_lane(const Value& value) {
+    lanes<N> result;
+    for (int i = 0; i < N; ++i) result.values[i] = value(i);
+    return result;
+}
+
+template <int N>
+INSONIFY_FN INSONIFY_INLINE std::uint32_t bits_of(const lane_mask<N>& mask) {
+#if defined(__wasm_simd128__) && !defined(INSONIFY_NO_SIMD)
+    if constexpr (N == 4) return static_cast<std::uint32_t>(__builtin_wasm_bitmask_i32x4(mask.bits));
+#elif defined(__clang__) && __clang_major__ >= 16 && !defined(INSONIFY_NO_SIMD) // compiled to one instruction on x86
+    using flags = bool __attribute__((ext_vector_type(N)));
+    if constexpr (N == 4 || N == 8)
+        return __builtin_bit_cast(unsigned char, __builtin_convertvector(mask.bits, flags)) & ((1U << N) - 1);
+#endif
+    std::uint32_t bits = 0;
+    for (int i = 0; i < N; ++i) bits |= static_cast<std::uint32_t>(mask.bits[i]) & 1U << i;
+    return bits;
+}
+
+template <int N>
+INSONIFY_FN INSONIFY_INLINE lanes<N> select(const lane_mask<N>& mask, const lanes<N>& a, const lanes<N>& b) {
+#if defined(INSONIFY_NO_SIMD)
+    return each_lane<N>([&](int i) { return mask.bits[i] != 0 ? a[i] : b[i]; });
+#else
+    return lanes<N>(mask.bits ? a.values : b.values);
+#endif
+}
+
+template <int N>
+INSONIFY_FN INSONIFY_INLINE lanes<N> min(const lanes<N>& a, const lanes<N>& b) {
+    return select(a < b, a, b);
+}
+template <int N>
+INSONIFY_FN INSONIFY_INLINE lanes<N> max(const lanes<N>& a, const lanes<N>& b) {
+    return select(a < b, b, a);
+}
+template <int N>
+INSONIFY_FN INSONIFY_INLINE lanes<N> abs(const lanes<N>& a) {
+    const auto bits = __builtin_bit_cast(detail::vector<std::uint32_t, N>, a) & 0x7FFFFFFFU;
+    return __builtin_bit_cast(lanes<N>, bits);
+}
+template <int N>
+INSONIFY_FN INSONIFY_INLINE lanes<N> sqrt(const lanes<N>& a) {
+#if !defined(INSONIFY_NO_SIMD) && defined(__clang__)
+#if __has_builtin(__builtin_elementwise_sqrt)
+    return lanes<N>(__builtin_elementwise_sqrt(a.values));
+#endif
+#endif
+    return each_lane<N>([&a](int i) { return std::sqrt(a[i]); });
+}
+template <int N>
+INSONIFY_FN INSONIFY_INLINE lanes<N> multiply_add(const lanes<N>& a, const lanes<N>& b, const lanes<N>& c) {
+#if !defined(INSONIFY_NO_SIMD) && defined(__clang__)
+    if constexpr (!detail::has_fma) return a * b + c;
+#if __has_builtin(__builtin_elementwise_fma)
+    return lanes<N>(__builtin_elementwise_fma(a.values, b.values, c.values));
+#endif
+#endif
+    return each_lane<N>([&](int i) { return multiply_add(a[i], b[i], c[i]); });
+}
+
+template <int N>
+INSONIFY_FN INSONIFY_INLINE float reduce_min(const lanes<N>& a) {
+    return detail::reduce(a, [](const auto& x, const auto& y) { return min(x, y); });
+}
+template <int N>
+INSONIFY_FN INSONIFY_INLINE float reduce_max(const lanes<N>& a) {
+    return detail::reduce(a, [](const auto& x, const auto& y) { return max(x, y); });
+}
+template <int N>
+INSONIFY_FN INSONIFY_INLINE float sum(const lanes<N>& a) {
+    return detail::reduce(a, [](const auto& x, const auto& y) { return x + y; });
+}
+
+#endif // INSONIFY_STD_SIMD
+
+// Not std::experimental::simd: some of its integer operations are not inlined.
+template <int N>
+using bit_lanes = detail::vector<std::uint32_t, N>;
+
+template <int N>
+INSONIFY_FN INSONIFY_INLINE lanes<N> floats_of(bit_lanes<N> bits) {
+#if defined(INSONIFY_NO_SIMD)
+    return each_lane<N>([&](int i) { return static_cast<float>(static_cast<std::int32_t>(bits[i])); });
+#else
+    return __builtin_bit_cast(lanes<N>,
+                              __builtin_convertvector((detail::vector<std::int32_t, N>)bits, detail::vector<float, N>));
+#endif
+}
+template <int N>
+INSONIFY_FN INSONIFY_INLINE bit_lanes<N> bits_of_whole(const lanes<N>& x) {
+#if defined(INSONIFY_NO_SIMD)
+    bit_lanes<N> bits;
+    for (int i = 0; i < N; ++i) bits[i] = static_cast<std::uint32_t>(static_cast<std::int32_t>(x[i]));
+    return bits;
+#else
+    return (bit_lanes<N>)__builtin_convertvector(__builtin_bit_cast(detail::vector<float, N>, x),
+                                                 detail::vector<std::int32_t, N>);
+#endif
+}
+template <int N>
+INSONIFY_FN INSONIFY_INLINE void store_bits(bit_lanes<N> bits, std::uint32_t* to) {
+    __builtin_memcpy(to, &bits, sizeof bits);
+}
+template <int N>
+INSONIFY_FN INSONIFY_INLINE bit_lanes<N> load_bits(const std::uint32_t* from) {
+    bit_lanes<N> bits;
+    __builtin_memcpy(&bits, from, sizeof bits);
+    return bits;
+}
 
 /// 1 / a, correctly rounded also under -ffast-math.
 template <class Lanes>

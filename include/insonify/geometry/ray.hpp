@@ -3,7 +3,7 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/core/math.hpp>
+#include <insonify/geometry/aabb.hpp>
 #include <cfloat>
 #include <cstdint>
 
@@ -35,6 +35,25 @@ struct hit {
 INSONIFY_FN constexpr bool nearer(const hit& a, const hit& b) {
     return a.distance < b.distance || (a.distance == b.distance && a.primitive < b.primitive);
 }
+
+/// A box as a primitive of a tree: the box itself, and where a ray enters it. Conservative, so that rounding never misses one.
+/// @{
+INSONIFY_FN inline aabb bounds(const aabb& box) { return box; }
+INSONIFY_FN inline hit intersect(const ray& r, const aabb& box) {
+    float in = r.min_distance, out = r.max_distance;
+    for (int axis = 0; axis < 3; ++axis) {
+        const float to_lower = box.lower[axis] - r.origin[axis], to_upper = box.upper[axis] - r.origin[axis];
+        if (!(std::fabs(r.direction[axis]) > 1e-30F)) {
+            if (to_lower > 0 || to_upper < 0) return {};
+            continue;
+        }
+        const float a = to_lower / r.direction[axis], b = to_upper / r.direction[axis];
+        in = max(in, min(a, b));
+        out = min(out, max(a, b));
+    }
+    return {.distance = in <= out * 1.000001F ? min(in, r.max_distance) : FLT_MAX};
+}
+/// @}
 
 } // namespace insonify::inline INSONIFY_ABI
 

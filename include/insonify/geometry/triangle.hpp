@@ -3,7 +3,6 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/geometry/aabb.hpp>
 #include <insonify/geometry/ray.hpp>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -105,6 +104,29 @@ INSONIFY_FN inline hit intersect(const sheared_ray& r, const triangle& t) {
 /// The same, for a ray that is tested against one triangle only.
 INSONIFY_FN inline hit intersect(const ray& r, const triangle& t) { return intersect(sheared_ray{r}, t); }
 
+namespace detail {
+
+/// The point of a triangle that is nearest to p. Source: Ericson, Real-Time Collision Detection, 2005, section 5.1.5.
+INSONIFY_FN inline vec3 nearest_on(const triangle& t, vec3 p) {
+    const vec3 ab = t.b - t.a, ac = t.c - t.a;
+    const float d1 = dot(ab, p - t.a), d2 = dot(ac, p - t.a);
+    if (d1 <= 0 && d2 <= 0) return t.a;
+    const float d3 = dot(ab, p - t.b), d4 = dot(ac, p - t.b);
+    if (d3 >= 0 && d4 <= d3) return t.b;
+    const float d5 = dot(ab, p - t.c), d6 = dot(ac, p - t.c);
+    if (d6 >= 0 && d5 <= d6) return t.c;
+    const auto along = [](vec3 from, vec3 edge, float part, float whole) {
+        return whole > 0 ? from + (part / whole) * edge : from;
+    };
+    const float by_c = d1 * d4 - d3 * d2, by_b = d5 * d2 - d1 * d6, by_a = d3 * d6 - d5 * d4;
+    if (by_c <= 0 && d1 >= 0 && d3 <= 0) return along(t.a, ab, d1, d1 - d3);
+    if (by_b <= 0 && d2 >= 0 && d6 <= 0) return along(t.a, ac, d2, d2 - d6);
+    if (by_a <= 0 && d4 >= d3 && d5 >= d6) return along(t.b, t.c - t.b, d4 - d3, (d4 - d3) + (d5 - d6));
+    const float sum = by_a + by_b + by_c;
+    return sum > 0 ? t.a + (by_b / sum) * ab + (by_c / sum) * ac : t.a;
+}
+
+} // namespace detail
 } // namespace insonify::inline INSONIFY_ABI
 
 #include <insonify/core/restore_macros.hpp>

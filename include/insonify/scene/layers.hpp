@@ -4,11 +4,42 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/acoustics/layer.hpp>
-#include <insonify/scene/scene_view.hpp>
+#include <insonify/bvh/traverse.hpp>
+#include <insonify/geometry/smooth_normals.hpp>
 #include <cstddef>
 #include <cstdint>
 
 namespace insonify::inline INSONIFY_ABI {
+
+/// An object as tracers see it. Trivially copyable; refers to the scene's arrays.
+struct object_view {
+    mesh_view surface{};                   ///< in object coordinates
+    bvh_view<mesh_view> tree{};            ///< over `surface`; without nodes where it is out of date
+    detail::face_groups_view groups{};     ///< for slicing where the tree is out of date
+    detail::smooth_normals_view normals{}; ///< of `surface`
+    pose at{};                             ///< object to world
+    aabb box{};                            ///< in the world
+    std::uint32_t id = 0;                  ///< its `object_id` as a number
+    std::uint32_t medium = 0;              ///< index into `scene_view::media`
+    bool tree_is_current = false;          ///< rays can be traced
+
+    /// A world ray in object coordinates; distances along it are the same.
+    INSONIFY_FN ray local(const ray& r) const {
+        return {at.local_point(r.origin), at.local_direction(r.direction), r.min_distance, r.max_distance};
+    }
+};
+
+/// A scene in flat arrays, as tracers and devices see it. Trivially copyable; valid until the scene changes.
+///
+/// Objects are ordered by rank: where several contain a point, the first one's medium applies.
+struct scene_view {
+    view<const object_view> objects{};             ///< by rank
+    bvh_view<view<const aabb>> boxes{};            ///< the objects' world boxes, by rank
+    view<const medium> media{};                    ///< the background first
+    view<const pose> places{};                     ///< object to world: of the background (identity), then by rank
+    view<const placed_structure> structures{};     ///< of the medium of each place
+    view<const displacement_view> displacements{}; ///< of the tissue of each place, for one frame; empty: at rest
+};
 
 /// The objects that contain a point moving along a line, as ascending ranks in memory of fixed capacity. The first one's
 /// medium applies.
@@ -163,9 +194,7 @@ INSONIFY_FN inline bool find_crossings(const scene_view& scene, const ray& line,
     return found.complete();
 }
 
-} // namespace insonify::inline INSONIFY_ABI
-
-namespace insonify::inline INSONIFY_ABI::detail {
+namespace detail {
 
 /// How a line meets a surface.
 struct surface_incidence {
@@ -228,12 +257,6 @@ INSONIFY_FN inline surface_incidence incidence_at(const line_frame& line, float 
     if (line.tilt == 0 || met.cosine > steep_cosine) return met;
     return incidence_on(one, face, {line.origin, normalize(line.path()), line.elevation}, point);
 }
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-namespace insonify::inline INSONIFY_ABI {
-
-namespace detail {
 
 /// Crossings closer together than this count as one, metres: touching faces make one interface, not a film between two.
 inline constexpr float touching_distance = 1e-6F;

@@ -4,7 +4,6 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/probe/transducer.hpp>
-#include <insonify/scene/layers.hpp>
 #include <insonify/scene/scene.hpp>
 #include <cmath>
 #include <concepts>

@@ -215,13 +215,29 @@ class scene {
         return views_.for_rays(threads{policy}, parts());
     }
 
-    /// The displacements of tissue from now to rest, for tracers. `nodes` and `places` are the memory of what is returned,
-    /// which is empty where nothing is deformed.
+    /// The displacements of tissue from now to rest at the nodes of a lattice, for tracers: of the background, then of the
+    /// objects by rank. `nodes` and `places` are the memory of what is returned, which is empty where nothing is deformed.
     template <exec::policy Policy>
     view<const displacement_view> displacements(const Policy& policy, const detail::displacement_lattice& where,
                                                 std::vector<float>& nodes,
                                                 std::vector<displacement_view>& places) const {
-        return detail::displacements_at(threads{policy}, deformation_, where, states_, by_rank_, nodes, places);
+        if (deformation_.empty()) return {};
+        nodes.resize(4 * where.count());
+        deformation_.invert(threads{policy}, where, nodes.data());
+        if (std::all_of(nodes.begin(), nodes.end(), [](float one) { return one == 0; })) return {};
+        const vec3& spacing = where.spacing;
+        const displacement_view of_background{.nodes = nodes,
+                                              .size = where.size,
+                                              .per_spacing = 1.0F / spacing,
+                                              .at = where.at,
+                                              .straight_length = 2 * min(spacing.x, min(spacing.y, spacing.z))};
+        places.assign(1, of_background);
+        for (const std::uint32_t i : by_rank_) {
+            displacement_view of_object = of_background;
+            of_object.at = inverse(states_[i].rest_at) * where.at;
+            places.push_back(states_[i].follows ? of_object : displacement_view{});
+        }
+        return places;
     }
 
   private:

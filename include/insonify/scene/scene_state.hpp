@@ -4,8 +4,8 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/bvh/bvh.hpp>
+#include <insonify/scene/layers.hpp>
 #include <insonify/scene/object.hpp>
-#include <insonify/scene/scene_view.hpp>
 #include <insonify/scene/tetrahedra.hpp>
 #include <insonify/tissue/fibre_grid.hpp>
 #include <algorithm>
@@ -382,31 +382,6 @@ class kept_map {
     std::unique_ptr<any_map> map_{};
 };
 
-/// The displacements from now to rest at the nodes of a lattice, as the lines of each place read them: the background, then
-/// the objects by rank. Empty where nothing is displaced.
-inline view<const displacement_view>
-displacements_at(const any_policy<false>& policy, const kept_map& map, const displacement_lattice& where,
-                 const std::vector<object_state>& states, const std::vector<std::uint32_t>& by_rank,
-                 std::vector<float>& nodes, std::vector<displacement_view>& places) {
-    if (map.empty()) return {};
-    nodes.resize(4 * where.count());
-    map.invert(policy, where, nodes.data());
-    if (std::all_of(nodes.begin(), nodes.end(), [](float one) { return one == 0; })) return {};
-    const vec3& spacing = where.spacing;
-    const displacement_view of_background{.nodes = nodes,
-                                          .size = where.size,
-                                          .per_spacing = 1.0F / spacing,
-                                          .at = where.at,
-                                          .straight_length = 2 * min(spacing.x, min(spacing.y, spacing.z))};
-    places.assign(1, of_background);
-    for (const std::uint32_t i : by_rank) {
-        displacement_view of_object = of_background;
-        of_object.at = inverse(states[i].rest_at) * where.at;
-        places.push_back(states[i].follows ? of_object : displacement_view{});
-    }
-    return places;
-}
-
 /// What a scene consists of, as its views see it.
 struct scene_parts {
     const std::vector<object>& objects;
@@ -447,11 +422,11 @@ class flat_scene {
                                 .medium = state.medium,
                                 .tree_is_current = state.tree_is_current});
             all_current_ = all_current_ && state.tree_is_current;
-            boxes_.push_back({state.box});
+            boxes_.push_back(state.box);
             places_.push_back(one.at);
             structures_.push_back(state.placed());
         }
-        const view<const object_box> boxes{boxes_};
+        const view<const aabb> boxes{boxes_};
         if (tree_size_ == boxes_.size() && tree_size_ > 0)
             tree_.update(policy, boxes);
         else
@@ -463,7 +438,7 @@ class flat_scene {
 
     scene_view view_of() const {
         return {.objects = objects_,
-                .boxes = tree_.view_of(view<const object_box>{boxes_}),
+                .boxes = tree_.view_of(view<const aabb>{boxes_}),
                 .media = media_,
                 .places = places_,
                 .structures = structures_,
@@ -472,10 +447,10 @@ class flat_scene {
 
   private:
     std::vector<object_view> objects_{};
-    std::vector<object_box> boxes_{};
+    std::vector<aabb> boxes_{};
     std::vector<pose> places_{};
     std::vector<placed_structure> structures_{};
-    bvh_storage<view<const object_box>, simd_width, build_morton> tree_{};
+    bvh_storage<view<const aabb>, simd_width, build_morton> tree_{};
     std::size_t tree_size_ = 0;
     view<const medium> media_{};
     bool all_current_ = true;

@@ -5,7 +5,6 @@
 
 #include <insonify/bvh/storage.hpp>
 #include <insonify/scene/inverse_map.hpp>
-#include <insonify/scene/nearest_point.hpp>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -38,13 +37,6 @@ inline std::array<float, 4> barycentric(std::span<const vec3> nodes, const tetra
     return {1 - part.x - part.y - part.z, part.x, part.y, part.z};
 }
 
-/// The box of a tetrahedron as a primitive of a tree.
-struct tetrahedron_box {
-    aabb box{};
-};
-inline aabb bounds(const tetrahedron_box& one) { return one.box; }
-inline hit intersect(const ray&, const tetrahedron_box&) { return {}; } // only points are located
-
 /// Tetrahedra at rest, and what locates points in them.
 struct tetrahedral_mesh {
     std::vector<vec3> rest;              ///< nodes, metres
@@ -75,10 +67,10 @@ struct tetrahedral_mesh {
                 throw geometry_error{
                     joined({"tetrahedra: tetrahedron ", std::to_string(i), " has no volume at rest; remove it"})};
             orientation.push_back(volume > 0 ? 1.0F : -1.0F);
-            boxes_.push_back({box});
+            boxes_.push_back(box);
         }
         find_surface();
-        inside_.build(exec::par, view<const tetrahedron_box>{boxes_});
+        inside_.build(exec::par, view<const aabb>{boxes_});
         around_.build(exec::par, mesh_view{surface});
     }
     tetrahedral_mesh(const tetrahedral_mesh&) = delete; // the trees refer to it
@@ -91,15 +83,14 @@ struct tetrahedral_mesh {
         tetrahedral_point best;
         float deepest = -tolerance;
         bool found = false;
-        inside_.view_of(view<const tetrahedron_box>{boxes_})
-            .for_each_overlap(aabb{point, point}, [&](std::uint32_t cell) {
-                const std::array<float, 4> weight = barycentric(rest, cells[cell], point);
-                const float depth = *std::min_element(weight.begin(), weight.end());
-                if (depth < deepest || (found && depth == deepest && cell > best.cell)) return;
-                best = {cell, weight};
-                deepest = depth;
-                found = true;
-            });
+        inside_.view_of(view<const aabb>{boxes_}).for_each_overlap(aabb{point, point}, [&](std::uint32_t cell) {
+            const std::array<float, 4> weight = barycentric(rest, cells[cell], point);
+            const float depth = *std::min_element(weight.begin(), weight.end());
+            if (depth < deepest || (found && depth == deepest && cell > best.cell)) return;
+            best = {cell, weight};
+            deepest = depth;
+            found = true;
+        });
         if (found) return best;
         const nearest_point near = find_nearest(around_.view_of(mesh_view{surface}), point);
         const std::uint32_t cell = behind[near.primitive];
@@ -138,8 +129,8 @@ struct tetrahedral_mesh {
         }
     }
 
-    std::vector<tetrahedron_box> boxes_{};
-    bvh_storage<view<const tetrahedron_box>> inside_{};
+    std::vector<aabb> boxes_{};
+    bvh_storage<view<const aabb>> inside_{};
     bvh_storage<mesh_view> around_{};
 };
 

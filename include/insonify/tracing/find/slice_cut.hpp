@@ -12,7 +12,7 @@
 #include <insonify/geometry/mesh.hpp>
 #include <insonify/geometry/pose.hpp>
 #include <insonify/probe/line_fan.hpp>
-#include <insonify/scene/scene_view.hpp>
+#include <insonify/scene/layers.hpp>
 #include <insonify/signal/kernel/elevation.hpp>
 #include <algorithm>
 #include <cstddef>
