@@ -7,6 +7,7 @@
 #include <insonify/probe/acquisition.hpp>
 #include <insonify/probe/transducer.hpp>
 #include <insonify/scene/layers.hpp>
+#include <insonify/scene/queries.hpp>
 #include <insonify/scene/scene.hpp>
 #include <insonify/tracing/read/automatic_tgc.hpp>
 #include <cstdio>
@@ -38,16 +39,6 @@ struct diagnosis {
     std::string sentence{};          ///< for each problem what is wrong and what to do about it
 };
 
-/// Finds why a picture is empty, and explains it in plain sentences; `explain` does so for a single mesh.
-///
-///     std::puts(diagnose(body, probe, at, {.depth = 40_mm}).sentence.c_str());
-///     // No line meets any object: the nearest surface is 43 mm outside the field of view; move the probe or the objects.
-///
-/// Throws only for lack of memory. Cost: up to some seconds for a million faces.
-/// @param at  probe to world
-template <transducer Probe>
-diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const acquisition& scan);
-
 namespace detail {
 
 /// A length as three digits and a unit: "43 mm".
@@ -66,22 +57,19 @@ struct line_survey {
     const object_view* starts_in = nullptr; ///< gives the medium where the middle line begins; null: the background
 };
 template <transducer Probe>
-line_survey survey(const scene_view& flat, const Probe& probe, const pose& at) {
+line_survey survey(const scene& body, const scene_view& flat, const Probe& probe, const pose& at) {
     line_survey found;
     for (std::uint32_t i = 0; i < probe.lines; ++i) {
         const ray beam = probe.beam(static_cast<float>(i));
         const ray line{.origin = at.point(beam.origin), .direction = at.direction(beam.direction)};
-        for (const object_view& one : flat.objects) { // by rank
-            std::uint32_t crossed = 0;
-            one.tree.for_each_hit(one.local(line), [&](const hit& surface) {
-                if (surface.distance <= touching_distance) return; // belongs to the face of the probe
-                found.ahead = min(found.ahead, surface.distance);
-                ++crossed;
-            });
-            one.tree.for_each_hit(one.local({.origin = line.origin, .direction = -line.direction}),
-                                  [&](const hit& surface) { found.behind = min(found.behind, surface.distance); });
-            if (i == probe.lines / 2 && crossed % 2 == 1 && found.starts_in == nullptr) found.starts_in = &one;
-        }
+        const auto first = [&](vec3 direction, float from) {
+            const auto surface =
+                first_surface(body, {.origin = line.origin, .direction = direction, .min_distance = from});
+            return surface ? surface->distance : FLT_MAX;
+        };
+        found.ahead = min(found.ahead, first(line.direction, touching_distance)); // nearer: of the face of the probe
+        found.behind = min(found.behind, first(-line.direction, 0));
+        if (i == probe.lines / 2) found.starts_in = top_at(flat, line.at(touching_distance));
     }
     return found;
 }
@@ -151,6 +139,13 @@ inline std::string unit_fault(float size, float depth) {
 
 } // namespace detail
 
+/// Finds why a picture is empty, and explains it in plain sentences; `explain` does so for a single mesh.
+///
+///     std::puts(diagnose(body, probe, at, {.depth = 40_mm}).sentence.c_str());
+///     // No line meets any object: the nearest surface is 43 mm outside the field of view; move the probe or the objects.
+///
+/// Throws only for lack of memory. Cost: up to some seconds for a million faces.
+/// @param at  probe to world
 template <transducer Probe>
 diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const acquisition& scan) {
     using namespace detail;
@@ -187,7 +182,7 @@ diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const 
                                     "objects, or the background, another one.");
 
     const scene_view flat = body.view_for_rays(exec::par);
-    const line_survey lines = survey(flat, probe, at);
+    const line_survey lines = survey(body, flat, probe, at);
     const std::string start = lines.starts_in == nullptr
                                   ? "the background"
                                   : named(body[object_id{lines.starts_in->id}].name, object_id{lines.starts_in->id});

@@ -82,7 +82,6 @@ class frame_display {
     template <exec::policy Policy>
     void draw_next(const Policy& policy, const stored_frame<Probe>& frame, const b_mode_settings& settings) {
         compress(policy, frame, settings);
-        if (settings.persistence != 0) fade(policy, frame, settings);
         convert(policy, frame, settings);
     }
 
@@ -95,10 +94,7 @@ class frame_display {
         if (settings.persistence != 0)
             while (first + 1 < loop.size() && !loop[first].starts) ++first;
         smoothing_.reset();
-        for (std::uint32_t i = first + 1; i-- > back;) {
-            compress(policy, loop[i], settings);
-            if (settings.persistence != 0) fade(policy, loop[i], settings);
-        }
+        for (std::uint32_t i = first + 1; i-- > back;) compress(policy, loop[i], settings);
         convert(policy, loop[back], settings);
     }
 
@@ -119,10 +115,7 @@ class frame_display {
                               .reference_db = settings.reference_db,
                               .gain_db = settings.gain_db,
                               .reject_db = settings.reject_db});
-    }
-
-    template <class Policy>
-    void fade(const Policy& policy, const stored_frame<Probe>& frame, const b_mode_settings& settings) {
+        if (settings.persistence == 0) return;
         smoothing_.weight(settings.persistence);
         if (frame.starts) smoothing_.reset();
         lines = smoothing_.add(policy, lines);

@@ -44,6 +44,7 @@ scan_lines call(const iq_lines& lines, const scan_lines& rf) {
     return lines.count > 0 ? envelope(exec::par_unseq, lines) : envelope(exec::seq, rf);
 }
 void call(const detail::hilbert_transform& transform, float* one, float* other) { transform.apply<1>(one, other); }
+scan_lines call(const iq_lines& lines) { return to_rf(exec::par, lines, 5e6F); }
 #endif
 #ifdef CALL_signal_gain
 scan_lines call(scan_lines lines, iq_lines echoes) {
@@ -63,7 +64,4 @@ pulse_envelope call() { return nominal_pulse(pencil{}).envelope(5e6F); }
 #endif
 #ifdef CALL_signal_resample_lines
 iq_lines call(const iq_lines& lines) { return resample_lines(exec::par, lines, pencil{}, pencil{}); }
-#endif
-#ifdef CALL_signal_rf
-scan_lines call(const iq_lines& lines) { return to_rf(exec::par, lines, 5e6F); }
 #endif

@@ -7,7 +7,6 @@
 #include <insonify/image/scan_convert.hpp>
 #include <insonify/probe/probe_section.hpp>
 #include <algorithm>
-#include <cmath>
 
 namespace insonify::inline INSONIFY_ABI {
 

@@ -8,7 +8,6 @@
 #include <insonify/probe/refined.hpp>
 #include <insonify/signal/electronic_noise.hpp>
 #include <insonify/tracing/line_tracer.hpp>
-#include <cmath>
 #include <utility>
 #include <vector>
 

@@ -10,7 +10,6 @@
 #include <insonify/execution/simd.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <algorithm>
-#include <cmath>
 #include <string>
 #include <vector>
 

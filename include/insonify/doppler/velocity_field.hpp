@@ -6,7 +6,6 @@
 #include <insonify/core/error.hpp>
 #include <insonify/core/text.hpp>
 #include <insonify/scene/object.hpp>
-#include <cmath>
 #include <concepts>
 #include <string>
 #include <vector>

@@ -6,7 +6,6 @@
 #include <insonify/image/image.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <algorithm>
-#include <cmath>
 #include <string>
 #include <vector>
 

@@ -9,7 +9,6 @@
 #include <insonify/probe/acquisition.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/signal/pulse.hpp>
-#include <cfloat>
 #include <concepts>
 #include <string>
 #include <utility>

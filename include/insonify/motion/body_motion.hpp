@@ -5,7 +5,6 @@
 
 #include <insonify/core/error.hpp>
 #include <insonify/core/math.hpp>
-#include <cmath>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI::detail {
@@ -62,25 +61,9 @@ struct pulsation {
     }
 
     /// Where a point at rest is now.
-    vec3 operator()(vec3 rest) const {
-        const float now = radius + amplitude * wave();
-        if (now == radius) return rest;
-        const vec3 axis = normalize(to - from);
-        const vec3 away = rest - from - dot(rest - from, axis) * axis;
-        const float squared = dot(away, away), added = now * now - radius * radius;
-        const float factor = squared < radius * radius ? now / radius : std::sqrt(1 + added / squared);
-        return rest + (factor - 1) * away;
-    }
+    vec3 operator()(vec3 rest) const { return widened(rest, radius, radius + amplitude * wave()); }
     /// The inverse.
-    vec3 rest_of(vec3 now) const {
-        const float wall = radius + amplitude * wave();
-        if (wall == radius) return now;
-        const vec3 axis = normalize(to - from);
-        const vec3 away = now - from - dot(now - from, axis) * axis;
-        const float squared = dot(away, away), added = wall * wall - radius * radius;
-        const float factor = squared < wall * wall ? radius / wall : std::sqrt(1 - added / squared);
-        return now + (factor - 1) * away;
-    }
+    vec3 rest_of(vec3 now) const { return widened(now, radius + amplitude * wave(), radius); }
 
     /// @throws usage_error  if a setting is out of range
     void check() const {
@@ -91,6 +74,17 @@ struct pulsation {
     }
 
     friend bool operator==(const pulsation&, const pulsation&) = default;
+
+  private:
+    // Where a point goes as the radius of the vessel changes.
+    vec3 widened(vec3 point, float before, float after) const {
+        if (after == before) return point;
+        const vec3 axis = normalize(to - from);
+        const vec3 away = point - from - dot(point - from, axis) * axis;
+        const float squared = dot(away, away), added = after * after - before * before;
+        const float factor = squared < before * before ? after / before : std::sqrt(1 + added / squared);
+        return point + (factor - 1) * away;
+    }
 };
 
 /// Breathing: a region moves back and forth, and rests longer when breathed out.
@@ -172,17 +166,16 @@ struct needle_drag {
 /// setting makes the map fold over: the determinant of its derivative is at least `opening`.
 /// Source: Shapiro 1977, J. Biomech. Eng. 99, 126: area of thin-walled tubes that are nearly closed.
 struct collapse {
-    vec3 from{0, 0, 0}; ///< a point of the vessel's axis, in the world, metres
-    vec3 to{0, 1, 0};   ///< another one; the axis goes on beyond both
-    vec3 direction{0, 0,
-                   1}; ///< in which the vessel is flattened, of any length above 0; its part across the axis counts
-    float radius = 4.5e-3F; ///< of the lumen at rest, metres
-    float outside = 0;      ///< pressure of the tissue around the vessel, Pa: see `_mmHg`
-    float inside = 1070;    ///< pressure of its blood, Pa: 8 mmHg, a vein of the leg in a patient who lies
-    float stiffness = 40;   ///< of its wall against bending, Pa: E h^3 / (12 (1 - nu^2) R^3) of its thickness h
-    float residual = 0.06F; ///< opening at which the walls touch, above 0 to 1
-    float beside = 1.5e-3F; ///< distance beside the wall at which the displacement is 0.61, metres
-    float above = 4e-3F;    ///< the same above and below its wall, metres
+    vec3 from{0, 0, 0};      ///< a point of the vessel's axis, in the world, metres
+    vec3 to{0, 1, 0};        ///< another one; the axis goes on beyond both
+    vec3 direction{0, 0, 1}; ///< in which it is flattened, of any length above 0; its part across the axis counts
+    float radius = 4.5e-3F;  ///< of the lumen at rest, metres
+    float outside = 0;       ///< pressure of the tissue around the vessel, Pa: see `_mmHg`
+    float inside = 1070;     ///< pressure of its blood, Pa: 8 mmHg, a vein of the leg in a patient who lies
+    float stiffness = 40;    ///< of its wall against bending, Pa: E h^3 / (12 (1 - nu^2) R^3) of its thickness h
+    float residual = 0.06F;  ///< opening at which the walls touch, above 0 to 1
+    float beside = 1.5e-3F;  ///< distance beside the wall at which the displacement is 0.61, metres
+    float above = 4e-3F;     ///< the same above and below its wall, metres
 
     /// Height of the lumen over that at rest.
     float opening() const {

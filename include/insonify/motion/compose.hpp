@@ -4,8 +4,6 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/motion/press.hpp>
-#include <cfloat>
-#include <cmath>
 #include <type_traits>
 #include <utility>
 

@@ -10,8 +10,6 @@
 #include <insonify/scene/queries.hpp>
 #include <algorithm>
 #include <array>
-#include <cfloat>
-#include <cmath>
 #include <concepts>
 #include <iterator>
 #include <span>
@@ -77,11 +75,6 @@ struct pressed_face {
     float decay = 20e-3F;                                 ///< see `indentation`
     float recovery = 8e-3F;                               ///< see `indentation`
 
-    /// Position of a point of the face as a number of columns.
-    float column(float x) const {
-        const float width = right - left;
-        return width > 0 ? clamp((x - left) / width, 0, 1) * (columns - 1) : 0;
-    }
     /// Where a row and a column are: x and y of the probe, metres.
     vec2 place(std::size_t row, std::size_t column) const {
         return {left + (right - left) * static_cast<float>(column) / (columns - 1),
@@ -96,7 +89,10 @@ struct pressed_face {
         return lower + at_place.upper * (upper - lower);
     }
     /// The column that is nearest to a point of the face.
-    std::size_t nearest_column(float x) const { return static_cast<std::size_t>(std::lround(column(x))); }
+    std::size_t nearest_column(float x) const {
+        const cell at_x = cell_of({x, 0});
+        return at_x.column + (at_x.part < 0.5F ? 0 : 1);
+    }
 
     /// Where a point at rest is now.
     vec3 operator()(vec3 rest) const {
@@ -141,9 +137,7 @@ struct pressed_face {
     }
 };
 
-} // namespace insonify::inline INSONIFY_ABI
-
-namespace insonify::inline INSONIFY_ABI::detail {
+namespace detail {
 
 /// Where lines along z through the points of a probe's face leave a body that consists of several surfaces. Keeps its memory.
 class skin_heights {
@@ -238,9 +232,7 @@ class skin_heights {
     float depth_[samples] = {};
 };
 
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-namespace insonify::inline INSONIFY_ABI {
+} // namespace detail
 
 /// Settings of `press`.
 struct press_settings {
@@ -276,31 +268,27 @@ class presser {
                 "press: the pose is not a rigid transform; make it with look_at, or mend it with orthonormalised"};
         if (!(settings.stiffness >= 0) || !(settings.gel >= 0) || !(settings.decay > 0) || !(settings.recovery > 0))
             throw usage_error{"press: `stiffness` and `gel` must be at least 0, `decay` and `recovery` above 0"};
-        contact& found = touch_;
-        found.depth = 0;
-        found.touching = 0;
-        found.lines.clear();
-        pressed_face& face = found.deformation;
-        face.at = at;
-        face.decay = settings.decay;
-        face.recovery = settings.recovery;
         if (is_full_circle(probe))
             throw usage_error{
                 "press: the lines of the probe run all around it, so it has no face that presses; use a linear, "
                 "convex or phased array"};
+        contact& found = touch_;
+        found = {.lines = std::move(found.lines),
+                 .deformation = {.at = at, .decay = settings.decay, .recovery = settings.recovery}};
+        found.lines.clear();
+        pressed_face& face = found.deformation;
         const auto last = static_cast<float>(probe.lines) - 0.5F;
-        face.left = min(probe.beam(-0.5F).origin.x, probe.beam(last).origin.x);
-        face.right = max(probe.beam(-0.5F).origin.x, probe.beam(last).origin.x);
+        const float one_end = probe.beam(-0.5F).origin.x, other_end = probe.beam(last).origin.x;
+        face.left = min(one_end, other_end);
+        face.right = max(one_end, other_end);
         if constexpr (requires { probe.aperture(); })
-            if (!(face.right > face.left)) { // lines that leave one point of a plane face
+            if (one_end == other_end) { // lines that leave one point of a plane face
                 face.right = 0.5F * probe.aperture();
                 face.left = -face.right;
             }
-        face.elevation = pressed_face{}.elevation;
         if constexpr (requires { probe.elevation_height; }) face.elevation = probe.elevation_height;
-        for (std::size_t i = 0; i < pressed_face::columns; ++i)
-            face.height[i] = probe.beam(last * static_cast<float>(i) / (pressed_face::columns - 1))
-                                 .origin.z; // lines are evenly spaced
+        for (std::size_t i = 0; i < pressed_face::columns; ++i) // lines are evenly spaced
+            face.height[i] = probe.beam(last * static_cast<float>(i) / (pressed_face::columns - 1)).origin.z;
         skin_.begin(face);
         for (const object& one : body.objects())
             if (accepts(one.id)) skin_.add(one.surface.faces, body.rest_positions(one.id), one.at);

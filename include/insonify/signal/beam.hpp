@@ -7,8 +7,6 @@
 #include <insonify/core/units.hpp>
 #include <insonify/probe/acquisition.hpp>
 #include <insonify/probe/transducer.hpp>
-#include <cfloat>
-#include <cmath>
 
 namespace insonify::inline INSONIFY_ABI {
 

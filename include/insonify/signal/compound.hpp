@@ -9,7 +9,6 @@
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/probe/steered.hpp>
 #include <algorithm>
-#include <cmath>
 #include <optional>
 #include <string>
 #include <utility>

@@ -7,7 +7,6 @@
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/signal/beam.hpp>
 #include <algorithm>
-#include <cmath>
 
 namespace insonify::inline INSONIFY_ABI {
 

@@ -10,7 +10,6 @@
 #include <insonify/signal/beam.hpp>
 #include <insonify/signal/pulse.hpp>
 #include <algorithm>
-#include <cmath>
 #include <string>
 #include <utility>
 #include <vector>

@@ -6,7 +6,6 @@
 #include <insonify/core/view.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <insonify/signal/beam.hpp>
-#include <cmath>
 #include <string>
 #include <vector>
 

@@ -10,7 +10,6 @@
 #include <insonify/signal/kernel/convolve.hpp>
 #include <insonify/signal/kernel/elevation.hpp>
 #include <algorithm>
-#include <cmath>
 #include <utility>
 #include <vector>
 
