@@ -82,8 +82,8 @@ vec3 nearest_in_field(const Probe& probe, float depth, vec3 p) {
     return line.at(clamp(dot(p - line.origin, line.direction), 0, depth));
 }
 
-/// Distance in metres between a triangle and the field of view, in the probe's frame. Never an underestimate; within one
-/// percent where the field spans less than half a circle, since both are then convex.
+/// Distance in metres between a triangle and the field of view, in the probe's frame. Never an underestimate; within
+/// one percent where the field spans less than half a circle, since both are then convex.
 template <transducer Probe>
 float distance_to_field(const Probe& probe, float depth, const triangle& face) {
     vec3 point = (face.a + face.b + face.c) / 3.0F;
@@ -116,8 +116,8 @@ float distance_beside(const scene_view& flat, const Probe& probe, const pose& at
     return nearest;
 }
 
-/// The sentence about a scene that is 30 times larger than the lines are deep, or 300 times smaller; empty for others. The
-/// unit that was given is not known, so every mistake is named that leaves objects of 2 cm to 2.5 m.
+/// The sentence about a scene that is 30 times larger than the lines are deep, or 300 times smaller; empty for others.
+/// The unit that was given is not known, so every mistake is named that leaves objects of 2 cm to 2.5 m.
 inline std::string unit_fault(float size, float depth) {
     const bool too_large = size > 30 * depth && size > 1, too_small = size > 0 && size < depth / 300;
     if (!too_large && !too_small) return {};

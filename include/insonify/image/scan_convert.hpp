@@ -18,8 +18,9 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// Size and background of the image.
 ///
-/// If one side is chosen, pixels are square and the field of view fits. If both are given, a rectangular field of view fills
-/// the image, whatever the shape of its pixels; any other, such as a sector, is fitted and centred with square pixels.
+/// If one side is chosen, pixels are square and the field of view fits. If both are given, a rectangular field of view
+/// fills the image, whatever the shape of its pixels; any other, such as a sector, is fitted and centred with square
+/// pixels.
 struct scan_convert_settings {
     uvec2 size{0, 0};     ///< columns, rows; a 0 is chosen to fit the field of view; both 0: 512 columns
     float background = 0; ///< brightness of the pixels outside the field of view

@@ -106,7 +106,7 @@ inline obj_libraries read_libraries(const std::string& path, const std::vector<n
     return libraries;
 }
 
-/// The number of letters that must be inserted, removed or replaced to make one word of another. Source: Levenshtein 1966.
+/// Number of letters to insert, remove or replace to make one word of another. Source: Levenshtein 1966.
 inline std::size_t edits_between(std::string_view one, std::string_view other) {
     std::vector<std::size_t> row(other.size() + 1);
     for (std::size_t j = 0; j < row.size(); ++j) row[j] = j;
@@ -122,8 +122,8 @@ inline std::size_t edits_between(std::string_view one, std::string_view other) {
     return row.back();
 }
 
-/// The medium whose name is like one that is unknown: in another case, with a number at its end as editors append it, or
-/// misspelt. @return  "; did you mean bone?", or nothing
+/// The medium whose name is like one that is unknown: in another case, with a number at its end as editors append it,
+/// or misspelt. @return  "; did you mean bone?", or nothing
 inline std::string suggest_medium(const std::string& unknown, const obj_libraries& libraries) {
     const auto plain = [](std::string_view name) { // bone for Bone.001
         std::string text{name.substr(0, name.find_last_not_of("0123456789._- ") + 1)};

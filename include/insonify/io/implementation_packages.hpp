@@ -12,10 +12,10 @@
 #include <string.h>
 // NOLINTEND(modernize-deprecated-headers)
 
-// Private copies of tinyobjloader, in a renamed namespace, and of stb_image_write, static functions in a namespace. Every
-// macro that configures them or that they define is saved and restored, so that a program can include its own copies in
-// this file, before or after, and in others. The C headers that stb_image_write needs are included above, outside its
-// namespace. The rest of this file counts as a header of the system: compilers do not warn of the packages.
+// Private copies of tinyobjloader, in a renamed namespace, and of stb_image_write, static functions in a namespace.
+// Every macro that configures them or that they define is saved and restored, so that a program can include its own
+// copies in this file, before or after, and in others. The C headers that stb_image_write needs are included above,
+// outside its namespace. The rest of this file counts as a header of the system: compilers do not warn of the packages.
 #pragma GCC system_header
 #pragma push_macro("tinyobj")
 #pragma push_macro("TINY_OBJ_LOADER_H_")

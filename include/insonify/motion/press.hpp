@@ -30,8 +30,9 @@ inline float beside_face(float away, float recovery) { return std::exp(-away / r
 
 /// A flat face pressed into flat skin, parallel to it: a map for `scene::deform`.
 ///
-/// Skin below the face comes to lie on it. Beside the face it recovers exponentially, and the tissue below sinks exponentially
-/// less with depth. No model of elasticity: volume is not preserved. `press` finds the deformation for any skin.
+/// Skin below the face comes to lie on it. Beside the face it recovers exponentially, and the tissue below sinks
+/// exponentially less with depth. No model of elasticity: volume is not preserved. `press` finds the deformation for
+/// any skin.
 struct indentation {
     pose at{};                ///< of the pressed face, to the world: x lateral, y elevation, z into the body
     float depth = 0;          ///< of the face below the skin at rest, metres; less than `decay`, or tissue folds over
@@ -60,8 +61,8 @@ struct indentation {
     friend bool operator==(const indentation&, const indentation&) = default;
 };
 
-/// A face of a probe, flat or curved, pressed into skin of any shape: what `press` finds, and a map for `scene::deform`. Like
-/// `indentation`, with a depth that differs from point to point of the face.
+/// A face of a probe, flat or curved, pressed into skin of any shape: what `press` finds, and a map for
+/// `scene::deform`. Like `indentation`, with a depth that differs from point to point of the face.
 struct pressed_face {
     static constexpr std::size_t columns = 33; ///< along x, from edge to edge
     static constexpr std::size_t rows = 5;     ///< along y, from edge to edge
@@ -139,7 +140,8 @@ struct pressed_face {
 
 namespace detail {
 
-/// Where lines along z through the points of a probe's face leave a body that consists of several surfaces. Keeps its memory.
+/// Where lines along z through the points of a probe's face leave a body that consists of several surfaces. Keeps its
+/// memory.
 class skin_heights {
   public:
     /// Begins a body. @param face  its pose, edges and heights
@@ -328,14 +330,14 @@ class presser {
     detail::skin_heights skin_{}; // where the skin is
 };
 
-/// How a probe at a pose touches the body at rest, whatever the present deformation: how deep its face is in the body, what
-/// deformation that makes, and which lines touch.
+/// How a probe at a pose touches the body at rest, whatever the present deformation: how deep its face is in the body,
+/// what deformation that makes, and which lines touch.
 ///
 ///     const contact touch = press(body, probe, at);
 ///     body.deform(exec::par, touch.deformation);
 ///
-/// The body is what is inside of any object that is accepted, and not the background. Pressed skin comes to lie 0.05 mm behind
-/// the face, so that lines start in tissue. Costs one pass over the vertices and faces.
+/// The body is what is inside of any object that is accepted, and not the background. Pressed skin comes to lie 0.05 mm
+/// behind the face, so that lines start in tissue. Costs one pass over the vertices and faces.
 /// @param accepts  bool(object_id): objects that belong to the body, such as all but the needle
 /// @throws usage_error     for a probe or a setting out of range, or a scene that was not built
 /// @throws geometry_error  for a pose that is not rigid

@@ -10,8 +10,8 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Two-way beam width at each depth: a Gaussian of amplitude in the lateral and in the elevation direction, and side lobes
-/// in the lateral direction where the probe has them.
+/// Two-way beam width at each depth: a Gaussian of amplitude in the lateral and in the elevation direction, and side
+/// lobes in the lateral direction where the probe has them.
 ///
 /// One transmit focus; on receive the aperture grows with depth (constant F-number). Made by `beam_of`. Depths in
 /// metres.
@@ -36,8 +36,8 @@ struct beam_model {
     ///     q = (1 - z_f / z) z_f / (lambda F#(z_f)^2)  defocus at the edge of the transmit aperture, eighths of a wavelength
     ///
     /// The beam is narrowest before the focus, where the near side of the transmitted wave meets the growing aperture.
-    /// Source: fit to simulated fields of an array that receives at constant F#: 3.5 to 7.5 MHz, F/2 to F/4, foci of 20 to
-    /// 40 mm, depths of 0.4 to 2.2 times the focus; within 10 % in 98 % of 513 cases, 20 % at most.
+    /// Source: fit to simulated fields of an array that receives at constant F#: 3.5 to 7.5 MHz, F/2 to F/4, foci of 20
+    /// to 40 mm, depths of 0.4 to 2.2 times the focus; within 10 % in 98 % of 513 cases, 20 % at most.
     INSONIFY_FN float lateral_width(float depth) const {
         const float z = max(max(depth, 0.1F * focus), 1e-6F), sent = fnumber(focus);
         const float defocus = focus * (1 - focus / z) / (wavelength * sent * sent);
@@ -60,9 +60,9 @@ struct beam_model {
     ///
     ///     +- s 1.43 / u   for 1 < u < 13, of alternate sign from lobe to lobe; 0 elsewhere
     ///
-    /// with s = `side_lobes`; a rectangular aperture has its first side lobe at u = 1.43, 26.5 dB below the main lobe. A pulse
-    /// has no zeros between them. In the focus, sinc^2 falls faster, with 1 / u^2; that these lobes do not makes up for the
-    /// side lobes in elevation, which the elevation planes lack: see `tests/signal/side_lobes.cpp`.
+    /// with s = `side_lobes`; a rectangular aperture has its first side lobe at u = 1.43, 26.5 dB below the main lobe.
+    /// A pulse has no zeros between them. In the focus, sinc^2 falls faster, with 1 / u^2; that these lobes do not
+    /// makes up for the side lobes in elevation, which the elevation planes lack: see `tests/signal/side_lobes.cpp`.
     INSONIFY_FN float side_lobe(float u) const {
         if (!(u > 1) || u > side_lobe_extent) return 0;
         const float lobe = 1.43F * side_lobes / u;
@@ -89,8 +89,8 @@ struct beam_model {
 };
 
 /// The beam of a probe. Members that a user's probe lacks (`fnumber`, `focus`, `elevation_height`, `elevation_focus`,
-/// `side_lobes`, and `float aperture() const`) take the defaults of `beam_model`: F/2, half the image depth, 5 mm, 20 mm,
-/// none, and unlimited.
+/// `side_lobes`, and `float aperture() const`) take the defaults of `beam_model`: F/2, half the image depth, 5 mm, 20
+/// mm, none, and unlimited.
 /// @param depth  image depth, metres; a focus of 0 is half of it
 /// @throws usage_error  for a depth or a setting of the probe out of range
 template <transducer Probe>
@@ -133,9 +133,9 @@ INSONIFY_FN float line_advance(const Probe& probe) {
     return probe.lines < 2 || std::fabs(advance) < 1e-9F ? 0 : advance; // less is rounding
 }
 
-/// Number of lines to trace for each line of the probe, so that at the focus `lines_per_beam_width` lines lie within the
-/// beam width or, by default, they are at most half of it apart: from `min_rays` to 4. Within these limits the number of
-/// traced lines does not depend on that of the probe.
+/// Number of lines to trace for each line of the probe, so that at the focus `lines_per_beam_width` lines lie within
+/// the beam width or, by default, they are at most half of it apart: from `min_rays` to 4. Within these limits the
+/// number of traced lines does not depend on that of the probe.
 /// @param min_rays  below 1 where the lines that are left out are interpolated (`resample_lines`) or not shown
 template <transducer Probe>
 float rays_per_line(const Probe& probe, float depth, float min_rays = 1, float lines_per_beam_width = 2) {

@@ -48,13 +48,13 @@ struct pulse {
     /// An envelope with the standard deviation s in time falls to -20 dB at +-2.146 s, and s = 0.3748 / (B f0).
     INSONIFY_FN constexpr float bandwidth() const { return 1.61F / cycles; }
 
-    /// Fractional bandwidth of the Gaussian pulse whose peak is as curved, and therefore loses as much to attenuation: B for
-    /// impulse excitation, nearly 0 for a long burst, which loses what its carrier does.
+    /// Fractional bandwidth of the Gaussian pulse whose peak is as curved, and therefore loses as much to attenuation:
+    /// B for impulse excitation, nearly 0 for a long burst, which loses what its carrier does.
     ///
     ///     B_peak^2 = B^2 (L / s) exp(-L^2 / 8 s^2) / (sqrt(2 pi) erf(L / (sqrt(8) s))),   s = 0.3748 / B cycles
     ///
-    /// for a burst of L cycles: the second derivative of `envelope` at its peak over its peak. Attenuation multiplies the
-    /// spectrum by exp(-beta (f - f0)), whose second-order term is that derivative.
+    /// for a burst of L cycles: the second derivative of `envelope` at its peak over its peak. Attenuation multiplies
+    /// the spectrum by exp(-beta (f - f0)), whose second-order term is that derivative.
     INSONIFY_FN float bandwidth_at_peak() const {
         const float per_sigma = burst * bandwidth() / 0.3748F;
         if (!(per_sigma > 1e-2F)) return bandwidth();

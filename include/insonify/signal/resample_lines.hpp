@@ -12,8 +12,8 @@ namespace insonify::inline INSONIFY_ABI {
 
 namespace detail {
 
-/// Weight of a line at a distance, in lines, from the place between lines whose value is wanted: sinc, with the window of
-/// Lanczos over six lines.
+/// Weight of a line at a distance, in lines, from the place between lines whose value is wanted: sinc, with the window
+/// of Lanczos over six lines.
 inline float lanczos_weight(float distance) {
     constexpr float half_width = 3;
     const auto sinc = [](float x) { return std::fabs(x) < 1e-4F ? 1.0F : std::sin(pi * x) / (pi * x); };
@@ -28,8 +28,8 @@ inline float lanczos_weight(float distance) {
 ///     const refined traced{probe, rays_per_line(probe, depth, 0.25F)};
 ///     echoes = resample_lines(policy, echoes, traced, probe); // ... of trace and convolve with `traced`
 ///
-/// Each line is the sum of the six around it, weighted by a Lanczos window, along the wave front; beyond the sides of the
-/// field of view there are none, and the others weigh more. `tests/signal/resample_lines.cpp` measures the error.
+/// Each line is the sum of the six around it, weighted by a Lanczos window, along the wave front; beyond the sides of
+/// the field of view there are none, and the others weigh more. `tests/signal/resample_lines.cpp` measures the error.
 /// @param traced    the probe of `lines`
 /// @param wanted    that of the result: the same face, field of view and steering
 /// @param recycled  lines whose memory is reused

@@ -514,10 +514,10 @@ class convolver {
 
 /// Convolves echoes with the point-spread function of the probe: the pulse along each line, the beam across the lines.
 ///
-/// Axial: the pulse envelope, with peak 1. Lateral: a Gaussian of width `beam_model::lateral_sigma` along the wave front,
-/// at right angles to the lines (`line_advance`), whose weights sum to 1 over the lines that exist, at the ends as well. So a plate keeps its amplitude at every depth, sampling and
-/// line spacing. Lines are zero beyond their ends, so speckle fades within two standard deviations of the pulse from
-/// them. In place: pass std::move(echoes).
+/// Axial: the pulse envelope, with peak 1. Lateral: a Gaussian of width `beam_model::lateral_sigma` along the wave
+/// front, at right angles to the lines (`line_advance`), whose weights sum to 1 over the lines that exist, at the ends
+/// as well. So a plate keeps its amplitude at every depth, sampling and line spacing. Lines are zero beyond their ends,
+/// so speckle fades within two standard deviations of the pulse from them. In place: pass std::move(echoes).
 /// @param echoes  baseband: an echo a at displayed depth z is a exp(-j 4 pi f0 z / c0), with c0 = display_speed
 /// @throws usage_error  for lines that are not those of the probe, samples coarser than the standard deviation of the
 ///                      pulse, a pulse frequency other than that of the probe, and settings out of range
