@@ -82,37 +82,22 @@ vec3 nearest_in_field(const Probe& probe, float depth, vec3 p) {
     return line.at(clamp(dot(p - line.origin, line.direction), 0, depth));
 }
 
-/// Distance in metres between a triangle and the field of view, in the probe's frame. Never an underestimate; within
-/// one percent where the field spans less than half a circle, since both are then convex.
+/// Distance from the field of view to the nearest surface, metres, by alternating projections from three places of the
+/// field. Never an underestimate; within one percent where the field spans less than half a circle, of convex objects.
 template <transducer Probe>
-float distance_to_field(const Probe& probe, float depth, const triangle& face) {
-    vec3 point = (face.a + face.b + face.c) / 3.0F;
+float distance_beside(const scene& body, const Probe& probe, const pose& at, float depth) {
+    const float end = static_cast<float>(probe.lines) - 0.5F;
     float nearest = FLT_MAX;
-    for (int i = 0; i < 32; ++i) { // alternating projections
-        const vec3 in_field = nearest_in_field(probe, depth, point);
-        point = nearest_on(face, in_field);
-        const float distance = length(point - in_field);
-        if (!(distance < 0.9999F * nearest)) return min(distance, nearest);
-        nearest = distance;
-    }
-    return nearest;
-}
-
-/// Distance from the field of view to the nearest surface, metres.
-template <transducer Probe>
-float distance_beside(const scene_view& flat, const Probe& probe, const pose& at, float depth) {
-    float nearest = FLT_MAX;
-    for (const object_view& one : flat.objects) {
-        const pose to_probe = inverse(at) * one.at;
-        for (std::size_t i = 0; i < one.surface.size(); ++i) {
-            const triangle t = one.surface[i];
-            const triangle face{to_probe.point(t.a), to_probe.point(t.b), to_probe.point(t.c)};
-            if (!is_finite(bounds(face))) continue;
-            const float extent = max(length(face.b - face.a), length(face.c - face.a));
-            if (length(face.a - nearest_in_field(probe, depth, face.a)) - extent > nearest) continue;
-            nearest = min(nearest, distance_to_field(probe, depth, face));
+    for (const object& one : body.objects())
+        for (const float line : {-0.5F, 0.5F * end, end}) {
+            vec3 in_field = probe.beam(line).at(0.5F * depth);
+            for (int i = 0; i < 32; ++i) {
+                const auto surface = nearest_surface(body, one.id, at.point(in_field));
+                if (!surface) break;
+                nearest = min(nearest, surface->distance);
+                in_field = nearest_in_field(probe, depth, at.local_point(surface->point));
+            }
         }
-    }
     return nearest;
 }
 
@@ -214,7 +199,7 @@ diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const 
                                     "turn it round (look_at(from, towards, lateral)).");
         else
             report(problem::beside, "No line meets any object: the nearest surface is " +
-                                        shown(distance_beside(flat, probe, at, scan.depth)) +
+                                        shown(distance_beside(body, probe, at, scan.depth)) +
                                         " outside the field of view; move the probe or the objects.");
     }
     for (const object& one : body.objects())

@@ -19,8 +19,7 @@ namespace insonify::inline INSONIFY_ABI {
 /// Size and background of the image.
 ///
 /// If one side is chosen, pixels are square and the field of view fits. If both are given, a rectangular field of view
-/// fills the image, whatever the shape of its pixels; any other, such as a sector, is fitted and centred with square
-/// pixels.
+/// fills the image, whatever the shape of its pixels; any other, such as a sector, is fitted with square pixels.
 struct scan_convert_settings {
     uvec2 size{0, 0};     ///< columns, rows; a 0 is chosen to fit the field of view; both 0: 512 columns
     float background = 0; ///< brightness of the pixels outside the field of view
@@ -263,8 +262,7 @@ struct label_image : pixel_grid<label_id> {
     friend bool operator==(const label_image&, const label_image&) = default;
 };
 
-/// Scan-converts labels: each pixel has the label of the nearest sample, or `background_label` outside the field of
-/// view.
+/// Scan-converts labels: each pixel has the label of the nearest sample, or `background_label` outside the field.
 ///
 ///     const scan_map map = make_scan_map(exec::par, probe, {.depth = truth.depth, .samples = truth.samples});
 ///     label_image mask = scan_convert(exec::par, truth, map);
@@ -290,8 +288,7 @@ auto scan_convert(const Policy& policy, const line_grid<Value>& lines, const Pro
     return scan_convert(policy, lines, make_scan_map(policy, probe, detail::acquisition_of(lines), settings));
 }
 
-/// Scan-converts values that must not be interpolated, such as angles of incidence: each pixel has that of the nearest
-/// sample.
+/// Scan-converts values that must not be interpolated, such as angles: each pixel has that of the nearest sample.
 /// @throws usage_error  for lines that do not match the map
 template <exec::policy Policy>
 image scan_convert_nearest(const Policy& policy, const scan_lines& lines, const scan_map& map) {

@@ -43,8 +43,7 @@ vec3 rest_along(const Map& map, vec3 now, vec3 direction, float max) {
 namespace insonify::inline INSONIFY_ABI {
 
 /// A vessel that pulses: its wall moves outwards in systole, quickly, and back in diastole, slowly. Tissue around it
-/// keeps its volume, so that its motion falls off with one over the distance; the content of the vessel is stretched
-/// evenly.
+/// keeps its volume, so that its motion falls off with one over the distance; its content is stretched evenly.
 struct pulsation {
     vec3 from{0, 0, 0};        ///< a point of the vessel's axis, in the world, metres
     vec3 to{0, 1, 0};          ///< another one; the axis goes on beyond both
@@ -124,8 +123,7 @@ struct breathing {
     friend bool operator==(const breathing&, const breathing&) = default;
 };
 
-/// Tissue along the shaft of a needle that moves with it: by `drag` at the shaft, and by a Gaussian of the distance
-/// from it.
+/// Tissue along the shaft of a needle that moves with it: by `drag` at the shaft, and by a Gaussian of the distance.
 ///
 /// The needle itself is an object of higher priority than the tissue: it opens no gap, and tissue closes behind it.
 /// While the needle moves, `drag` follows its motion up to the distance at which tissue slips, a millimetre or so.
@@ -165,8 +163,7 @@ struct needle_drag {
 /// and 1 where `outside` is below `inside`. Tissue above and below follows the point of the wall that lies between it
 /// and the axis, by exp(-z^2 / (2 above^2)), where z is its distance from there along `direction`; tissue beside the
 /// lumen, at a distance x from where its width ends, by exp(-x^2 / (2 beside^2)) of that. All move along `direction`,
-/// by at most (1 - opening) R. No setting makes the map fold over: the determinant of its derivative is at least
-/// `opening`.
+/// by at most (1 - opening) R. The map does not fold over: the determinant of its derivative is at least `opening`.
 /// Source: Shapiro 1977, J. Biomech. Eng. 99, 126: area of thin-walled tubes that are nearly closed.
 struct collapse {
     vec3 from{0, 0, 0};      ///< a point of the vessel's axis, in the world, metres

@@ -31,8 +31,7 @@ inline float beside_face(float away, float recovery) { return std::exp(-away / r
 /// A flat face pressed into flat skin, parallel to it: a map for `scene::deform`.
 ///
 /// Skin below the face comes to lie on it. Beside the face it recovers exponentially, and the tissue below sinks
-/// exponentially less with depth. No model of elasticity: volume is not preserved. `press` finds the deformation for
-/// any skin.
+/// exponentially less with depth. No model of elasticity: volume is not preserved. `press` takes any skin.
 struct indentation {
     pose at{};                ///< of the pressed face, to the world: x lateral, y elevation, z into the body
     float depth = 0;          ///< of the face below the skin at rest, metres; less than `decay`, or tissue folds over
@@ -140,8 +139,7 @@ struct pressed_face {
 
 namespace detail {
 
-/// Where lines along z through the points of a probe's face leave a body that consists of several surfaces. Keeps its
-/// memory.
+/// Where lines along z through the points of a probe's face leave a body of several surfaces.
 class skin_heights {
   public:
     /// Begins a body. @param face  its pose, edges and heights

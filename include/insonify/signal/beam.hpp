@@ -13,8 +13,7 @@ namespace insonify::inline INSONIFY_ABI {
 /// Two-way beam width at each depth: a Gaussian of amplitude in the lateral and in the elevation direction, and side
 /// lobes in the lateral direction where the probe has them.
 ///
-/// One transmit focus; on receive the aperture grows with depth (constant F-number). Made by `beam_of`. Depths in
-/// metres.
+/// One transmit focus; on receive the aperture grows with depth (constant F-number). By `beam_of`. In metres.
 struct beam_model {
     float wavelength = display_speed / 7.5e6F; ///< lambda = c0 / f0, metres
     float min_fnumber = 2;                     ///< F#: depth over active aperture, until the aperture is fully used

@@ -49,8 +49,7 @@ struct compound_settings {
 /// look has had the time gain of its own depths. The weight of a look falls to 0 towards its sides: where it ends
 /// inside the image there is no step.
 ///
-/// The lines of the probe must be equally far apart on a plane or round face: as those of linear, convex and phased
-/// arrays.
+/// The lines of the probe must be equally far apart on a plane or round face, as those of all arrays but radial ones.
 template <transducer Probe>
 class compounding {
   public:
@@ -175,8 +174,7 @@ class compounding {
         return turn % 2 == 1 ? middle + away : middle - away;
     }
 
-    // Weight of a look at its (fractional) line: 1, falling to the minimum over an eighth of its width at the sides; 0
-    // outside.
+    // Weight of a look at its (fractional) line: 1, falling to the minimum over an eighth of its width; 0 outside.
     float weight(float line) const {
         const auto lines = static_cast<float>(probe_->lines);
         const float inside = min(line + 0.5F, lines - 0.5F - line);

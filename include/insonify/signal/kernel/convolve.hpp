@@ -57,8 +57,7 @@ void sum_taps(view<const tap> taps, const vec2* from, vec2* to, std::size_t coun
     for (std::size_t i = 0; begin + i < count; ++i) to[begin + i] = last[i];
 }
 
-/// FIR filter with the envelope of a pulse along a line of complex samples, with one result for every D samples, the
-/// decimation.
+/// FIR filter with the envelope of a pulse along a line of complex samples, with one result for every D samples.
 ///
 /// Result k is at the centre of samples k D to k D + D - 1; for an even D this is between two samples. A line is stored
 /// as D polyphase rows (samples 0, D, 2 D, ..., then 1, D + 1, ...), each padded with zeros, so that a tap reads
@@ -288,8 +287,7 @@ lateral_kernel make_lateral_kernel(const Probe& probe, const acquisition& scan, 
     return kernel;
 }
 
-/// A copy of a few consecutive samples of every line, for filtering across the lines. H is the half width of the
-/// kernel:
+/// A copy of a few consecutive samples of every line, for filtering across the lines. H: half width of the kernel.
 ///
 ///     line  -H ... -1 | 0 ... lines - 1 | lines ... lines - 1 + H
 ///           zeros, or for a full circle the lines from the other end

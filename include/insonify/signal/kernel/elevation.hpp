@@ -243,8 +243,7 @@ class elevation_planes {
     }
 
     // Where the planes spread further than the beam, those far out lose weight to those near the middle, as by a
-    // narrower Gaussian: each times exp(-g h^2), with the least g >= 0 by Newton's method. The sum of the weights
-    // stays.
+    // narrower Gaussian: each times exp(-g h^2), with the least g >= 0 by Newton's method. Their sum stays.
     // @param height, variance  in standard deviations of the beam
     void limit_variance(float (&weight)[max_elevation_planes], const float (&height)[max_elevation_planes],
                         float variance) const {

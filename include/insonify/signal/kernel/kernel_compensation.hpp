@@ -26,8 +26,7 @@ namespace insonify::inline INSONIFY_ABI::detail {
 ///     q = K sigma^2 / a
 ///
 /// relative to a plane, where G has the integral 1, K is the phase per metre of displayed depth, a the radius of the
-/// surface in metres, and x0 where the surface is nearest to the probe. At its middle |V| = (1 + (2 k sigma^2 /
-/// a)^2)^(-1/4).
+/// surface in metres, and x0 where the surface is nearest to the probe. |V| = (1 + q^2)^(-1/4) for x0 = 0.
 /// Source: Kirchhoff's approximation; the Gaussian integral, with the parabola in place of the circle.
 class curved_kernel {
   public:
@@ -200,8 +199,7 @@ class compensated_echoes {
     /// As `echo_line::add`: an echo without compensation.
     INSONIFY_FN void add(float depth, vec2 amplitude) const { echoes_.add(depth, amplitude); }
 
-    /// The specular law already contains the loss of a tilted surface, so the part that the kernels would take again is
-    /// divided out.
+    /// The specular law contains the loss of a tilted surface; what the kernels would take again is divided out.
     INSONIFY_FN void surface(float depth, float amplitude, vec2 slope) const {
         echoes_.surface(depth, amplitude / (lateral_transfer(depth, slope.x) * elevation_transfer(depth, slope.y)),
                         slope);
@@ -258,8 +256,7 @@ class compensated_echoes {
     }
 
     /// A sloping rough surface covers a range of depths within the width of the line and the strip of its plane: it is
-    /// divided into independent parts over that range, of the same total power. A steep surface would else look like
-    /// stairs.
+    /// divided into independent parts over that range, of the same total power: no stairs.
     ///
     /// On neighbouring lines the surface is s d deeper, with other values of its field. Their correlation falls by
     /// exp(-(s d)^2 (1 / l^2 + k^2) / 2), where l = 0.632 grains is the correlation length of the field and k
