@@ -9,7 +9,7 @@
 #include <insonify/examinations.hpp>
 #include <insonify/fwd.hpp>
 #include <insonify/geometry/needle.hpp>
-#include <insonify/image/callipers.hpp>
+#include <insonify/image/scan_convert.hpp>
 #include <insonify/image/m_mode.hpp>
 #include <insonify/io.hpp>
 #include <insonify/motion.hpp>

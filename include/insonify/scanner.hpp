@@ -7,7 +7,6 @@
 #include <insonify/doppler/pulsed_doppler.hpp>
 #include <insonify/image/grey_map.hpp>
 #include <insonify/probe/refined.hpp>
-#include <insonify/signal/beam.hpp>
 #include <insonify/signal/compound.hpp>
 #include <insonify/signal/envelope.hpp>
 #include <insonify/signal/gain.hpp>

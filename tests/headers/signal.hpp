@@ -24,9 +24,6 @@ void call(detail::lateral_slab& slab, vec2* lines) {
 }
 void call(const detail::tap& one, vec2* samples) { detail::sum_taps<1>({&one, 1}, samples, samples, 1); }
 #endif
-#ifdef CALL_signal_beam
-float call() { return beam_of(pencil{}, 40_mm).lateral_sigma(20_mm) + line_spacing(pencil{}, 20_mm); }
-#endif
 #ifdef CALL_signal_compound
 scan_lines call(compounding<pencil>& looks) {
     looks.reset();
@@ -61,6 +58,7 @@ const scan_lines& call(persistence& fading, scan_lines frame) {
 #endif
 #ifdef CALL_signal_pulse
 pulse_envelope call() { return nominal_pulse(pencil{}).envelope(5e6F); }
+float call(int) { return beam_of(pencil{}, 40_mm).lateral_sigma(20_mm) + line_spacing(pencil{}, 20_mm); }
 #endif
 #ifdef CALL_signal_resample_lines
 iq_lines call(const iq_lines& lines) { return resample_lines(exec::par, lines, pencil{}, pencil{}); }

@@ -5,7 +5,7 @@
 
 #include <insonify/execution/for_each.hpp>
 #include <insonify/probe/line_grid.hpp>
-#include <insonify/signal/beam.hpp>
+#include <insonify/signal/pulse.hpp>
 #include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI {

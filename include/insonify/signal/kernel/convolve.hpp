@@ -7,7 +7,6 @@
 #include <insonify/execution/for_each.hpp>
 #include <insonify/execution/simd.hpp>
 #include <insonify/probe/line_grid.hpp>
-#include <insonify/signal/beam.hpp>
 #include <insonify/signal/pulse.hpp>
 #include <algorithm>
 #include <string>

@@ -5,7 +5,7 @@
 
 #include <insonify/core/view.hpp>
 #include <insonify/execution/for_each.hpp>
-#include <insonify/signal/beam.hpp>
+#include <insonify/signal/pulse.hpp>
 #include <string>
 #include <vector>
 
