@@ -328,9 +328,9 @@ class scanner {
 
     scanner() requires std::default_initializable<Probe>
     = default;
-    explicit scanner(Probe transducer, b_mode_settings of_picture = {}, Model acoustics = {}, Tracer travel = {})
-        : probe{std::move(transducer)}, settings{std::move(of_picture)}, model{std::move(acoustics)}, how{std::move(
-                                                                                                          travel)} {}
+    explicit scanner(Probe transducer, b_mode_settings wanted = {}, Model acoustics = {}, Tracer travel = {})
+        : probe{std::move(transducer)}, settings{std::move(wanted)}, model{std::move(acoustics)}, how{std::move(
+                                                                                                      travel)} {}
 
     /// Acquires a frame and draws it; shows the stored one while frozen.
     /// @param at  probe to world

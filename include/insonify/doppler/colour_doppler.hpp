@@ -212,7 +212,6 @@ flow_lines colour_doppler(const Policy& policy, const scene& body, const Probe& 
     return colour_scanner<Probe, Model>{}.acquire(policy, body, probe, at, model, field, settings);
 }
 /// The same with `physical`.
-/// @throws usage_error, geometry_error  as above
 template <exec::policy Policy, transducer Probe, velocity_field Field>
 flow_lines colour_doppler(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                           const Field& field, const doppler_settings& settings = {}) {

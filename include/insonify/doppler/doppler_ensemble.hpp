@@ -448,7 +448,6 @@ iq_ensemble doppler_ensemble(const Policy& policy, const scene& body, const Prob
     return ensemble_scanner<Probe, Model>{}.acquire(policy, body, probe, at, model, field, settings);
 }
 /// The same with `physical`.
-/// @throws usage_error, geometry_error  as above
 template <exec::policy Policy, transducer Probe, velocity_field Field>
 iq_ensemble doppler_ensemble(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                              const Field& field, const ensemble_settings& settings = {}) {

@@ -232,7 +232,6 @@ std::vector<vec2> gate_echoes(const Policy& policy, const scene& body, const Pro
     return gate_scanner<Probe, Model>{}.gate_echoes(policy, body, probe, at, model, field, settings);
 }
 /// The same with `physical`.
-/// @throws usage_error, geometry_error  as above
 template <exec::policy Policy, transducer Probe, velocity_field Field>
 std::vector<vec2> gate_echoes(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                               const Field& field, const pulsed_doppler_settings& settings) {
@@ -256,7 +255,6 @@ doppler_spectrum pulsed_doppler(const Policy& policy, const scene& body, const P
     return gate_scanner<Probe, Model>{}.acquire(policy, body, probe, at, model, field, settings);
 }
 /// The same with `physical`.
-/// @throws usage_error, geometry_error  as above
 template <exec::policy Policy, transducer Probe, velocity_field Field>
 doppler_spectrum pulsed_doppler(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                                 const Field& field, const pulsed_doppler_settings& settings = {}) {

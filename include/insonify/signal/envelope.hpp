@@ -169,24 +169,22 @@ scan_lines envelope(const Policy& policy, const scan_lines& rf) {
                           " samples need as many values, not " + std::to_string(rf.values.size())};
     const detail::hilbert_transform transform{rf.samples};
     scan_lines lines{rf.count, rf.samples, rf.depth};
-    exec::for_each_block(policy, rf.count, 2, 20 * static_cast<float>(rf.samples),
-                         [&](std::size_t first, std::size_t end) {
-                             const std::size_t n = rf.samples, last = end - 1; // an odd last line is paired with itself
-                             std::vector<float> shifted(2 * transform.size());
-                             float* one = shifted.data();
-                             float* other = one + transform.size();
-                             std::copy_n(rf.values.data() + first * n, n, one);
-                             std::copy_n(rf.values.data() + last * n, n, other);
-                             transform.template apply<width>(one, other);
-                             for (const std::size_t line : {first, last}) {
-                                 const float* from = rf.values.data() + line * n;
-                                 const float* quarter = line == first ? one : other;
-                                 float* to = lines.values.data() + line * n;
-                                 for (std::size_t i = 0; i < n; ++i)
-                                     to[i] = from[i] * from[i] + quarter[i] * quarter[i];
-                                 detail::square_roots<width>(to, n);
-                             }
-                         });
+    const auto envelope_of_pair = [&](std::size_t first, std::size_t end) {
+        const std::size_t n = rf.samples, last = end - 1; // an odd last line is paired with itself
+        std::vector<float> shifted(2 * transform.size());
+        float *const one = shifted.data(), *const other = one + transform.size();
+        std::copy_n(rf.values.data() + first * n, n, one);
+        std::copy_n(rf.values.data() + last * n, n, other);
+        transform.template apply<width>(one, other);
+        for (const std::size_t line : {first, last}) {
+            const float* const from = rf.values.data() + line * n;
+            const float* const quarter = line == first ? one : other;
+            float* const to = lines.values.data() + line * n;
+            for (std::size_t i = 0; i < n; ++i) to[i] = from[i] * from[i] + quarter[i] * quarter[i];
+            detail::square_roots<width>(to, n);
+        }
+    };
+    exec::for_each_block(policy, rf.count, 2, 20 * static_cast<float>(rf.samples), envelope_of_pair);
     return lines;
 }
 
@@ -216,13 +214,12 @@ scan_lines to_rf(const Policy& policy, const iq_lines& iq, float frequency) {
         carrier[k] = {std::cos(phase), std::sin(phase)};
     }
     scan_lines rf{iq.count, iq.samples, iq.depth};
-    exec::for_each_block(policy, iq.count, 1, 0.5F * static_cast<float>(iq.samples),
-                         [&](std::size_t line, std::size_t) {
-                             const vec2* from = iq.values.data() + line * iq.samples;
-                             float* to = rf.values.data() + line * iq.samples;
-                             for (std::uint32_t k = 0; k < iq.samples; ++k)
-                                 to[k] = from[k].x * carrier[k].x - from[k].y * carrier[k].y;
-                         });
+    const auto modulate = [&](std::size_t line, std::size_t) {
+        const vec2* const from = iq.values.data() + line * iq.samples;
+        float* const to = rf.values.data() + line * iq.samples;
+        for (std::uint32_t k = 0; k < iq.samples; ++k) to[k] = from[k].x * carrier[k].x - from[k].y * carrier[k].y;
+    };
+    exec::for_each_block(policy, iq.count, 1, 0.5F * static_cast<float>(iq.samples), modulate);
     return rf;
 }
 

@@ -54,8 +54,8 @@ iq_lines resample_lines(const Policy& policy, const iq_lines& lines, const Trace
     const float advance = line_advance(traced), per_line = static_cast<float>(count) / static_cast<float>(wanted.lines);
     const float samples_per_line = advance * static_cast<float>(samples) / lines.depth,
                 turn = 4 * pi * traced.frequency * advance / display_speed; // of the phase, from line to line
-    const auto interpolate = [&](std::uint32_t line) {
-        vec2* const to = made.values.data() + std::size_t{line} * lines.samples;
+    const auto interpolate = [&](std::size_t line, std::size_t) {
+        vec2* const to = made.values.data() + line * lines.samples;
         std::fill_n(to, samples, vec2{0, 0});
         const float place = (static_cast<float>(line) + 0.5F) * per_line - 0.5F;
         const auto first = static_cast<int>(std::floor(place)) - 2;
@@ -76,11 +76,7 @@ iq_lines resample_lines(const Policy& policy, const iq_lines& lines, const Trace
             }
         }
     };
-    exec::for_each_block(policy, wanted.lines, 8, 6 * static_cast<float>(samples),
-                         [&](std::size_t begin, std::size_t end) {
-                             for (std::size_t line = begin; line < end; ++line)
-                                 interpolate(static_cast<std::uint32_t>(line));
-                         });
+    exec::for_each_block(policy, wanted.lines, 1, 6 * static_cast<float>(samples), interpolate);
     return made;
 }
 

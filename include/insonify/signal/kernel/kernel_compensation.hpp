@@ -38,9 +38,9 @@ class curved_kernel {
         : phase_per_metre_{phase_per_metre}, cosine_{1 / std::sqrt(1 + slope * slope)}, sine_{slope * cosine_},
           bend_{curvature * cosine_ * cosine_ * cosine_}, sigma_{sigma} {}
 
-    /// How much the surface counts as curved, 0 to 1. One that turns little within the kernel is a plane of its own
-    /// slope on every line: then the law of plane surfaces is more accurate. So it is where the nearest place is far
-    /// away, beyond what slope and curvature at this place can tell.
+    /// How much the surface counts as curved, 0 to 1. One that turns little within the kernel is a plane of its own slope
+    /// on every line: then the law of plane surfaces is more accurate. So it is where the nearest place is far away. Its
+    /// constants and that of `of_line` were chosen by hand, within the limits of `tests/tracing/curved_surfaces.cpp`.
     INSONIFY_FN float strength() const {
         const float q = phase(), curved = q * q / (q * q + 0.4F * 0.4F);
         if (!(curved > 0.01F)) return 0;
