@@ -215,8 +215,10 @@ TEST_CASE("diagnose reports an object that a frame has turned inside out") {
 TEST_CASE("the distance to a sector is that to its edge") {
     // The edge of a fan of 90 degrees from one point stands at 45 degrees; a point at {d, 0} is d / sqrt(2) from it.
     const convex_array fan{.lines = 65, .radius = 1e-6F, .field_of_view = 90_deg};
-    const triangle face{{30_mm, 0, 0}, {60_mm, 1_mm, 0}, {60_mm, -1_mm, 0}};
-    CHECK(detail::distance_to_field(fan, 1, face) ==
+    scene body{tissue::muscle};
+    body.add(make_box({30_mm, -1_mm, -1_um}, {60_mm, 1_mm, 1_um}), tissue::bone);
+    body.build(exec::seq);
+    CHECK(detail::distance_beside(body, fan, pose{}, 1) ==
           doctest::Approx(30e-3 / std::sqrt(2.0)).epsilon(1e-3).scale(1e-30));
 }
 

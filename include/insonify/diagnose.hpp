@@ -8,6 +8,7 @@
 #include <insonify/probe/transducer.hpp>
 #include <insonify/scene/layers.hpp>
 #include <insonify/scene/object.hpp>
+#include <insonify/scene/queries.hpp>
 #include <insonify/scene/scene.hpp>
 #include <insonify/tracing/read/automatic_tgc.hpp>
 #include <cstdio>
@@ -39,16 +40,6 @@ struct diagnosis {
     std::string sentence{};          ///< for each problem what is wrong and what to do about it
 };
 
-/// Finds why a picture is empty, and explains it in plain sentences; `explain` does so for a single mesh.
-///
-///     std::puts(diagnose(body, probe, at, {.depth = 40_mm}).sentence.c_str());
-///     // No line meets any object: the nearest surface is 43 mm outside the field of view; move the probe or the objects.
-///
-/// Throws only for lack of memory. Cost: up to some seconds for a million faces.
-/// @param at  probe to world
-template <transducer Probe>
-diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const acquisition& scan);
-
 namespace detail {
 
 /// A length as three digits and a unit: "43 mm".
@@ -67,22 +58,19 @@ struct line_survey {
     const object_view* starts_in = nullptr; ///< gives the medium where the middle line begins; null: the background
 };
 template <transducer Probe>
-line_survey survey(const scene_view& flat, const Probe& probe, const pose& at) {
+line_survey survey(const scene& body, const scene_view& flat, const Probe& probe, const pose& at) {
     line_survey found;
     for (std::uint32_t i = 0; i < probe.lines; ++i) {
         const ray beam = probe.beam(static_cast<float>(i));
         const ray line{.origin = at.point(beam.origin), .direction = at.direction(beam.direction)};
-        for (const object_view& one : flat.objects) { // by rank
-            std::uint32_t crossed = 0;
-            one.tree.for_each_hit(one.local(line), [&](const hit& surface) {
-                if (surface.distance <= touching_distance) return; // belongs to the face of the probe
-                found.ahead = min(found.ahead, surface.distance);
-                ++crossed;
-            });
-            one.tree.for_each_hit(one.local({.origin = line.origin, .direction = -line.direction}),
-                                  [&](const hit& surface) { found.behind = min(found.behind, surface.distance); });
-            if (i == probe.lines / 2 && crossed % 2 == 1 && found.starts_in == nullptr) found.starts_in = &one;
-        }
+        const auto first = [&](vec3 direction, float from) {
+            const auto surface =
+                first_surface(body, {.origin = line.origin, .direction = direction, .min_distance = from});
+            return surface ? surface->distance : FLT_MAX;
+        };
+        found.ahead = min(found.ahead, first(line.direction, touching_distance)); // nearer: of the face of the probe
+        found.behind = min(found.behind, first(-line.direction, 0));
+        if (i == probe.lines / 2) found.starts_in = top_at(flat, line.at(touching_distance));
     }
     return found;
 }
@@ -95,42 +83,27 @@ vec3 nearest_in_field(const Probe& probe, float depth, vec3 p) {
     return line.at(clamp(dot(p - line.origin, line.direction), 0, depth));
 }
 
-/// Distance in metres between a triangle and the field of view, in the probe's frame. Never an underestimate; within one
-/// percent where the field spans less than half a circle, since both are then convex.
+/// Distance from the field of view to the nearest surface, metres, by alternating projections from three places of the
+/// field. Never an underestimate; within one percent where the field spans less than half a circle, of convex objects.
 template <transducer Probe>
-float distance_to_field(const Probe& probe, float depth, const triangle& face) {
-    vec3 point = (face.a + face.b + face.c) / 3.0F;
+float distance_beside(const scene& body, const Probe& probe, const pose& at, float depth) {
+    const float end = static_cast<float>(probe.lines) - 0.5F;
     float nearest = FLT_MAX;
-    for (int i = 0; i < 32; ++i) { // alternating projections
-        const vec3 in_field = nearest_in_field(probe, depth, point);
-        point = nearest_on(face, in_field);
-        const float distance = length(point - in_field);
-        if (!(distance < 0.9999F * nearest)) return min(distance, nearest);
-        nearest = distance;
-    }
-    return nearest;
-}
-
-/// Distance from the field of view to the nearest surface, metres.
-template <transducer Probe>
-float distance_beside(const scene_view& flat, const Probe& probe, const pose& at, float depth) {
-    float nearest = FLT_MAX;
-    for (const object_view& one : flat.objects) {
-        const pose to_probe = inverse(at) * one.at;
-        for (std::size_t i = 0; i < one.surface.size(); ++i) {
-            const triangle t = one.surface[i];
-            const triangle face{to_probe.point(t.a), to_probe.point(t.b), to_probe.point(t.c)};
-            if (!is_finite(bounds(face))) continue;
-            const float extent = max(length(face.b - face.a), length(face.c - face.a));
-            if (length(face.a - nearest_in_field(probe, depth, face.a)) - extent > nearest) continue;
-            nearest = min(nearest, distance_to_field(probe, depth, face));
+    for (const object& one : body.objects())
+        for (const float line : {-0.5F, 0.5F * end, end}) {
+            vec3 in_field = probe.beam(line).at(0.5F * depth);
+            for (int i = 0; i < 32; ++i) {
+                const auto surface = nearest_surface(body, one.id, at.point(in_field));
+                if (!surface) break;
+                nearest = min(nearest, surface->distance);
+                in_field = nearest_in_field(probe, depth, at.local_point(surface->point));
+            }
         }
-    }
     return nearest;
 }
 
-/// The sentence about a scene that is 30 times larger than the lines are deep, or 300 times smaller; empty for others. The
-/// unit that was given is not known, so every mistake is named that leaves objects of 2 cm to 2.5 m.
+/// The sentence about a scene that is 30 times larger than the lines are deep, or 300 times smaller; empty for others.
+/// The unit that was given is not known, so every mistake is named that leaves objects of 2 cm to 2.5 m.
 inline std::string unit_fault(float size, float depth) {
     const bool too_large = size > 30 * depth && size > 1, too_small = size > 0 && size < depth / 300;
     if (!too_large && !too_small) return {};
@@ -152,6 +125,13 @@ inline std::string unit_fault(float size, float depth) {
 
 } // namespace detail
 
+/// Finds why a picture is empty, and explains it in plain sentences; `explain` does so for a single mesh.
+///
+///     std::puts(diagnose(body, probe, at, {.depth = 40_mm}).sentence.c_str());
+///     // No line meets any object: the nearest surface is 43 mm outside the field of view; move the probe or the objects.
+///
+/// Throws only for lack of memory. Cost: up to some seconds for a million faces.
+/// @param at  probe to world
 template <transducer Probe>
 diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const acquisition& scan) {
     using namespace detail;
@@ -188,7 +168,7 @@ diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const 
                                     "objects, or the background, another one.");
 
     const scene_view flat = body.view_for_rays(exec::par);
-    const line_survey lines = survey(flat, probe, at);
+    const line_survey lines = survey(body, flat, probe, at);
     const std::string start = lines.starts_in == nullptr
                                   ? "the background"
                                   : named(body[object_id{lines.starts_in->id}].name, object_id{lines.starts_in->id});
@@ -220,7 +200,7 @@ diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const 
                                     "turn it round (look_at(from, towards, lateral)).");
         else
             report(problem::beside, "No line meets any object: the nearest surface is " +
-                                        shown(distance_beside(flat, probe, at, scan.depth)) +
+                                        shown(distance_beside(body, probe, at, scan.depth)) +
                                         " outside the field of view; move the probe or the objects.");
     }
     for (const object& one : body.objects())

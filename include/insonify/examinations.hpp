@@ -9,8 +9,8 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// A probe and scanner settings for an examination. The probes have the effective pulse and aperture of a scanner in use:
-/// see `presets::in_use`; the intravascular one has those of the transducer.
+/// A probe and scanner settings for an examination. The probes have the effective pulse and aperture of a scanner in
+/// use: see `presets::in_use`; the intravascular one has those of the transducer.
 ///
 ///     b_mode(exec::par_unseq, body, presets::abdomen.probe, at, presets::abdomen.settings)
 template <transducer Probe>
@@ -23,11 +23,11 @@ struct examination {
 
 namespace insonify::inline INSONIFY_ABI::presets {
 
-/// Tone curve of clinical images, for a dynamic range of 85 dB: gaps between the echoes of a tissue are dark but not black,
-/// and its borders stay below white.
+/// Tone curve of clinical images, for a dynamic range of 85 dB: gaps between the echoes of a tissue are dark but not
+/// black, and its borders stay below white.
 ///
-/// `tests/examinations.cpp` compares the grey levels of muscle, of fat and of the fascia between them with those of clinical
-/// images.
+/// `tests/examinations.cpp` compares the grey levels of muscle, of fat and of the fascia between them with those of
+/// clinical images.
 inline constexpr grey_map clinical_grey{.reject = 0.35F, .shoulder = 0.55F, .softness = 0.06F};
 
 /// Nerve block: a needle near a nerve a few centimetres below the skin.

@@ -2,38 +2,19 @@
 #define INSONIFY_INSONIFY_HPP
 
 /// All of insonify. In exactly one file of a program define INSONIFY_IMPLEMENTATION before including this: the OBJ
-/// reader and the PNG writer are compiled there.
-#include <insonify/acoustics/acoustic_model.hpp>
-#include <insonify/acoustics/physical.hpp>
-#include <insonify/acoustics/tissue.hpp>
+/// reader and the PNG writer are compiled there. What is not named here, these include.
 #include <insonify/b_mode.hpp>
-#include <insonify/bvh/bvh.hpp>
-#include <insonify/core/random.hpp>
-#include <insonify/core/units.hpp>
 #include <insonify/diagnose.hpp>
 #include <insonify/doppler.hpp>
 #include <insonify/examinations.hpp>
 #include <insonify/execution/policy.hpp>
 #include <insonify/fwd.hpp>
 #include <insonify/geometry/needle.hpp>
-#include <insonify/geometry/shapes.hpp>
-#include <insonify/geometry/validate.hpp>
-#include <insonify/image/callipers.hpp>
-#include <insonify/image/grey_map.hpp>
-#include <insonify/image/image.hpp>
 #include <insonify/image/m_mode.hpp>
 #include <insonify/image/scan_convert.hpp>
 #include <insonify/io.hpp>
 #include <insonify/motion.hpp>
 #include <insonify/paper.hpp>
-#include <insonify/probe/acquisition.hpp>
-#include <insonify/probe/convex_array.hpp>
-#include <insonify/probe/linear_array.hpp>
-#include <insonify/probe/phased_array.hpp>
-#include <insonify/probe/presets.hpp>
-#include <insonify/probe/probe_section.hpp>
-#include <insonify/probe/radial_array.hpp>
-#include <insonify/probe/steered.hpp>
 #include <insonify/scanner.hpp>
 #include <insonify/scene/queries.hpp>
 #include <insonify/scene/scene.hpp>
@@ -45,13 +26,9 @@
 #include <insonify/signal/persistence.hpp>
 #include <insonify/signal/pulse.hpp>
 #include <insonify/signal/resample_lines.hpp>
-#include <insonify/signal/rf.hpp>
 #include <insonify/tracing/find/find_layers.hpp>
 #include <insonify/tracing/paths.hpp>
-#include <insonify/tracing/read/automatic_tgc.hpp>
 #include <insonify/tracing/read/ground_truth.hpp>
-#include <insonify/tracing/read/label.hpp>
-#include <insonify/tracing/trace.hpp>
 
 #endif
 // Outside the guard, so that it is reached also after an earlier include or a precompiled header.

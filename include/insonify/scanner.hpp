@@ -3,16 +3,22 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/b_mode_settings.hpp>
 #include <insonify/core/stopwatch.hpp>
 #include <insonify/doppler/pulsed_doppler.hpp>
+#include <insonify/image/grey_map.hpp>
+#include <insonify/probe/refined.hpp>
+#include <insonify/signal/compound.hpp>
 #include <insonify/signal/envelope.hpp>
+#include <insonify/signal/gain.hpp>
 #include <insonify/signal/persistence.hpp>
+#include <insonify/signal/pulse.hpp>
 #include <insonify/signal/resample_lines.hpp>
 #include <insonify/tracing/read/automatic_tgc.hpp>
 #include <insonify/tracing/read/label.hpp>
+#include <insonify/tracing/read/near_field.hpp>
 #include <insonify/tracing/trace.hpp>
 #include <algorithm>
+#include <array>
 #include <concepts>
 #include <optional>
 #include <string>
@@ -21,6 +27,103 @@
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
+
+/// Settings of a B-mode image, as on a scanner.
+struct b_mode_settings {
+    /// Time-gain compensation beside `tgc`; see `tgc_settings`.
+    struct time_gain_settings {
+        /// When a `tgc` of 0 is chosen: at the first frame, and where the probe or the depth changes; or
+        /// at every frame, so that the gain follows the probe. A single `b_mode` chooses for its picture.
+        enum class choice { first_frame, every_frame };
+        choice chosen = choice::first_frame; ///< when it is chosen
+        float max_db = 60;                   ///< limit of the automatic gain
+        std::array<float, 8> sliders{};      ///< dB at eight depths from 0 to the end of the lines; linear between
+        std::vector<tgc_point> curve{};      ///< replaces the automatic gain; points in order of depth, linear between
+
+        friend bool operator==(const time_gain_settings&, const time_gain_settings&) = default;
+    };
+    /// How finely a picture is sampled. `fast` and `draft` have the levels and the places of `full` in a fraction of
+    /// the time; `sampling_of` says what they trace.
+    enum class quality {
+        full,  ///< lines at most half a beam width apart, two samples per standard deviation of the pulse envelope
+        fast,  ///< lines 1.5 beam widths apart, one sample per standard deviation, at most 3 planes, one look
+        draft, ///< lines 2 beam widths apart, one sample per standard deviation, 1 plane, one look
+    };
+    /// Electronic noise; see `electronic_noise_settings`.
+    struct noise_level {
+        float level_db = -135;  ///< rms of its envelope, 0 dB is the echo of a perfect mirror; `no_level_db`: none
+        std::uint64_t seed = 1; ///< selects a realization
+
+        friend bool operator==(const noise_level&, const noise_level&) = default;
+    };
+
+    float depth = 0.08F;         ///< metres
+    std::uint32_t samples = 0;   ///< depth samples of each line; 0: as `quality` says
+    uvec2 size{0, 0};            ///< columns, rows; see `scan_convert_settings`
+    float dynamic_range_db = 60; ///< range of levels from black to white
+    float reference_db = -25;    ///< level of white; 0 dB is the echo of a perfect mirror
+    float gain_db = 0;           ///< added to every level
+    float tgc = 0; ///< attenuation to compensate for, dB/m at 1 MHz; 0: that of the tissue, see `automatic_tgc`
+    std::uint32_t planes = 5;       ///< 1, 3, 5 or 7 elevation planes, which sample the slice thickness
+    float background = 0;           ///< brightness of the pixels outside the field of view
+    time_gain_settings time_gain{}; ///< how gain depends on depth, beside `tgc`
+    float reject_db = no_level_db;  ///< levels below this, after the gain, are black; by default none
+    grey_map grey{};                ///< tone curve; by default brightness is linear in decibels
+    float persistence = 0;          ///< weight of the previous frames, 0 to below 1; needs a `scanner`
+    noise_level noise{};            ///< electronic noise
+    std::uint32_t frame = 0;        ///< number of the frame: noise and the speckle of blood differ from frame to frame
+    near_field_settings near_field{}; ///< echoes of the probe itself
+    compound_settings compound{};     ///< looks at several angles, averaged; none by default
+    /// Movement of the probe from frame to frame, metres, at any corner of the field of view, above which `persistence`
+    /// and compounding with `update::one` start anew; 0: at every movement.
+    float max_motion = 0.001F;
+    /// Whether a probe with more lines than its beam needs traces fewer, at least a quarter, and interpolates the
+    /// others: see `resample_lines`. Objects narrower than the distance of the lines that are traced may be missed.
+    bool interpolates_lines = false;
+    enum quality quality = quality::full; ///< lines, samples, planes and looks that are traced
+
+    /// @throws usage_error  for a setting out of range; the stages check the others
+    void check() const {
+        compound.check();
+        check_depth(depth, "b_mode");
+        if (!is_finite(tgc) || !(tgc >= 0))
+            throw usage_error{
+                "b_mode: `tgc` must be finite and above 0, in dB/m at 1 MHz, or 0 to choose it from the tissue"};
+        if (!(max_motion >= 0)) throw usage_error{"b_mode: `max_motion` must be metres, 0 or more"};
+    }
+
+    friend bool operator==(const b_mode_settings&, const b_mode_settings&) = default;
+};
+
+/// What is traced for a picture: the result of `sampling_of`.
+struct b_mode_sampling {
+    std::uint32_t lines = 0;   ///< of each look
+    std::uint32_t samples = 0; ///< depth samples of each line; looks at an angle have slightly more
+    std::uint32_t planes = 0;  ///< elevation planes of each line
+    std::uint32_t looks = 0;   ///< that are averaged
+
+    friend bool operator==(const b_mode_sampling&, const b_mode_sampling&) = default;
+};
+
+/// What is traced for a picture: lines, samples, planes and looks, by `quality`. With `interpolates_lines`, some of the
+/// lines are interpolated.
+/// @throws usage_error  for a setting out of range
+template <transducer Probe>
+b_mode_sampling sampling_of(const Probe& probe, const b_mode_settings& settings) {
+    settings.check();
+    using quality = enum b_mode_settings::quality;
+    const bool full = settings.quality == quality::full, draft = settings.quality == quality::draft;
+    const auto lines = static_cast<float>(probe.lines);
+    const float rays = full ? rays_per_line(probe, settings.depth)
+                            : rays_per_line(probe, settings.depth, 1 / lines, draft ? 1 / 2.0F : 1 / 1.5F);
+    const float sigma = nominal_pulse(probe).sigma_z(probe.frequency);
+    const bool valid = settings.planes % 2 == 1 && settings.planes <= 7; // `trace` refuses another number
+    const std::uint32_t max_planes = full || !valid ? settings.planes : draft ? 1 : 3;
+    return {.lines = refined<Probe>{probe, rays}.lines,
+            .samples = settings.samples != 0 ? settings.samples : samples_for(settings.depth, full ? sigma : 2 * sigma),
+            .planes = std::min(settings.planes, max_planes),
+            .looks = full ? settings.compound.angles : 1};
+}
 
 /// The last frames of a clip, in memory that is reused.
 /// @tparam Frame  default-constructible
@@ -82,7 +185,6 @@ class frame_display {
     template <exec::policy Policy>
     void draw_next(const Policy& policy, const stored_frame<Probe>& frame, const b_mode_settings& settings) {
         compress(policy, frame, settings);
-        if (settings.persistence != 0) fade(policy, frame, settings);
         convert(policy, frame, settings);
     }
 
@@ -95,10 +197,7 @@ class frame_display {
         if (settings.persistence != 0)
             while (first + 1 < loop.size() && !loop[first].starts) ++first;
         smoothing_.reset();
-        for (std::uint32_t i = first + 1; i-- > back;) {
-            compress(policy, loop[i], settings);
-            if (settings.persistence != 0) fade(policy, loop[i], settings);
-        }
+        for (std::uint32_t i = first + 1; i-- > back;) compress(policy, loop[i], settings);
         convert(policy, loop[back], settings);
     }
 
@@ -119,10 +218,7 @@ class frame_display {
                               .reference_db = settings.reference_db,
                               .gain_db = settings.gain_db,
                               .reject_db = settings.reject_db});
-    }
-
-    template <class Policy>
-    void fade(const Policy& policy, const stored_frame<Probe>& frame, const b_mode_settings& settings) {
+        if (settings.persistence == 0) return;
         smoothing_.weight(settings.persistence);
         if (frame.starts) smoothing_.reset();
         lines = smoothing_.add(policy, lines);
@@ -182,7 +278,8 @@ class clip_watch {
     bool starts_ = true, fast_ = false;
 };
 
-/// The bandwidth of the pulse whose losses time gain restores: that of the probe, or 0 where a model attenuates a single frequency.
+/// The bandwidth of the pulse whose losses time gain restores: that of the probe, or 0 where a model attenuates a
+/// single frequency.
 template <class Model, transducer Probe>
 float restored_bandwidth(const Model& model, const Probe& probe) {
     if constexpr (requires { model.bandwidth == pulse_bandwidth::broad; })
@@ -208,8 +305,8 @@ struct stage_times {
 ///
 /// The public members may change between any two frames. Tables and memory are kept from frame to frame: only what a
 /// change affects is computed again, and memory is allocated only while buffers grow. Without `persistence` and
-/// compounding with `update::one`, which depend on earlier frames, and with a `tgc` other than 0 or chosen at every frame,
-/// a picture is that of `b_mode` to the bit, whatever came before.
+/// compounding with `update::one`, which depend on earlier frames, and with a `tgc` other than 0 or chosen at every
+/// frame, a picture is that of `b_mode` to the bit, whatever came before.
 ///
 /// The last `cine_length` frames are stored. After `freeze`, `scan` no longer acquires: it shows the stored frame with
 /// the present gain, dynamic range, time gain, grey map, persistence and size.
@@ -231,9 +328,9 @@ class scanner {
 
     scanner() requires std::default_initializable<Probe>
     = default;
-    explicit scanner(Probe transducer, b_mode_settings of_picture = {}, Model acoustics = {}, Tracer travel = {})
-        : probe{std::move(transducer)}, settings{std::move(of_picture)}, model{std::move(acoustics)}, how{std::move(
-                                                                                                          travel)} {}
+    explicit scanner(Probe transducer, b_mode_settings wanted = {}, Model acoustics = {}, Tracer travel = {})
+        : probe{std::move(transducer)}, settings{std::move(wanted)}, model{std::move(acoustics)}, how{std::move(
+                                                                                                      travel)} {}
 
     /// Acquires a frame and draws it; shows the stored one while frozen.
     /// @param at  probe to world
@@ -265,8 +362,8 @@ class scanner {
     /// Draws a stored frame with the present gain, dynamic range, time gain, grey map, persistence and size. If `tgc`
     /// is 0, the attenuation that was chosen at acquisition is kept.
     ///
-    /// Levels are exact, but for rounding where the time gain differs. With persistence, it is what a clip from the oldest
-    /// stored frame on shows.
+    /// Levels are exact, but for rounding where the time gain differs. With persistence, it is what a clip from the
+    /// oldest stored frame on shows.
     /// @param back  0: the newest frame, `cine().size()` - 1: the oldest
     /// @throws usage_error  for a frame that is not stored, or a setting out of range
     template <exec::policy Policy>
@@ -287,8 +384,7 @@ class scanner {
     /// Stops acquiring. @{
     void freeze() { frozen_ = true; }
     bool frozen() const { return frozen_; }
-    /// @}
-    /// Acquires again; persistence and compounding start anew.
+    /// @} Acquires again; persistence and compounding start anew.
     void unfreeze() {
         frozen_ = false;
         forget();
@@ -318,8 +414,8 @@ class scanner {
         return *echo_probe_;
     }
     /// What lies along the lines of the look that was acquired last, of `layers_probe`; with a tracer other than
-    /// `straight_lines`, no lines. Lines end as deep as the fastest medium of the scene may be displayed within the picture: clip
-    /// layers at the depth that counts.
+    /// `straight_lines`, no lines. Lines end as deep as the fastest medium of the scene may be displayed within the
+    /// picture: clip layers at the depth that counts.
     /// @throws usage_error  before the first picture
     const line_layers& layers() const {
         check_picture();
@@ -349,8 +445,8 @@ class scanner {
         return map().pixel({local.x, local.z});
     }
 
-    /// The object at each pixel of the last picture: where it is displayed. The newest frame has those of its straight look;
-    /// where there is none, and for earlier frames, they are those of the scene as it is now.
+    /// The object at each pixel of the last picture: where it is displayed. The newest frame has those of its straight
+    /// look; where there is none, and for earlier frames, they are those of the scene as it is now.
     /// @throws usage_error  before the first picture
     template <exec::policy Policy>
     const label_image& labels(const Policy& policy, const scene& body) {
@@ -368,8 +464,8 @@ class scanner {
         return labels_;
     }
 
-    /// Colour and power Doppler of what the last picture shows: see `colour_doppler`. Its probe, pose and depth are those of the
-    /// picture, its model is that of the scanner.
+    /// Colour and power Doppler of what the last picture shows: see `colour_doppler`. Its probe, pose and depth are
+    /// those of the picture, its model is that of the scanner.
     /// @throws usage_error  before the first picture, and as `colour_doppler`
     template <exec::policy Policy, velocity_field Field>
     flow_lines colour(const Policy& policy, const scene& body, const Field& field, doppler_settings with = {}) {
@@ -378,8 +474,8 @@ class scanner {
         with.depth = shown.amplitudes.depth;
         return colour_.acquire(policy, body, Probe{*shown.probe}, shown.at, model, field, with);
     }
-    /// Pulsed Doppler of what the last picture shows: see `pulsed_doppler`. Its probe, pose and depth are those of the picture, its
-    /// model is that of the scanner.
+    /// Pulsed Doppler of what the last picture shows: see `pulsed_doppler`. Its probe, pose and depth are those of the
+    /// picture, its model is that of the scanner.
     /// @throws usage_error  before the first picture, and as `pulsed_doppler`
     template <exec::policy Policy, velocity_field Field>
     doppler_spectrum spectrum(const Policy& policy, const scene& body, const Field& field,
@@ -391,8 +487,8 @@ class scanner {
     }
 
   private:
-    // The looks of rolling compounding depend on these beside the probe and the sampling. Models that cannot be compared
-    // count as the same.
+    // The looks of rolling compounding depend on these beside the probe and the sampling. Models that cannot be
+    // compared count as the same.
     using time_gain = b_mode_settings::time_gain_settings;
     using looks_memo = std::conditional_t<detail::comparable<Model>, detail::memo<char, Model, float, time_gain>,
                                           detail::memo<char, float, time_gain>>;
@@ -476,8 +572,9 @@ class scanner {
         const compound_settings& looks = settings.compound;
         return looks.update == compound_settings::update::one || look == (looks.angles - 1) / 2;
     }
-    // The automatic attenuation is chosen at the first frame, and again where the probe or the depth has changed. `found` are the
-    // layers of the first look; where that is steered or has none it is null, and those along the lines of the probe are found.
+    // The automatic attenuation is chosen at the first frame, and again where the probe or the depth has changed.
+    // `found` are the layers of the first look; where that is steered or has none it is null, and those along the lines
+    // of the probe are found.
     template <class Policy>
     void choose_time_gain(const Policy& policy, const scene& body, const pose& at, const line_layers* found) {
         if (std::exchange(gain_is_chosen_, true)) return;

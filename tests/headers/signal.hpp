@@ -25,9 +25,6 @@ void call(detail::lateral_slab& slab, vec2* lines) {
 }
 void call(const detail::tap& one, vec2* samples) { detail::sum_taps<1>({&one, 1}, samples, samples, 1); }
 #endif
-#ifdef CALL_signal_beam
-float call() { return beam_of(pencil{}, 40_mm).lateral_sigma(20_mm) + line_spacing(pencil{}, 20_mm); }
-#endif
 #ifdef CALL_signal_compound
 scan_lines call(compounding<pencil>& looks) {
     looks.reset();
@@ -45,6 +42,7 @@ scan_lines call(const iq_lines& lines, const scan_lines& rf) {
     return lines.count > 0 ? envelope(exec::par_unseq, lines) : envelope(exec::seq, rf);
 }
 void call(const detail::hilbert_transform& transform, float* one, float* other) { transform.apply<1>(one, other); }
+scan_lines call(const iq_lines& lines) { return to_rf(exec::par, lines, 5e6F); }
 #endif
 #ifdef CALL_signal_gain
 scan_lines call(scan_lines lines, iq_lines echoes) {
@@ -61,10 +59,8 @@ const scan_lines& call(persistence& fading, scan_lines frame) {
 #endif
 #ifdef CALL_signal_pulse
 pulse_envelope call() { return nominal_pulse(pencil{}).envelope(5e6F); }
+float call(int) { return beam_of(pencil{}, 40_mm).lateral_sigma(20_mm) + line_spacing(pencil{}, 20_mm); }
 #endif
 #ifdef CALL_signal_resample_lines
 iq_lines call(const iq_lines& lines) { return resample_lines(exec::par, lines, pencil{}, pencil{}); }
-#endif
-#ifdef CALL_signal_rf
-scan_lines call(const iq_lines& lines) { return to_rf(exec::par, lines, 5e6F); }
 #endif

@@ -4,7 +4,7 @@
 #include <insonify/probe/radial_array.hpp>
 #include <insonify/probe/refined.hpp>
 #include <insonify/probe/steered.hpp>
-#include <insonify/signal/beam.hpp>
+#include <insonify/signal/pulse.hpp>
 #include <doctest/doctest.h>
 
 using namespace insonify;

@@ -2,7 +2,6 @@
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/signal/envelope.hpp>
 #include <insonify/signal/kernel/convolve.hpp>
-#include <insonify/signal/rf.hpp>
 #include <cmath>
 #include <doctest/doctest.h>
 

@@ -2,7 +2,7 @@
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/probe/linear_array.hpp>
-#include <insonify/signal/beam.hpp>
+#include <insonify/signal/pulse.hpp>
 #include <insonify/tracing/trace.hpp>
 #include <cmath>
 #include <doctest/doctest.h>

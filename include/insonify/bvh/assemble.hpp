@@ -45,7 +45,7 @@ class tree_assembler {
             add_node(policy, top, all, 1, &pieces);
         // The largest first, for load balance.
         std::sort(pieces.begin(), pieces.end(),
-                         [](const piece& a, const piece& b) { return a.all.size() > b.all.size(); });
+                  [](const piece& a, const piece& b) { return a.all.size() > b.all.size(); });
         for_each_index(policy, pieces.size(), [&](std::size_t i) {
             piece& one = pieces[i];
             const std::size_t leaves = one.all.size() / Width;

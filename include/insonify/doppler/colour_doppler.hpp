@@ -7,7 +7,6 @@
 #include <insonify/image/scan_convert.hpp>
 #include <insonify/probe/probe_section.hpp>
 #include <algorithm>
-#include <cmath>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -56,9 +55,9 @@ struct doppler_settings {
 
 namespace detail {
 
-/// The probe with the focus that it has at the whole depth, and enough lines: at the focus they are no further apart than
-/// half the beam width, and than two thirds of a cell of scatterers. Coarser lines sample what passes them so rarely that
-/// its spectrum repeats, -7 dB at 1.3 cells and -25 dB at two thirds.
+/// The probe with the focus that it has at the whole depth, and enough lines: at the focus they are no further apart
+/// than half the beam width, and than two thirds of a cell of scatterers. Coarser lines sample what passes them so
+/// rarely that its spectrum repeats, -7 dB at 1.3 cells and -25 dB at two thirds.
 template <transducer Probe, class Model>
 refined<Probe> doppler_probe(const Probe& probe, float depth, const Model& model) {
     float rays = rays_per_line(probe, depth);
@@ -77,8 +76,8 @@ std::uint32_t beam_margin(const Probe& probe, float depth) {
     return static_cast<std::uint32_t>(kernel.half_width());
 }
 
-/// Velocity and power of each pixel, 0 outside the field of view. Interpolates phasors, so aliased velocities do not pass
-/// through 0 on their way from one end of the range to the other.
+/// Velocity and power of each pixel, 0 outside the field of view. Interpolates phasors, so aliased velocities do not
+/// pass through 0 on their way from one end of the range to the other.
 template <exec::policy Policy, class Pixel>
 void for_each_flow_pixel(const Policy& policy, const flow_lines& lines, const scan_map& map, const Pixel& pixel) {
     check_lines_of_map(lines, map);
@@ -213,7 +212,6 @@ flow_lines colour_doppler(const Policy& policy, const scene& body, const Probe& 
     return colour_scanner<Probe, Model>{}.acquire(policy, body, probe, at, model, field, settings);
 }
 /// The same with `physical`.
-/// @throws usage_error, geometry_error  as above
 template <exec::policy Policy, transducer Probe, velocity_field Field>
 flow_lines colour_doppler(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                           const Field& field, const doppler_settings& settings = {}) {
@@ -235,8 +233,8 @@ struct doppler_picture_settings {
     friend bool operator==(const doppler_picture_settings&, const doppler_picture_settings&) = default;
 };
 
-/// What a colour means: velocity towards the probe from red to yellow, away from it from blue to cyan; or power from dark
-/// red to yellow.
+/// What a colour means: velocity towards the probe from red to yellow, away from it from blue to cyan; or power from
+/// dark red to yellow.
 enum class doppler_map { velocity, power };
 
 /// Settings of `colour_overlay`.
@@ -295,7 +293,7 @@ image doppler_picture(const Policy& policy, const flow_lines& lines, const Probe
 ///
 /// @param grey   an image of the same probe and depth
 /// @param probe  that the lines are of
-/// @throws usage_error  for lines that are empty or not those of the probe, an image of another size, or a setting out of range
+/// @throws usage_error  for lines not of the probe, an image of another size, or a setting out of range
 template <exec::policy Policy, transducer Probe>
 colour_image colour_overlay(const Policy& policy, const image& grey, const flow_lines& lines, const Probe& probe,
                             const colour_overlay_settings& settings = {}) {

@@ -8,7 +8,6 @@
 #include <insonify/probe/refined.hpp>
 #include <insonify/signal/electronic_noise.hpp>
 #include <insonify/tracing/line_tracer.hpp>
-#include <cmath>
 #include <utility>
 #include <vector>
 
@@ -46,9 +45,9 @@ namespace detail {
 /// with the velocity at its centre; pieces slide past each other where there is shear. So the phase of their echoes
 /// changes by exactly what the velocity says, however long the train. Pieces at rest are emitted once, for all pulses.
 ///
-/// Scatterers move in tissue at rest, and the deformation moves them on from there. Where it has the gradient F, a velocity V
-/// at rest becomes F V. Blood moves by V / det F at rest, so that its volume flow through a vessel is that of the field
-/// however the vessel is deformed (the Piola transform).
+/// Scatterers move in tissue at rest, and the deformation moves them on from there. Where it has the gradient F, a
+/// velocity V at rest becomes F V. Blood moves by V / det F at rest, so that its volume flow through a vessel is that
+/// of the field however the vessel is deformed (the Piola transform).
 template <scattering_field Scattering, velocity_field Field>
 struct moving_scatterers {
     static constexpr std::uint32_t all_pulses = ~0U; ///< the value of `*current` for tissue at rest
@@ -105,9 +104,9 @@ struct moving_scatterers {
         return false;
     }
 
-    // Long trains would shear blood until neighbouring lines see none of the same scatterers, since velocities are those
-    // of pieces. So flowing media are renewed, as blood is that leaves the beam: one generation of scatterers is alone for
-    // `stay` pulses, and fades into the next one during as many, at constant power.
+    // Long trains would shear blood until neighbouring lines see none of the same scatterers, since velocities are
+    // those of pieces. So flowing media are renewed, as blood is that leaves the beam: one generation of scatterers is
+    // alone for `stay` pulses, and fades into the next one during as many, at constant power.
     static constexpr std::uint32_t stay = 64, generation = 2 * stay;
 
     template <class Emit>
@@ -341,8 +340,8 @@ class ensemble_tracer {
     std::vector<iq_lines*> sinks_{};
 };
 
-/// What the probe receives of a pulse train while tissue and blood move as `field` says: the geometry is that of the scene for
-/// all pulses.
+/// What the probe receives of a pulse train while tissue and blood move as `field` says: the geometry is that of the
+/// scene for all pulses.
 ///
 /// @param model   `physical`, or another model with its members `scattering`, `with_scattering` and `emit`
 /// @param pulses  their times
@@ -449,7 +448,6 @@ iq_ensemble doppler_ensemble(const Policy& policy, const scene& body, const Prob
     return ensemble_scanner<Probe, Model>{}.acquire(policy, body, probe, at, model, field, settings);
 }
 /// The same with `physical`.
-/// @throws usage_error, geometry_error  as above
 template <exec::policy Policy, transducer Probe, velocity_field Field>
 iq_ensemble doppler_ensemble(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                              const Field& field, const ensemble_settings& settings = {}) {

@@ -160,7 +160,7 @@ struct pulsed_doppler_settings {
     }
 };
 
-/// `gate_echoes` and `pulsed_doppler`, series after series: holds tables and memory, so that it allocates only while buffers grow.
+/// `gate_echoes` and `pulsed_doppler`, series after series: allocates only while buffers grow.
 template <transducer Probe, acoustic_model Model = physical<>>
 class gate_scanner {
   public:
@@ -232,7 +232,6 @@ std::vector<vec2> gate_echoes(const Policy& policy, const scene& body, const Pro
     return gate_scanner<Probe, Model>{}.gate_echoes(policy, body, probe, at, model, field, settings);
 }
 /// The same with `physical`.
-/// @throws usage_error, geometry_error  as above
 template <exec::policy Policy, transducer Probe, velocity_field Field>
 std::vector<vec2> gate_echoes(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                               const Field& field, const pulsed_doppler_settings& settings) {
@@ -243,7 +242,7 @@ std::vector<vec2> gate_echoes(const Policy& policy, const scene& body, const Pro
 ///
 ///     doppler_ensemble -> sum over the gate -> spectrum_of
 ///
-/// Velocities are along the line, towards the probe positive, or along the flow where `spectrum.angle` says how it runs.
+/// Velocities are along the line, towards the probe positive, or along the flow where `spectrum.angle` is given.
 ///
 ///     const doppler_spectrum seen = pulsed_doppler(exec::par_unseq, body, probe, at, stream,
 ///                                                  {.line = 64, .gate = 22_mm, .spectrum = {.angle = 60_deg}});
@@ -256,7 +255,6 @@ doppler_spectrum pulsed_doppler(const Policy& policy, const scene& body, const P
     return gate_scanner<Probe, Model>{}.acquire(policy, body, probe, at, model, field, settings);
 }
 /// The same with `physical`.
-/// @throws usage_error, geometry_error  as above
 template <exec::policy Policy, transducer Probe, velocity_field Field>
 doppler_spectrum pulsed_doppler(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                                 const Field& field, const pulsed_doppler_settings& settings = {}) {

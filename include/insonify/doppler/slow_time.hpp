@@ -9,7 +9,6 @@
 #include <insonify/execution/simd.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <algorithm>
-#include <cmath>
 #include <string>
 #include <vector>
 
@@ -24,7 +23,7 @@ struct iq_ensemble {
 
 /// High-pass filter along slow time, which removes the echoes of tissue: the wall filter.
 struct wall_filter {
-    /// `polynomial`: subtracts the best polynomial of degree `order` in time, for each sample. Keeps the number of pulses.
+    /// `polynomial`: subtracts the best polynomial of degree `order` in time, for each sample; keeps all pulses.
     /// `fir`: the difference to a low-pass filter of `order` + 1 taps (Hamming window, no gain at 0 Hz). The first
     /// `order` pulses are lost.
     enum class kind { none, polynomial, fir };

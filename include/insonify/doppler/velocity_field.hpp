@@ -5,7 +5,6 @@
 
 #include <insonify/core/error.hpp>
 #include <insonify/scene/object.hpp>
-#include <cmath>
 #include <concepts>
 #include <string>
 #include <vector>
@@ -22,10 +21,10 @@ inline constexpr object_id background_object{~0U};
 /// of an object (`background_object` for the background), a point in it and a time in seconds. Point, in metres, and
 /// velocity, in m/s, are in coordinates of the object. {0, 0, 0} where nothing moves. It is called from many threads.
 ///
-/// Of a body that `scene::deform` deforms, the point is where the tissue was at rest, and the velocity is that at rest: a
-/// field describes the body at rest, and follows every deformation. Tissue with the velocity V at rest then moves with F V,
-/// where F is the gradient of the deformation, and blood with F V / det F, so that its volume flow through a vessel stays
-/// that of the field where the vessel is narrowed.
+/// Of a body that `scene::deform` deforms, the point is where the tissue was at rest, and the velocity is that at rest:
+/// a field describes the body at rest, and follows every deformation. Tissue with the velocity V at rest then moves
+/// with F V, where F is the gradient of the deformation, and blood with F V / det F, so that its volume flow through a
+/// vessel stays that of the field where the vessel is narrowed.
 template <class Field>
 concept velocity_field = requires(const Field& field, object_id object, vec3 point, float time) {
     { field(object, point, time) } -> std::convertible_to<vec3>;

@@ -6,7 +6,6 @@
 #include <insonify/image/image.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <algorithm>
-#include <cmath>
 #include <string>
 #include <vector>
 
@@ -35,8 +34,8 @@ class m_mode {
         if (!is_finite(settings.background)) throw usage_error{"m_mode: `background` must be finite"};
     }
 
-    /// Adds a line as the newest column, and drops the oldest. Starts anew where the depth of the lines changes, or their
-    /// number of samples while `rows` is 0. Rows lie between samples: brightness is interpolated linearly.
+    /// Adds a line as the newest column, and drops the oldest. Starts anew where the depth of the lines changes, or
+    /// their number of samples while `rows` is 0. Rows lie between samples: brightness is interpolated linearly.
     /// @param lines  brightness, as `scanner::lines`
     /// @throws usage_error  for a line that does not exist
     void add(const scan_lines& lines, std::uint32_t line) {

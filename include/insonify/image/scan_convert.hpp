@@ -5,12 +5,12 @@
 
 #include <insonify/core/error.hpp>
 #include <insonify/core/memo.hpp>
+#include <insonify/core/view.hpp>
 #include <insonify/execution/policy.hpp>
 #include <insonify/image/image.hpp>
 #include <insonify/probe/acquisition.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/signal/pulse.hpp>
-#include <cfloat>
 #include <concepts>
 #include <string>
 #include <utility>
@@ -20,8 +20,8 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// Size and background of the image.
 ///
-/// If one side is chosen, pixels are square and the field of view fits. If both are given, a rectangular field of view fills
-/// the image, whatever the shape of its pixels; any other, such as a sector, is fitted and centred with square pixels.
+/// If one side is chosen, pixels are square and the field of view fits. If both are given, a rectangular field of view
+/// fills the image, whatever the shape of its pixels; any other, such as a sector, is fitted with square pixels.
 struct scan_convert_settings {
     uvec2 size{0, 0};     ///< columns, rows; a 0 is chosen to fit the field of view; both 0: 512 columns
     float background = 0; ///< brightness of the pixels outside the field of view
@@ -264,8 +264,7 @@ struct label_image : pixel_grid<label_id> {
     friend bool operator==(const label_image&, const label_image&) = default;
 };
 
-/// Scan-converts labels: each pixel has the label of the nearest sample, or `background_label` outside the field of
-/// view.
+/// Scan-converts labels: each pixel has the label of the nearest sample, or `background_label` outside the field.
 ///
 ///     const scan_map map = make_scan_map(exec::par, probe, {.depth = truth.depth, .samples = truth.samples});
 ///     label_image mask = scan_convert(exec::par, truth, map);
@@ -291,14 +290,54 @@ auto scan_convert(const Policy& policy, const line_grid<Value>& lines, const Pro
     return scan_convert(policy, lines, make_scan_map(policy, probe, detail::acquisition_of(lines), settings));
 }
 
-/// Scan-converts values that must not be interpolated, such as angles of incidence: each pixel has that of the nearest
-/// sample.
+/// Scan-converts values that must not be interpolated, such as angles: each pixel has that of the nearest sample.
 /// @throws usage_error  for lines that do not match the map
 template <exec::policy Policy>
 image scan_convert_nearest(const Policy& policy, const scan_lines& lines, const scan_map& map) {
     image picture{map.size, map.background};
     detail::copy_nearest(policy, lines, map, picture.pixels);
     return picture;
+}
+
+/// Distance between two points of a picture, metres.
+/// @param from, to  pixel coordinates: see `scan_map`
+inline float distance(const scan_map& map, vec2 from, vec2 to) { return length(map.pitch * (to - from)); }
+
+/// What is measured of an outline.
+struct outline_measure {
+    float area = 0;          ///< square metres
+    float circumference = 0; ///< metres
+    vec2 centroid{0, 0};     ///< of the area, pixel coordinates
+};
+
+/// Measures a traced outline: a polygon, closed from its last point to its first.
+///
+///     area = |sum of x_i y_i+1 - x_i+1 y_i| / 2
+///
+/// @param outline  pixel coordinates, in either direction, without crossings; fewer than three enclose nothing, and the
+///                 centroid is their mean
+inline outline_measure measure_outline(const scan_map& map, view<const vec2> outline) {
+    const std::size_t count = outline.size();
+    if (count == 0) return {};
+    double twice = 0, x = 0, y = 0, around = 0, mean_x = 0, mean_y = 0;
+    const vec2 origin = outline[0]; // small products
+    for (std::size_t i = 0; i < count; ++i) {
+        const vec2 a = outline[i] - origin, b = outline[(i + 1) % count] - origin;
+        const double cross = double{a.x} * double{b.y} - double{b.x} * double{a.y};
+        twice += cross;
+        x += cross * (double{a.x} + double{b.x});
+        y += cross * (double{a.y} + double{b.y});
+        around += double{length(map.pitch * (b - a))};
+        mean_x += double{a.x};
+        mean_y += double{a.y};
+    }
+    const bool flat = !(std::fabs(twice) > 0);
+    const auto points = static_cast<double>(count);
+    const vec2 inside{static_cast<float>(flat ? mean_x / points : x / (3 * twice)),
+                      static_cast<float>(flat ? mean_y / points : y / (3 * twice))};
+    return {.area = static_cast<float>(0.5 * std::fabs(twice) * double{map.pitch.x} * double{map.pitch.y}),
+            .circumference = static_cast<float>(around),
+            .centroid = origin + inside};
 }
 
 } // namespace insonify::inline INSONIFY_ABI

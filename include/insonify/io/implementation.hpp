@@ -3,7 +3,7 @@
 #if defined(INSONIFY_IMPLEMENTATION) && !defined(INSONIFY_IO_IMPLEMENTATION_HPP)
 #define INSONIFY_IO_IMPLEMENTATION_HPP
 
+#include <insonify/io/implementation_file.hpp>
 #include <insonify/io/implementation_obj.hpp>
-#include <insonify/io/implementation_png.hpp>
 
 #endif

@@ -8,7 +8,6 @@
 #include <insonify/io/implementation_packages.hpp>
 #include <insonify/io/obj.hpp>
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <limits>
 #include <locale>
@@ -45,12 +44,11 @@ struct obj_libraries {
 };
 
 /// True for a path that leads out of the folder: a mesh from an untrusted source must not open arbitrary files.
-inline bool leaves_folder(std::string_view name) {
-    const auto is_separator = [](char c) { return c == '/' || c == '\\'; };
-    if (name.empty() || is_separator(name[0]) || name.find(':') != std::string_view::npos) return true;
-    for (std::size_t i = name.find(".."); i != std::string_view::npos; i = name.find("..", i + 1))
-        if ((i == 0 || is_separator(name[i - 1])) && (i + 2 == name.size() || is_separator(name[i + 2]))) return true;
-    return false;
+inline bool leaves_folder(std::string name) {
+    std::replace(name.begin(), name.end(), '\\', '/');
+    const std::filesystem::path path{name};
+    return name.empty() || path.has_root_path() || name.find(':') != std::string::npos ||
+           std::find(path.begin(), path.end(), "..") != path.end();
 }
 
 /// True for a path that leads out of the folder through a symbolic link.
@@ -108,7 +106,7 @@ inline obj_libraries read_libraries(const std::string& path, const std::vector<n
     return libraries;
 }
 
-/// The number of letters that must be inserted, removed or replaced to make one word of another. Source: Levenshtein 1966.
+/// Number of letters to insert, remove or replace to make one word of another. Source: Levenshtein 1966.
 inline std::size_t edits_between(std::string_view one, std::string_view other) {
     std::vector<std::size_t> row(other.size() + 1);
     for (std::size_t j = 0; j < row.size(); ++j) row[j] = j;
@@ -124,8 +122,8 @@ inline std::size_t edits_between(std::string_view one, std::string_view other) {
     return row.back();
 }
 
-/// The medium whose name is like one that is unknown: in another case, with a number at its end as editors append it, or
-/// misspelt. @return  "; did you mean bone?", or nothing
+/// The medium whose name is like one that is unknown: in another case, with a number at its end as editors append it,
+/// or misspelt. @return  "; did you mean bone?", or nothing
 inline std::string suggest_medium(const std::string& unknown, const obj_libraries& libraries) {
     const auto plain = [](std::string_view name) { // bone for Bone.001
         std::string text{name.substr(0, name.find_last_not_of("0123456789._- ") + 1)};
@@ -321,8 +319,8 @@ void write_drawing(const std::string& path, const std::vector<drawn_object>& obj
     std::size_t count = 0, first = 1; // OBJ indices start at 1 and count the vertices of the whole file
     for (const drawn_object& one : objects) {
         std::string name = one.name.empty() ? "object_" + std::to_string(count) : one.name;
-        std::replace_if(
-            name.begin(), name.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
+        for (char& c : name)
+            if (c == '\n' || c == '\r') c = ' ';
         ++count;
         file << "o " << name << '\n';
         for (const vec3& p : one.positions) file << "v " << p.x << ' ' << p.y << ' ' << p.z << '\n';

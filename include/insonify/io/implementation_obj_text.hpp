@@ -26,7 +26,7 @@ inline std::string_view next_word(std::string_view& line) {
     return word;
 }
 
-/// Removes the first line from a text and returns it, without comments and trailing blanks. Lines end in LF, CR LF or CR.
+/// Removes the first line from a text, which LF, CR LF or CR ends; returns it without comments and trailing blanks.
 inline std::string_view next_line(std::string_view& text) {
     std::string_view line = text.substr(0, text.find_first_of("\r\n"));
     text.remove_prefix(line.size());
@@ -36,8 +36,7 @@ inline std::string_view next_line(std::string_view& text) {
     return line.substr(0, line.find_last_not_of(" \t") + 1);
 }
 
-/// Calls body(number, keyword, rest) for every line that is not blank, counted from 1. A line that ends in a backslash goes on
-/// in the next one.
+/// Calls body(number, keyword, rest) for every line that is not blank, counted from 1. A backslash continues a line.
 template <class Body>
 void for_each_line(std::string_view text, const Body& body) {
     std::string whole;
@@ -110,8 +109,8 @@ struct obj_line {
     int medium = -1;        ///< index into `media`; -1: none
 };
 
-/// An OBJ file, checked line by line and rewritten for tinyobjloader, which ignores malformed numbers, does not continue
-/// lines, and does not report the line of a triangle.
+/// An OBJ file, checked line by line and rewritten for tinyobjloader, which ignores malformed numbers, does not
+/// continue lines, and does not report the line of a triangle.
 struct obj_text {
     std::string rewritten{};                   ///< vertices and faces, before each face an `s` with its line number
     std::vector<named_line> media{};           ///< arguments of `usemtl`, each once, with the line of its first use

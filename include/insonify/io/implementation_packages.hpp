@@ -12,9 +12,11 @@
 #include <string.h>
 // NOLINTEND(modernize-deprecated-headers)
 
-// Private copies of tinyobjloader, in a renamed namespace, and of stb_image_write, static functions in a namespace of their own.
-// Every macro that configures them or that they define is saved and restored, so that a program can include its own copies
-// in this file, before or after, and in others. The C headers that stb_image_write needs are included above, outside its namespace.
+// Private copies of tinyobjloader, in a renamed namespace, and of stb_image_write, static functions in a namespace.
+// Every macro that configures them or that they define is saved and restored, so that a program can include its own
+// copies in this file, before or after, and in others. The C headers that stb_image_write needs are included above,
+// outside its namespace. The rest of this file counts as a header of the system: compilers do not warn of the packages.
+#pragma GCC system_header
 #pragma push_macro("tinyobj")
 #pragma push_macro("TINY_OBJ_LOADER_H_")
 #pragma push_macro("TINYOBJLOADER_IMPLEMENTATION")
@@ -68,22 +70,6 @@
 #define STBI_WRITE_NO_STDIO
 #define STBIW_ASSERT(condition) assert(condition)
 
-#if defined(__clang__)
-#pragma clang diagnostic push
-#pragma clang diagnostic ignored "-Weverything"
-#elif defined(__GNUC__)
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wconversion"
-#pragma GCC diagnostic ignored "-Wsign-conversion"
-#pragma GCC diagnostic ignored "-Wdouble-promotion"
-#pragma GCC diagnostic ignored "-Wold-style-cast"
-#pragma GCC diagnostic ignored "-Wuseless-cast"
-#pragma GCC diagnostic ignored "-Wshadow"
-#pragma GCC diagnostic ignored "-Wunused-function"
-#pragma GCC diagnostic ignored "-Wunused-parameter"
-#pragma GCC diagnostic ignored "-Wmissing-field-initializers"
-#endif
-
 #if __has_include(<tiny_obj_loader.h>)
 #include <tiny_obj_loader.h>
 #else
@@ -104,12 +90,6 @@ using ::abs; // insonify::abs would hide it
 #endif
 } // namespace stb
 } // namespace insonify::inline INSONIFY_ABI::detail
-
-#if defined(__clang__)
-#pragma clang diagnostic pop
-#elif defined(__GNUC__)
-#pragma GCC diagnostic pop
-#endif
 
 #undef INSONIFY_JOIN
 #undef INSONIFY_TINYOBJ

@@ -37,10 +37,10 @@ mesh load_obj(const std::string& path, const obj_settings& settings);
 
 /// Loads an OBJ file as a scene, which has yet to be built: load_obj_scene(path, {.unit = 1_mm}).build(exec::par).
 ///
-/// The faces of one object (`o`), group (`g`) and material (`usemtl`) become one object of the scene. It has the name of the
-/// `o`; where an `o` has several groups, `heart/left`; without an `o`, that of the group; else that of the material. Each `o`
-/// line begins another object. Of equal names, all but the first get a number: `rib`, `rib.2`. The material is looked up by name in the material libraries (`mtllib`), which may have these
-/// keys after `newmtl`:
+/// The faces of one object (`o`), group (`g`) and material (`usemtl`) become one object of the scene. It has the name
+/// of the `o`; where an `o` has several groups, `heart/left`; without an `o`, that of the group; else that of the
+/// material. Each `o` line begins another object. Of equal names, all but the first get a number: `rib`, `rib.2`. The
+/// material is looked up by name in the material libraries (`mtllib`), which may have these keys after `newmtl`:
 ///
 ///     density          kg/m^3                        sound_speed         m/s
 ///     attenuation      dB/cm at 1 MHz                attenuation_power   exponent of the frequency
@@ -52,12 +52,13 @@ mesh load_obj(const std::string& path, const obj_settings& settings);
 /// With density and sound_speed they define a medium; without, they modify the tissue of that name. A name without
 /// keys, or without a library, must be that of a tissue, such as `muscle`: see `tissue::all`.
 /// Defined where INSONIFY_IMPLEMENTATION is defined.
-/// @throws as load_obj, and io_error for a face without a material, an unknown material, a closed surface of two materials, a
-///         library with values out of range, or one outside the folder of the file, unless `libraries` allows it
+/// @throws as load_obj, and io_error for a face without a material, an unknown material, a closed surface of two
+/// materials, a library with values out of range, or one outside the folder of the file, unless `libraries` allows it
 scene load_obj_scene(const std::string& path, const obj_settings& settings);
 
 /// The same, and tells what the scene has otherwise than the file: objects that were given another name, because it was
-/// taken, and groups that were joined, because only together they are closed. The faces of the others are as in the file.
+/// taken, and groups that were joined, because only together they are closed. The faces of the others are as in the
+/// file.
 /// @param notes  a sentence for each, which begins with the path and the line; replaces its content
 scene load_obj_scene(const std::string& path, const obj_settings& settings, std::vector<std::string>& notes);
 

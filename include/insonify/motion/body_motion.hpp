@@ -5,14 +5,13 @@
 
 #include <insonify/core/error.hpp>
 #include <insonify/core/math.hpp>
-#include <cmath>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Inverse of a map that displaces all points along one direction and does not fold over: along a line in that direction the
-/// displacement then falls by less than one to one, so that there is one solution, which is bracketed. Unlike Newton's method in
-/// space it needs no derivative, and edges of the map, where its slope jumps, do no harm.
+/// Inverse of a map that displaces all points along one direction and does not fold over: along a line in that
+/// direction the displacement then falls by less than one to one, so that there is one solution, which is bracketed.
+/// Unlike Newton's method in space it needs no derivative, and edges of the map, where its slope jumps, do no harm.
 /// @param map        vec3(vec3)
 /// @param direction  of length 1
 /// @param max        upper bound of the displacement, metres
@@ -39,12 +38,12 @@ vec3 rest_along(const Map& map, vec3 now, vec3 direction, float max) {
 
 } // namespace insonify::inline INSONIFY_ABI::detail
 
-/// Maps for `scene::deform`: how bodies move by themselves, and with a needle. Times are seconds; the same second gives the same
-/// deformation.
+/// Maps for `scene::deform`: how bodies move by themselves, and with a needle. Times are seconds; the same second gives
+/// the same deformation.
 namespace insonify::inline INSONIFY_ABI {
 
-/// A vessel that pulses: its wall moves outwards in systole, quickly, and back in diastole, slowly. Tissue around it keeps its
-/// volume, so that its motion falls off with one over the distance; the content of the vessel is stretched evenly.
+/// A vessel that pulses: its wall moves outwards in systole, quickly, and back in diastole, slowly. Tissue around it
+/// keeps its volume, so that its motion falls off with one over the distance; its content is stretched evenly.
 struct pulsation {
     vec3 from{0, 0, 0};        ///< a point of the vessel's axis, in the world, metres
     vec3 to{0, 1, 0};          ///< another one; the axis goes on beyond both
@@ -62,25 +61,9 @@ struct pulsation {
     }
 
     /// Where a point at rest is now.
-    vec3 operator()(vec3 rest) const {
-        const float now = radius + amplitude * wave();
-        if (now == radius) return rest;
-        const vec3 axis = normalize(to - from);
-        const vec3 away = rest - from - dot(rest - from, axis) * axis;
-        const float squared = dot(away, away), added = now * now - radius * radius;
-        const float factor = squared < radius * radius ? now / radius : std::sqrt(1 + added / squared);
-        return rest + (factor - 1) * away;
-    }
+    vec3 operator()(vec3 rest) const { return widened(rest, radius, radius + amplitude * wave()); }
     /// The inverse.
-    vec3 rest_of(vec3 now) const {
-        const float wall = radius + amplitude * wave();
-        if (wall == radius) return now;
-        const vec3 axis = normalize(to - from);
-        const vec3 away = now - from - dot(now - from, axis) * axis;
-        const float squared = dot(away, away), added = wall * wall - radius * radius;
-        const float factor = squared < wall * wall ? radius / wall : std::sqrt(1 - added / squared);
-        return now + (factor - 1) * away;
-    }
+    vec3 rest_of(vec3 now) const { return widened(now, radius + amplitude * wave(), radius); }
 
     /// @throws usage_error  if a setting is out of range
     void check() const {
@@ -91,6 +74,17 @@ struct pulsation {
     }
 
     friend bool operator==(const pulsation&, const pulsation&) = default;
+
+  private:
+    // Where a point goes as the radius of the vessel changes.
+    vec3 widened(vec3 point, float before, float after) const {
+        if (after == before) return point;
+        const vec3 axis = normalize(to - from);
+        const vec3 away = point - from - dot(point - from, axis) * axis;
+        const float squared = dot(away, away), added = after * after - before * before;
+        const float factor = squared < before * before ? after / before : std::sqrt(1 + added / squared);
+        return point + (factor - 1) * away;
+    }
 };
 
 /// Breathing: a region moves back and forth, and rests longer when breathed out.
@@ -129,10 +123,10 @@ struct breathing {
     friend bool operator==(const breathing&, const breathing&) = default;
 };
 
-/// Tissue along the shaft of a needle that moves with it: by `drag` at the shaft, and by a Gaussian of the distance from it.
+/// Tissue along the shaft of a needle that moves with it: by `drag` at the shaft, and by a Gaussian of the distance.
 ///
-/// The needle itself is an object of higher priority than the tissue: it opens no gap, and tissue closes behind it. While the
-/// needle moves, `drag` follows its motion up to the distance at which tissue slips, a millimetre or so.
+/// The needle itself is an object of higher priority than the tissue: it opens no gap, and tissue closes behind it.
+/// While the needle moves, `drag` follows its motion up to the distance at which tissue slips, a millimetre or so.
 struct needle_drag {
     vec3 entry{0, 0, 0};    ///< where the needle enters the tissue, in the world, metres
     vec3 tip{0, 0, 20e-3F}; ///< in the world, metres
@@ -158,31 +152,30 @@ struct needle_drag {
     friend bool operator==(const needle_drag&, const needle_drag&) = default;
 };
 
-/// A vessel that collapses where the pressure around it exceeds that of its blood: a map for `scene::deform`. Veins close at
-/// a few mmHg; arteries, whose pressure is ten times that, do not.
+/// A vessel that collapses where the pressure around it exceeds that of its blood: a map for `scene::deform`. Veins
+/// close at a few mmHg; arteries, whose pressure is ten times that, do not.
 ///
-/// The lumen, a circle of a radius R at rest, becomes an ellipse of the same width. Its height and its area are those at rest
-/// times
+/// The lumen, a circle of a radius R at rest, becomes an ellipse of the same width. Its height and its area are those
+/// at rest times
 ///
 ///     opening = max((1 + (outside - inside) / stiffness)^(-2/3), residual),
 ///
-/// and 1 where `outside` is below `inside`. Tissue above and below follows the point of the wall that lies between it and the
-/// axis, by exp(-z^2 / (2 above^2)), where z is its distance from there along `direction`; tissue beside the lumen, at a distance
-/// x from where its width ends, by exp(-x^2 / (2 beside^2)) of that. All move along `direction`, by at most (1 - opening) R. No
-/// setting makes the map fold over: the determinant of its derivative is at least `opening`.
+/// and 1 where `outside` is below `inside`. Tissue above and below follows the point of the wall that lies between it
+/// and the axis, by exp(-z^2 / (2 above^2)), where z is its distance from there along `direction`; tissue beside the
+/// lumen, at a distance x from where its width ends, by exp(-x^2 / (2 beside^2)) of that. All move along `direction`,
+/// by at most (1 - opening) R. The map does not fold over: the determinant of its derivative is at least `opening`.
 /// Source: Shapiro 1977, J. Biomech. Eng. 99, 126: area of thin-walled tubes that are nearly closed.
 struct collapse {
-    vec3 from{0, 0, 0}; ///< a point of the vessel's axis, in the world, metres
-    vec3 to{0, 1, 0};   ///< another one; the axis goes on beyond both
-    vec3 direction{0, 0,
-                   1}; ///< in which the vessel is flattened, of any length above 0; its part across the axis counts
-    float radius = 4.5e-3F; ///< of the lumen at rest, metres
-    float outside = 0;      ///< pressure of the tissue around the vessel, Pa: see `_mmHg`
-    float inside = 1070;    ///< pressure of its blood, Pa: 8 mmHg, a vein of the leg in a patient who lies
-    float stiffness = 40;   ///< of its wall against bending, Pa: E h^3 / (12 (1 - nu^2) R^3) of its thickness h
-    float residual = 0.06F; ///< opening at which the walls touch, above 0 to 1
-    float beside = 1.5e-3F; ///< distance beside the wall at which the displacement is 0.61, metres
-    float above = 4e-3F;    ///< the same above and below its wall, metres
+    vec3 from{0, 0, 0};      ///< a point of the vessel's axis, in the world, metres
+    vec3 to{0, 1, 0};        ///< another one; the axis goes on beyond both
+    vec3 direction{0, 0, 1}; ///< in which it is flattened, of any length above 0; its part across the axis counts
+    float radius = 4.5e-3F;  ///< of the lumen at rest, metres
+    float outside = 0;       ///< pressure of the tissue around the vessel, Pa: see `_mmHg`
+    float inside = 1070;     ///< pressure of its blood, Pa: 8 mmHg, a vein of the leg in a patient who lies
+    float stiffness = 40;    ///< of its wall against bending, Pa: E h^3 / (12 (1 - nu^2) R^3) of its thickness h
+    float residual = 0.06F;  ///< opening at which the walls touch, above 0 to 1
+    float beside = 1.5e-3F;  ///< distance beside the wall at which the displacement is 0.61, metres
+    float above = 4e-3F;     ///< the same above and below its wall, metres
 
     /// Height of the lumen over that at rest.
     float opening() const {
@@ -222,8 +215,8 @@ struct collapse {
     friend bool operator==(const collapse&, const collapse&) = default;
 };
 
-/// Displacements on a regular grid, as image registration gives them: a map for `scene::deform`. Trilinear between the nodes;
-/// beyond the grid as at its border.
+/// Displacements on a regular grid, as image registration gives them: a map for `scene::deform`. Trilinear between the
+/// nodes; beyond the grid as at its border.
 struct displacement_grid {
     vec3 origin{0, 0, 0};              ///< the first node, in the world, metres
     vec3 spacing{1e-3F, 1e-3F, 1e-3F}; ///< of the nodes along x, y and z, metres

@@ -4,8 +4,6 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/motion/press.hpp>
-#include <cfloat>
-#include <cmath>
 #include <type_traits>
 #include <utility>
 
@@ -95,8 +93,8 @@ class kept_contact {
     pressed_face back_{}; // its depths are those by which skin is in front of the face; below 0: behind it
 };
 
-/// A map that contains a pressed face, followed by what keeps the skin that the face touches on it, whatever the rest of the map
-/// does there. `compose` does this by itself; it is needed for a map of your own:
+/// A map that contains a pressed face, followed by what keeps the skin that the face touches on it, whatever the rest
+/// of the map does there. `compose` does this by itself; it is needed for a map of your own:
 ///
 ///     body.deform(exec::par, keep_contact([&](vec3 rest) { return drag(touch.deformation(rest)); }, touch.deformation));
 ///
@@ -135,13 +133,13 @@ pressed_face face_of(const composed<First, Then>& map) {
         return face_of(map.first);
 }
 
-template <class First, class Then>
-composed<First, Then> in_order(First first, Then then) {
-    return {std::move(first), std::move(then)};
-}
-template <class First, class Second, class... Others>
-auto in_order(First first, Second second, Others... others) requires(sizeof...(Others) > 0) {
-    return in_order(in_order(std::move(first), std::move(second)), std::move(others)...);
+template <class First, class Then, class... Others>
+auto in_order(First first, Then then, Others... others) {
+    composed<First, Then> both{std::move(first), std::move(then)};
+    if constexpr (sizeof...(Others) == 0)
+        return both;
+    else
+        return in_order(std::move(both), std::move(others)...);
 }
 
 } // namespace detail
@@ -150,8 +148,8 @@ auto in_order(First first, Second second, Others... others) requires(sizeof...(O
 ///
 ///     body.deform(exec::par, compose(pulsation{.time = t}, breathing{.time = t}));
 ///
-/// What the face of a probe touches (`pressed_face`, `indentation`) stays in touch with it, wherever the face is in the list: see
-/// `keep_contact`.
+/// What the face of a probe touches (`pressed_face`, `indentation`) stays in touch with it, wherever the face is in the
+/// list: see `keep_contact`.
 template <deformation_map First, deformation_map Second, deformation_map... Others>
 auto compose(First first, Second second, Others... others) {
     auto all = detail::in_order(std::move(first), std::move(second), std::move(others)...);

@@ -10,8 +10,6 @@
 #include <insonify/scene/queries.hpp>
 #include <algorithm>
 #include <array>
-#include <cfloat>
-#include <cmath>
 #include <concepts>
 #include <iterator>
 #include <span>
@@ -32,8 +30,8 @@ inline float beside_face(float away, float recovery) { return std::exp(-away / r
 
 /// A flat face pressed into flat skin, parallel to it: a map for `scene::deform`.
 ///
-/// Skin below the face comes to lie on it. Beside the face it recovers exponentially, and the tissue below sinks exponentially
-/// less with depth. No model of elasticity: volume is not preserved. `press` finds the deformation for any skin.
+/// Skin below the face comes to lie on it. Beside the face it recovers exponentially, and the tissue below sinks
+/// exponentially less with depth. No model of elasticity: volume is not preserved. `press` takes any skin.
 struct indentation {
     pose at{};                ///< of the pressed face, to the world: x lateral, y elevation, z into the body
     float depth = 0;          ///< of the face below the skin at rest, metres; less than `decay`, or tissue folds over
@@ -62,8 +60,8 @@ struct indentation {
     friend bool operator==(const indentation&, const indentation&) = default;
 };
 
-/// A face of a probe, flat or curved, pressed into skin of any shape: what `press` finds, and a map for `scene::deform`. Like
-/// `indentation`, with a depth that differs from point to point of the face.
+/// A face of a probe, flat or curved, pressed into skin of any shape: what `press` finds, and a map for
+/// `scene::deform`. Like `indentation`, with a depth that differs from point to point of the face.
 struct pressed_face {
     static constexpr std::size_t columns = 33; ///< along x, from edge to edge
     static constexpr std::size_t rows = 5;     ///< along y, from edge to edge
@@ -77,11 +75,6 @@ struct pressed_face {
     float decay = 20e-3F;                                 ///< see `indentation`
     float recovery = 8e-3F;                               ///< see `indentation`
 
-    /// Position of a point of the face as a number of columns.
-    float column(float x) const {
-        const float width = right - left;
-        return width > 0 ? clamp((x - left) / width, 0, 1) * (columns - 1) : 0;
-    }
     /// Where a row and a column are: x and y of the probe, metres.
     vec2 place(std::size_t row, std::size_t column) const {
         return {left + (right - left) * static_cast<float>(column) / (columns - 1),
@@ -96,7 +89,10 @@ struct pressed_face {
         return lower + at_place.upper * (upper - lower);
     }
     /// The column that is nearest to a point of the face.
-    std::size_t nearest_column(float x) const { return static_cast<std::size_t>(std::lround(column(x))); }
+    std::size_t nearest_column(float x) const {
+        const cell at_x = cell_of({x, 0});
+        return at_x.column + (at_x.part < 0.5F ? 0 : 1);
+    }
 
     /// Where a point at rest is now.
     vec3 operator()(vec3 rest) const {
@@ -141,11 +137,9 @@ struct pressed_face {
     }
 };
 
-} // namespace insonify::inline INSONIFY_ABI
+namespace detail {
 
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Where lines along z through the points of a probe's face leave a body that consists of several surfaces. Keeps its memory.
+/// Where lines along z through the points of a probe's face leave a body of several surfaces.
 class skin_heights {
   public:
     /// Begins a body. @param face  its pose, edges and heights
@@ -238,9 +232,7 @@ class skin_heights {
     float depth_[samples] = {};
 };
 
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-namespace insonify::inline INSONIFY_ABI {
+} // namespace detail
 
 /// Settings of `press`.
 struct press_settings {
@@ -276,31 +268,27 @@ class presser {
                 "press: the pose is not a rigid transform; make it with look_at, or mend it with orthonormalised"};
         if (!(settings.stiffness >= 0) || !(settings.gel >= 0) || !(settings.decay > 0) || !(settings.recovery > 0))
             throw usage_error{"press: `stiffness` and `gel` must be at least 0, `decay` and `recovery` above 0"};
-        contact& found = touch_;
-        found.depth = 0;
-        found.touching = 0;
-        found.lines.clear();
-        pressed_face& face = found.deformation;
-        face.at = at;
-        face.decay = settings.decay;
-        face.recovery = settings.recovery;
         if (is_full_circle(probe))
             throw usage_error{
                 "press: the lines of the probe run all around it, so it has no face that presses; use a linear, "
                 "convex or phased array"};
+        contact& found = touch_;
+        found = {.lines = std::move(found.lines),
+                 .deformation = {.at = at, .decay = settings.decay, .recovery = settings.recovery}};
+        found.lines.clear();
+        pressed_face& face = found.deformation;
         const auto last = static_cast<float>(probe.lines) - 0.5F;
-        face.left = min(probe.beam(-0.5F).origin.x, probe.beam(last).origin.x);
-        face.right = max(probe.beam(-0.5F).origin.x, probe.beam(last).origin.x);
+        const float one_end = probe.beam(-0.5F).origin.x, other_end = probe.beam(last).origin.x;
+        face.left = min(one_end, other_end);
+        face.right = max(one_end, other_end);
         if constexpr (requires { probe.aperture(); })
-            if (!(face.right > face.left)) { // lines that leave one point of a plane face
+            if (one_end == other_end) { // lines that leave one point of a plane face
                 face.right = 0.5F * probe.aperture();
                 face.left = -face.right;
             }
-        face.elevation = pressed_face{}.elevation;
         if constexpr (requires { probe.elevation_height; }) face.elevation = probe.elevation_height;
-        for (std::size_t i = 0; i < pressed_face::columns; ++i)
-            face.height[i] = probe.beam(last * static_cast<float>(i) / (pressed_face::columns - 1))
-                                 .origin.z; // lines are evenly spaced
+        for (std::size_t i = 0; i < pressed_face::columns; ++i) // lines are evenly spaced
+            face.height[i] = probe.beam(last * static_cast<float>(i) / (pressed_face::columns - 1)).origin.z;
         skin_.begin(face);
         for (const object& one : body.objects())
             if (accepts(one.id)) skin_.add(one.surface.faces, body.rest_positions(one.id), one.at);
@@ -340,14 +328,14 @@ class presser {
     detail::skin_heights skin_{}; // where the skin is
 };
 
-/// How a probe at a pose touches the body at rest, whatever the present deformation: how deep its face is in the body, what
-/// deformation that makes, and which lines touch.
+/// How a probe at a pose touches the body at rest, whatever the present deformation: how deep its face is in the body,
+/// what deformation that makes, and which lines touch.
 ///
 ///     const contact touch = press(body, probe, at);
 ///     body.deform(exec::par, touch.deformation);
 ///
-/// The body is what is inside of any object that is accepted, and not the background. Pressed skin comes to lie 0.05 mm behind
-/// the face, so that lines start in tissue. Costs one pass over the vertices and faces.
+/// The body is what is inside of any object that is accepted, and not the background. Pressed skin comes to lie 0.05 mm
+/// behind the face, so that lines start in tissue. Costs one pass over the vertices and faces.
 /// @param accepts  bool(object_id): objects that belong to the body, such as all but the needle
 /// @throws usage_error     for a probe or a setting out of range, or a scene that was not built
 /// @throws geometry_error  for a pose that is not rigid

@@ -35,8 +35,7 @@ struct law2011 {
     enum class travel { one_way, two_way };
     /// Whether I_r of eq. 1 is attenuated on the path to the interface. As printed, it is not.
     enum class reflection { bare, attenuated };
-    /// Side of an interface on which its bright band lies: towards the probe, as in the paper, or beyond, as an echo
-    /// does.
+    /// Side of an interface on which its bright band lies: towards the probe, as in the paper, or beyond, as of echoes.
     enum class band { before, after };
     /// Growth of attenuation with frequency: as f, as in eq. 4, or as f^attenuation_power of each medium.
     enum class spectrum { linear, power_law };
@@ -133,15 +132,11 @@ struct law2011 {
                                       .step = bits_per_db * slope * spacing,
                                       .strength = transmitted_here * strength(m)};
             const float last_sample = max(next_sample, samples_before(end));
-            if (band == band::before) {
-                const float bright = clamp(samples_before(below.depth - reflection_length), next_sample, last_sample);
-                fill<Policy>(out, next_sample, bright, field, 0);
-                fill<Policy>(out, bright, last_sample, field, below.intensity);
-            } else {
-                const float bright = clamp(samples_before(above.depth + reflection_length), next_sample, last_sample);
-                fill<Policy>(out, next_sample, bright, field, above.intensity);
-                fill<Policy>(out, bright, last_sample, field, 0);
-            }
+            const bool before = band == band::before;
+            const float end_of_band = before ? below.depth - reflection_length : above.depth + reflection_length;
+            const float border = clamp(samples_before(end_of_band), next_sample, last_sample);
+            fill<Policy>(out, next_sample, border, field, before ? 0 : above.intensity);
+            fill<Policy>(out, border, last_sample, field, before ? below.intensity : 0);
             next_sample = last_sample;
             if (next == line.layers.size()) break;
             loss_above += slope * (end - begin);

@@ -12,8 +12,8 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// A camera that views the slice, for `trace_pixels`: `size`, `through(pixel) -> ray`, `check()`.
 ///
-/// Camera frame: x to the right of the image, y down, z into the scene, as `look_at` makes it. Pixel centres lie at half
-/// integers; (0, 0) is the top left corner of the image.
+/// Camera frame: x to the right of the image, y down, z into the scene, as `look_at` makes it. Pixel centres lie at
+/// half integers; (0, 0) is the top left corner of the image.
 template <class Camera>
 concept camera = requires(const Camera& c, vec2 pixel) {
     { c.size } -> std::convertible_to<uvec2>;

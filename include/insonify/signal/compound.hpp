@@ -9,7 +9,6 @@
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/probe/steered.hpp>
 #include <algorithm>
-#include <cmath>
 #include <optional>
 #include <string>
 #include <utility>
@@ -46,11 +45,11 @@ struct compound_settings {
 /// Acquires the looks of a frame and averages their amplitudes on the lines of the probe, weighted.
 ///
 /// Amplitudes are averaged before log compression, so the mean level stays. They are averaged along scan lines rather
-/// than in pixels, so the stages that follow see ordinary lines of the probe, whatever the number of looks, and each look
-/// has had the time gain of its own depths. The weight of a look falls to 0 towards its sides: where it ends inside the
-/// image there is no step.
+/// than in pixels, so the stages that follow see ordinary lines of the probe, whatever the number of looks, and each
+/// look has had the time gain of its own depths. The weight of a look falls to 0 towards its sides: where it ends
+/// inside the image there is no step.
 ///
-/// The lines of the probe must be equally far apart on a plane or round face: as those of linear, convex and phased arrays.
+/// The lines of the probe must be equally far apart on a plane or round face, as those of all arrays but radial ones.
 template <transducer Probe>
 class compounding {
   public:
@@ -59,8 +58,8 @@ class compounding {
     /// Starts anew where the probe, `scan` or `settings` have changed since the last frame; call `reset` first where
     /// something else has. Averages do not depend on the order in which looks were acquired.
     /// @param scan     of the frame, with its samples; looks at an angle are longer
-    /// @param acquire  acquire(number, look, scan, recycled): the amplitudes of one look, a `steered<Probe>`, as scan_lines
-    ///                 after time gain; `recycled` are lines whose memory can be reused
+    /// @param acquire  acquire(number, look, scan, recycled): the amplitudes of one look, a `steered<Probe>`, as
+    ///                 scan_lines after time gain; `recycled` are lines whose memory can be reused
     /// @throws usage_error  for a setting out of range, or a probe whose looks cannot be averaged
     template <exec::policy Policy, class Acquire>
     scan_lines operator()(const Policy& policy, const Probe& probe, const acquisition& scan,
@@ -113,25 +112,19 @@ class compounding {
         scan_ = scan;
         settings_ = settings;
         acquired_ = 0;
-        if (looks_.size() > settings.angles)
-            looks_.erase(looks_.begin() + static_cast<std::ptrdiff_t>(settings.angles), looks_.end());
-        for (std::uint32_t i = 0; i < settings.angles; ++i) {
-            const float angle = settings.steering(i);
-            if (i == looks_.size()) looks_.push_back(look{.probe = steered<Probe>{*probe_, angle}});
-            assign(looks_[i], angle);
-        }
+        looks_.resize(settings.angles, look{.probe = steered<Probe>{*probe_, 0}});
+        for (std::uint32_t i = 0; i < settings.angles; ++i) assign(looks_[i], settings.steering(i));
         ready_ = true;
     }
 
     // Probes without == count as the same with as many lines from the same places.
     bool is_same(const Probe& probe) const {
         if constexpr (detail::comparable<Probe>) return probe == *probe_;
-        const auto beam_of = [](const Probe& of, float line) { return of.beam(line); };
         if (probe.lines != probe_->lines) return false;
-        for (const float line : {0.0F, 0.5F * static_cast<float>(probe.lines)})
-            if (beam_of(probe, line).origin != beam_of(*probe_, line).origin ||
-                beam_of(probe, line).direction != beam_of(*probe_, line).direction)
-                return false;
+        for (const float line : {0.0F, 0.5F * static_cast<float>(probe.lines)}) {
+            const ray now = probe.beam(line), before = probe_->beam(line);
+            if (now.origin != before.origin || now.direction != before.direction) return false;
+        }
         return true;
     }
 
@@ -181,7 +174,7 @@ class compounding {
         return turn % 2 == 1 ? middle + away : middle - away;
     }
 
-    // Weight of a look at its (fractional) line: 1, falling to the minimum over an eighth of its width at the sides; 0 outside.
+    // Weight of a look at its (fractional) line: 1, falling to the minimum over an eighth of its width; 0 outside.
     float weight(float line) const {
         const auto lines = static_cast<float>(probe_->lines);
         const float inside = min(line + 0.5F, lines - 0.5F - line);

@@ -87,8 +87,8 @@ struct tgc_settings {
 
     /// @param depth      metres
     /// @param end        depth of the lines, metres
-    /// @param frequency  f0 of the probe, hertz; the automatic gain is 2 attenuation f0 depth, or with a `bandwidth` what
-    ///                   `attenuated` makes of that
+    /// @param frequency  f0 of the probe, hertz; the automatic gain is 2 attenuation f0 depth, or with a `bandwidth`
+    ///                   what `attenuated` makes of that
     float gain_db(float depth, float end, float frequency) const {
         const float place = clamp(depth / end, 0, 1) * 7;
         const std::size_t slider = place < 7 ? static_cast<std::size_t>(place) : 6;

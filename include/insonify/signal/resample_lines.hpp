@@ -6,16 +6,15 @@
 #include <insonify/core/error.hpp>
 #include <insonify/execution/policy.hpp>
 #include <insonify/probe/line_grid.hpp>
-#include <insonify/signal/beam.hpp>
+#include <insonify/signal/pulse.hpp>
 #include <algorithm>
-#include <cmath>
 
 namespace insonify::inline INSONIFY_ABI {
 
 namespace detail {
 
-/// Weight of a line at a distance, in lines, from the place between lines whose value is wanted: sinc, with the window of
-/// Lanczos over six lines.
+/// Weight of a line at a distance, in lines, from the place between lines whose value is wanted: sinc, with the window
+/// of Lanczos over six lines.
 inline float lanczos_weight(float distance) {
     constexpr float half_width = 3;
     const auto sinc = [](float x) { return std::fabs(x) < 1e-4F ? 1.0F : std::sin(pi * x) / (pi * x); };
@@ -30,8 +29,8 @@ inline float lanczos_weight(float distance) {
 ///     const refined traced{probe, rays_per_line(probe, depth, 0.25F)};
 ///     echoes = resample_lines(policy, echoes, traced, probe); // ... of trace and convolve with `traced`
 ///
-/// Each line is the sum of the six around it, weighted by a Lanczos window, along the wave front; beyond the sides of the
-/// field of view there are none, and the others weigh more. `tests/signal/resample_lines.cpp` measures the error.
+/// Each line is the sum of the six around it, weighted by a Lanczos window, along the wave front; beyond the sides of
+/// the field of view there are none, and the others weigh more. `tests/signal/resample_lines.cpp` measures the error.
 /// @param traced    the probe of `lines`
 /// @param wanted    that of the result: the same face, field of view and steering
 /// @param recycled  lines whose memory is reused
@@ -56,8 +55,8 @@ iq_lines resample_lines(const Policy& policy, const iq_lines& lines, const Trace
     const float advance = line_advance(traced), per_line = static_cast<float>(count) / static_cast<float>(wanted.lines);
     const float samples_per_line = advance * static_cast<float>(samples) / lines.depth,
                 turn = 4 * pi * traced.frequency * advance / display_speed; // of the phase, from line to line
-    const auto interpolate = [&](std::uint32_t line) {
-        vec2* const to = made.values.data() + std::size_t{line} * lines.samples;
+    const auto interpolate = [&](std::size_t line, std::size_t) {
+        vec2* const to = made.values.data() + line * lines.samples;
         std::fill_n(to, samples, vec2{0, 0});
         const float place = (static_cast<float>(line) + 0.5F) * per_line - 0.5F;
         const auto first = static_cast<int>(std::floor(place)) - 2;
@@ -78,11 +77,7 @@ iq_lines resample_lines(const Policy& policy, const iq_lines& lines, const Trace
             }
         }
     };
-    exec::for_each_block(policy, wanted.lines, 8, 6 * static_cast<float>(samples),
-                         [&](std::size_t begin, std::size_t end) {
-                             for (std::size_t line = begin; line < end; ++line)
-                                 interpolate(static_cast<std::uint32_t>(line));
-                         });
+    exec::for_each_block(policy, wanted.lines, 1, 6 * static_cast<float>(samples), interpolate);
     return made;
 }
 

@@ -9,10 +9,8 @@
 #include <insonify/execution/simd.hpp>
 #include <insonify/probe/acquisition.hpp>
 #include <insonify/probe/line_grid.hpp>
-#include <insonify/signal/beam.hpp>
 #include <insonify/signal/pulse.hpp>
 #include <algorithm>
-#include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
@@ -60,8 +58,7 @@ void sum_taps(view<const tap> taps, const vec2* from, vec2* to, std::size_t coun
     for (std::size_t i = 0; begin + i < count; ++i) to[begin + i] = last[i];
 }
 
-/// FIR filter with the envelope of a pulse along a line of complex samples, with one result for every D samples, the
-/// decimation.
+/// FIR filter with the envelope of a pulse along a line of complex samples, with one result for every D samples.
 ///
 /// Result k is at the centre of samples k D to k D + D - 1; for an even D this is between two samples. A line is stored
 /// as D polyphase rows (samples 0, D, 2 D, ..., then 1, D + 1, ...), each padded with zeros, so that a tap reads
@@ -291,8 +288,7 @@ lateral_kernel make_lateral_kernel(const Probe& probe, const acquisition& scan, 
     return kernel;
 }
 
-/// A copy of a few consecutive samples of every line, for filtering across the lines. H is the half width of the
-/// kernel:
+/// A copy of a few consecutive samples of every line, for filtering across the lines. H: half width of the kernel.
 ///
 ///     line  -H ... -1 | 0 ... lines - 1 | lines ... lines - 1 + H
 ///           zeros, or for a full circle the lines from the other end
@@ -517,10 +513,10 @@ class convolver {
 
 /// Convolves echoes with the point-spread function of the probe: the pulse along each line, the beam across the lines.
 ///
-/// Axial: the pulse envelope, with peak 1. Lateral: a Gaussian of width `beam_model::lateral_sigma` along the wave front,
-/// at right angles to the lines (`line_advance`), whose weights sum to 1 over the lines that exist, at the ends as well. So a plate keeps its amplitude at every depth, sampling and
-/// line spacing. Lines are zero beyond their ends, so speckle fades within two standard deviations of the pulse from
-/// them. In place: pass std::move(echoes).
+/// Axial: the pulse envelope, with peak 1. Lateral: a Gaussian of width `beam_model::lateral_sigma` along the wave
+/// front, at right angles to the lines (`line_advance`), whose weights sum to 1 over the lines that exist, at the ends
+/// as well. So a plate keeps its amplitude at every depth, sampling and line spacing. Lines are zero beyond their ends,
+/// so speckle fades within two standard deviations of the pulse from them. In place: pass std::move(echoes).
 /// @param echoes  baseband: an echo a at displayed depth z is a exp(-j 4 pi f0 z / c0), with c0 = display_speed
 /// @throws usage_error  for lines that are not those of the probe, samples coarser than the standard deviation of the
 ///                      pulse, a pulse frequency other than that of the probe, and settings out of range

@@ -6,7 +6,7 @@
 #include <insonify/core/error.hpp>
 #include <insonify/core/view.hpp>
 #include <insonify/execution/policy.hpp>
-#include <insonify/signal/beam.hpp>
+#include <insonify/signal/pulse.hpp>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -18,8 +18,8 @@ inline constexpr std::uint32_t max_elevation_planes = 7;
 
 namespace detail {
 
-/// A plane in the coordinates of a probe, y = offset + slope z: the slice plane, or one above or below it that is tilted about
-/// the lateral axis.
+/// A plane in the coordinates of a probe, y = offset + slope z: the slice plane, or one above or below it that is
+/// tilted about the lateral axis.
 struct elevation_plane {
     float offset = 0; ///< metres out of the slice plane at z = 0
     float slope = 0;  ///< metres out of the slice plane per metre of depth
@@ -60,21 +60,22 @@ inline view<const elevation_pair> elevation_pairs(std::uint32_t count) {
 
 /// Planes that sample the thickness of the slice: the slice plane, and pairs to both sides of it that follow the beam.
 ///
-/// The variance of the beam is sigma_f^2 + g(z)^2, of diffraction and of the aperture's shadow g (see `beam_model`). A pair
-/// lies at the heights
+/// The variance of the beam is sigma_f^2 + g(z)^2, of diffraction and of the aperture's shadow g (see `beam_model`). A
+/// pair lies at the heights
 ///
 ///     y = +- delta (sigma_f cos psi + g(z) sin psi)
 ///
-/// which are linear in z: both are planes. With psi near 0 they sample the diffraction and hardly tilt; near 90 degrees they
-/// follow the shadow and cross at the focus. Depth is measured along z: where lines diverge, along the middle one. On
-/// a line at an angle t to z the heights change cos t times as fast with the depth along the line, which no plane that serves all
-/// lines can avoid; the weights are those of the heights that the planes have there: see `along`.
-/// Source: numerical searches by random steps for a small error in the echoes of half spaces that begin at any height, for
-/// linear, convex and phased arrays. The pairs of 5 and 7 planes are a choice among what was found, such that an anechoic sphere
-/// of 3 mm at the elevation focus fills as in the beam within 2 dB, the rms height is the beam's within a tenth, and half
-/// spaces, steep rough surfaces and the lines of sectors stay within the limits of `tests/tracing/elevation*.cpp`; the last change, by
-/// less than a degree, was made by hand. No program returns these numbers: `bench/studies/elevation_planes.cpp` prints their errors
-/// beside the smallest that it finds, without conditions and with those on the sphere and the rms height.
+/// which are linear in z: both are planes. With psi near 0 they sample the diffraction and hardly tilt; near 90 degrees
+/// they follow the shadow and cross at the focus. Depth is measured along z: where lines diverge, along the middle one.
+/// On a line at an angle t to z the heights change cos t times as fast with the depth along the line, which no plane
+/// that serves all lines can avoid; the weights are those of the heights that the planes have there: see `along`.
+/// Source: numerical searches by random steps for a small error in the echoes of half spaces that begin at any height,
+/// for linear, convex and phased arrays. The pairs of 5 and 7 planes are a choice among what was found, such that an
+/// anechoic sphere of 3 mm at the elevation focus fills as in the beam within 2 dB, the rms height is the beam's within
+/// a tenth, and half spaces, steep rough surfaces and the lines of sectors stay within the limits of
+/// `tests/tracing/elevation*.cpp`; the last change, by less than a degree, was made by hand. No program returns these
+/// numbers: `bench/studies/elevation_planes.cpp` prints their errors beside the smallest that it finds, without
+/// conditions and with those on the sphere and the rms height.
 class elevation_planes {
   public:
     /// @param count  1, 3, 5 or 7: the middle one, and pairs
@@ -114,9 +115,10 @@ class elevation_planes {
     /// The slice plane, then pairs.
     const elevation_plane& operator[](std::size_t plane) const { return planes_[plane]; }
 
-    /// Height of the cells of the scatterer field out of the slice, metres: half the aperture's for a single plane. For several
-    /// planes 0.7 of it, with a correlation length as that of the beam twice as deep as its focus; nearer to the focus,
-    /// `phase_spread` shortens it. It is the same at all depths, so that speckle stays the same as tissue moves in depth.
+    /// Height of the cells of the scatterer field out of the slice, metres: half the aperture's for a single plane. For
+    /// several planes 0.7 of it, with a correlation length as that of the beam twice as deep as its focus; nearer to
+    /// the focus, `phase_spread` shortens it. It is the same at all depths, so that speckle stays the same as tissue
+    /// moves in depth.
     float scatterer_height() const { return (count_ > 1 ? 0.7F : 0.5F) * beam_.elevation_height; }
 
     /// How fast the phases of the scatterers of one place come apart as the probe moves out of the slice: rms, rad/m.
@@ -125,16 +127,17 @@ class elevation_planes {
     ///
     ///     rho(d) = integral of w(y) w(y + d) dy / integral of w(y)^2 dy = exp(-d^2 / (4 sigma^2)),   w = exp(-y^2 / (2 sigma^2))
     ///
-    /// after a shift by d. Cells of height H, linear from one to the next, have exp(-2.5 d^2 / (2 H^2)); phases of rms s a metre
-    /// have exp(-s^2 d^2 / 2). The product is rho where s^2 = 1 / (2 sigma^2) - 2.5 / H^2. A single plane has its cells alone.
+    /// after a shift by d. Cells of height H, linear from one to the next, have exp(-2.5 d^2 / (2 H^2)); phases of rms
+    /// s a metre have exp(-s^2 d^2 / 2). The product is rho where s^2 = 1 / (2 sigma^2) - 2.5 / H^2. A single plane has
+    /// its cells alone.
     float phase_spread(float depth) const {
         if (count_ == 1) return 0;
         const float sigma = beam_.elevation_sigma(depth), height = scatterer_height();
         return std::sqrt(max(0.5F / (sigma * sigma) - 2.5F / (height * height), 0));
     }
 
-    /// Half height s of the strip of the beam that each plane stands for at a depth, metres: its power exp(-y^2 / s^2) and the
-    /// distances between the planes together have the variance of the beam's.
+    /// Half height s of the strip of the beam that each plane stands for at a depth, metres: its power exp(-y^2 / s^2)
+    /// and the distances between the planes together have the variance of the beam's.
     float strip(float depth) const {
         const float sigma = beam_.elevation_sigma(depth);
         const weights parts = at(depth);
@@ -150,8 +153,9 @@ class elevation_planes {
     struct weights {
         float coherent[max_elevation_planes] = {}; ///< echoes of surfaces add by amplitude; the sum is 1
         float random[max_elevation_planes] = {};   ///< independent echoes add by power; the sum of squares is 1
-        /// The strip of tissue that each plane represents: its lower and upper end, metres from the height of the plane, with
-        /// the mean and variance of the beam power that the plane represents. That of a single plane is empty.
+        /// The strip of tissue that each plane represents: its lower and upper end, metres from the height of the
+        /// plane, with the mean and variance of the beam power that the plane represents. That of a single plane is
+        /// empty.
         vec2 strip[max_elevation_planes] = {};
     };
 
@@ -190,9 +194,9 @@ class elevation_planes {
     }
 
     // Each plane represents the strip of the beam that is nearest to it: by the integral of the two-way amplitude
-    // exp(-y^2 / 2 sigma^2) over it for coherent echoes, of its square for the power of independent ones. Borders between
-    // strips are soft, by about a quarter of sigma where planes are close: those that cross share a strip, so that weights
-    // are continuous.
+    // exp(-y^2 / 2 sigma^2) over it for coherent echoes, of its square for the power of independent ones. Borders
+    // between strips are soft, by about a quarter of sigma where planes are close: those that cross share a strip, so
+    // that weights are continuous.
     weights integrate(float depth) const {
         constexpr float step = 0.25F, softness = 0.25F; // standard deviations
         constexpr int steps = 16;
@@ -240,8 +244,8 @@ class elevation_planes {
         return found;
     }
 
-    // Where the planes spread further than the beam, those far out lose weight to those near the middle, as by a narrower Gaussian:
-    // each times exp(-g h^2), with the least g >= 0 by Newton's method. The sum of the weights stays.
+    // Where the planes spread further than the beam, those far out lose weight to those near the middle, as by a
+    // narrower Gaussian: each times exp(-g h^2), with the least g >= 0 by Newton's method. Their sum stays.
     // @param height, variance  in standard deviations of the beam
     void limit_variance(float (&weight)[max_elevation_planes], const float (&height)[max_elevation_planes],
                         float variance) const {
@@ -257,11 +261,11 @@ class elevation_planes {
             }
             second /= kept;
             const float steepness = fourth / kept - second * second;
-            const bool last = round == 5 || !(second > 1.0001F * variance) || !(steepness > 0);
-            if (last)
+            if (round == 5 || !(second > 1.0001F * variance) || !(steepness > 0)) {
                 for (std::uint32_t i = 0; i < count_; ++i)
                     weight[i] *= std::exp(-narrower * height[i] * height[i]) * all / kept;
-            if (last) return;
+                return;
+            }
             narrower += (second - variance) / steepness;
         }
     }

@@ -10,15 +10,14 @@
 #include <insonify/signal/kernel/convolve.hpp>
 #include <insonify/signal/kernel/elevation.hpp>
 #include <algorithm>
-#include <cmath>
 #include <utility>
 #include <vector>
 
 /// The acoustic model computes physics only: it emits the echo that the probe receives. `convolve` then averages
 /// neighbouring lines, and elevation planes are averaged too, which weakens echoes that differ from line to line. Here
-/// echoes are raised beforehand by the same amount, so that their levels are those of the model. Planes are averaged with the
-/// weights of coherent echoes; independent ones, which add by power, have weights of their own, and are multiplied by the
-/// ratio.
+/// echoes are raised beforehand by the same amount, so that their levels are those of the model. Planes are averaged
+/// with the weights of coherent echoes; independent ones, which add by power, have weights of their own, and are
+/// multiplied by the ratio.
 namespace insonify::inline INSONIFY_ABI::detail {
 
 /// The specular echo of a curved surface through a Gaussian kernel, in one direction across the line:
@@ -26,8 +25,8 @@ namespace insonify::inline INSONIFY_ABI::detail {
 ///     V = integral of G(x; sigma) exp(-i K (x - x0)^2 / (2 a)) dx = (1 + i q)^(-1/2) exp(-(x0 / sigma)^2 i q / (1 + i q) / 2)
 ///     q = K sigma^2 / a
 ///
-/// relative to a plane, where G has the integral 1, K is the phase per metre of displayed depth, a the radius of the surface in
-/// metres, and x0 where the surface is nearest to the probe. At its middle |V| = (1 + (2 k sigma^2 / a)^2)^(-1/4).
+/// relative to a plane, where G has the integral 1, K is the phase per metre of displayed depth, a the radius of the
+/// surface in metres, and x0 where the surface is nearest to the probe. |V| = (1 + q^2)^(-1/4) for x0 = 0.
 /// Source: Kirchhoff's approximation; the Gaussian integral, with the parabola in place of the circle.
 class curved_kernel {
   public:
@@ -39,20 +38,20 @@ class curved_kernel {
         : phase_per_metre_{phase_per_metre}, cosine_{1 / std::sqrt(1 + slope * slope)}, sine_{slope * cosine_},
           bend_{curvature * cosine_ * cosine_ * cosine_}, sigma_{sigma} {}
 
-    /// How much the surface counts as curved, 0 to 1. One that turns little within the kernel is a plane of its own slope on
-    /// every line: then the law of plane surfaces is more accurate. So it is where the nearest place is far away, beyond what
-    /// slope and curvature at this place can tell.
+    /// How much the surface counts as curved, 0 to 1. One that turns little within the kernel is a plane of its own slope
+    /// on every line: then the law of plane surfaces is more accurate. So it is where the nearest place is far away. Its
+    /// constants and that of `of_line` were chosen by hand, within the limits of `tests/tracing/curved_surfaces.cpp`.
     INSONIFY_FN float strength() const {
         const float q = phase(), curved = q * q / (q * q + 0.4F * 0.4F);
         if (!(curved > 0.01F)) return 0;
         return curved * clamp(3.5F - std::fabs(sine_ / (bend_ * sigma_)), 0, 1);
     }
 
-    /// What a line emits, at the depth of the nearest place, so that the sum over lines under the kernel is V, wherever that
-    /// place lies between them.
+    /// What a line emits, at the depth of the nearest place, so that the sum over lines under the kernel is V, wherever
+    /// that place lies between them.
     ///
-    /// The surface is averaged under a Gaussian of half the line spacing about the line, without which the sum has aliases. It
-    /// widens the kernel; the ratio of V under both makes up for that.
+    /// The surface is averaged under a Gaussian of half the line spacing about the line, without which the sum has
+    /// aliases. It widens the kernel; the ratio of V under both makes up for that.
     INSONIFY_FN vec2 of_line(float spacing) const {
         const float width = 0.55F * spacing, a = phase_per_metre_ * bend_ * width * width;
         const float turns = phase_per_metre_ * sine_ * width, b = turns * turns / (1 + a * a);
@@ -200,19 +199,18 @@ class compensated_echoes {
     /// As `echo_line::add`: an echo without compensation.
     INSONIFY_FN void add(float depth, vec2 amplitude) const { echoes_.add(depth, amplitude); }
 
-    /// The specular law already contains the loss of a tilted surface, so the part that the kernels would take again is
-    /// divided out.
+    /// The specular law contains the loss of a tilted surface; what the kernels would take again is divided out.
     INSONIFY_FN void surface(float depth, float amplitude, vec2 slope) const {
         echoes_.surface(depth, amplitude / (lateral_transfer(depth, slope.x) * elevation_transfer(depth, slope.y)),
                         slope);
     }
 
-    /// The echo of a surface that turns from line to line, or from plane to plane, with its repetitions. Every plane that
-    /// meets it emits the echo of the whole, where the surface is nearest to the probe.
+    /// The echo of a surface that turns from line to line, or from plane to plane, with its repetitions. Every plane
+    /// that meets it emits the echo of the whole, where the surface is nearest to the probe.
     INSONIFY_FN void curved_surface(const curved_echo& one) const {
         const kernel_sample here = kernels_.at(one.depth);
-        // Depth is measured along the lines: their divergence adds to the curvature that is seen from line to line, but does
-        // not weaken the echo.
+        // Depth is measured along the lines: their divergence adds to the curvature that is seen from line to line, but
+        // does not weaken the echo.
         const curved_kernel own{phase_per_metre_, one.slope.x, one.curvature.x, here.lateral_sigma},
             across{phase_per_metre_, one.slope.x, one.curvature.x + here.divergence, here.lateral_sigma},
             out_of_slice{phase_per_metre_, one.slope.y, one.curvature.y, here.elevation_sigma};
@@ -239,8 +237,8 @@ class compensated_echoes {
                 (one.amplitude * in_lines * own.at_middle() / across.at_middle()) * across.of_line(here.line_spacing));
     }
 
-    /// The rms of speckle is kept. On a slope s the echoes of neighbouring lines differ in phase, q a metre: two lines d
-    /// apart by q d; what they have in common counts by the cosine. So the power is
+    /// The rms of speckle is kept. On a slope s the echoes of neighbouring lines differ in phase, q a metre: two lines
+    /// d apart by q d; what they have in common counts by the cosine. So the power is
     ///
     ///     exp(-(spread q^2 / 2 + loss q^4)),   q = 4 pi f0 s / c0
     INSONIFY_FN void scatterers(scatterer_echoes run) const {
@@ -258,7 +256,7 @@ class compensated_echoes {
     }
 
     /// A sloping rough surface covers a range of depths within the width of the line and the strip of its plane: it is
-    /// divided into independent parts over that range, of the same total power. A steep surface would else look like stairs.
+    /// divided into independent parts over that range, of the same total power: no stairs.
     ///
     /// On neighbouring lines the surface is s d deeper, with other values of its field. Their correlation falls by
     /// exp(-(s d)^2 (1 / l^2 + k^2) / 2), where l = 0.632 grains is the correlation length of the field and k
@@ -288,8 +286,8 @@ class compensated_echoes {
     // Limits the gain: the echo of a small or curved surface is weakened less than that of a plane.
     static constexpr float min_transfer = 0.15F;
 
-    // The part of an echo that the aperture collects, over what the kernels keep of it. Limited to twice the echo itself, because
-    // the lines and planes that meet the edge of a steep surface are too few to weaken it.
+    // The part of an echo that the aperture collects, over what the kernels keep of it. Limited to twice the echo
+    // itself, because the lines and planes that meet the edge of a steep surface are too few to weaken it.
     INSONIFY_FN static float raised(float collected, float transfer) { return min(collected / transfer, 2); }
 
     // Fraction of a sloping surface's echo that `convolve` keeps. The Gaussian across the lines, narrowed to where the
@@ -323,8 +321,8 @@ class compensated_echoes {
         return max(std::fabs(sum), min_transfer);
     }
 
-    // What a plane that meets a curved surface emits: the whole, over the weight of all planes that do. Those that meet it
-    // obliquely, where its radius is uncertain, are used where there are no others.
+    // What a plane that meets a curved surface emits: the whole, over the weight of all planes that do. Those that meet
+    // it obliquely, where its radius is uncertain, are used where there are no others.
     INSONIFY_FN vec2 of_planes(float depth, const curved_kernel& surface, float to_nearest) const {
         const view<const plane_sample> planes = kernels_.planes_at(depth);
         if (planes.empty()) return surface.whole(to_nearest);
@@ -587,8 +585,8 @@ class kernel_table {
 
     static float angle_between(vec3 a, vec3 b) { return 2 * std::asin(min(0.5F * length(a - b), 1)); }
 
-    // Limits the gain of planes with less than a thousandth of the coherent weight: a scatterer that is displayed at a depth
-    // where the weight is larger would be too bright.
+    // Limits the gain of planes with less than a thousandth of the coherent weight: a scatterer that is displayed at a
+    // depth where the weight is larger would be too bright.
     static constexpr float max_random_weight = 30;
 
     std::uint32_t planes_ = 1;

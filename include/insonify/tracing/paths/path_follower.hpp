@@ -122,7 +122,7 @@ template <path_model Model>
 class path_follower {
   public:
     INSONIFY_FN path_follower(const line_task& task, const Model& model, const path_settings& settings,
-                          line_scratch& scratch, view<vec2> out)
+                              line_scratch& scratch, view<vec2> out)
         : scene_{task.scene}, model_{model}, settings_{settings}, line_{task.line}, face_{task.line.frame},
           echoes_{task.echoes(out)}, found_{scratch.found}, branches_{scratch.branches},
           branch_objects_{scratch.branch_objects}, arrivals_{scratch.arrivals} {

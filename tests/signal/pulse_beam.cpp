@@ -1,7 +1,7 @@
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/probe/phased_array.hpp>
-#include <insonify/signal/beam.hpp>
+#include <insonify/signal/pulse.hpp>
 #include <algorithm>
 #include <cmath>
 #include <complex>

@@ -1,4 +1,4 @@
-#include <insonify/image/callipers.hpp>
+#include <insonify/image/scan_convert.hpp>
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <cmath>

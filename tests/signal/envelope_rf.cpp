@@ -1,5 +1,5 @@
 #include <insonify/core/units.hpp>
-#include <insonify/signal/rf.hpp>
+#include <insonify/signal/envelope.hpp>
 #include <cmath>
 #include <doctest/doctest.h>
 #include <limits>
