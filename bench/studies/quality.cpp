@@ -4,15 +4,14 @@
 #include <cstdio>
 #include <utility>
 
-/// What the levels of `b_mode_settings::quality` give up and gain: frames a second of one core at 128 x 128 and 256 x 256
+/// What the levels of `b_mode_quality` give up and gain: frames a second of one core at 128 x 128 and 256 x 256
 /// pixels, by turns, what is traced, and the mean level of the picture beside that of the full one.
 namespace {
 
 using namespace insonify;
-using quality = enum b_mode_settings::quality;
 
-constexpr std::pair<quality, const char*> levels[] = {
-    {quality::full, "full"}, {quality::fast, "fast"}, {quality::draft, "draft"}};
+constexpr std::pair<b_mode_quality, const char*> levels[] = {
+    {b_mode_quality::full, "full"}, {b_mode_quality::fast, "fast"}, {b_mode_quality::draft, "draft"}};
 
 // Mean level of a picture's field of view, dB.
 template <class Probe>

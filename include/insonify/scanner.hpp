@@ -28,6 +28,14 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
+/// How finely a picture is sampled. `fast` and `draft` have the levels and the places of `full` in a fraction of
+/// the time; `sampling_of` says what they trace.
+enum class b_mode_quality {
+    full,  ///< lines at most half a beam width apart, two samples per standard deviation of the pulse envelope
+    fast,  ///< lines 1.5 beam widths apart, one sample per standard deviation, at most 3 planes, one look
+    draft, ///< lines 2 beam widths apart, one sample per standard deviation, 1 plane, one look
+};
+
 /// Settings of a B-mode image, as on a scanner.
 struct b_mode_settings {
     /// Time-gain compensation beside `tgc`; see `tgc_settings`.
@@ -41,13 +49,6 @@ struct b_mode_settings {
         std::vector<tgc_point> curve{};      ///< replaces the automatic gain; points in order of depth, linear between
 
         friend bool operator==(const time_gain_settings&, const time_gain_settings&) = default;
-    };
-    /// How finely a picture is sampled. `fast` and `draft` have the levels and the places of `full` in a fraction of
-    /// the time; `sampling_of` says what they trace.
-    enum class quality {
-        full,  ///< lines at most half a beam width apart, two samples per standard deviation of the pulse envelope
-        fast,  ///< lines 1.5 beam widths apart, one sample per standard deviation, at most 3 planes, one look
-        draft, ///< lines 2 beam widths apart, one sample per standard deviation, 1 plane, one look
     };
     /// Electronic noise; see `electronic_noise_settings`.
     struct noise_level {
@@ -75,12 +76,12 @@ struct b_mode_settings {
     near_field_settings near_field{}; ///< echoes of the probe itself
     compound_settings compound{};     ///< looks at several angles, averaged; none by default
     /// Movement of the probe from frame to frame, metres, at any corner of the field of view, above which `persistence`
-    /// and compounding with `update::one` start anew; 0: at every movement.
+    /// and compounding with `compound_update::one` start anew; 0: at every movement.
     float max_motion = 0.001F;
     /// Whether a probe with more lines than its beam needs traces fewer, at least a quarter, and interpolates the
     /// others: see `resample_lines`. Objects narrower than the distance of the lines that are traced may be missed.
     bool interpolates_lines = false;
-    enum quality quality = quality::full; ///< lines, samples, planes and looks that are traced
+    b_mode_quality quality = b_mode_quality::full; ///< lines, samples, planes and looks that are traced
 
     /// @throws usage_error  for a setting out of range; the stages check the others
     void check() const {
@@ -111,8 +112,7 @@ struct b_mode_sampling {
 template <transducer Probe>
 b_mode_sampling sampling_of(const Probe& probe, const b_mode_settings& settings) {
     settings.check();
-    using quality = enum b_mode_settings::quality;
-    const bool full = settings.quality == quality::full, draft = settings.quality == quality::draft;
+    const bool full = settings.quality == b_mode_quality::full, draft = settings.quality == b_mode_quality::draft;
     const auto lines = static_cast<float>(probe.lines);
     const float rays = full ? rays_per_line(probe, settings.depth)
                             : rays_per_line(probe, settings.depth, 1 / lines, draft ? 1 / 2.0F : 1 / 1.5F);
@@ -305,7 +305,7 @@ struct stage_times {
 ///
 /// The public members may change between any two frames. Tables and memory are kept from frame to frame: only what a
 /// change affects is computed again, and memory is allocated only while buffers grow. Without `persistence` and
-/// compounding with `update::one`, which depend on earlier frames, and with a `tgc` other than 0 or chosen at every
+/// compounding with `compound_update::one`, which depend on earlier frames, and with a `tgc` other than 0 or chosen at every
 /// frame, a picture is that of `b_mode` to the bit, whatever came before.
 ///
 /// The last `cine_length` frames are stored. After `freeze`, `scan` no longer acquires: it shows the stored frame with
@@ -403,7 +403,7 @@ class scanner {
     /// Complex echoes of the last frame acquired, after noise, before time gain, on the lines of `echo_probe`.
     ///
     /// Of several looks, those of the look that is steered least: the straight one where their number is odd, else the
-    /// one next to it towards -x. With `update::one`, those of the look that this frame acquired.
+    /// one next to it towards -x. With `compound_update::one`, those of the look that this frame acquired.
     const iq_lines& echoes() const { return echoes_; }
     /// The lines of `echoes`: usually more than those of the probe, see `rays_per_line`.
     ///
@@ -452,7 +452,7 @@ class scanner {
     const label_image& labels(const Policy& policy, const scene& body) {
         check_picture();
         const stored_frame<Probe>& frame = cine_[shown_];
-        const label_settings grid{frame.amplitudes.depth, frame.amplitudes.samples, label_settings::grid::displayed};
+        const label_settings grid{frame.amplitudes.depth, frame.amplitudes.samples, label_grid::displayed};
         const detail::any_policy<false> any{policy};
         if (shown_ == 0 && label_look_)
             label_lines_ = label(any, tracers_[*label_look_].layers(), grid, std::move(label_lines_));
@@ -545,8 +545,8 @@ class scanner {
         last_look_ = number;
         layers_probe_.emplace(traced);
         constexpr bool finds_layers = std::same_as<Tracer, straight_lines>;
-        const float labelled = detail::max_depth_of(
-            label_settings{.depth = settings.depth, .grid = label_settings::grid::displayed}, body.media());
+        const float labelled =
+            detail::max_depth_of(label_settings{.depth = settings.depth, .grid = label_grid::displayed}, body.media());
         const bool reaches_labels = detail::max_depth_of(model, settings.depth, body.media()) >= labelled;
         if (finds_layers && traced.lines == look.lines && look.steering == 0 && reaches_labels) label_look_ = number;
         choose_time_gain(policy, body, at, look.steering == 0 && found.lines > 0 ? &found : nullptr);
@@ -570,7 +570,7 @@ class scanner {
     // Whether a look of a frame is that of `echoes`.
     bool keeps_echoes(std::uint32_t look) const {
         const compound_settings& looks = settings.compound;
-        return looks.update == compound_settings::update::one || look == (looks.angles - 1) / 2;
+        return looks.update == compound_update::one || look == (looks.angles - 1) / 2;
     }
     // The automatic attenuation is chosen at the first frame, and again where the probe or the depth has changed.
     // `found` are the layers of the first look; where that is steered or has none it is null, and those along the lines

@@ -86,7 +86,7 @@ TEST_CASE("behind an oblique plate, straight lines have the level of the refract
 
         const ground_truth_lines truth =
             ground_truth(exec::par, body, one_line, pose{}, model,
-                         {.depth = 60_mm, .samples = 6000, .grid = label_settings::grid::displayed});
+                         {.depth = 60_mm, .samples = 6000, .grid = label_grid::displayed});
         const auto before_wall = static_cast<std::uint32_t>((expected.depth - 20e-6) / 10e-6);
         CHECK(truth.label(0, before_wall) == background_label); // the muscle behind the plate
         CHECK(truth.label(0, before_wall + 4) == 1);
