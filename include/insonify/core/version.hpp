@@ -2,6 +2,6 @@
 #define INSONIFY_CORE_VERSION_HPP
 
 /// The library's version as one number: major * 10000 + minor * 100 + patch. CMake reads it from here.
-#define INSONIFY_VERSION 100
+#define INSONIFY_VERSION 200
 
 #endif
