@@ -433,7 +433,8 @@ class kept_contact {
 /// A map that contains a pressed face, followed by what keeps the skin that the face touches on it, whatever the rest
 /// of the map does there. `compose` does this by itself; it is needed for a map of your own:
 ///
-///     body.deform(exec::par, keep_contact([&](vec3 rest) { return drag(touch.deformation(rest)); }, touch.deformation));
+///     const auto both = [&](vec3 rest) { return drag(touch.deformation(rest)); };
+///     body.deform(exec::par, keep_contact(both, touch.deformation));
 ///
 /// @param face  of `press`: where its depth is 0, it does not touch
 template <deformation_map Map>
