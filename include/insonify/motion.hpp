@@ -3,7 +3,6 @@
 
 /// Tissue that moves: ready-made maps for `scene::deform`, and the probe that presses into it.
 #include <insonify/motion/body_motion.hpp>
-#include <insonify/motion/compose.hpp>
 #include <insonify/motion/press.hpp>
 
 #endif

@@ -2,9 +2,7 @@
 #include "pencil.hpp"
 using namespace insonify;
 
-#ifdef CALL_motion_compose
-composed<vec3 (*)(vec3), vec3 (*)(vec3)> call(vec3 (*first)(vec3), vec3 (*then)(vec3)) { return compose(first, then); }
-#endif
 #ifdef CALL_motion_press
 contact call(const scene& body) { return press(body, pencil{}, pose{}); }
+composed<vec3 (*)(vec3), vec3 (*)(vec3)> call(vec3 (*first)(vec3), vec3 (*then)(vec3)) { return compose(first, then); }
 #endif

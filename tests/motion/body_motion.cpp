@@ -2,7 +2,6 @@
 #include <insonify/core/units.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/motion/body_motion.hpp>
-#include <insonify/motion/compose.hpp>
 #include <insonify/motion/press.hpp>
 #include <insonify/scene/scene.hpp>
 #include <cmath>

@@ -1,7 +1,6 @@
 #include <insonify/core/random.hpp>
 #include <insonify/core/units.hpp>
 #include <insonify/motion/body_motion.hpp>
-#include <insonify/motion/compose.hpp>
 #include <insonify/motion/press.hpp>
 #include <cmath>
 #include <doctest/doctest.h>

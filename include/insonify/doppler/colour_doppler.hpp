@@ -76,12 +76,14 @@ std::uint32_t beam_margin(const Probe& probe, float depth) {
     return static_cast<std::uint32_t>(kernel.half_width());
 }
 
-/// Velocity and power of each pixel, 0 outside the field of view. Interpolates phasors, so aliased velocities do not
-/// pass through 0 on their way from one end of the range to the other.
-template <exec::policy Policy, class Pixel>
-void for_each_flow_pixel(const Policy& policy, const flow_lines& lines, const scan_map& map, const Pixel& pixel) {
+/// Velocity and power of each pixel, 0 outside the field of view and where `settings` show no flow. Interpolates
+/// phasors, so aliased velocities do not pass through 0 on their way from one end of the range to the other.
+template <exec::policy Policy, class Settings, class Pixel>
+void for_each_flow_pixel(const Policy& policy, const flow_lines& lines, const scan_map& map, const Settings& settings,
+                         const Pixel& pixel) {
     check_lines_of_map(lines, map);
     const float turn = lines.max_velocity > 0 ? pi / lines.max_velocity : 0, scale = lines.max_velocity / pi;
+    const float min_amplitude = amplitude_of_decibels(settings.min_power_db);
     const std::size_t next = map.samples > 1 ? 1 : 0;
     exec::for_each_block(policy, map.size.y, 1, 40 * static_cast<float>(map.size.x), [&](std::size_t y, std::size_t) {
         for (std::size_t i = y * map.size.x; i < (y + 1) * map.size.x; ++i) {
@@ -102,14 +104,12 @@ void for_each_flow_pixel(const Policy& policy, const flow_lines& lines, const sc
             add(lines.values[here + next], (1 - across) * along);
             add(lines.values[beside], across * (1 - along));
             add(lines.values[beside + next], across * along);
-            pixel(i, flow_sample{.velocity = power > 0 ? scale * std::atan2(phasor.y, phasor.x) : 0, .power = power});
+            const flow_sample found{.velocity = power > 0 ? scale * std::atan2(phasor.y, phasor.x) : 0, .power = power};
+            const bool shown =
+                power > 0 && std::sqrt(power) >= min_amplitude && std::fabs(found.velocity) >= settings.min_velocity;
+            pixel(i, shown ? found : flow_sample{});
         }
     });
-}
-
-/// Whether a pixel shows flow.
-INSONIFY_FN inline bool shows_flow(const flow_sample& of, float min_amplitude, float min_velocity) {
-    return of.power > 0 && std::sqrt(of.power) >= min_amplitude && std::fabs(of.velocity) >= min_velocity;
 }
 
 } // namespace detail
@@ -200,7 +200,7 @@ class colour_scanner {
 /// The result has the lines of the probe and an eighth of the samples of a B-mode; 0 outside the box. Velocities are
 /// those that a scanner displays: along the line, for the sound speed c0, and aliased above c0 prf / (4 f0).
 ///
-///     const flow_lines seen = colour_doppler(exec::par_unseq, body, probe, at, stream, {.depth = 40_mm, .prf = 6_kHz});
+///     const flow_lines seen = colour_doppler(exec::par, body, probe, at, stream, {.depth = 40_mm, .prf = 6_kHz});
 ///
 /// @param field  velocities of blood and tissue, such as `poiseuille`
 /// @param model  acoustics of interfaces and media
@@ -278,10 +278,8 @@ image doppler_picture(const Policy& policy, const flow_lines& lines, const Probe
     settings.check();
     const scan_map map = make_scan_map(policy, probe, detail::acquisition_of(lines), {.size = settings.size});
     image picture{map.size};
-    const float min_amplitude = amplitude_of_decibels(settings.min_power_db);
-    detail::for_each_flow_pixel(policy, lines, map, [&](std::size_t i, const flow_sample& of) {
-        if (detail::shows_flow(of, min_amplitude, settings.min_velocity)) picture.pixels[i] = of.velocity;
-    });
+    detail::for_each_flow_pixel(policy, lines, map, settings,
+                                [&](std::size_t i, const flow_sample& of) { picture.pixels[i] = of.velocity; });
     return picture;
 }
 
@@ -302,11 +300,10 @@ colour_image colour_overlay(const Policy& policy, const image& grey, const flow_
     if (grey.pixels.size() != map.first.size())
         throw usage_error{"colour_overlay: the image has no pixels, or not as many as its size says"};
     colour_image picture{grey.size};
-    const float min_amplitude = amplitude_of_decibels(settings.min_power_db);
     const float fastest = settings.max_velocity > 0 ? settings.max_velocity : max(lines.max_velocity, 1e-9F);
-    detail::for_each_flow_pixel(policy, lines, map, [&](std::size_t i, const flow_sample& of) {
+    detail::for_each_flow_pixel(policy, lines, map, settings, [&](std::size_t i, const flow_sample& of) {
         const float level = clamp(grey.pixels[i], 0, 1);
-        if (level > settings.max_grey || !detail::shows_flow(of, min_amplitude, settings.min_velocity))
+        if (level > settings.max_grey || of.power == 0)
             picture.pixels[i] = vec3{level};
         else if (settings.map == doppler_map::velocity)
             picture.pixels[i] = velocity_colour(of.velocity / fastest);

@@ -19,33 +19,33 @@ struct pixel_grid {
     uvec2 size{0, 0};          ///< columns, rows
     std::vector<Pixel> pixels; ///< row by row
 
+    /// No pixels.
     pixel_grid() = default;
     /// All pixels have one value.
     explicit pixel_grid(uvec2 columns_rows, Pixel value = {})
         : size{columns_rows}, pixels(static_cast<std::size_t>(columns_rows.x) * columns_rows.y, value) {}
 
     /// One pixel; indices are not checked.
-    /// @{
     Pixel& operator()(std::uint32_t column, std::uint32_t row) {
         return pixels[static_cast<std::size_t>(row) * size.x + column];
     }
+    /// The same, to be read.
     const Pixel& operator()(std::uint32_t column, std::uint32_t row) const {
         return pixels[static_cast<std::size_t>(row) * size.x + column];
     }
-    /// @}
 
     friend bool operator==(const pixel_grid&, const pixel_grid&) = default;
 };
 
 /// A greyscale image: 0 black to 1 white.
 struct image : pixel_grid<float> {
-    using pixel_grid::pixel_grid;
+    using pixel_grid::pixel_grid; ///< of no pixels, or all of one value
     friend bool operator==(const image&, const image&) = default;
 };
 
 /// A colour image: red, green and blue from 0 to 1, as displays take them.
 struct colour_image : pixel_grid<vec3> {
-    using pixel_grid::pixel_grid;
+    using pixel_grid::pixel_grid; ///< of no pixels, or all of one value
     friend bool operator==(const colour_image&, const colour_image&) = default;
 };
 

@@ -120,7 +120,7 @@ struct beam_model {
     /// Lateral -6 dB width, metres: k lambda F#(z), where
     ///
     ///     k = 1.26 - 0.41 (1 - 1.05 s^2) exp(-s^2),   s = (q + 2.2) / 3.4 below q = -2.2, (q + 2.2) / 7.2 above
-    ///     q = (1 - z_f / z) z_f / (lambda F#(z_f)^2)  defocus at the edge of the transmit aperture, eighths of a wavelength
+    ///     q = (1 - z_f / z) z_f / (lambda F#(z_f)^2)  defocus at the edge of the transmit aperture, wavelengths / 8
     ///
     /// The beam is narrowest before the focus, where the near side of the transmitted wave meets the growing aperture.
     /// Source: fit to simulated fields of an array that receives at constant F#: 3.5 to 7.5 MHz, F/2 to F/4, foci of 20

@@ -125,7 +125,8 @@ class elevation_planes {
     ///
     /// The echoes of a Gaussian beam of standard deviation sigma have the correlation
     ///
-    ///     rho(d) = integral of w(y) w(y + d) dy / integral of w(y)^2 dy = exp(-d^2 / (4 sigma^2)),   w = exp(-y^2 / (2 sigma^2))
+    ///     rho(d) = integral of w(y) w(y + d) dy / integral of w(y)^2 dy = exp(-d^2 / (4 sigma^2))
+    ///     w(y) = exp(-y^2 / (2 sigma^2))
     ///
     /// after a shift by d. Cells of height H, linear from one to the next, have exp(-2.5 d^2 / (2 H^2)); phases of rms
     /// s a metre have exp(-s^2 d^2 / 2). The product is rho where s^2 = 1 / (2 sigma^2) - 2.5 / H^2. A single plane has

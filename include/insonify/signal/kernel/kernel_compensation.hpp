@@ -22,7 +22,8 @@ namespace insonify::inline INSONIFY_ABI::detail {
 
 /// The specular echo of a curved surface through a Gaussian kernel, in one direction across the line:
 ///
-///     V = integral of G(x; sigma) exp(-i K (x - x0)^2 / (2 a)) dx = (1 + i q)^(-1/2) exp(-(x0 / sigma)^2 i q / (1 + i q) / 2)
+///     V = integral of G(x; sigma) exp(-i K (x - x0)^2 / (2 a)) dx
+///       = (1 + i q)^(-1/2) exp(-(x0 / sigma)^2 i q / (1 + i q) / 2)
 ///     q = K sigma^2 / a
 ///
 /// relative to a plane, where G has the integral 1, K is the phase per metre of displayed depth, a the radius of the
@@ -38,9 +39,9 @@ class curved_kernel {
         : phase_per_metre_{phase_per_metre}, cosine_{1 / std::sqrt(1 + slope * slope)}, sine_{slope * cosine_},
           bend_{curvature * cosine_ * cosine_ * cosine_}, sigma_{sigma} {}
 
-    /// How much the surface counts as curved, 0 to 1. One that turns little within the kernel is a plane of its own slope
-    /// on every line: then the law of plane surfaces is more accurate. So it is where the nearest place is far away. Its
-    /// constants and that of `of_line` were chosen by hand, within the limits of `tests/tracing/curved_surfaces.cpp`.
+    /// How much the surface counts as curved, 0 to 1. One that turns little within the kernel is a plane of its own
+    /// slope on every line: then the law of plane surfaces is more accurate. So it is where the nearest place is far
+    /// away. Constants here and in `of_line`: by hand, within the limits of `tests/tracing/curved_surfaces.cpp`.
     INSONIFY_FN float strength() const {
         const float q = phase(), curved = q * q / (q * q + 0.4F * 0.4F);
         if (!(curved > 0.01F)) return 0;
