@@ -82,10 +82,9 @@ struct topology {
         box_areas areas{}; ///< of its boxes: scratch of `refit`, which therefore does not allocate
     };
     detail::large_array<tree_node<Width>> nodes{};
-    detail::large_array<std::uint32_t>
-        slots{};                       ///< leaf b holds primitives slots[b * Width] onwards, `no_primitive` after them
-    detail::large_array<part> parts{}; ///< nodes before the first part are ancestors of all
-    std::uint32_t levels = 0;          ///< nodes on the longest path from the root, at most `max_levels`
+    detail::large_array<std::uint32_t> slots{}; ///< of leaf b from b * Width on; `no_primitive` where empty
+    detail::large_array<part> parts{};          ///< nodes before the first part are ancestors of all
+    std::uint32_t levels = 0;                   ///< nodes on the longest path from the root, at most `max_levels`
 
     std::size_t leaves() const { return slots.size() / Width; }
 };
@@ -105,8 +104,6 @@ template <class Range>
 using range_primitive_t = std::remove_cvref_t<decltype(std::declval<const Range&>()[std::size_t{}])>;
 
 /// A copyable view of primitives with `size()` and `[]`, such as `view<T>` and `mesh_view`.
-///
-/// (std::copyable requires more and is slow to compile.)
 template <class Range>
 concept primitive_range = std::is_copy_constructible_v<Range> && std::is_copy_assignable_v<Range> &&
     primitive<range_primitive_t<Range>> && requires(const Range& range) {
@@ -117,11 +114,10 @@ namespace detail {
 
 /// A ray with the constants of its box and triangle tests.
 ///
-/// It crosses the side of a box at coordinate s at the distance s * inverse + entry (or + exit). `entry` and `exit` differ
-/// by the accumulated rounding error, so that the slab test is conservative (Ize 2013, "Robust BVH ray traversal"). Along
-/// an axis with a direction component of 0 the inverse is huge: the ray then enters every box whose sides it lies between
-/// or on. A ray in the plane between two boxes must enter both, since only the triangle test decides which triangle owns
-/// their shared edge.
+/// It crosses the side of a box at coordinate s at the distance s * inverse + entry (or + exit). These differ by the rounding
+/// error, so that the slab test is conservative (Ize 2013, "Robust BVH ray traversal"). Along an axis with a direction
+/// component of 0 the inverse is huge: the ray enters every box whose sides it lies between or on, since only the triangle
+/// test decides which triangle owns an edge that two boxes share.
 template <int Width>
 struct prepared_ray {
     ray source{};

@@ -34,8 +34,7 @@ struct nearest_first {
     INSONIFY_FN INSONIFY_INLINE void descend(const tree_node<Width>& node, const lanes<Width>& distance,
                                              std::uint32_t met) {
         const std::uint32_t tied = met & bits_of(distance == lanes<Width>(reduce_min(distance)));
-        const std::uint32_t nearest =
-            lowest_bit(tied | 1U << (Width - 1)); // never out of range, whatever the numbers are
+        const std::uint32_t nearest = lowest_bit(tied | 1U << (Width - 1)); // never out of range, even for NaN
         next = node.child[nearest];
         met &= ~(1U << nearest);
         pack_lanes<Width>(raw_bits<Width>(distance), met, distances + size);

@@ -31,8 +31,7 @@ struct mesh_view {
     INSONIFY_FN mesh_view(view<const vec3> vertex_positions, view<const uvec3> corner_indices)
         : positions{vertex_positions}, faces{corner_indices} {}
     /// View of a mesh, which must outlive it.
-    mesh_view(const mesh& m)
-        : positions{m.positions.data(), m.positions.size()}, faces{m.faces.data(), m.faces.size()} {}
+    mesh_view(const mesh& m) : positions{m.positions}, faces{m.faces} {}
 
     /// Number of triangles.
     INSONIFY_FN std::size_t size() const { return faces.size(); }

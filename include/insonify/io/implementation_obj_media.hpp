@@ -4,7 +4,7 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/acoustics/tissue.hpp>
-#include <insonify/core/decibels.hpp>
+#include <insonify/core/units.hpp>
 #include <insonify/io/implementation_file.hpp>
 #include <insonify/io/implementation_obj_text.hpp>
 #include <insonify/io/implementation_tinyobj.hpp>

@@ -61,7 +61,7 @@ inline void check_ray(const ray& r, const char* caller) {
     if (!is_finite(r.origin) || !is_finite(r.direction) || !(max(along.x, max(along.y, along.z)) > 1e-30F) ||
         !is_number(r.min_distance) || !is_number(r.max_distance))
         throw usage_error{std::string{caller} +
-                          ": the ray needs a finite origin, a finite direction that is not 0, and "
+                          ": the ray needs a finite origin, a finite direction that is not 0, and " +
                           "limits that are not NaN"};
 }
 

@@ -38,7 +38,23 @@ class scene {
     /// Adds a closed surface. Call `build` before tracing.
     /// @throws geometry_error  for faces with a vertex out of range, vertices that are not finite, a pose that is not rigid
     /// @throws usage_error     for a medium or a crease angle out of range
-    object_id add(mesh surface, const medium& inside, object_settings settings = {});
+    object_id add(mesh surface, const medium& inside, object_settings settings = {}) {
+        const object_id id{next_id_};
+        detail::check_object(surface, inside, settings, id);
+        states_.resize(objects_.size() + 1);
+        states_.back().volume = enclosed_volume(surface);
+        objects_.push_back({.id = id,
+                            .name = std::move(settings.name),
+                            .surface = std::move(surface),
+                            .inside = inside,
+                            .at = settings.at,
+                            .priority = settings.priority,
+                            .fibres = settings.fibres,
+                            .crease_angle = settings.crease_angle});
+        ++next_id_;
+        built_ = false;
+        return id;
+    }
 
     /// Removes an object. Call `build` before tracing. @throws usage_error  for an unknown id
     void remove(object_id id) {
@@ -73,11 +89,30 @@ class scene {
 
     /// Sets the axes of the structure of the background, in the world: along its fibres, and where it is flattest. By
     /// default x and z. @throws usage_error  for directions that are 0, parallel or not finite
-    void set_background_fibres(vec3 along, vec3 flat = {0, 0, 1});
+    void set_background_fibres(vec3 along, vec3 flat = {0, 0, 1}) {
+        if (!is_finite(along) || !is_finite(flat) || length(cross(along, flat)) <= 1e-3F * length(along) * length(flat))
+            throw usage_error{"set_background_fibres: the directions must be finite, not 0 and not parallel, such as "
+                              "{1, 0, 0} and {0, 0, 1}"};
+        background_axes_ =
+            detail::aligned(mat3{normalize(along), normalize(cross(flat, along)), normalize(flat)}, along);
+        place_background();
+    }
 
     /// Sets what fills an object. Takes effect at once; indices into `media()` may change.
     /// @throws usage_error  for an unknown id or a medium out of range
-    void set_medium(object_id id, const medium& inside);
+    void set_medium(object_id id, const medium& inside) {
+        const std::size_t index = index_of(id);
+        detail::check_medium(inside, "set_medium: the medium of " + detail::named(objects_[index].name, id));
+        const medium before = std::exchange(objects_[index].inside, inside);
+        try {
+            if (built_) media_ = detail::distinct_media(background_, objects_, states_);
+        } catch (...) {
+            objects_[index].inside = before;
+            throw;
+        }
+        if (built_) states_[index].place_structure(objects_[index], states_[index].rest);
+        expire();
+    }
 
     /// Makes the scene ready to trace: builds all trees and ranks the objects.
     ///
@@ -346,46 +381,6 @@ class scene {
     detail::kept_map deformation_{};
     mutable detail::scene_views views_{}; // what const functions bring up to date
 };
-
-inline object_id scene::add(mesh surface, const medium& inside, object_settings settings) {
-    const object_id id{next_id_};
-    detail::check_object(surface, inside, settings, id);
-    states_.resize(objects_.size() + 1);
-    states_.back().volume = enclosed_volume(surface);
-    objects_.push_back({.id = id,
-                        .name = std::move(settings.name),
-                        .surface = std::move(surface),
-                        .inside = inside,
-                        .at = settings.at,
-                        .priority = settings.priority,
-                        .fibres = settings.fibres,
-                        .crease_angle = settings.crease_angle});
-    ++next_id_;
-    built_ = false;
-    return id;
-}
-
-inline void scene::set_background_fibres(vec3 along, vec3 flat) {
-    if (!is_finite(along) || !is_finite(flat) || length(cross(along, flat)) <= 1e-3F * length(along) * length(flat))
-        throw usage_error{"set_background_fibres: the directions must be finite, not 0 and not parallel, such as "
-                          "{1, 0, 0} and {0, 0, 1}"};
-    background_axes_ = detail::aligned(mat3{normalize(along), normalize(cross(flat, along)), normalize(flat)}, along);
-    place_background();
-}
-
-inline void scene::set_medium(object_id id, const medium& inside) {
-    const std::size_t index = index_of(id);
-    detail::check_medium(inside, "set_medium: the medium of " + detail::named(objects_[index].name, id));
-    const medium before = std::exchange(objects_[index].inside, inside);
-    try {
-        if (built_) media_ = detail::distinct_media(background_, objects_, states_);
-    } catch (...) {
-        objects_[index].inside = before;
-        throw;
-    }
-    if (built_) states_[index].place_structure(objects_[index], states_[index].rest);
-    expire();
-}
 
 } // namespace insonify::inline INSONIFY_ABI
 
