@@ -151,14 +151,9 @@ INSONIFY_INLINE stdx::simd<float, Abi> multiply_add(const stdx::simd<float, Abi>
     else if constexpr (requires { static_cast<__m128>(a); })
         return stdx::simd<float, Abi>(
             _mm_fmadd_ps(static_cast<__m128>(a), static_cast<__m128>(b), static_cast<__m128>(c)));
-    else
-        return stdx::fma(a, b, c);
-#else
-    if constexpr (detail::has_fma)
-        return stdx::fma(a, b, c);
-    else
-        return a * b + c;
 #endif
+    if constexpr (!detail::has_fma) return a * b + c;
+    return stdx::fma(a, b, c);
 }
 
 template <class Abi>

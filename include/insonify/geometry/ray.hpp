@@ -57,8 +57,7 @@ struct plane {
 INSONIFY_FN inline bool overlaps(const plane& p, const aabb& box) {
     if (box.empty()) return false;
     const vec3 half = 0.5F * (box.upper - box.lower);
-    const float extent = // of the box along the normal, from its centre
-        std::fabs(p.normal.x) * half.x + std::fabs(p.normal.y) * half.y + std::fabs(p.normal.z) * half.z;
+    const float extent = dot(abs(p.normal), half); // of the box along the normal, from its centre
     const float rounding = 4e-7F * (std::fabs(p.offset) + extent + dot(abs(p.normal), abs(box.centre())));
     return std::fabs(dot(p.normal, box.centre()) - p.offset) <= extent + rounding;
 }
