@@ -8,11 +8,8 @@
 #include <span>
 #include <vector>
 
-/// Batches of rays. Coherent neighbours are traced in packets, the others one by one; several traversals are interleaved
-/// to hide memory latency.
-///
-/// Compared with tracing ray after ray, 1.8 to 2.9 times faster for incoherent rays and 2 to 3 times along a fan
-/// (bench/bvh.cpp).
+/// Batches of rays. Coherent neighbours are traced in packets, the others one by one; several traversals are
+/// interleaved to hide memory latency: 1.8 to 2.9 times faster for incoherent rays, 2 to 3 along a fan (bench/bvh.cpp).
 namespace insonify::inline INSONIFY_ABI::detail {
 
 /// The traversal of a packet, one node or leaf per step: see `ray_traversal`.
@@ -33,9 +30,9 @@ struct packet_traversal {
         return taken;
     }
 
-    /// Calls visit(group, index of its first ray, primitive, distances, hits) for every triangle that some ray of a group may
-    /// hit. The mask `hits` is set for rays that hit it between their limits. visit returns 0 if it lowered no limit.
-    /// Traverses front to back. @return false when the traversal is finished
+    /// Calls visit(group, index of its first ray, primitive, distances, hits) for every triangle that some ray of a
+    /// group may hit. The mask `hits` is set for rays that hit it between their limits. visit returns 0 if it lowered
+    /// no limit. Traverses front to back. @return false when the traversal is finished
     template <class Visit>
     INSONIFY_INLINE bool step(const tree_view& tree, const Visit& visit) {
         if ((stack.next & leaf_bit) == 0) {
@@ -69,8 +66,8 @@ struct packet_traversal {
     }
 };
 
-/// A query initialises the result of ray i with begin(i), and advances its traversal with step(tree, traversal, i) until
-/// that returns false. For a packet whose first ray is i it uses step_packet, then finish(traversal, i).
+/// A query initialises the result of ray i with begin(i), and advances its traversal with step(tree, traversal, i)
+/// until that returns false. For a packet whose first ray is i it uses step_packet, then finish(traversal, i).
 struct closest_query {
     template <int Width>
     using order = nearest_first<Width>;
@@ -267,7 +264,7 @@ class bvh {
 
     /// The closest hit of each ray, the same as from a call per ray.
     ///
-    /// Coherent neighbours in the span are traced in packets, so keep the lines of a fan and the pixels of a row adjacent.
+    /// Coherent neighbours are traced in packets: keep the lines of a fan, or the pixels of a row, adjacent.
     /// @throws usage_error  where the sizes differ
     template <exec::policy Policy>
     void closest(const Policy& policy, std::span<const ray> rays, std::span<hit> hits) const {
@@ -305,8 +302,8 @@ class bvh {
         storage_.refit(policy, range_);
     }
 
-    /// Refits after primitives moved, and rebuilds once rays have become 1.5 times as expensive: by `build_morton` where the
-    /// tree lasted fewer than 16 updates.
+    /// Refits after primitives moved, and rebuilds once rays have become 1.5 times as expensive: by `build_morton`
+    /// where the tree lasted fewer than 16 updates.
     /// @throws geometry_error  where the number of primitives has changed
     template <exec::policy Policy>
     bvh_update update(const Policy& policy) {

@@ -119,8 +119,7 @@ struct four_points {
     }
 };
 
-/// A leaf holds the indices of its primitives and reads them from the range. Triangles are stored in the leaf itself: see
-/// leaf_triangles.hpp.
+/// A leaf holds the indices of its primitives and reads them from the range. Triangles are stored in it: see below.
 template <class Range, int Width>
 struct leaf {
     std::uint32_t primitive[Width]; ///< `no_primitive` in empty slots, and where bounds are not finite
@@ -179,8 +178,8 @@ struct triangle_hits {
 
     /// The distances along the rays, where `certain`.
     INSONIFY_FN INSONIFY_INLINE lanes<N> distance(const sheared_triangles<N>& t, const lanes<N>& scale) const {
-        // Divides first, to avoid overflow and underflow. Lanes that are not certain divide by `scale`, since their sum may
-        // be 0; not by a constant 1: clang would fold the select and divide by 0.
+        // Divides first, to avoid overflow and underflow. Lanes that are not certain divide by `scale`, since their sum
+        // may be 0; not by a constant 1: clang would fold the select and divide by 0.
         const lanes<N> inverse_area = lanes<N>(1.0F) / select(certain, u + v + w, scale);
         lanes<N> fractions[3] = {u * inverse_area, v * inverse_area, w * inverse_area};
 #if __FINITE_MATH_ONLY__ > 0 && !defined(__CUDACC__) // parts of -ffast-math
@@ -190,8 +189,8 @@ struct triangle_hits {
     }
 };
 
-/// The watertight edge tests of triangle.hpp in single precision. Where a ray passes an edge within rounding, `possible`
-/// and `certain` differ: such triangles are tested again in double precision.
+/// The watertight edge tests of triangle.hpp in single precision. Where a ray passes an edge within rounding,
+/// `possible` and `certain` differ: such triangles are tested again in double precision.
 template <int N>
 INSONIFY_FN INSONIFY_INLINE triangle_hits<N> test_edges(const sheared_triangles<N>& t) {
     using floats = lanes<N>;
@@ -291,9 +290,9 @@ struct alignas(64) leaf<Range, Width> {
         }
     }
 
-    /// Calls visit(group, index of its first ray, primitive, distances) for every triangle that a ray of the group may hit;
-    /// visit returns 0 if it lowered no limit. Uses the arithmetic of `intersect_all`, so that a ray has the same hits
-    /// alone and in a packet.
+    /// Calls visit(group, index of its first ray, primitive, distances) for every triangle that a ray of the group may
+    /// hit; visit returns 0 if it lowered no limit. Uses the arithmetic of `intersect_all`, so that a ray has the same
+    /// hits alone and in a packet.
     template <class Visit>
     void intersect_packet(ray_packet<Width>& p, const Visit& visit) const {
         using floats = lanes<Width>;

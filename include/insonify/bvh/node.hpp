@@ -12,8 +12,8 @@
 #include <cstdint>
 #include <type_traits>
 
-/// A BVH is three arrays: nodes, with child references from the builder and boxes from the last refit; slots, which list
-/// the primitives of each leaf; and leaves, with the data that rays are intersected with (see leaf.hpp).
+/// A BVH is three arrays: nodes, with child references from the builder and boxes from the last refit; slots, which
+/// list the primitives of each leaf; and leaves, with the data that rays are intersected with (see leaf.hpp).
 ///
 ///     node 0:  [ node 1 | leaf 0 | node 2 | leaf 1 | - | - | - | - ]        Width = 8 children
 ///     slots:   leaf 0: 0 5 7 - - - - -   leaf 1: 3 4 - ...                  Width primitives per leaf
@@ -114,10 +114,10 @@ namespace detail {
 
 /// A ray with the constants of its box and triangle tests.
 ///
-/// It crosses the side of a box at coordinate s at the distance s * inverse + entry (or + exit). These differ by the rounding
-/// error, so that the slab test is conservative (Ize 2013, "Robust BVH ray traversal"). Along an axis with a direction
-/// component of 0 the inverse is huge: the ray enters every box whose sides it lies between or on, since only the triangle
-/// test decides which triangle owns an edge that two boxes share.
+/// It crosses the side of a box at coordinate s at the distance s * inverse + entry (or + exit). These differ by the
+/// rounding error, so that the slab test is conservative (Ize 2013, "Robust BVH ray traversal"). Along an axis with a
+/// direction component of 0 the inverse is huge: the ray enters every box whose sides it lies between or on, since only
+/// the triangle test decides which triangle owns an edge that two boxes share.
 template <int Width>
 struct prepared_ray {
     ray source{};
@@ -167,7 +167,7 @@ struct prepared_ray {
     }
 };
 
-/// The distances at which a ray enters the boxes of a node's children, FLT_MAX for those it misses, and a bit for each hit.
+/// The distances at which a ray enters the boxes of a node's children, FLT_MAX for misses, and a bit for each hit.
 template <int Width>
 struct box_entries {
     lanes<Width> distance{};

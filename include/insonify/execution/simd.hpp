@@ -16,11 +16,11 @@
 #include <immintrin.h>
 #endif
 
-/// The types behind SIMD, by one of three means: arrays (INSONIFY_NO_SIMD, nvcc), std::experimental::simd (libstdc++), or
-/// the vector types of GCC and Clang (other standard libraries).
+/// The types behind SIMD, by one of three means: arrays (INSONIFY_NO_SIMD, nvcc), std::experimental::simd (libstdc++),
+/// or the vector types of GCC and Clang (other standard libraries).
 ///
-/// `lanes<N>` holds N floats, `lane_mask<N>` N truth values, `bit_lanes<N>` N 32-bit unsigned integers; operators act lane
-/// by lane. Each means provides
+/// `lanes<N>` holds N floats, `lane_mask<N>` N truth values, `bit_lanes<N>` N 32-bit unsigned integers; operators act
+/// lane by lane. Each means provides
 ///
 ///     load<N>(from), store(value, to), load_bits<N>(from), store_bits<N>(bits, to)
 ///     each_lane<N>(value)              lane i is value(i)

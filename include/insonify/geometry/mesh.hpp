@@ -124,11 +124,11 @@ struct face_groups_view {
     }
 };
 
-/// The distinct vertices of every 64 consecutive faces, so that a pass over a mesh reads each vertex once instead of three
-/// to six times.
+/// The distinct vertices of every 64 consecutive faces, so that a pass over a mesh reads each vertex once instead of
+/// three to six times.
 ///
-/// Consecutive faces are mostly neighbours: a group then has about 45 vertices, and most groups lie on one side of a plane,
-/// so that their faces can be skipped. Depends on the faces alone, not on where the vertices are.
+/// Consecutive faces are mostly neighbours: a group then has about 45 vertices, and most groups lie on one side of a
+/// plane, so that their faces can be skipped. Depends on the faces alone, not on where the vertices are.
 class face_groups {
   public:
     face_groups() = default;

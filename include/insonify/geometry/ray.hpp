@@ -89,7 +89,7 @@ INSONIFY_FN constexpr bool nearer(const hit& a, const hit& b) {
     return a.distance < b.distance || (a.distance == b.distance && a.primitive < b.primitive);
 }
 
-/// A box as a primitive of a tree: the box itself, and where a ray enters it. Conservative, so that rounding never misses one.
+/// A box as a primitive of a tree: the box itself, and where a ray enters it. Conservative: rounding never misses one.
 /// @{
 INSONIFY_FN inline aabb bounds(const aabb& box) { return box; }
 INSONIFY_FN inline hit intersect(const ray& r, const aabb& box) {

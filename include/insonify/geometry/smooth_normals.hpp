@@ -102,8 +102,8 @@ struct smooth_normals_view {
     }
 };
 
-/// The faces around each vertex, in groups that are separated by creases: edges where two faces meet at more than a given
-/// angle. Faces of one group share a normal at the vertex.
+/// The faces around each vertex, in groups that are separated by creases: edges where two faces meet at more than a
+/// given angle. Faces of one group share a normal at the vertex.
 struct vertex_groups {
     std::vector<uvec3> corners{};       ///< group of the three corners of each face
     std::vector<std::uint32_t> ends{};  ///< where the slots of each group end, in `slots`

@@ -36,7 +36,7 @@ class scene {
     }
 
     /// Adds a closed surface. Call `build` before tracing.
-    /// @throws geometry_error  for faces with a vertex out of range, vertices that are not finite, a pose that is not rigid
+    /// @throws geometry_error  for vertices out of range or not finite, or a pose that is not rigid
     /// @throws usage_error     for a medium or a crease angle out of range
     object_id add(mesh surface, const medium& inside, object_settings settings = {}) {
         const object_id id{next_id_};
@@ -117,8 +117,8 @@ class scene {
     /// Makes the scene ready to trace: builds all trees and ranks the objects.
     ///
     /// Where it throws, as for lack of memory, the scene is unchanged.
-    /// @throws geometry_error  for vertices that were moved and are not finite, see `update`, or a function of `fibres` that
-    ///                         returns no direction
+    /// @throws geometry_error  for vertices that were moved and are not finite, see `update`, or a function of `fibres`
+    ///                         that returns no direction
     template <exec::policy Policy>
     scene& build(const Policy& policy) & {
         rebuild(threads{policy});
@@ -133,25 +133,25 @@ class scene {
 
     /// Follows the vertices that moved since the last frame.
     ///
-    /// Cost: one pass over the vertices that moved, which also checks and copies them. Trees are not touched: slices need
-    /// none, and the scene brings a tree up to date when rays first need it, or once its object has been at rest for a few
-    /// updates. Allocates only where an object moves for the first time.
-    /// @throws geometry_error  for a vertex that is not finite; then all objects are where they were after the last update
+    /// Cost: one pass over the vertices that moved, which also checks and copies them. Trees are not touched: slices
+    /// need none, and the scene brings a tree up to date when rays first need it, or once its object has been at rest
+    /// for a few updates. Allocates only where an object moves for the first time.
+    /// @throws geometry_error  for a vertex that is not finite; then all objects are where the last update left them
     /// @throws usage_error     where `build` was not called since the last `add` or `remove`
     template <exec::policy Policy>
     void update(const Policy& policy) {
         follow(threads{policy});
     }
 
-    /// Deforms the body: moves each vertex from rest to where a map puts it. Speckle, structure and fibres follow, also in the
-    /// background.
+    /// Deforms the body: moves each vertex from rest to where a map puts it. Speckle, structure and fibres follow, also
+    /// in the background.
     ///
     ///     body.deform(exec::par, [](vec3 rest) { return rest + vec3{0, 0, 0.1F * rest.z}; });
     ///
-    /// The map takes a point at rest to where it is now, both in the world, in metres. Calls do not add up: each replaces the
-    /// former one. Rest is where the vertices were at the first call, in the object's present pose. The scene keeps a copy of
-    /// the map for its inverse, which each frame needs where its lines run: capture values, not references. If `deform`
-    /// throws, the body is at rest. `update` is not needed.
+    /// The map takes a point at rest to where it is now, both in the world, in metres. Calls do not add up: each
+    /// replaces the former one. Rest is where the vertices were at the first call, in the object's present pose. The
+    /// scene keeps a copy of the map for its inverse, which each frame needs where its lines run: capture values, not
+    /// references. If `deform` throws, the body is at rest. `update` is not needed.
     /// @throws geometry_error  where the map folds over, or gives a point that is not finite
     /// @throws usage_error     for an unknown id, or where `build` was not called since the last `add` or `remove`
     template <exec::policy Policy, deformation_map Map>
@@ -213,7 +213,7 @@ class scene {
     aabb box(object_id id) const { return states_[index_of(id)].box; }
 
     /// Whether an object was turned inside out since it was added, as by a simulation that diverges: the volume that its
-    /// faces enclose has changed its sign. One pass over the faces, which must be closed. @throws usage_error  for an unknown id
+    /// closed faces enclose has changed its sign. One pass over the faces. @throws usage_error  for an unknown id
     bool is_inside_out(object_id id) const {
         const std::size_t index = index_of(id);
         const double was = states_[index].volume, now = enclosed_volume(objects_[index].surface);
@@ -250,8 +250,8 @@ class scene {
         return views_.for_rays(threads{policy}, parts());
     }
 
-    /// The displacements of tissue from now to rest at the nodes of a lattice, for tracers: of the background, then of the
-    /// objects by rank. `nodes` and `places` are the memory of what is returned, which is empty where nothing is deformed.
+    /// The displacements of tissue from now to rest at the nodes of a lattice, for tracers: of the background, then of
+    /// the objects by rank; empty where nothing is deformed. `nodes` and `places` are the memory of what is returned.
     template <exec::policy Policy>
     view<const displacement_view> displacements(const Policy& policy, const detail::displacement_lattice& where,
                                                 std::vector<float>& nodes,
@@ -278,7 +278,7 @@ class scene {
   private:
     using threads = detail::any_policy<false>; // one instantiation for all policies
 
-    // Reads the positions of some objects. @throws geometry_error  as `update`, with all of them back at the former ones
+    // Reads the positions of some objects. @throws geometry_error  as `update`, with all of them back where they were
     template <class Which>
     void read_positions(const threads& policy, const Which& which) {
         const object* refused = nullptr;
