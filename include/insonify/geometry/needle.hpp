@@ -33,8 +33,8 @@ struct needle_settings {
     std::uint32_t segments_along = 1; ///< along the shaft, 1 to 4096: more for a needle that bends
 };
 
-/// A solid needle along the z axis that points to +z. Its tip is at (-diameter / 2, 0, 0), the other end at -length, and
-/// its bevel faces +x.
+/// A solid needle along the z axis that points to +z. Its tip is at (-diameter / 2, 0, 0), its other end at -length,
+/// and its bevel faces +x.
 ///
 ///     const mesh needle = make_needle(needle_diameter(22), 80_mm);
 ///     body.add(needle, tissue::steel, {.priority = 2, .at = look_at(tip, beyond, {0, 1, 0}), .crease_angle = 12_deg});

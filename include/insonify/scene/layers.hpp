@@ -41,8 +41,7 @@ struct scene_view {
     view<const displacement_view> displacements{}; ///< of the tissue of each place, for one frame; empty: at rest
 };
 
-/// The objects that contain a point moving along a line, by rank, in memory of fixed capacity. The first one's medium
-/// applies.
+/// The objects that contain a point moving along a line, by rank, in fixed memory. The first one gives the medium.
 struct media_stack {
     static constexpr std::uint32_t none = ~0U; ///< rank of the background
 

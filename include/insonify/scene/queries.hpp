@@ -86,7 +86,7 @@ inline medium medium_at(const scene& body, vec3 point) {
 
 /// The first surface along a ray, within its limits, from either side; none where there is none.
 ///
-///     const auto skin = first_surface(body, {.origin = tip, .direction = {0, 0, 1}}, [&](object_id id) { return id != needle; });
+///     const auto skin = first_surface(body, {tip, {0, 0, 1}}, [&](object_id id) { return id != needle; });
 ///
 /// Of surfaces that touch, any may be reported: their distances differ by rounding errors.
 /// @param accepts  bool(object_id): objects for which it returns false are passed through

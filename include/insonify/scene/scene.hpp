@@ -212,8 +212,8 @@ class scene {
     /// The box around one object, in the world. @throws usage_error  for an unknown id
     aabb box(object_id id) const { return states_[index_of(id)].box; }
 
-    /// Whether an object was turned inside out since it was added, as by a simulation that diverges: the volume that its
-    /// closed faces enclose has changed its sign. One pass over the faces. @throws usage_error  for an unknown id
+    /// Whether an object was turned inside out since it was added, as by a simulation that diverges: the volume inside
+    /// its closed faces has changed its sign. One pass over the faces. @throws usage_error  for an unknown id
     bool is_inside_out(object_id id) const {
         const std::size_t index = index_of(id);
         const double was = states_[index].volume, now = enclosed_volume(objects_[index].surface);

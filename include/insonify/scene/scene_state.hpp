@@ -457,7 +457,7 @@ class flat_scene {
     std::atomic<bool> current_{false};
 };
 
-/// The flat arrays of a scene, brought up to date when a const function needs them, by any thread. A copy is out of date.
+/// The flat arrays of a scene, brought up to date when a const function needs them, by any thread. Copies are stale.
 class scene_views {
   public:
     scene_views() = default;
