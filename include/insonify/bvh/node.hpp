@@ -26,6 +26,8 @@ inline constexpr std::uint32_t no_primitive = ~0U;
 inline constexpr std::uint32_t leaf_bit = 0x80000000U;
 inline constexpr std::uint32_t no_child = ~0U;
 
+namespace detail {
+
 /// The binary logarithm of a width.
 template <int Width>
 inline constexpr auto width_bits = static_cast<std::uint32_t>(std::countr_zero(static_cast<unsigned>(Width)));
@@ -36,6 +38,14 @@ inline constexpr std::uint32_t free_levels = 24;
 /// ... which takes at most this many levels in all, for 2^32 primitives.
 template <int Width>
 inline constexpr std::uint32_t max_levels = free_levels + 33 / width_bits<Width>;
+
+/// Sums of half surface areas, in square metres.
+struct box_areas {
+    double nodes = 0;
+    double leaves = 0;
+};
+
+} // namespace detail
 
 /// Boxes and references of the children. 256 bytes at width 8: four cache lines.
 template <int Width>
@@ -64,12 +74,6 @@ struct alignas(64) tree_node {
     }
 };
 
-/// Sums of half surface areas, in square metres.
-struct box_areas {
-    double nodes = 0;
-    double leaves = 0;
-};
-
 /// The output of a builder. Node 0 is the root, children come after their parent; no nodes: an empty tree.
 template <int Width>
 struct topology {
@@ -79,7 +83,7 @@ struct topology {
         std::uint32_t end = 0;
         std::uint32_t first_leaf = 0; ///< leaves are consecutive as well
         std::uint32_t leaf_end = 0;
-        box_areas areas{}; ///< of its boxes: scratch of `refit`, which therefore does not allocate
+        detail::box_areas areas{}; ///< of its boxes: scratch of `refit`, which therefore does not allocate
     };
     detail::large_array<tree_node<Width>> nodes{};
     detail::large_array<std::uint32_t> slots{}; ///< of leaf b from b * Width on; `no_primitive` where empty
