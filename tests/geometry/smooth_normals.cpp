@@ -6,6 +6,7 @@
 #include <doctest/doctest.h>
 
 using namespace insonify;
+using detail::face_normals;
 
 namespace smooth_normals_test {
 namespace {

@@ -7,7 +7,7 @@
 #include <insonify/acoustics/echo_path.hpp>
 #include <insonify/acoustics/follow_sound.hpp>
 #include <insonify/acoustics/scatterers/scattering.hpp>
-#include <insonify/core/decibels.hpp>
+#include <insonify/core/units.hpp>
 
 namespace insonify::inline INSONIFY_ABI::detail {
 

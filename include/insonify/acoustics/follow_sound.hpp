@@ -6,7 +6,7 @@
 #include <insonify/acoustics/echo_path.hpp>
 #include <insonify/acoustics/layer.hpp>
 #include <insonify/acoustics/line_refraction.hpp>
-#include <insonify/core/decibels.hpp>
+#include <insonify/core/units.hpp>
 #include <cmath>
 #include <cstddef>
 

@@ -12,7 +12,7 @@
 #include <insonify/acoustics/roughness.hpp>
 #include <insonify/acoustics/scatterers/cell_field.hpp>
 #include <insonify/acoustics/specular.hpp>
-#include <insonify/core/decibels.hpp>
+#include <insonify/core/units.hpp>
 #include <insonify/core/error.hpp>
 #include <insonify/execution/policy.hpp>
 

@@ -6,7 +6,7 @@
 #include <insonify/acoustics/echo_line.hpp>
 #include <insonify/acoustics/echo_path.hpp>
 #include <insonify/acoustics/interface_law.hpp>
-#include <insonify/core/decibels.hpp>
+#include <insonify/core/units.hpp>
 
 /// Sound reverberates in a thin hard layer, such as a needle, and each time part of it leaves towards the probe: the echo of
 /// the layer's far surface repeats at its thickness, a ladder of lines that grow fainter. Straight lines get it from here;

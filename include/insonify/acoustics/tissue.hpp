@@ -4,7 +4,7 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/acoustics/medium.hpp>
-#include <insonify/core/decibels.hpp>
+#include <insonify/core/units.hpp>
 #include <insonify/tissue/tissue_structure.hpp>
 #include <optional>
 #include <string_view>

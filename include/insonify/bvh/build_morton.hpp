@@ -246,8 +246,8 @@ class morton_splitter {
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Builds a wide BVH by splitting primitives in Morton order: several times faster than `build_sah`, and somewhat slower
-/// to trace. For primitives that move so far that refits degrade the tree.
+/// Builds a wide BVH by splitting primitives in Morton order: several times faster than `build_sah`, and somewhat
+/// slower to trace. For primitives that move so far that refits degrade the tree.
 ///
 ///     Morton codes:  0010 0010 0011 | 0100 0101     split where the highest differing bit changes, then
 ///     positions:        0    1    2 |    3    4     moved to the next multiple of Width, so that leaves are full

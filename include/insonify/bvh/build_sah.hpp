@@ -61,8 +61,8 @@ class sah_bins {
             const int x = static_cast<int>(at[0]), y = static_cast<int>(at[1]), z = static_cast<int>(at[2]);
             places[i] = static_cast<std::uint32_t>(x | y << 8 | z << 16);
         }
-        const std::size_t quarter =
-            count / 4; // neighbours share bins: adding them in turn would be a chain of dependent stores
+        // Neighbours share bins: adding them in turn would be a chain of dependent stores.
+        const std::size_t quarter = count / 4;
         for (std::size_t i = 0; i < quarter; ++i) {
             add(boxes[i], places[i]);
             add(boxes[quarter + i], places[quarter + i]);

@@ -25,8 +25,8 @@
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// An array with random access, backed by huge pages where the system provides them: traversal of a large tree otherwise
-/// has a TLB miss at nearly every node. New elements are uninitialised.
+/// An array with random access, backed by huge pages where the system provides them: traversal of a large tree
+/// otherwise has a TLB miss at nearly every node. New elements are uninitialised.
 /// @tparam T  trivially copyable
 template <class T>
 class large_array {
@@ -72,9 +72,8 @@ class large_array {
     static constexpr std::size_t page = std::size_t{2} << 20U; ///< bytes; smaller arrays use ordinary pages
     static constexpr std::size_t line = 64;                    ///< a cache line
 
-    /// Memory from `operator new`, and the aligned start of the elements. Alignment is done here because aligned
-    /// allocations rarely reuse freed memory: the system would clear new pages for every tree (as glibc makes it do from
-    /// about 30 MiB on in any case).
+    /// Memory from `operator new`, and the aligned start of the elements. Aligned here because aligned allocations
+    /// rarely reuse freed memory: the system would clear new pages for every tree.
     struct block {
         void* memory = nullptr;
         T* first = nullptr;

@@ -88,31 +88,38 @@ inline constexpr std::size_t prefetch_threshold = std::size_t{1} << 17U;
 struct four_points {
     lanes<4> x, y, z;
 
-    INSONIFY_FN INSONIFY_INLINE four_points(const lanes<4>& xs, const lanes<4>& ys, const lanes<4>& zs)
-        : x{xs}, y{ys}, z{zs} {}
-    INSONIFY_FN INSONIFY_INLINE four_points(const vec3& a, const vec3& b, const vec3& c, const vec3& d)
+    INSONIFY_INLINE explicit four_points(float all) : x(all), y(all), z(all) {}
+    INSONIFY_INLINE four_points(const lanes<4>& xs, const lanes<4>& ys, const lanes<4>& zs) : x{xs}, y{ys}, z{zs} {}
+    INSONIFY_INLINE four_points(const vec3& a, const vec3& b, const vec3& c, const vec3& d)
         : x{of(a.x, b.x, c.x, d.x)}, y{of(a.y, b.y, c.y, d.y)}, z{of(a.z, b.z, c.z, d.z)} {}
 
     /// Negative where a coordinate is not finite.
-    INSONIFY_FN INSONIFY_INLINE bit_lanes<4> wild() const {
-        return not_finite<4>(x) | not_finite<4>(y) | not_finite<4>(z);
-    }
+    INSONIFY_INLINE bit_lanes<4> wild() const { return not_finite<4>(x) | not_finite<4>(y) | not_finite<4>(z); }
 
     template <int Width>
-    INSONIFY_FN INSONIFY_INLINE void put(float (&rows)[3][Width], int first) const {
+    INSONIFY_INLINE void put(float (&rows)[3][Width], int first) const {
         store(x, rows[0] + first);
         store(y, rows[1] + first);
         store(z, rows[2] + first);
     }
 
+    INSONIFY_INLINE friend four_points min(const four_points& a, const four_points& b) {
+        return {min(a.x, b.x), min(a.y, b.y), min(a.z, b.z)};
+    }
+    INSONIFY_INLINE friend four_points max(const four_points& a, const four_points& b) {
+        return {max(a.x, b.x), max(a.y, b.y), max(a.z, b.z)};
+    }
+    INSONIFY_INLINE friend four_points select(const lane_mask<4>& mask, const four_points& a, const four_points& b) {
+        return {select(mask, a.x, b.x), select(mask, a.y, b.y), select(mask, a.z, b.z)};
+    }
+
   private:
-    INSONIFY_FN INSONIFY_INLINE static lanes<4> of(float a, float b, float c, float d) {
+    INSONIFY_INLINE static lanes<4> of(float a, float b, float c, float d) {
         return each_lane<4>([&](int i) { return i < 2 ? (i == 0 ? a : b) : (i == 2 ? c : d); });
     }
 };
 
-/// A leaf holds the indices of its primitives and reads them from the range. Triangles are stored in the leaf itself: see
-/// leaf_triangles.hpp.
+/// A leaf holds the indices of its primitives and reads them from the range. Triangles are stored in it: see below.
 template <class Range, int Width>
 struct leaf {
     std::uint32_t primitive[Width]; ///< `no_primitive` in empty slots, and where bounds are not finite
@@ -171,8 +178,8 @@ struct triangle_hits {
 
     /// The distances along the rays, where `certain`.
     INSONIFY_FN INSONIFY_INLINE lanes<N> distance(const sheared_triangles<N>& t, const lanes<N>& scale) const {
-        // Divides first, to avoid overflow and underflow. Lanes that are not certain divide by `scale`, since their sum may
-        // be 0; not by a constant 1: clang would fold the select and divide by 0.
+        // Divides first, to avoid overflow and underflow. Lanes that are not certain divide by `scale`, since their sum
+        // may be 0; not by a constant 1: clang would fold the select and divide by 0.
         const lanes<N> inverse_area = lanes<N>(1.0F) / select(certain, u + v + w, scale);
         lanes<N> fractions[3] = {u * inverse_area, v * inverse_area, w * inverse_area};
 #if __FINITE_MATH_ONLY__ > 0 && !defined(__CUDACC__) // parts of -ffast-math
@@ -182,8 +189,8 @@ struct triangle_hits {
     }
 };
 
-/// The watertight edge tests of triangle.hpp in single precision. Where a ray passes an edge within rounding, `possible`
-/// and `certain` differ: such triangles are tested again in double precision.
+/// The watertight edge tests of triangle.hpp in single precision. Where a ray passes an edge within rounding,
+/// `possible` and `certain` differ: such triangles are tested again in double precision.
 template <int N>
 INSONIFY_FN INSONIFY_INLINE triangle_hits<N> test_edges(const sheared_triangles<N>& t) {
     using floats = lanes<N>;
@@ -199,30 +206,12 @@ INSONIFY_FN INSONIFY_INLINE triangle_hits<N> test_edges(const sheared_triangles<
         const floats max_x = max(max(abs(t.x[0]), abs(t.x[1])), abs(t.x[2]));
         const floats max_y = max(max(abs(t.y[0]), abs(t.y[1])), abs(t.y[2]));
         doubt = max_x * max_y * floats(5e-7F) + doubt;
-        conclusive =
-            conclusive &&
-            max_x * max_y <= floats(3.0F) * size; // for slivers, signs are certain earlier than barycentric coordinates
+        // For slivers, signs are certain earlier than barycentric coordinates.
+        conclusive = conclusive && max_x * max_y <= floats(3.0F) * size;
     }
     conclusive = conclusive && (doubt < lowest || highest < -doubt);
     return {u, v, w, !(lowest < -doubt && doubt < highest), conclusive};
 }
-
-/// Four triangles, as structure of arrays.
-struct four_triangles {
-    four_points a, b, c;
-
-    INSONIFY_FN INSONIFY_INLINE explicit four_triangles(const triangle (&t)[4])
-        : a{t[0].a, t[1].a, t[2].a, t[3].a}, b{t[0].b, t[1].b, t[2].b, t[3].b}, c{t[0].c, t[1].c, t[2].c, t[3].c} {}
-
-    INSONIFY_FN INSONIFY_INLINE four_points lower() const {
-        return {min(min(a.x, b.x), c.x), min(min(a.y, b.y), c.y), min(min(a.z, b.z), c.z)};
-    }
-    INSONIFY_FN INSONIFY_INLINE four_points upper() const {
-        return {max(max(a.x, b.x), c.x), max(max(a.y, b.y), c.y), max(max(a.z, b.z), c.z)};
-    }
-    /// Negative where a corner is not finite.
-    INSONIFY_FN INSONIFY_INLINE bit_lanes<4> wild() const { return a.wild() | b.wild() | c.wild(); }
-};
 
 /// A leaf of triangles, stored as structure of arrays: a ray is tested against all of them at once.
 template <triangle_range Range, int Width>
@@ -236,31 +225,28 @@ struct alignas(64) leaf<Range, Width> {
     }
 
     aabb fill(const Range& range, const std::uint32_t* slots) {
-        using floats = lanes<4>; // four at a time: more corners would not fit into registers
-        static_assert(Width % 4 == 0);
-        floats low_x(FLT_MAX), low_y(FLT_MAX), low_z(FLT_MAX), high_x(-FLT_MAX), high_y(-FLT_MAX), high_z(-FLT_MAX);
+        static_assert(Width % 4 == 0); // four at a time: more corners would not fit into registers
+        const four_points none(FLT_MAX), none_above(-FLT_MAX);
+        four_points low = none, high = none_above;
         for (int first = 0; first < Width; first += 4) {
             const auto in = [&](int i) {
                 return range[slots[first + i] != no_primitive ? slots[first + i] : slots[0]];
             };
-            const four_triangles t{{in(0), in(1), in(2), in(3)}};
-            const four_points lower = t.lower(), upper = t.upper();
-            const bit_lanes<4> wild = t.wild();
-            const auto finite = floats(0.0F) <= floats_of<4>(wild);
-            low_x = min(low_x, select(finite, lower.x, floats(FLT_MAX)));
-            low_y = min(low_y, select(finite, lower.y, floats(FLT_MAX)));
-            low_z = min(low_z, select(finite, lower.z, floats(FLT_MAX)));
-            high_x = max(high_x, select(finite, upper.x, floats(-FLT_MAX)));
-            high_y = max(high_y, select(finite, upper.y, floats(-FLT_MAX)));
-            high_z = max(high_z, select(finite, upper.z, floats(-FLT_MAX)));
-            t.a.put(corner[0], first);
-            t.b.put(corner[1], first);
-            t.c.put(corner[2], first);
+            const triangle t[] = {in(0), in(1), in(2), in(3)};
+            const four_points a{t[0].a, t[1].a, t[2].a, t[3].a}, b{t[0].b, t[1].b, t[2].b, t[3].b};
+            const four_points c{t[0].c, t[1].c, t[2].c, t[3].c};
+            const bit_lanes<4> wild = a.wild() | b.wild() | c.wild();
+            const auto finite = lanes<4>(0.0F) <= floats_of<4>(wild);
+            low = min(low, select(finite, min(min(a, b), c), none));
+            high = max(high, select(finite, max(max(a, b), c), none_above));
+            a.put(corner[0], first);
+            b.put(corner[1], first);
+            c.put(corner[2], first);
             const bit_lanes<4> left_out = bit_lanes<4>{} - (wild >> 31); // a full mask
             store_bits<4>(load_bits<4>(slots + first) | left_out, primitive + first);
         }
-        return {{reduce_min(low_x), reduce_min(low_y), reduce_min(low_z)},
-                {reduce_max(high_x), reduce_max(high_y), reduce_max(high_z)}};
+        return {{reduce_min(low.x), reduce_min(low.y), reduce_min(low.z)},
+                {reduce_max(high.x), reduce_max(high.y), reduce_max(high.z)}};
     }
 
     INSONIFY_INLINE static bool bound(const Range& range, std::size_t i, build_box& box) {
@@ -304,9 +290,9 @@ struct alignas(64) leaf<Range, Width> {
         }
     }
 
-    /// Calls visit(group, index of its first ray, primitive, distances) for every triangle that a ray of the group may hit;
-    /// visit returns 0 if it lowered no limit. Uses the arithmetic of `intersect_all`, so that a ray has the same hits
-    /// alone and in a packet.
+    /// Calls visit(group, index of its first ray, primitive, distances) for every triangle that a ray of the group may
+    /// hit; visit returns 0 if it lowered no limit. Uses the arithmetic of `intersect_all`, so that a ray has the same
+    /// hits alone and in a packet.
     template <class Visit>
     void intersect_packet(ray_packet<Width>& p, const Visit& visit) const {
         using floats = lanes<Width>;

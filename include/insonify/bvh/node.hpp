@@ -12,8 +12,8 @@
 #include <cstdint>
 #include <type_traits>
 
-/// A BVH is three arrays: nodes, with child references from the builder and boxes from the last refit; slots, which list
-/// the primitives of each leaf; and leaves, with the data that rays are intersected with (see leaf.hpp).
+/// A BVH is three arrays: nodes, with child references from the builder and boxes from the last refit; slots, which
+/// list the primitives of each leaf; and leaves, with the data that rays are intersected with (see leaf.hpp).
 ///
 ///     node 0:  [ node 1 | leaf 0 | node 2 | leaf 1 | - | - | - | - ]        Width = 8 children
 ///     slots:   leaf 0: 0 5 7 - - - - -   leaf 1: 3 4 - ...                  Width primitives per leaf
@@ -26,6 +26,8 @@ inline constexpr std::uint32_t no_primitive = ~0U;
 inline constexpr std::uint32_t leaf_bit = 0x80000000U;
 inline constexpr std::uint32_t no_child = ~0U;
 
+namespace detail {
+
 /// The binary logarithm of a width.
 template <int Width>
 inline constexpr auto width_bits = static_cast<std::uint32_t>(std::countr_zero(static_cast<unsigned>(Width)));
@@ -36,6 +38,14 @@ inline constexpr std::uint32_t free_levels = 24;
 /// ... which takes at most this many levels in all, for 2^32 primitives.
 template <int Width>
 inline constexpr std::uint32_t max_levels = free_levels + 33 / width_bits<Width>;
+
+/// Sums of half surface areas, in square metres.
+struct box_areas {
+    double nodes = 0;
+    double leaves = 0;
+};
+
+} // namespace detail
 
 /// Boxes and references of the children. 256 bytes at width 8: four cache lines.
 template <int Width>
@@ -64,12 +74,6 @@ struct alignas(64) tree_node {
     }
 };
 
-/// Sums of half surface areas, in square metres.
-struct box_areas {
-    double nodes = 0;
-    double leaves = 0;
-};
-
 /// The output of a builder. Node 0 is the root, children come after their parent; no nodes: an empty tree.
 template <int Width>
 struct topology {
@@ -79,13 +83,12 @@ struct topology {
         std::uint32_t end = 0;
         std::uint32_t first_leaf = 0; ///< leaves are consecutive as well
         std::uint32_t leaf_end = 0;
-        box_areas areas{}; ///< of its boxes: scratch of `refit`, which therefore does not allocate
+        detail::box_areas areas{}; ///< of its boxes: scratch of `refit`, which therefore does not allocate
     };
     detail::large_array<tree_node<Width>> nodes{};
-    detail::large_array<std::uint32_t>
-        slots{};                       ///< leaf b holds primitives slots[b * Width] onwards, `no_primitive` after them
-    detail::large_array<part> parts{}; ///< nodes before the first part are ancestors of all
-    std::uint32_t levels = 0;          ///< nodes on the longest path from the root, at most `max_levels`
+    detail::large_array<std::uint32_t> slots{}; ///< of leaf b from b * Width on; `no_primitive` where empty
+    detail::large_array<part> parts{};          ///< nodes before the first part are ancestors of all
+    std::uint32_t levels = 0;                   ///< nodes on the longest path from the root, at most `max_levels`
 
     std::size_t leaves() const { return slots.size() / Width; }
 };
@@ -105,8 +108,6 @@ template <class Range>
 using range_primitive_t = std::remove_cvref_t<decltype(std::declval<const Range&>()[std::size_t{}])>;
 
 /// A copyable view of primitives with `size()` and `[]`, such as `view<T>` and `mesh_view`.
-///
-/// (std::copyable requires more and is slow to compile.)
 template <class Range>
 concept primitive_range = std::is_copy_constructible_v<Range> && std::is_copy_assignable_v<Range> &&
     primitive<range_primitive_t<Range>> && requires(const Range& range) {
@@ -117,11 +118,10 @@ namespace detail {
 
 /// A ray with the constants of its box and triangle tests.
 ///
-/// It crosses the side of a box at coordinate s at the distance s * inverse + entry (or + exit). `entry` and `exit` differ
-/// by the accumulated rounding error, so that the slab test is conservative (Ize 2013, "Robust BVH ray traversal"). Along
-/// an axis with a direction component of 0 the inverse is huge: the ray then enters every box whose sides it lies between
-/// or on. A ray in the plane between two boxes must enter both, since only the triangle test decides which triangle owns
-/// their shared edge.
+/// It crosses the side of a box at coordinate s at the distance s * inverse + entry (or + exit). These differ by the
+/// rounding error, so that the slab test is conservative (Ize 2013, "Robust BVH ray traversal"). Along an axis with a
+/// direction component of 0 the inverse is huge: the ray enters every box whose sides it lies between or on, since only
+/// the triangle test decides which triangle owns an edge that two boxes share.
 template <int Width>
 struct prepared_ray {
     ray source{};
@@ -171,7 +171,7 @@ struct prepared_ray {
     }
 };
 
-/// The distances at which a ray enters the boxes of a node's children, FLT_MAX for those it misses, and a bit for each hit.
+/// The distances at which a ray enters the boxes of a node's children, FLT_MAX for misses, and a bit for each hit.
 template <int Width>
 struct box_entries {
     lanes<Width> distance{};

@@ -94,8 +94,8 @@ struct packet_bounds {
     float end = 0;
     std::uint32_t entry_row = 0, exit_row = 0; ///< of a node's sides: across z
 
-    /// Sets slab `k` for rays that are at `start` where forward * z = z0, with these slopes. Rays nearly parallel to the
-    /// sides leave it unbounded.
+    /// Sets slab `k` for rays that are at `start` where forward * z = z0, with these slopes. Rays nearly parallel to
+    /// the sides leave it unbounded.
     void set_slab(int k, const packet_wedge& rays, float z0, float margin) {
         slab& one = slabs[k];
         one = {};
@@ -156,8 +156,8 @@ INSONIFY_INLINE std::uint32_t enter(const tree_node<N>& node, const packet_bound
     return bits_of(met);
 }
 
-/// A packet of coherent rays, up to four groups of as many rays as there are lanes. Node tests are shared by the packet;
-/// a triangle is intersected by the groups whose part of the row it overlaps.
+/// A packet of coherent rays, up to four groups of as many rays as there are lanes. Node tests are shared by the
+/// packet; a triangle is intersected by the groups whose part of the row it overlaps.
 ///
 /// The rays form a row, as the lines of a fan and the pixels of an image row do. Of the planes around them, seen along
 /// z, two lie along the row and two across it:
@@ -190,12 +190,10 @@ struct ray_packet : packet_bounds<N> {
 
     /// Loads coherent rays from the first of `count` on. @return how many: whole groups, or 0
     ///
-    /// Rays are coherent where they are valid, share their dominant axis and sign along it, begin at 0 or later, and form
-    /// a row that, halfway through the box, is at most 8 leaves long (4 for a single group) and 2 wide: in longer rows, rays
-    /// traverse nodes that only their neighbours enter (measured by bench_ratios).
-    /// @param box        around all primitives
-    /// @param max_abs_coordinate      of the box
-    /// @param leaf_size  the width of a leaf
+    /// Rays are coherent where they are valid, share their dominant axis and sign along it, begin at 0 or later, and
+    /// form a row that, halfway through the box, is at most 8 leaves long (4 for a single group) and 2 wide: in longer
+    /// rows, rays traverse nodes that only their neighbours enter (measured by bench_ratios).
+    /// @param box  around all primitives
     std::size_t prepare(const ray* first, std::size_t count, const aabb& box, float max_abs_coordinate,
                         float leaf_size) {
         groups = 0;
@@ -311,7 +309,7 @@ struct ray_packet : packet_bounds<N> {
         const float length = std::sqrt(way[0] * way[0] + way[1] * way[1]);
         row[0] = length > 0 ? way[0] / length : 1;
         row[1] = length > 0 ? way[1] / length : 0;
-        // Where the rays cross the plane forward * z = z0, which lies behind all origins, and their slopes along forward * z.
+        // Where the rays cross forward * z = z0, which lies behind all origins, and their slopes along forward * z.
         floats start[2][max_groups], slope[2][max_groups];
         for (int k = 0; k < 2; ++k)
             for (std::size_t g = 0; g < groups; ++g) {

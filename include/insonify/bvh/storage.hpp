@@ -77,9 +77,7 @@ box_areas refit_part(topology<Width>& tree, const typename topology<Width>::part
     return area;
 }
 
-/// Recomputes all boxes from the current positions of the primitives; the topology stays.
-///
-/// One pass over leaves and nodes, bottom up. Allocates only after a build.
+/// Recomputes all boxes in one pass over leaves and nodes, bottom up; the topology stays. Allocates only after a build.
 /// @param range  same count and order as when the tree was built
 /// Source: Wald, Boulos & Shirley 2007, section 3.
 template <exec::policy Policy, primitive_range Range, int Width>
@@ -150,13 +148,13 @@ class bvh_storage {
         ++refits_;
     }
 
-    /// Refits, and rebuilds once the SAH cost has grown by half since the build: by `build_morton` if the tree lasted fewer
-    /// than 16 updates.
+    /// Refits, and rebuilds once the SAH cost has grown by half since the build: by `build_morton` if the tree lasted
+    /// fewer than 16 updates.
     ///
-    /// A rebuild by `build_sah` takes as long as 14 to 22 refits, by `build_morton` as 3 to 7, and trees of the latter cost
-    /// rays about 1.15 times as much (bench/bvh.cpp). Spread over 16 updates, `build_sah` adds about one refit each.
-    /// The choice depends on the positions only. Also rebuilds where a primitive that was left out has become finite. If
-    /// memory for a rebuild is not available, the refitted tree stays.
+    /// A rebuild by `build_sah` takes as long as 14 to 22 refits, by `build_morton` as 3 to 7, and trees of the latter
+    /// cost rays about 1.15 times as much (bench/bvh.cpp). Spread over 16 updates, `build_sah` adds about one refit
+    /// each. The choice depends on the positions only. Also rebuilds where a primitive that was left out has become
+    /// finite. If memory for a rebuild is not available, the refitted tree stays.
     /// @throws geometry_error  where the number of primitives has changed
     template <exec::policy Policy>
     bvh_update update(const Policy& policy, const Range& range) {

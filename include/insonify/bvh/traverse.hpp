@@ -34,8 +34,7 @@ struct nearest_first {
     INSONIFY_FN INSONIFY_INLINE void descend(const tree_node<Width>& node, const lanes<Width>& distance,
                                              std::uint32_t met) {
         const std::uint32_t tied = met & bits_of(distance == lanes<Width>(reduce_min(distance)));
-        const std::uint32_t nearest =
-            lowest_bit(tied | 1U << (Width - 1)); // never out of range, whatever the numbers are
+        const std::uint32_t nearest = lowest_bit(tied | 1U << (Width - 1)); // never out of range, even for NaN
         next = node.child[nearest];
         met &= ~(1U << nearest);
         pack_lanes<Width>(raw_bits<Width>(distance), met, distances + size);
@@ -95,8 +94,8 @@ struct bvh_view {
     float leaf_size = 0;          ///< metres: the edge of a square of the mean half area of leaves
     aabb box{};                   ///< around all primitives
 
-    /// Prefetches the node or leaf of a child reference. Computes the address without a branch on the kind of child, which
-    /// would mispredict. Nothing is read, so `no_child` is allowed.
+    /// Prefetches the node or leaf of a child reference. Computes the address without a branch on the kind of child,
+    /// which would mispredict. Nothing is read, so `no_child` is allowed.
     INSONIFY_FN INSONIFY_INLINE void prefetch(std::uint32_t child) const {
         constexpr std::size_t of_node = sizeof(tree_node<Width>), of_leaf = sizeof(detail::leaf<Range, Width>);
         constexpr std::size_t of_either = of_node < of_leaf ? of_node : of_leaf, line_size = 64; // of cache
@@ -223,7 +222,7 @@ INSONIFY_FN inline float distance_squared(const aabb& box, vec3 p) {
     return dot(outside, outside);
 }
 
-/// Searches a tree of triangles by branch and bound; of equally near faces the lowest. @param p  in the tree's coordinates
+/// Searches a tree of triangles by branch and bound for the face nearest to p; of equally near ones the lowest.
 template <int Width>
 INSONIFY_FN nearest_point find_nearest(const bvh_view<mesh_view, Width>& tree, vec3 p) {
     nearest_point best;

@@ -6,8 +6,7 @@
 #include <insonify/core/math.hpp>
 #include <cstdint>
 
-/// Counter-based random numbers: hashes of a seed and an index, without state, so threads can compute them in any
-/// order.
+/// Counter-based random numbers: hashes of a seed and an index, without state. Threads can compute them in any order.
 namespace insonify::inline INSONIFY_ABI {
 
 /// 64 random bits for one index of a stream.
@@ -37,10 +36,9 @@ INSONIFY_FN constexpr float hash_uniform(std::uint64_t seed, std::uint64_t index
 /// Two independent standard normal random numbers. Source: Box & Muller 1958.
 INSONIFY_FN inline vec2 hash_normal(std::uint64_t seed, std::uint64_t index) {
     const std::uint64_t bits = hash_bits(seed, index);
-    const float radius_uniform =
-        static_cast<float>((bits >> 40U) + 1) * 0x1p-24F; // in (0, 1], so that the logarithm is finite
+    const float uniform = static_cast<float>((bits >> 40U) + 1) * 0x1p-24F; // above 0: its logarithm is finite
+    const float radius = std::sqrt(-2 * std::log(uniform));
     const float angle = 2 * pi * static_cast<float>(bits & 0xFFFFFFU) * 0x1p-24F;
-    const float radius = std::sqrt(-2 * std::log(radius_uniform));
     return {radius * std::cos(angle), radius * std::sin(angle)};
 }
 

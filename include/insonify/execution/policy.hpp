@@ -6,7 +6,7 @@
 #include <insonify/execution/thread_pool.hpp>
 #include <cstddef>
 #include <cstdint>
-#include <type_traits>
+#include <utility>
 
 #if defined(__GLIBCXX__) && __has_include(<pstl/execution_defs.h>)
 #include <pstl/execution_defs.h> // the policy types alone: <execution> of libstdc++ costs seconds and pulls in TBB
@@ -60,21 +60,14 @@ inline constexpr bool is_unsequenced_v<parallel_unsequenced_policy> = true;
 
 namespace detail {
 
-/// The library's policy for a policy of std::execution.
-template <class Policy>
-struct own_policy;
-
+/// The library's policy for a policy of std::execution; declared only.
+void own_policy();
 #if defined(INSONIFY_STANDARD_POLICIES)
 namespace standard = INSONIFY_STANDARD_POLICIES;
-
-template <>
-struct own_policy<standard::sequenced_policy> : std::type_identity<exec::sequenced_policy> {};
-template <>
-struct own_policy<standard::parallel_policy> : std::type_identity<exec::parallel_policy> {};
-template <>
-struct own_policy<standard::unsequenced_policy> : std::type_identity<exec::unsequenced_policy> {};
-template <>
-struct own_policy<standard::parallel_unsequenced_policy> : std::type_identity<exec::parallel_unsequenced_policy> {};
+exec::sequenced_policy own_policy(const standard::sequenced_policy&);
+exec::parallel_policy own_policy(const standard::parallel_policy&);
+exec::unsequenced_policy own_policy(const standard::unsequenced_policy&);
+exec::parallel_unsequenced_policy own_policy(const standard::parallel_unsequenced_policy&);
 #endif
 
 } // namespace detail
@@ -113,7 +106,7 @@ template <class Body>
 void for_each_index(const parallel_unsequenced_policy& policy, std::size_t count, const Body& body) {
     detail::thread_pool::instance().run(count, policy.participants, body);
 }
-template <class StandardPolicy, class Body, class Own = typename detail::own_policy<StandardPolicy>::type>
+template <class StandardPolicy, class Body, class Own = decltype(detail::own_policy(std::declval<StandardPolicy>()))>
 void for_each_index(const StandardPolicy&, std::size_t count, const Body& body) {
     for_each_index(Own{}, count, body);
 }

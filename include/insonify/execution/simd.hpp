@@ -16,11 +16,11 @@
 #include <immintrin.h>
 #endif
 
-/// The types behind SIMD, by one of three means: arrays (INSONIFY_NO_SIMD, nvcc), std::experimental::simd (libstdc++), or
-/// the vector types of GCC and Clang (other standard libraries).
+/// The types behind SIMD, by one of three means: arrays (INSONIFY_NO_SIMD, nvcc), std::experimental::simd (libstdc++),
+/// or the vector types of GCC and Clang (other standard libraries).
 ///
-/// `lanes<N>` holds N floats, `lane_mask<N>` N truth values, `bit_lanes<N>` N 32-bit unsigned integers; operators act lane
-/// by lane. Each means provides
+/// `lanes<N>` holds N floats, `lane_mask<N>` N truth values, `bit_lanes<N>` N 32-bit unsigned integers; operators act
+/// lane by lane. Each means provides
 ///
 ///     load<N>(from), store(value, to), load_bits<N>(from), store_bits<N>(bits, to)
 ///     each_lane<N>(value)              lane i is value(i)
@@ -151,14 +151,9 @@ INSONIFY_INLINE stdx::simd<float, Abi> multiply_add(const stdx::simd<float, Abi>
     else if constexpr (requires { static_cast<__m128>(a); })
         return stdx::simd<float, Abi>(
             _mm_fmadd_ps(static_cast<__m128>(a), static_cast<__m128>(b), static_cast<__m128>(c)));
-    else
-        return stdx::fma(a, b, c);
-#else
-    if constexpr (detail::has_fma)
-        return stdx::fma(a, b, c);
-    else
-        return a * b + c;
 #endif
+    if constexpr (!detail::has_fma) return a * b + c;
+    return stdx::fma(a, b, c);
 }
 
 template <class Abi>

@@ -31,8 +31,7 @@ struct mesh_view {
     INSONIFY_FN mesh_view(view<const vec3> vertex_positions, view<const uvec3> corner_indices)
         : positions{vertex_positions}, faces{corner_indices} {}
     /// View of a mesh, which must outlive it.
-    mesh_view(const mesh& m)
-        : positions{m.positions.data(), m.positions.size()}, faces{m.faces.data(), m.faces.size()} {}
+    mesh_view(const mesh& m) : positions{m.positions}, faces{m.faces} {}
 
     /// Number of triangles.
     INSONIFY_FN std::size_t size() const { return faces.size(); }
@@ -125,11 +124,11 @@ struct face_groups_view {
     }
 };
 
-/// The distinct vertices of every 64 consecutive faces, so that a pass over a mesh reads each vertex once instead of three
-/// to six times.
+/// The distinct vertices of every 64 consecutive faces, so that a pass over a mesh reads each vertex once instead of
+/// three to six times.
 ///
-/// Consecutive faces are mostly neighbours: a group then has about 45 vertices, and most groups lie on one side of a plane,
-/// so that their faces can be skipped. Depends on the faces alone, not on where the vertices are.
+/// Consecutive faces are mostly neighbours: a group then has about 45 vertices, and most groups lie on one side of a
+/// plane, so that their faces can be skipped. Depends on the faces alone, not on where the vertices are.
 class face_groups {
   public:
     face_groups() = default;

@@ -33,8 +33,8 @@ struct needle_settings {
     std::uint32_t segments_along = 1; ///< along the shaft, 1 to 4096: more for a needle that bends
 };
 
-/// A solid needle along the z axis that points to +z: its tip is at (-diameter / 2, 0, 0), its other end at z = -length, and
-/// its bevel faces +x.
+/// A solid needle along the z axis that points to +z. Its tip is at (-diameter / 2, 0, 0), its other end at -length,
+/// and its bevel faces +x.
 ///
 ///     const mesh needle = make_needle(needle_diameter(22), 80_mm);
 ///     body.add(needle, tissue::steel, {.priority = 2, .at = look_at(tip, beyond, {0, 1, 0}), .crease_angle = 12_deg});
@@ -84,7 +84,7 @@ inline mesh make_needle(float diameter, float length, const needle_settings& set
 ///
 ///     body.place(needle, needle_pose(tip, target - tip, {0, 0, -1})); // the bevel up, towards a probe above
 ///
-/// @param tip        of its axis, in the world, metres: the sharp point lies half a diameter beside it, away from the bevel
+/// @param tip        of its axis, in the world, metres: the sharp point lies half a diameter beside it
 /// @param direction  in which it points, of any length above 0
 /// @param bevel      to which its bevel faces, as far as it is across the needle
 /// @throws geometry_error  where `bevel` is parallel to `direction`, or one of them is 0

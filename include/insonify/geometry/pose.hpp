@@ -50,8 +50,8 @@ INSONIFY_FN inline bool is_rigid(const pose& p) {
            near_to(dot(r[1], r[2]), 0) && near_to(dot(r[2], r[0]), 0) && determinant(r) > 0;
 }
 
-/// The pose with an orthonormal rotation, the nearest to one that rounding has made inexact: of a pose that is multiplied many
-/// times, such as that of a robot's arm.
+/// The pose with an orthonormal rotation, the nearest to one that rounding has made inexact: of a pose that is
+/// multiplied many times, such as that of a robot's arm.
 ///
 ///     at = orthonormalised(at * step); // each time
 ///

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-namespace insonify::inline INSONIFY_ABI {
+namespace insonify::inline INSONIFY_ABI::detail {
 
 /// The normals of a face that belongs to a curved surface: one at each corner, and linear interpolation between them.
 struct face_normals {
@@ -36,8 +36,6 @@ struct face_normals {
                dot(gradient[2], along) * corner[2];
     }
 };
-
-namespace detail {
 
 /// Normals that are continuous across the smooth edges of a mesh, in flat arrays. Trivially copyable.
 struct smooth_normals_view {
@@ -102,8 +100,8 @@ struct smooth_normals_view {
     }
 };
 
-/// The faces around each vertex, in groups that are separated by creases: edges where two faces meet at more than a given
-/// angle. Faces of one group share a normal at the vertex.
+/// The faces around each vertex, in groups that are separated by creases: edges where two faces meet at more than a
+/// given angle. Faces of one group share a normal at the vertex.
 struct vertex_groups {
     std::vector<uvec3> corners{};       ///< group of the three corners of each face
     std::vector<std::uint32_t> ends{};  ///< where the slots of each group end, in `slots`
@@ -192,8 +190,7 @@ struct vertex_groups {
     std::vector<pair> joined_{}; // the representative of each slot's group, and the slot
 };
 
-} // namespace detail
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 
 #include <insonify/core/restore_macros.hpp>
 

@@ -5,7 +5,7 @@
 
 #include <insonify/acoustics/interface_law.hpp>
 #include <insonify/acoustics/layer.hpp>
-#include <insonify/core/decibels.hpp>
+#include <insonify/core/units.hpp>
 #include <insonify/execution/policy.hpp>
 #include <insonify/execution/simd.hpp>
 #include <concepts>

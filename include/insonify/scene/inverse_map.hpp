@@ -11,15 +11,15 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// How a body deforms: a function from each point at rest to where it is now, both in the world, in metres. It must be smooth
-/// and must not fold over, and is called from many threads at once.
+/// How a body deforms: a function from each point at rest to where it is now, both in the world, in metres. It must be
+/// smooth and must not fold over, and is called from many threads at once.
 template <class Map>
 concept deformation_map = requires(const Map& map, vec3 rest) {
     { map(rest) } -> std::convertible_to<vec3>;
 };
 
-/// A map that brings its inverse, as those of the library do: `rest_of` gives the point at rest of one that is displaced. It is
-/// called in place of Newton's method, and takes the place of the check that the map does not fold over.
+/// A map that brings its inverse, as those of the library do: `rest_of` gives the point at rest of one that is
+/// displaced. It replaces Newton's method, and the check that the map does not fold over.
 template <class Map>
 concept invertible_map = deformation_map<Map> && requires(const Map& map, vec3 now) {
     { map.rest_of(now) } -> std::convertible_to<vec3>;
@@ -70,8 +70,8 @@ void check_map_at(const Map& map, vec3 rest, vec3 now) {
         if (!(determinant(derivative(map, rest, now)) > 0)) throw_folded(now);
 }
 
-/// Newton's method for points that follow each other: while it converges quickly with the derivative at a former point, none is
-/// computed, which takes three more points of the map.
+/// Newton's method for points that follow each other: while it converges quickly with the derivative at a former point,
+/// none is computed, which takes three more points of the map.
 template <deformation_map Map>
 class newton_inverse {
   public:
@@ -143,8 +143,8 @@ struct displacement_lattice {
     }
 };
 
-/// Writes the displacements from now to rest at the nodes of a lattice, in its axes, as `displacement_view` reads them. Where
-/// the map folds over, or is not finite, the fourth number of a node is 1, else 0.
+/// Writes the displacements from now to rest at the nodes of a lattice, in its axes, as `displacement_view` reads them.
+/// Where the map folds over, or is not finite, the fourth number of a node is 1, else 0.
 template <class Policy, deformation_map Map>
 void invert_map(const Policy& policy, const Map& map, const displacement_lattice& where, float* nodes) {
     const std::size_t rows = std::size_t{where.size.y} * where.size.z;

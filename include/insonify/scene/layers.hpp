@@ -41,8 +41,7 @@ struct scene_view {
     view<const displacement_view> displacements{}; ///< of the tissue of each place, for one frame; empty: at rest
 };
 
-/// The objects that contain a point moving along a line, as ascending ranks in memory of fixed capacity. The first one's
-/// medium applies.
+/// The objects that contain a point moving along a line, by rank, in fixed memory. The first one gives the medium.
 struct media_stack {
     static constexpr std::uint32_t none = ~0U; ///< rank of the background
 
@@ -150,7 +149,7 @@ struct crossing_collector {
     line_crossings& found;
 
     INSONIFY_FN bool may_begin_in(std::uint32_t rank) const { return scene.objects[rank].box.contains(line.origin); }
-    /// Adds a crossing at any distance in front of the origin. All of an object that the line may begin in are to be added.
+    /// Adds a crossing at any distance in front of the origin: all of those of an object that the line may begin in.
     INSONIFY_FN void add(const crossing& one) const {
         if (may_begin_in(one.rank)) found.inside.toggle(one.rank);
         if (one.distance <= depth) found.add(one);
@@ -206,8 +205,8 @@ struct surface_incidence {
     vec3 flat{0, 0, 1};      ///< of the face alone: the side of it that a point is on
 };
 
-/// How a line meets a face at a point in the world, with the normal that is interpolated over smooth edges; at normal incidence
-/// where the face has no area.
+/// How a line meets a face at a point in the world, with the normal that is interpolated over smooth edges; at normal
+/// incidence where the face has no area.
 INSONIFY_FN inline surface_incidence incidence_on(const object_view& one, std::uint32_t face, const line_frame& line,
                                                   vec3 point) {
     const vec3 along = one.at.local_direction(line.along), elevation = one.at.local_direction(line.elevation);
@@ -222,8 +221,7 @@ INSONIFY_FN inline surface_incidence incidence_on(const object_view& one, std::u
         const float towards = dot(smooth, along), size = length(smooth);
         if (towards > 0 && size > 0) { // else the line grazes the surface
             normal = smooth / size;
-            // The change of the slope where the line moves across the surface: along the plane of the normal, as far along the
-            // face.
+            // The change of the slope where the line moves across the surface, in the plane of the normal.
             const float steep = 1 / max(towards, 0.1F * size);
             const vec2 slope = steep * vec2{dot(smooth, across), dot(smooth, elevation)};
             const auto slope_change = [&](vec3 to) {
@@ -248,8 +246,8 @@ INSONIFY_FN inline surface_incidence incidence_on(const object_view& one, std::u
 /// Surfaces with less than this cosine of the angle of incidence are steep: 60 degrees.
 inline constexpr float steep_cosine = 0.5F;
 
-/// How a line meets a face at a distance. The tilt of a line does not count, except on steep surfaces, which are met because
-/// of it. Lines that are turned about their origins (tracing/aperture/turned_line.hpp) have an overload of their own.
+/// How a line meets a face at a distance. The tilt of a line does not count, except on steep surfaces, which are met
+/// because of it. Lines that are turned about their origins (tracing/aperture/turned_line.hpp) have an overload of their own.
 INSONIFY_FN inline surface_incidence incidence_at(const line_frame& line, float distance, const object_view& one,
                                                   std::uint32_t face) {
     const vec3 point = line.at(distance);

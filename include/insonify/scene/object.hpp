@@ -23,7 +23,7 @@ struct object_settings {
     int priority = 0;   ///< where objects overlap, the medium of the highest priority applies
     pose at{};          ///< object to world
     std::string name{}; ///< for reports, files and error messages; need not be unique
-    /// Their direction in coordinates of the object, as built: one for all, or a function of the point; 0: the axis of its mesh.
+    /// Their direction in coordinates of the object, as built: one, or a function of the point; 0: the mesh's axis.
     fibre_directions fibres{};
     /// Edges where two faces meet at no more than this are smooth: echoes see a curved surface across them, not facets.
     /// Radians, 0 to pi; 0: every face is a flat mirror.

@@ -61,7 +61,7 @@ inline void check_ray(const ray& r, const char* caller) {
     if (!is_finite(r.origin) || !is_finite(r.direction) || !(max(along.x, max(along.y, along.z)) > 1e-30F) ||
         !is_number(r.min_distance) || !is_number(r.max_distance))
         throw usage_error{std::string{caller} +
-                          ": the ray needs a finite origin, a finite direction that is not 0, and "
+                          ": the ray needs a finite origin, a finite direction that is not 0, and " +
                           "limits that are not NaN"};
 }
 
@@ -86,12 +86,12 @@ inline medium medium_at(const scene& body, vec3 point) {
 
 /// The first surface along a ray, within its limits, from either side; none where there is none.
 ///
-///     const auto skin = first_surface(body, {.origin = tip, .direction = {0, 0, 1}}, [&](object_id id) { return id != needle; });
+///     const auto skin = first_surface(body, {tip, {0, 0, 1}}, [&](object_id id) { return id != needle; });
 ///
 /// Of surfaces that touch, any may be reported: their distances differ by rounding errors.
 /// @param accepts  bool(object_id): objects for which it returns false are passed through
-/// @throws usage_error  for an origin or a direction that is not finite, a direction of length 0, a limit that is NaN, or a
-///                      scene that was not built
+/// @throws usage_error  for an origin or a direction that is not finite, a direction of length 0, a limit that is NaN,
+///                      or a scene that was not built
 template <std::predicate<object_id> Filter = any_object>
 std::optional<surface_point> first_surface(const scene& body, const ray& r, const Filter& accepts = {}) {
     detail::check_ray(r, "first_surface");
@@ -130,8 +130,8 @@ inline std::optional<surface_point> nearest_surface(const scene& body, object_id
 
 namespace detail {
 
-/// Follows a straight line through the media of a scene: in_layer(length, stretch) is called for each layer, metres and displayed
-/// metres per metre, until it returns false.
+/// Follows a straight line through the media of a scene: in_layer(length, stretch) is called for each layer, metres and
+/// displayed metres per metre, until it returns false.
 template <class InLayer>
 void follow_displayed(const scene& body, const ray& line, float depth, const char* caller, const InLayer& in_layer) {
     const float size = length(line.direction);
@@ -159,8 +159,8 @@ void follow_displayed(const scene& body, const ray& line, float depth, const cha
 
 } // namespace detail
 
-/// Depth at which an echo is displayed, metres: c0 t / 2 with c0 = 1540 m/s, as `physical` does, from the true depth along a
-/// straight line.
+/// Depth at which an echo is displayed, metres: c0 t / 2 with c0 = 1540 m/s, as `physical` does, from the true depth
+/// along a straight line.
 ///
 ///     shown = sum over the media along the line of d c0 / c
 ///

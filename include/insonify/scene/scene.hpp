@@ -36,9 +36,25 @@ class scene {
     }
 
     /// Adds a closed surface. Call `build` before tracing.
-    /// @throws geometry_error  for faces with a vertex out of range, vertices that are not finite, a pose that is not rigid
+    /// @throws geometry_error  for vertices out of range or not finite, or a pose that is not rigid
     /// @throws usage_error     for a medium or a crease angle out of range
-    object_id add(mesh surface, const medium& inside, object_settings settings = {});
+    object_id add(mesh surface, const medium& inside, object_settings settings = {}) {
+        const object_id id{next_id_};
+        detail::check_object(surface, inside, settings, id);
+        states_.resize(objects_.size() + 1);
+        states_.back().volume = enclosed_volume(surface);
+        objects_.push_back({.id = id,
+                            .name = std::move(settings.name),
+                            .surface = std::move(surface),
+                            .inside = inside,
+                            .at = settings.at,
+                            .priority = settings.priority,
+                            .fibres = settings.fibres,
+                            .crease_angle = settings.crease_angle});
+        ++next_id_;
+        built_ = false;
+        return id;
+    }
 
     /// Removes an object. Call `build` before tracing. @throws usage_error  for an unknown id
     void remove(object_id id) {
@@ -73,17 +89,36 @@ class scene {
 
     /// Sets the axes of the structure of the background, in the world: along its fibres, and where it is flattest. By
     /// default x and z. @throws usage_error  for directions that are 0, parallel or not finite
-    void set_background_fibres(vec3 along, vec3 flat = {0, 0, 1});
+    void set_background_fibres(vec3 along, vec3 flat = {0, 0, 1}) {
+        if (!is_finite(along) || !is_finite(flat) || length(cross(along, flat)) <= 1e-3F * length(along) * length(flat))
+            throw usage_error{"set_background_fibres: the directions must be finite, not 0 and not parallel, such as "
+                              "{1, 0, 0} and {0, 0, 1}"};
+        background_axes_ =
+            detail::aligned(mat3{normalize(along), normalize(cross(flat, along)), normalize(flat)}, along);
+        place_background();
+    }
 
     /// Sets what fills an object. Takes effect at once; indices into `media()` may change.
     /// @throws usage_error  for an unknown id or a medium out of range
-    void set_medium(object_id id, const medium& inside);
+    void set_medium(object_id id, const medium& inside) {
+        const std::size_t index = index_of(id);
+        detail::check_medium(inside, "set_medium: the medium of " + detail::named(objects_[index].name, id));
+        const medium before = std::exchange(objects_[index].inside, inside);
+        try {
+            if (built_) media_ = detail::distinct_media(background_, objects_, states_);
+        } catch (...) {
+            objects_[index].inside = before;
+            throw;
+        }
+        if (built_) states_[index].place_structure(objects_[index], states_[index].rest);
+        expire();
+    }
 
     /// Makes the scene ready to trace: builds all trees and ranks the objects.
     ///
     /// Where it throws, as for lack of memory, the scene is unchanged.
-    /// @throws geometry_error  for vertices that were moved and are not finite, see `update`, or a function of `fibres` that
-    ///                         returns no direction
+    /// @throws geometry_error  for vertices that were moved and are not finite, see `update`, or a function of `fibres`
+    ///                         that returns no direction
     template <exec::policy Policy>
     scene& build(const Policy& policy) & {
         rebuild(threads{policy});
@@ -98,25 +133,25 @@ class scene {
 
     /// Follows the vertices that moved since the last frame.
     ///
-    /// Cost: one pass over the vertices that moved, which also checks and copies them. Trees are not touched: slices need
-    /// none, and the scene brings a tree up to date when rays first need it, or once its object has been at rest for a few
-    /// updates. Allocates only where an object moves for the first time.
-    /// @throws geometry_error  for a vertex that is not finite; then all objects are where they were after the last update
+    /// Cost: one pass over the vertices that moved, which also checks and copies them. Trees are not touched: slices
+    /// need none, and the scene brings a tree up to date when rays first need it, or once its object has been at rest
+    /// for a few updates. Allocates only where an object moves for the first time.
+    /// @throws geometry_error  for a vertex that is not finite; then all objects are where the last update left them
     /// @throws usage_error     where `build` was not called since the last `add` or `remove`
     template <exec::policy Policy>
     void update(const Policy& policy) {
         follow(threads{policy});
     }
 
-    /// Deforms the body: moves each vertex from rest to where a map puts it. Speckle, structure and fibres follow, also in the
-    /// background.
+    /// Deforms the body: moves each vertex from rest to where a map puts it. Speckle, structure and fibres follow, also
+    /// in the background.
     ///
     ///     body.deform(exec::par, [](vec3 rest) { return rest + vec3{0, 0, 0.1F * rest.z}; });
     ///
-    /// The map takes a point at rest to where it is now, both in the world, in metres. Calls do not add up: each replaces the
-    /// former one. Rest is where the vertices were at the first call, in the object's present pose. The scene keeps a copy of
-    /// the map for its inverse, which each frame needs where its lines run: capture values, not references. If `deform`
-    /// throws, the body is at rest. `update` is not needed.
+    /// The map takes a point at rest to where it is now, both in the world, in metres. Calls do not add up: each
+    /// replaces the former one. Rest is where the vertices were at the first call, in the object's present pose. The
+    /// scene keeps a copy of the map for its inverse, which each frame needs where its lines run: capture values, not
+    /// references. If `deform` throws, the body is at rest. `update` is not needed.
     /// @throws geometry_error  where the map folds over, or gives a point that is not finite
     /// @throws usage_error     for an unknown id, or where `build` was not called since the last `add` or `remove`
     template <exec::policy Policy, deformation_map Map>
@@ -177,8 +212,8 @@ class scene {
     /// The box around one object, in the world. @throws usage_error  for an unknown id
     aabb box(object_id id) const { return states_[index_of(id)].box; }
 
-    /// Whether an object was turned inside out since it was added, as by a simulation that diverges: the volume that its
-    /// faces enclose has changed its sign. One pass over the faces, which must be closed. @throws usage_error  for an unknown id
+    /// Whether an object was turned inside out since it was added, as by a simulation that diverges: the volume inside
+    /// its closed faces has changed its sign. One pass over the faces. @throws usage_error  for an unknown id
     bool is_inside_out(object_id id) const {
         const std::size_t index = index_of(id);
         const double was = states_[index].volume, now = enclosed_volume(objects_[index].surface);
@@ -215,8 +250,8 @@ class scene {
         return views_.for_rays(threads{policy}, parts());
     }
 
-    /// The displacements of tissue from now to rest at the nodes of a lattice, for tracers: of the background, then of the
-    /// objects by rank. `nodes` and `places` are the memory of what is returned, which is empty where nothing is deformed.
+    /// The displacements of tissue from now to rest at the nodes of a lattice, for tracers: of the background, then of
+    /// the objects by rank; empty where nothing is deformed. `nodes` and `places` are the memory of what is returned.
     template <exec::policy Policy>
     view<const displacement_view> displacements(const Policy& policy, const detail::displacement_lattice& where,
                                                 std::vector<float>& nodes,
@@ -243,7 +278,7 @@ class scene {
   private:
     using threads = detail::any_policy<false>; // one instantiation for all policies
 
-    // Reads the positions of some objects. @throws geometry_error  as `update`, with all of them back at the former ones
+    // Reads the positions of some objects. @throws geometry_error  as `update`, with all of them back where they were
     template <class Which>
     void read_positions(const threads& policy, const Which& which) {
         const object* refused = nullptr;
@@ -346,46 +381,6 @@ class scene {
     detail::kept_map deformation_{};
     mutable detail::scene_views views_{}; // what const functions bring up to date
 };
-
-inline object_id scene::add(mesh surface, const medium& inside, object_settings settings) {
-    const object_id id{next_id_};
-    detail::check_object(surface, inside, settings, id);
-    states_.resize(objects_.size() + 1);
-    states_.back().volume = enclosed_volume(surface);
-    objects_.push_back({.id = id,
-                        .name = std::move(settings.name),
-                        .surface = std::move(surface),
-                        .inside = inside,
-                        .at = settings.at,
-                        .priority = settings.priority,
-                        .fibres = settings.fibres,
-                        .crease_angle = settings.crease_angle});
-    ++next_id_;
-    built_ = false;
-    return id;
-}
-
-inline void scene::set_background_fibres(vec3 along, vec3 flat) {
-    if (!is_finite(along) || !is_finite(flat) || length(cross(along, flat)) <= 1e-3F * length(along) * length(flat))
-        throw usage_error{"set_background_fibres: the directions must be finite, not 0 and not parallel, such as "
-                          "{1, 0, 0} and {0, 0, 1}"};
-    background_axes_ = detail::aligned(mat3{normalize(along), normalize(cross(flat, along)), normalize(flat)}, along);
-    place_background();
-}
-
-inline void scene::set_medium(object_id id, const medium& inside) {
-    const std::size_t index = index_of(id);
-    detail::check_medium(inside, "set_medium: the medium of " + detail::named(objects_[index].name, id));
-    const medium before = std::exchange(objects_[index].inside, inside);
-    try {
-        if (built_) media_ = detail::distinct_media(background_, objects_, states_);
-    } catch (...) {
-        objects_[index].inside = before;
-        throw;
-    }
-    if (built_) states_[index].place_structure(objects_[index], states_[index].rest);
-    expire();
-}
 
 } // namespace insonify::inline INSONIFY_ABI
 

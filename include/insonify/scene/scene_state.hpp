@@ -185,7 +185,7 @@ struct object_state {
         moved = false;
     }
 
-    /// Refits the tree, or rebuilds it where refitting has degraded it: see `bvh_storage::update`. Computes the normals.
+    /// Refits the tree, or rebuilds it: see `bvh_storage::update`. Computes the normals.
     template <class Policy>
     void update_tree(const Policy& policy, const object& of) {
         if (tree_is_current) return;
@@ -218,8 +218,8 @@ struct object_state {
     }
 };
 
-/// The index of the object of each rank: of objects that contain a point the one of lowest rank gives the medium. Ordered
-/// by priority, then by smaller enclosed volume, then the later first.
+/// The index of the object of each rank: of objects that contain a point the one of lowest rank gives the medium.
+/// Ordered by priority, then by smaller enclosed volume, then the later first.
 inline std::vector<std::uint32_t> ranked(const std::vector<object>& objects) {
     std::vector<float> volume;
     volume.reserve(objects.size());
@@ -304,7 +304,7 @@ bool deform_object(const Policy& policy, object& one, object_state& state, const
     return true;
 }
 
-/// The deformation map of a scene, of any type, as a value. Another map of the same type takes the memory of the former one.
+/// The deformation map of a scene, of any type, as a value. Another map of the same type reuses the memory.
 class kept_map {
   public:
     kept_map() = default;
@@ -457,8 +457,7 @@ class flat_scene {
     std::atomic<bool> current_{false};
 };
 
-/// The flat arrays of a scene, brought up to date when a const function needs them, by any number of threads. A copy starts
-/// out of date.
+/// The flat arrays of a scene, brought up to date when a const function needs them, by any thread. Copies are stale.
 class scene_views {
   public:
     scene_views() = default;

@@ -77,7 +77,7 @@ struct tetrahedral_mesh {
     tetrahedral_mesh& operator=(const tetrahedral_mesh&) = delete;
     ~tetrahedral_mesh() = default;
 
-    /// The point itself, or the nearest one of the surface. Of several tetrahedra that contain it, the one it is deepest in.
+    /// The point itself, or the nearest one of the surface; in the tetrahedron that contains it most deeply.
     tetrahedral_point locate(vec3 point) const {
         constexpr float tolerance = 1e-5F;
         tetrahedral_point best;
@@ -149,15 +149,15 @@ namespace detail {
 struct inverse_tetrahedra;
 }
 
-/// A body that is divided into tetrahedra, as finite-element engines have it: a map for `scene::deform`. It interpolates
-/// linearly in the tetrahedra. What lies outside moves with the nearest point of their surface.
+/// A body that is divided into tetrahedra, as finite-element engines have it: a map for `scene::deform`. It
+/// interpolates linearly in the tetrahedra. What lies outside moves with the nearest point of their surface.
 ///
 ///     tetrahedra liver{nodes, cells};           // at rest, once: builds what locates points
 ///     std::ranges::copy(engine, liver.nodes().begin());
 ///     body.deform(exec::par, liver);            // each frame
 ///
-/// The scene locates the vertices of its objects once, and again where they are placed elsewhere. A copy shares what does not
-/// change.
+/// The scene locates the vertices of its objects once, and again where they are placed elsewhere. A copy shares what
+/// does not change.
 class tetrahedra {
   public:
     /// @param rest   positions of the nodes at rest, in the world, metres

@@ -3,7 +3,7 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/core/decibels.hpp>
+#include <insonify/core/units.hpp>
 #include <insonify/core/error.hpp>
 #include <insonify/core/random.hpp>
 #include <insonify/execution/policy.hpp>

@@ -4,7 +4,7 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/acoustics/attenuation.hpp>
-#include <insonify/core/decibels.hpp>
+#include <insonify/core/units.hpp>
 #include <insonify/core/error.hpp>
 #include <insonify/execution/policy.hpp>
 #include <insonify/execution/simd.hpp>

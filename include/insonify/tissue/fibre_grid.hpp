@@ -4,7 +4,7 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/core/error.hpp>
-#include <insonify/geometry/aabb.hpp>
+#include <insonify/geometry/ray.hpp>
 #include <insonify/tissue/fibre_chart.hpp>
 #include <insonify/tissue/fibre_directions.hpp>
 #include <insonify/tissue/structure_axes.hpp>

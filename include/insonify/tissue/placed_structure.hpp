@@ -3,7 +3,7 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/core/decibels.hpp>
+#include <insonify/core/units.hpp>
 #include <insonify/tissue/fibre_chart.hpp>
 #include <insonify/tissue/structure_rms.hpp>
 #include <cmath>

@@ -3,7 +3,7 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/geometry/aabb.hpp>
+#include <insonify/geometry/ray.hpp>
 #include <insonify/geometry/mesh.hpp>
 #include <cmath>
 

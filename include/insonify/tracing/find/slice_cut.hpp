@@ -8,7 +8,7 @@
 #include <insonify/core/view.hpp>
 #include <insonify/execution/policy.hpp>
 #include <insonify/execution/simd.hpp>
-#include <insonify/geometry/aabb.hpp>
+#include <insonify/geometry/ray.hpp>
 #include <insonify/geometry/mesh.hpp>
 #include <insonify/geometry/pose.hpp>
 #include <insonify/probe/line_fan.hpp>

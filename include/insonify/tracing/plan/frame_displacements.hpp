@@ -3,7 +3,7 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/geometry/aabb.hpp>
+#include <insonify/geometry/ray.hpp>
 #include <insonify/scene/scene.hpp>
 #include <insonify/tracing/plan/frame_plan.hpp>
 #include <cmath>

@@ -7,7 +7,7 @@
 #include <insonify/acoustics/interface_law.hpp>
 #include <insonify/acoustics/line_refraction.hpp>
 #include <insonify/acoustics/physical.hpp>
-#include <insonify/core/decibels.hpp>
+#include <insonify/core/units.hpp>
 #include <insonify/tracing/read/label.hpp>
 #include <concepts>
 

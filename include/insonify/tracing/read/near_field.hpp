@@ -6,7 +6,7 @@
 #include <insonify/acoustics/attenuation.hpp>
 #include <insonify/acoustics/echo_line.hpp>
 #include <insonify/acoustics/tissue.hpp>
-#include <insonify/core/decibels.hpp>
+#include <insonify/core/units.hpp>
 #include <insonify/execution/policy.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/signal/pulse.hpp>

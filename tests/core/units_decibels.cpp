@@ -1,4 +1,4 @@
-#include <insonify/core/decibels.hpp>
+#include <insonify/core/units.hpp>
 #include <cfloat>
 #include <cmath>
 #include <doctest/doctest.h>

@@ -1,4 +1,4 @@
-#include <insonify/geometry/aabb.hpp>
+#include <insonify/geometry/ray.hpp>
 #include <doctest/doctest.h>
 #include <limits>
 
