@@ -4,7 +4,7 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/image/grey_map.hpp>
-#include <insonify/probe/refined.hpp>
+#include <insonify/probe/transducer.hpp>
 #include <insonify/signal/beam.hpp>
 #include <insonify/signal/compound.hpp>
 #include <insonify/signal/gain.hpp>

@@ -6,7 +6,7 @@
 #include <insonify/b_mode_settings.hpp>
 #include <insonify/geometry/pose.hpp>
 #include <insonify/image/scan_convert.hpp>
-#include <insonify/probe/refined.hpp>
+#include <insonify/probe/transducer.hpp>
 #include <insonify/signal/cine_loop.hpp>
 #include <insonify/signal/persistence.hpp>
 #include <optional>

@@ -27,14 +27,13 @@
 #include <insonify/io.hpp>
 #include <insonify/motion.hpp>
 #include <insonify/paper.hpp>
-#include <insonify/probe/acquisition.hpp>
 #include <insonify/probe/convex_array.hpp>
+#include <insonify/probe/transducer.hpp>
+#include <insonify/probe/line_grid.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/probe/phased_array.hpp>
 #include <insonify/probe/presets.hpp>
-#include <insonify/probe/probe_section.hpp>
 #include <insonify/probe/radial_array.hpp>
-#include <insonify/probe/steered.hpp>
 #include <insonify/scanner.hpp>
 #include <insonify/scene/displayed_depth.hpp>
 #include <insonify/scene/queries.hpp>

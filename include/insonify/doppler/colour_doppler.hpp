@@ -5,7 +5,7 @@
 
 #include <insonify/doppler/autocorrelation.hpp>
 #include <insonify/doppler/doppler_ensemble.hpp>
-#include <insonify/probe/probe_section.hpp>
+#include <insonify/probe/transducer.hpp>
 #include <algorithm>
 #include <cmath>
 

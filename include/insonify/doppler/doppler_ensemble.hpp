@@ -5,7 +5,7 @@
 
 #include <insonify/doppler/slow_time.hpp>
 #include <insonify/doppler/trace_ensemble.hpp>
-#include <insonify/probe/refined.hpp>
+#include <insonify/probe/transducer.hpp>
 #include <insonify/signal/electronic_noise.hpp>
 #include <insonify/signal/kernel/convolve.hpp>
 #include <utility>

@@ -7,7 +7,6 @@
 #include <insonify/core/text.hpp>
 #include <insonify/execution/for_each.hpp>
 #include <insonify/image/image.hpp>
-#include <insonify/probe/acquisition.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/probe/transducer.hpp>
 #include <insonify/signal/pulse.hpp>

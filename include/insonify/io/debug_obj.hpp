@@ -6,7 +6,7 @@
 #include <insonify/core/error.hpp>
 #include <insonify/core/math.hpp>
 #include <insonify/geometry/pose.hpp>
-#include <insonify/probe/acquisition.hpp>
+#include <insonify/probe/line_grid.hpp>
 #include <insonify/probe/transducer.hpp>
 #include <insonify/scene/scene.hpp>
 #include <cstdint>

@@ -7,7 +7,7 @@
 #include <insonify/execution/any_policy.hpp>
 #include <insonify/scene/object_state.hpp>
 #include <insonify/scene/scene_view.hpp>
-#include <insonify/tissue/placed_structure.hpp>
+#include <insonify/tissue/structure.hpp>
 #include <atomic>
 #include <cstddef>
 #include <mutex>

@@ -12,9 +12,8 @@
 #include <insonify/scene/object.hpp>
 #include <insonify/scene/smooth_surface.hpp>
 #include <insonify/scene/tetrahedral_mesh.hpp>
-#include <insonify/tissue/fibre_grid.hpp>
-#include <insonify/tissue/placed_structure.hpp>
-#include <insonify/tissue/structure_axes.hpp>
+#include <insonify/tissue/fibres.hpp>
+#include <insonify/tissue/structure.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>

@@ -11,7 +11,7 @@
 #include <insonify/geometry/pose.hpp>
 #include <insonify/geometry/smooth_normals.hpp>
 #include <insonify/tissue/displacement_view.hpp>
-#include <insonify/tissue/placed_structure.hpp>
+#include <insonify/tissue/structure.hpp>
 #include <cstdint>
 
 namespace insonify::inline INSONIFY_ABI {

@@ -5,9 +5,8 @@
 
 #include <insonify/core/error.hpp>
 #include <insonify/execution/for_each.hpp>
-#include <insonify/probe/acquisition.hpp>
+#include <insonify/probe/transducer.hpp>
 #include <insonify/probe/line_grid.hpp>
-#include <insonify/probe/steered.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>

@@ -3,7 +3,7 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/acoustics/attenuation.hpp>
+#include <insonify/acoustics/laws.hpp>
 #include <insonify/core/decibels.hpp>
 #include <insonify/core/error.hpp>
 #include <insonify/execution/for_each.hpp>

@@ -5,7 +5,6 @@
 
 #include <insonify/core/text.hpp>
 #include <insonify/execution/for_each.hpp>
-#include <insonify/probe/acquisition.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/signal/kernel/axial_kernel.hpp>
 #include <insonify/signal/kernel/lateral_kernel.hpp>

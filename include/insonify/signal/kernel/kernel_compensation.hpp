@@ -3,8 +3,8 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/acoustics/echo_line.hpp>
-#include <insonify/acoustics/roughness.hpp>
+#include <insonify/acoustics/acoustic_model.hpp>
+#include <insonify/acoustics/laws.hpp>
 #include <insonify/core/math.hpp>
 #include <insonify/core/view.hpp>
 #include <cmath>

@@ -4,7 +4,7 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/core/view.hpp>
-#include <insonify/probe/acquisition.hpp>
+#include <insonify/probe/line_grid.hpp>
 #include <insonify/signal/beam.hpp>
 #include <insonify/signal/kernel/taps.hpp>
 #include <algorithm>

@@ -5,7 +5,7 @@
 
 #include <insonify/acoustics/acoustic_model.hpp>
 #include <insonify/core/memo.hpp>
-#include <insonify/probe/acquisition.hpp>
+#include <insonify/probe/line_grid.hpp>
 #include <insonify/signal/kernel/elevation.hpp>
 #include <insonify/signal/kernel/kernel_table.hpp>
 #include <insonify/signal/pulse.hpp>
