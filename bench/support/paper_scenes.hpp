@@ -5,7 +5,7 @@
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/paper/law2011.hpp>
 #include <insonify/paper/pixels.hpp>
-#include <insonify/probe/acquisition.hpp>
+#include <insonify/probe/line_grid.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/scene/scene.hpp>
 #include <insonify/tracing/trace.hpp>

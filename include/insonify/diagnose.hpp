@@ -4,7 +4,7 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/geometry/validate.hpp>
-#include <insonify/probe/acquisition.hpp>
+#include <insonify/probe/line_grid.hpp>
 #include <insonify/probe/transducer.hpp>
 #include <insonify/scene/layers.hpp>
 #include <insonify/scene/object.hpp>

@@ -15,6 +15,13 @@
 #include <insonify/io.hpp>
 #include <insonify/motion.hpp>
 #include <insonify/paper.hpp>
+#include <insonify/probe/convex_array.hpp>
+#include <insonify/probe/line_grid.hpp>
+#include <insonify/probe/linear_array.hpp>
+#include <insonify/probe/phased_array.hpp>
+#include <insonify/probe/presets.hpp>
+#include <insonify/probe/radial_array.hpp>
+#include <insonify/probe/transducer.hpp>
 #include <insonify/scanner.hpp>
 #include <insonify/scene/queries.hpp>
 #include <insonify/scene/scene.hpp>

@@ -6,7 +6,7 @@
 #include <insonify/core/stopwatch.hpp>
 #include <insonify/doppler/pulsed_doppler.hpp>
 #include <insonify/image/grey_map.hpp>
-#include <insonify/probe/refined.hpp>
+#include <insonify/probe/transducer.hpp>
 #include <insonify/signal/compound.hpp>
 #include <insonify/signal/envelope.hpp>
 #include <insonify/signal/gain.hpp>

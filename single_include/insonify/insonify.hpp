@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: MIT
 // No guard: the first include of every header, which ends with <insonify/core/restore_macros.hpp>.
 //
-// Other libraries have macros of names that this one uses: near, far, small, min and max (windows.h), check (Unreal), emit and
-// slots (Qt). They are put aside for the length of a header, so that it may be included after them.
+// Other libraries have macros of names that this one uses: near, far, small, min and max (windows.h), check (Unreal),
+// emit and slots (Qt). They are put aside for the length of a header, so that it may be included after them.
 #pragma push_macro("check")
 #pragma push_macro("emit")
 #pragma push_macro("far")
@@ -44,7 +44,7 @@
 #define INSONIFY_CORE_VERSION_HPP
 
 /// The library's version as one number: major * 10000 + minor * 100 + patch. CMake reads it from here.
-#define INSONIFY_VERSION 100
+#define INSONIFY_VERSION 200
 
 #endif
 #include <version> // identifies the standard library
@@ -306,6 +306,8 @@ INSONIFY_FN inline float multiply_add(float a, float b, float c) {
 #define INSONIFY_CORE_UNITS_HPP
 
 
+#include <cfloat>
+#include <cmath>
 
 /// All public numbers are in SI units: metres, seconds, hertz, radians, kg/m^3, m/s, rayl (kg/(m^2 s)), dB/m. Literals
 /// convert to them: `40_mm`, `7.5_MHz`, `60_deg`, `0.54_dB_per_cm`.
@@ -341,12 +343,113 @@ INSONIFY_LITERAL(dB_per_cm, 100.0L)
 
 } // namespace insonify::inline INSONIFY_ABI::inline literals
 
+namespace insonify::inline INSONIFY_ABI {
+
+/// Below every level, in decibels: as the level of noise there is none, as a threshold it rejects nothing.
+inline constexpr float no_level_db = -FLT_MAX;
+
+namespace detail {
+
+/// 2^x for constant expressions, in which std::exp2 is not allowed.
+INSONIFY_FN constexpr float constant_exp2(double x) {
+    if (!(x > -160)) return x < 0 ? 0.0F : static_cast<float>(x); // below every float; NaN
+    if (!(x < 128)) return __builtin_huge_valf();
+    const int whole = static_cast<int>(x < 0 ? x - 0.5 : x + 0.5);
+    const double rest = 0.693147180559945309417 * (x - whole); // at most ln(2) / 2
+    double term = 1, power = 1;
+    for (int n = 1; n < 16; ++n) power += term *= rest / n; // Taylor's series of e^rest
+    for (int n = 0; n < whole; ++n) power *= 2;
+    for (int n = 0; n > whole; --n) power /= 2;
+    return power > double{FLT_MAX} ? __builtin_huge_valf() : static_cast<float>(power);
+}
+
+} // namespace detail
+
+/// Amplitude ratio of a level in decibels: 10^(level / 20). Also at compile time.
+/// @{
+INSONIFY_FN constexpr float amplitude_of_decibels(float level) {
+    if (__builtin_is_constant_evaluated()) return detail::constant_exp2(0.166096404744368117394 * double{level});
+    return std::exp2(0.16609640F * level); // log2(10) / 20
+}
+constexpr float amplitude_of_decibels(int level) {
+    constexpr double step = 1.1220184543019634356; // 10^(1/20)
+    double amplitude = 1;
+    for (; level > 0; --level) amplitude *= step;
+    for (; level < 0; ++level) amplitude /= step;
+    return static_cast<float>(amplitude);
+}
+/// @}
+
+} // namespace insonify::inline INSONIFY_ABI
+
 
 #endif
 #ifndef INSONIFY_TISSUE_STRUCTURE_HPP
 #define INSONIFY_TISSUE_STRUCTURE_HPP
 
 
+#ifndef INSONIFY_CORE_VIEW_HPP
+#define INSONIFY_CORE_VIEW_HPP
+
+
+#include <concepts>
+#include <cstddef>
+#include <iterator>
+#include <type_traits>
+
+namespace insonify::inline INSONIFY_ABI {
+
+namespace detail {
+
+/// Prefetches a value into the cache. Callers must be inlined too: GCC discards calls of a function that does nothing
+/// else.
+INSONIFY_FN INSONIFY_INLINE void prefetch(const void* value) {
+#if defined(__GNUC__) && !defined(__CUDA_ARCH__)
+    __builtin_prefetch(value);
+#else
+    static_cast<void>(value);
+#endif
+}
+
+} // namespace detail
+
+/// A pointer and a count, like std::span, but trivially copyable and usable in device code. It does not own the
+/// elements.
+template <class T>
+struct view {
+    T* first = nullptr;    ///< null if empty
+    std::size_t count = 0; ///< number of elements
+
+    view() = default;
+    /// A view of `number` elements from `first_element` on.
+    INSONIFY_FN constexpr view(T* first_element, std::size_t number) : first{first_element}, count{number} {}
+
+    /// A view of a contiguous container of T; not of a temporary.
+    template <class Container>
+        requires(!std::same_as<std::remove_cv_t<Container>, view>)
+    &&requires(Container& c) {
+        { std::data(c) } -> std::convertible_to<T*>;
+        { std::size(c) } -> std::convertible_to<std::size_t>;
+    }
+    constexpr view(Container& container) : first{std::data(container)}, count{std::size(container)} {}
+
+    /// As in std::span; the index is not checked.
+    /// @{
+    INSONIFY_FN constexpr T& operator[](std::size_t index) const { return first[index]; }
+    INSONIFY_FN constexpr T* begin() const { return first; }
+    INSONIFY_FN constexpr T* end() const { return first + count; }
+    INSONIFY_FN constexpr T* data() const { return first; }
+    INSONIFY_FN constexpr std::size_t size() const { return count; }
+    INSONIFY_FN constexpr bool empty() const { return count == 0; }
+    /// @}
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#include <cmath>
+#include <cstddef>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -372,9 +475,9 @@ struct structure {
         friend bool operator==(const variation&, const variation&) = default;
     };
 
-    /// Thin bright sheets of finite size, such as the perimysium between the fascicles of a muscle, or the septa of fat.
-    /// There is at most one in each cell of a lattice. Further lattices have cells of 0.8 times the size, and are turned
-    /// about the fibres. The echo of a sheet depends on its angle to the beam as that of an interface does.
+    /// Thin bright sheets of finite size, such as the perimysium between the fascicles of a muscle, or the septa of
+    /// fat. There is at most one in each cell of a lattice. Further lattices have cells of 0.8 times the size, and are
+    /// turned about the fibres. The echo of a sheet depends on its angle to the beam as that of an interface does.
     struct sheet_layer {
         float fill = 0;                      ///< fraction of the cells that contain a sheet; 0: none
         std::uint32_t lattices = 1;          ///< 1 to `max_lattices`
@@ -400,9 +503,10 @@ struct structure {
         friend bool operator==(const bundle_layer&, const bundle_layer&) = default;
     };
 
-    /// The sheath of an object, such as the epimysium and the aponeuroses of a muscle: a bright layer below its surface, of two
-    /// parallel lines with a dark slit between them, uneven in thickness and brightness. It adds to the echo power. It lies
-    /// where the surface is the object's own: not around a vessel within, and only once where two objects touch.
+    /// The sheath of an object, such as the epimysium and the aponeuroses of a muscle: a bright layer below its
+    /// surface, of two parallel lines with a dark slit between them, uneven in thickness and brightness. It adds to the
+    /// echo power. It lies where the surface is the object's own: not around a vessel within, and only once where two
+    /// objects touch.
     struct sheath_layer {
         float thickness = 0;    ///< mean, metres; 0: none
         float level_db = 24;    ///< amplitude at normal incidence, relative to the speckle of the medium
@@ -455,6 +559,200 @@ INSONIFY_FN inline bool is_valid(const structure& s) {
            within(s.sheath.spread_db, 0, 40) && within(s.sheath.waviness, 0, pi) &&
            within(s.sheath.diffuse_db, -200, 0);
 }
+
+namespace detail {
+
+inline constexpr float bits_per_decibel = 0.16609640F; // log2(10) / 20
+/// Largest value of the random numbers that sheets take their levels from: a sum of two uniform ones, of variance 1.
+inline constexpr float max_level_number = 2.4494897F;
+
+/// Sine of the angle at which the echo of a sheet has fallen to half its amplitude: the lobe of the aperture (see
+/// `specular_return`, whose half width is 0.53 of the edge's angle), widened by the waviness of the sheet.
+INSONIFY_FN inline float lobe_of(float waviness, float fnumber) {
+    const float aperture = 0.53F * std::atan(1 / (2 * fnumber)), facets = 1.1774F * waviness;
+    return std::sin(min(std::sqrt(aperture * aperture + facets * facets), pi / 2));
+}
+
+/// Angle between a lattice of sheets and the fibres, radians: to either side by turns, 0.3 to 1 of `tilt`.
+INSONIFY_FN inline float tilt_of_lattice(const structure::sheet_layer& layer, std::uint32_t k) {
+    const float steep = 0.3F + 0.7F * static_cast<float>(k * 5 % 6) / 5;
+    return (k % 2 == 0 ? steep : -steep) * layer.tilt;
+}
+
+/// Mean and mean square of a random factor.
+struct two_moments {
+    float mean = 1;
+    float square = 1;
+};
+
+/// Of 10^(n deviation_db / 20), n normally distributed.
+INSONIFY_FN inline two_moments moments_of(const structure::variation& v) {
+    const float neper = 0.115129255F * v.deviation_db;
+    return {std::exp(neper * neper / 2), std::exp(2 * neper * neper)};
+}
+
+/// Of the sum of a layer's sheets at one point, where the beam runs along z.
+///
+///     mean   = n p <level> V1 <echo>,   V1 = sqrt(2 pi) t <l w> (pi / 2)^2 / 4 / cell
+///     square = n p <level^2> V2 <echo^2> + (1 - 1 / n) mean^2,   V2 = sqrt(pi) t <l w> (4 / 3)^2 / 4 / cell
+///
+/// for n lattices with a fraction p of full cells, thickness t, length l and width w of the sheets. Source: integrals
+/// of the profile exp(-d^2 / 2 t^2) and of the outline sqrt((1 - x^2) (1 - y^2)) of `structure_gains::sheet`.
+INSONIFY_FN inline two_moments moments_of(const structure::sheet_layer& of, float fnumber) {
+    if (!(of.fill > 0)) return {0, 0};
+    // The level is 10^((level_db + spread_db n) / 20), n a sum of two uniform numbers: <exp(a n)> = (sinh(b) / b)^2.
+    const auto level = [&](float power) {
+        const float neper = 0.115129255F * power, b = 0.5F * neper * of.spread_db * max_level_number;
+        const float spread = b > 1e-3F ? std::sinh(b) / b : 1.0F;
+        return std::exp(neper * of.level_db) * spread * spread;
+    };
+    const float lobe = lobe_of(of.waviness, fnumber), diffuse = amplitude_of_decibels(of.diffuse_db);
+    // Over the angles of the normals, in a lattice that is tilted.
+    const auto echo_of = [&](float tilt) {
+        constexpr int angles = 16;
+        two_moments echo{0, 0};
+        for (int i = 0; i < angles; ++i) {
+            const float facing = std::cos((static_cast<float>(i) + 0.5F) / angles * of.turn) * std::cos(tilt);
+            const float one = diffuse + (1 - diffuse) * std::exp2((facing * facing - 1) / (lobe * lobe));
+            echo = {echo.mean + one / angles, echo.square + one * one / angles};
+        }
+        return echo;
+    };
+    constexpr float length = 0.75F * 0.725F, width = 0.8F * 0.8F; // means, in cells
+    two_moments sum{0, 0};
+    float scale = 1;
+    for (std::uint32_t k = 0; k < of.lattices; ++k, scale *= 0.8F) {
+        const float area = 0.25F * length * width * of.fill * of.thickness / (scale * of.cell.z);
+        const two_moments echo = echo_of(tilt_of_lattice(of, k));
+        const float mean = level(1) * 2.5066283F * area * 2.4674011F * echo.mean;
+        const float square = level(2) * 1.7724539F * area * 1.7777778F * echo.square;
+        sum = {sum.mean + mean, sum.square + square + 2 * sum.mean * mean};
+    }
+    return sum;
+}
+
+/// Of the factor of bundles. The edge of a bundle counts half.
+INSONIFY_FN inline two_moments moments_of(const structure::bundle_layer& of) {
+    if (!(of.spacing > 0)) return {};
+    const float relative = of.diameter / of.spacing, inside = 0.25F * pi * relative * relative * 0.65333F;
+    const float level = amplitude_of_decibels(of.level_db);
+    return {1 + inside * (level - 1), 1 + inside * (level * level - 1)};
+}
+
+/// The rms of `structure_gains` over a large volume, where the beam runs along z; waves do not change it.
+INSONIFY_FN inline float structure_rms(const structure& s, float fnumber) {
+    const two_moments all = moments_of(s.mottling), grain = moments_of(s.grain), bundles = moments_of(s.bundles),
+                      sheets = moments_of(s.sheets, fnumber), septa = moments_of(s.septa, fnumber);
+    const float between = grain.mean * bundles.mean;
+    return std::sqrt(all.square * (grain.square * bundles.square + sheets.square + septa.square +
+                                   2 * between * (sheets.mean + septa.mean) + 2 * sheets.mean * septa.mean));
+}
+
+} // namespace detail
+
+/// Coordinates in which curved fibres are straight: at the nodes of a grid, linear in between. Trivially copyable;
+/// refers to the scene's arrays. Fibres run along x, and layers are flat in z, as in `structure`.
+struct fibre_chart {
+    view<const vec3> nodes{}; ///< x varies fastest; metres
+    uvec3 count{0, 0, 0};     ///< of nodes along each axis, at least 2
+    vec3 origin{0, 0, 0};     ///< of the grid, in coordinates of the object
+    float spacing = 1;        ///< of the nodes, metres
+
+    /// Whether fibres are straight everywhere.
+    INSONIFY_FN bool empty() const { return nodes.empty(); }
+
+    /// The coordinates of a point of the object; metres. Beyond the grid those of its outermost cells go on.
+    INSONIFY_FN vec3 operator()(vec3 point) const {
+        const vec3 place = (point - origin) / spacing;
+        std::size_t first = 0, step[3] = {1, count.x, std::size_t{count.x} * count.y};
+        float part[3];
+        for (int i = 0; i < 3; ++i) {
+            const float below = std::floor(clamp(place[i], 0, static_cast<float>(count[i]) - 2));
+            part[i] = place[i] - below;
+            first += step[i] * static_cast<std::size_t>(below);
+        }
+        const auto along_x = [&](std::size_t at) { return nodes[at] + part[0] * (nodes[at + 1] - nodes[at]); };
+        const auto in_plane = [&](std::size_t at) {
+            const vec3 low = along_x(at);
+            return low + part[1] * (along_x(at + step[1]) - low);
+        };
+        const vec3 low = in_plane(first);
+        return low + part[2] * (in_plane(first + step[2]) - low);
+    }
+};
+
+/// A structure in the axes of one object, prepared for lines of any probe. Trivially copyable.
+struct placed_structure {
+    /// One lattice of sheets.
+    struct lattice {
+        mat3 axes{1};          ///< columns: along the fibres and across them, in coordinates of the object
+        vec3 cell{1, 1, 1};    ///< metres
+        mat3 cells{1};         ///< the axes divided by the cell: from metres to cells
+        vec3 aside{0, 0, 0};   ///< cells per metre along z of the structure
+        std::uint32_t key = 0; ///< of its random numbers
+    };
+    /// A layer of sheets.
+    struct sheets {
+        structure::sheet_layer of{};                    ///< as set
+        lattice lattices[structure::max_lattices] = {}; ///< each turned about the fibres
+        std::uint32_t count = 0;                        ///< of lattices; 0: no sheets
+        float diffuse = 0;                              ///< amplitude of `diffuse_db`
+    };
+
+    structure of{};        ///< as set
+    mat3 axes{1};          ///< columns x, y and z of `structure`, in coordinates of the object
+    sheets layers[2] = {}; ///< `structure::sheets` and `structure::septa`
+    fibre_chart chart{};   ///< where fibres are curved; the axes are those of its coordinates
+
+    placed_structure() = default; ///< none
+
+    /// @param s           of the medium
+    /// @param directions  orthonormal columns: along the fibres, across, and where the object is flattest
+    INSONIFY_FN placed_structure(const structure& s, const mat3& directions) : of{s}, axes{directions} {
+        place(s.sheets, 0x51ED270BU, layers[0]);
+        place(s.septa, 0xA3C59AC3U, layers[1]);
+        for (std::uint32_t i = 0; i < fnumbers; ++i)
+            rms_[i] = detail::structure_rms(s, std::exp2(static_cast<float>(i) / steps));
+    }
+
+    /// The rms of the factor on amplitude over a large volume, where the beam runs along z; the F-number is that of the
+    /// receiving aperture.
+    INSONIFY_FN float rms(float fnumber) const {
+        const float place = clamp(steps * std::log2(fnumber), 0, static_cast<float>(fnumbers - 1));
+        const auto above = static_cast<std::uint32_t>(place);
+        const std::uint32_t next = above + 1 < fnumbers ? above + 1 : above;
+        return rms_[above] + (place - static_cast<float>(above)) * (rms_[next] - rms_[above]);
+    }
+
+  private:
+    static constexpr float steps = 4;             // of the F-number, in each doubling
+    static constexpr std::uint32_t fnumbers = 17; // from 1 to 16
+    float rms_[fnumbers] = {};
+
+    // Lattices turn by 2.4 rad, the golden angle, from one to the next, where normals may have any direction across the
+    // fibres.
+    INSONIFY_FN void place(const structure::sheet_layer& layer, std::uint32_t key, sheets& to) const {
+        to.of = layer;
+        to.count = layer.fill > 0 ? layer.lattices : 0;
+        to.diffuse = amplitude_of_decibels(layer.diffuse_db);
+        float scale = 1;
+        for (std::uint32_t k = 0; k < to.count; ++k, scale *= 0.8F) {
+            const float turn = layer.turn < pi / 2 ? 0.0F : 2.4F * static_cast<float>(k);
+            const float tilt = detail::tilt_of_lattice(layer, k);
+            const float c = std::cos(turn), s = std::sin(turn);
+            const vec3 across = c * axes[1] - s * axes[2], upright = s * axes[1] + c * axes[2];
+            const float ct = std::cos(tilt), st = std::sin(tilt);
+            lattice& own = to.lattices[k];
+            own.axes = mat3{ct * axes[0] + st * upright, across, ct * upright - st * axes[0]};
+            own.cell = scale * layer.cell;
+            own.key = key + k * 0x632BE5ABU;
+            for (int i = 0; i < 3; ++i) {
+                own.cells[i] = own.axes[i] / own.cell[i];
+                own.aside[i] = dot(own.cells[i], axes[2]);
+            }
+        }
+    }
+};
 
 } // namespace insonify::inline INSONIFY_ABI
 
@@ -760,7 +1058,7 @@ class thread_pool {
 #endif
 #include <cstddef>
 #include <cstdint>
-#include <type_traits>
+#include <utility>
 
 #if defined(__GLIBCXX__) && __has_include(<pstl/execution_defs.h>)
 #include <pstl/execution_defs.h> // the policy types alone: <execution> of libstdc++ costs seconds and pulls in TBB
@@ -814,21 +1112,14 @@ inline constexpr bool is_unsequenced_v<parallel_unsequenced_policy> = true;
 
 namespace detail {
 
-/// The library's policy for a policy of std::execution.
-template <class Policy>
-struct own_policy;
-
+/// The library's policy for a policy of std::execution; declared only.
+void own_policy();
 #if defined(INSONIFY_STANDARD_POLICIES)
 namespace standard = INSONIFY_STANDARD_POLICIES;
-
-template <>
-struct own_policy<standard::sequenced_policy> : std::type_identity<exec::sequenced_policy> {};
-template <>
-struct own_policy<standard::parallel_policy> : std::type_identity<exec::parallel_policy> {};
-template <>
-struct own_policy<standard::unsequenced_policy> : std::type_identity<exec::unsequenced_policy> {};
-template <>
-struct own_policy<standard::parallel_unsequenced_policy> : std::type_identity<exec::parallel_unsequenced_policy> {};
+exec::sequenced_policy own_policy(const standard::sequenced_policy&);
+exec::parallel_policy own_policy(const standard::parallel_policy&);
+exec::unsequenced_policy own_policy(const standard::unsequenced_policy&);
+exec::parallel_unsequenced_policy own_policy(const standard::parallel_unsequenced_policy&);
 #endif
 
 } // namespace detail
@@ -867,7 +1158,7 @@ template <class Body>
 void for_each_index(const parallel_unsequenced_policy& policy, std::size_t count, const Body& body) {
     detail::thread_pool::instance().run(count, policy.participants, body);
 }
-template <class StandardPolicy, class Body, class Own = typename detail::own_policy<StandardPolicy>::type>
+template <class StandardPolicy, class Body, class Own = decltype(detail::own_policy(std::declval<StandardPolicy>()))>
 void for_each_index(const StandardPolicy&, std::size_t count, const Body& body) {
     for_each_index(Own{}, count, body);
 }
@@ -957,11 +1248,11 @@ inline constexpr bool exec::is_unsequenced_v<detail::any_policy<true>> = true;
 #include <immintrin.h>
 #endif
 
-/// The types behind SIMD, by one of three means: arrays (INSONIFY_NO_SIMD, nvcc), std::experimental::simd (libstdc++), or
-/// the vector types of GCC and Clang (other standard libraries).
+/// The types behind SIMD, by one of three means: arrays (INSONIFY_NO_SIMD, nvcc), std::experimental::simd (libstdc++),
+/// or the vector types of GCC and Clang (other standard libraries).
 ///
-/// `lanes<N>` holds N floats, `lane_mask<N>` N truth values, `bit_lanes<N>` N 32-bit unsigned integers; operators act lane
-/// by lane. Each means provides
+/// `lanes<N>` holds N floats, `lane_mask<N>` N truth values, `bit_lanes<N>` N 32-bit unsigned integers; operators act
+/// lane by lane. Each means provides
 ///
 ///     load<N>(from), store(value, to), load_bits<N>(from), store_bits<N>(bits, to)
 ///     each_lane<N>(value)              lane i is value(i)
@@ -1092,14 +1383,9 @@ INSONIFY_INLINE stdx::simd<float, Abi> multiply_add(const stdx::simd<float, Abi>
     else if constexpr (requires { static_cast<__m128>(a); })
         return stdx::simd<float, Abi>(
             _mm_fmadd_ps(static_cast<__m128>(a), static_cast<__m128>(b), static_cast<__m128>(c)));
-    else
-        return stdx::fma(a, b, c);
-#else
-    if constexpr (detail::has_fma)
-        return stdx::fma(a, b, c);
-    else
-        return a * b + c;
 #endif
+    if constexpr (!detail::has_fma) return a * b + c;
+    return stdx::fma(a, b, c);
 }
 
 template <class Abi>
@@ -1501,6 +1787,7 @@ INSONIFY_FN INSONIFY_INLINE std::uint32_t pack_lanes(const bit_lanes<N>& values,
 
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -1550,6 +1837,14 @@ inline constexpr label_id background_label = ~0U;
 using scan_lines = line_grid<float>;     ///< real values: intensity, envelope, or brightness after `log_compress`
 using iq_lines = line_grid<vec2>;        ///< complex baseband values: x in phase, y in quadrature
 using label_lines = line_grid<label_id>; ///< the object at each sample
+
+/// Depth and sampling of the scan lines.
+struct acquisition {
+    float depth = 0.08F;       ///< metres, at most 10
+    std::uint32_t samples = 0; ///< depth samples of each line; 0: chosen by the model
+    std::uint32_t planes = 1;  ///< 1, 3, 5 or 7 elevation planes, which sample the slice thickness
+    std::uint32_t frame = 0;   ///< number of the frame: speckle of flowing media (`medium::flowing`) depends on it
+};
 
 } // namespace insonify::inline INSONIFY_ABI
 
@@ -1799,66 +2094,6 @@ inline flow_sample flow_of(const autocorrelation& of, float max_velocity) {
 #define INSONIFY_GEOMETRY_MESH_HPP
 
 
-#ifndef INSONIFY_CORE_VIEW_HPP
-#define INSONIFY_CORE_VIEW_HPP
-
-
-#include <concepts>
-#include <cstddef>
-#include <iterator>
-#include <type_traits>
-
-namespace insonify::inline INSONIFY_ABI {
-
-namespace detail {
-
-/// Prefetches a value into the cache. Callers must be inlined too: GCC discards calls of a function that does nothing
-/// else.
-INSONIFY_FN INSONIFY_INLINE void prefetch(const void* value) {
-#if defined(__GNUC__) && !defined(__CUDA_ARCH__)
-    __builtin_prefetch(value);
-#else
-    static_cast<void>(value);
-#endif
-}
-
-} // namespace detail
-
-/// A pointer and a count, like std::span, but trivially copyable and usable in device code. It does not own the
-/// elements.
-template <class T>
-struct view {
-    T* first = nullptr;    ///< null if empty
-    std::size_t count = 0; ///< number of elements
-
-    view() = default;
-    /// A view of `number` elements from `first_element` on.
-    INSONIFY_FN constexpr view(T* first_element, std::size_t number) : first{first_element}, count{number} {}
-
-    /// A view of a contiguous container of T; not of a temporary.
-    template <class Container>
-        requires(!std::same_as<std::remove_cv_t<Container>, view>)
-    &&requires(Container& c) {
-        { std::data(c) } -> std::convertible_to<T*>;
-        { std::size(c) } -> std::convertible_to<std::size_t>;
-    }
-    constexpr view(Container& container) : first{std::data(container)}, count{std::size(container)} {}
-
-    /// As in std::span; the index is not checked.
-    /// @{
-    INSONIFY_FN constexpr T& operator[](std::size_t index) const { return first[index]; }
-    INSONIFY_FN constexpr T* begin() const { return first; }
-    INSONIFY_FN constexpr T* end() const { return first + count; }
-    INSONIFY_FN constexpr T* data() const { return first; }
-    INSONIFY_FN constexpr std::size_t size() const { return count; }
-    INSONIFY_FN constexpr bool empty() const { return count == 0; }
-    /// @}
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
 #ifndef INSONIFY_GEOMETRY_TRIANGLE_HPP
 #define INSONIFY_GEOMETRY_TRIANGLE_HPP
 
@@ -1867,11 +2102,8 @@ struct view {
 #define INSONIFY_GEOMETRY_RAY_HPP
 
 
-#ifndef INSONIFY_GEOMETRY_AABB_HPP
-#define INSONIFY_GEOMETRY_AABB_HPP
-
-
 #include <cfloat>
+#include <cstdint>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -1923,20 +2155,10 @@ struct plane {
 INSONIFY_FN inline bool overlaps(const plane& p, const aabb& box) {
     if (box.empty()) return false;
     const vec3 half = 0.5F * (box.upper - box.lower);
-    const float extent = // of the box along the normal, from its centre
-        std::fabs(p.normal.x) * half.x + std::fabs(p.normal.y) * half.y + std::fabs(p.normal.z) * half.z;
+    const float extent = dot(abs(p.normal), half); // of the box along the normal, from its centre
     const float rounding = 4e-7F * (std::fabs(p.offset) + extent + dot(abs(p.normal), abs(box.centre())));
     return std::fabs(dot(p.normal, box.centre()) - p.offset) <= extent + rounding;
 }
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#include <cfloat>
-#include <cstdint>
-
-namespace insonify::inline INSONIFY_ABI {
 
 /// A ray, or a segment of one. Distances are in units of `direction`: metres where its length is 1.
 struct ray {
@@ -1965,7 +2187,7 @@ INSONIFY_FN constexpr bool nearer(const hit& a, const hit& b) {
     return a.distance < b.distance || (a.distance == b.distance && a.primitive < b.primitive);
 }
 
-/// A box as a primitive of a tree: the box itself, and where a ray enters it. Conservative, so that rounding never misses one.
+/// A box as a primitive of a tree: the box itself, and where a ray enters it. Conservative: rounding never misses one.
 /// @{
 INSONIFY_FN inline aabb bounds(const aabb& box) { return box; }
 INSONIFY_FN inline hit intersect(const ray& r, const aabb& box) {
@@ -2140,8 +2362,7 @@ struct mesh_view {
     INSONIFY_FN mesh_view(view<const vec3> vertex_positions, view<const uvec3> corner_indices)
         : positions{vertex_positions}, faces{corner_indices} {}
     /// View of a mesh, which must outlive it.
-    mesh_view(const mesh& m)
-        : positions{m.positions.data(), m.positions.size()}, faces{m.faces.data(), m.faces.size()} {}
+    mesh_view(const mesh& m) : positions{m.positions}, faces{m.faces} {}
 
     /// Number of triangles.
     INSONIFY_FN std::size_t size() const { return faces.size(); }
@@ -2234,11 +2455,11 @@ struct face_groups_view {
     }
 };
 
-/// The distinct vertices of every 64 consecutive faces, so that a pass over a mesh reads each vertex once instead of three
-/// to six times.
+/// The distinct vertices of every 64 consecutive faces, so that a pass over a mesh reads each vertex once instead of
+/// three to six times.
 ///
-/// Consecutive faces are mostly neighbours: a group then has about 45 vertices, and most groups lie on one side of a plane,
-/// so that their faces can be skipped. Depends on the faces alone, not on where the vertices are.
+/// Consecutive faces are mostly neighbours: a group then has about 45 vertices, and most groups lie on one side of a
+/// plane, so that their faces can be skipped. Depends on the faces alone, not on where the vertices are.
 class face_groups {
   public:
     face_groups() = default;
@@ -2320,8 +2541,8 @@ INSONIFY_FN inline bool is_rigid(const pose& p) {
            near_to(dot(r[1], r[2]), 0) && near_to(dot(r[2], r[0]), 0) && determinant(r) > 0;
 }
 
-/// The pose with an orthonormal rotation, the nearest to one that rounding has made inexact: of a pose that is multiplied many
-/// times, such as that of a robot's arm.
+/// The pose with an orthonormal rotation, the nearest to one that rounding has made inexact: of a pose that is
+/// multiplied many times, such as that of a robot's arm.
 ///
 ///     at = orthonormalised(at * step); // each time
 ///
@@ -2364,18 +2585,22 @@ inline pose look_at(vec3 from, vec3 towards, vec3 lateral) {
 
 
 #endif
-#ifndef INSONIFY_TISSUE_FIBRE_DIRECTIONS_HPP
-#define INSONIFY_TISSUE_FIBRE_DIRECTIONS_HPP
+#ifndef INSONIFY_TISSUE_FIBRES_HPP
+#define INSONIFY_TISSUE_FIBRES_HPP
 
 
-#include <concepts>
+#include <cmath>
+#include <cstddef>
 #include <memory>
+#include <numeric>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// The direction of the fibres of an object, in its coordinates and of any length: one for all, or a function of the point.
+/// The direction of the fibres of an object, in its coordinates and of any length: one for all, or a function of the
+/// point.
 ///
 ///     body.add(surface, tissue::muscle, {.fibres = {1, 0, 0}});
 ///     body.add(surface, tissue::muscle, {.fibres = [](vec3 p) { return vec3{1, 0, 4 * p.x}; }});
@@ -2388,23 +2613,248 @@ class fibre_directions {
     fibre_directions(X x, Y y, Z z) : along_{x, y, z} {}
     /// A function of the point, metres. It must be continuous, and defined in the whole box around the object.
     template <class Function>
-        requires std::is_invocable_r_v<vec3, const Function&, vec3> fibre_directions(Function function)
-            : own_{std::make_shared<const Function>(std::move(function))}, call_{[](const void* own,
-                                                                                    vec3 point) -> vec3 {
-                  return (*static_cast<const Function*>(own))(point);
-              }} {}
+    fibre_directions(Function function) requires std::is_invocable_r_v<vec3, const Function&, vec3>
+        : own_{std::make_shared<const Function>(std::move(function))}, call_{[](const void* own, vec3 point) -> vec3 {
+            return (*static_cast<const Function*>(own))(point);
+        }} {}
 
-        /// Whether it is a function.
-        bool varies() const { return call_ != nullptr; }
-        /// At a point, in coordinates of the object.
-        vec3 operator()(vec3 point) const { return varies() ? call_(own_.get(), point) : along_; }
+    /// Whether it is a function.
+    bool varies() const { return call_ != nullptr; }
+    /// At a point, in coordinates of the object.
+    vec3 operator()(vec3 point) const { return varies() ? call_(own_.get(), point) : along_; }
 
-      private:
-        vec3 along_{0, 0, 0};
-        std::shared_ptr<const void> own_{};
-        vec3 (*call_)(const void*, vec3) = nullptr;
+  private:
+    vec3 along_{0, 0, 0};
+    std::shared_ptr<const void> own_{};
+    vec3 (*call_)(const void*, vec3) = nullptr;
 };
 
+namespace detail {
+
+/// A symmetric matrix.
+struct symmetric3 {
+    double at[3][3] = {};
+
+    void add(double weight, const dvec3& a, const dvec3& b) {
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j) at[i][j] += weight * a[i] * b[j];
+    }
+};
+
+/// Eigenvectors as columns, by descending eigenvalue.
+/// Source: the cyclic Jacobi method; Golub & Van Loan, Matrix Computations, section 8.5.
+inline mat3 principal_axes(symmetric3 m) {
+    double v[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    for (int sweep = 0; sweep < 12; ++sweep)
+        for (int p = 0; p < 2; ++p)
+            for (int q = p + 1; q < 3; ++q) {
+                if (m.at[p][q] == 0) continue;
+                const double angle = (m.at[q][q] - m.at[p][p]) / (2 * m.at[p][q]);
+                const double t = (angle < 0 ? -1 : 1) / (std::fabs(angle) + std::sqrt(angle * angle + 1));
+                const double c = 1 / std::sqrt(t * t + 1), s = t * c;
+                for (int k = 0; k < 3; ++k) {
+                    const double a = m.at[k][p], b = m.at[k][q];
+                    m.at[k][p] = c * a - s * b;
+                    m.at[k][q] = s * a + c * b;
+                }
+                for (int k = 0; k < 3; ++k) {
+                    const double a = m.at[p][k], b = m.at[q][k];
+                    m.at[p][k] = c * a - s * b;
+                    m.at[q][k] = s * a + c * b;
+                    const double d = v[k][p], e = v[k][q];
+                    v[k][p] = c * d - s * e;
+                    v[k][q] = s * d + c * e;
+                }
+            }
+    int order[3] = {0, 1, 2};
+    for (const int i : {0, 1, 0})
+        if (m.at[order[i]][order[i]] < m.at[order[i + 1]][order[i + 1]]) std::swap(order[i], order[i + 1]);
+    mat3 axes{1};
+    for (int i = 0; i < 3; ++i)
+        axes[i] = vec3{static_cast<float>(v[0][order[i]]), static_cast<float>(v[1][order[i]]),
+                       static_cast<float>(v[2][order[i]])};
+    return axes;
+}
+
+/// Covariance of the volume that a closed surface encloses, times that volume. Each face adds its tetrahedron with the
+/// middle of the box; outside the surface these cancel.
+inline symmetric3 volume_covariance(const mesh_view& surface, const aabb& box) {
+    symmetric3 second;
+    dvec3 first{0, 0, 0};
+    double volume = 0;
+    const dvec3 middle{box.centre()};
+    for (std::size_t i = 0; i < surface.size(); ++i) {
+        const triangle face = surface[i];
+        const dvec3 a = dvec3{face.a} - middle, b = dvec3{face.b} - middle, c = dvec3{face.c} - middle, sum = a + b + c;
+        const double own = dot(a, cross(b, c)) / 6;
+        for (const dvec3& corner : {a, b, c, sum}) second.add(own / 20, corner, corner);
+        first += 0.25 * own * sum;
+        volume += own;
+    }
+    if (volume != 0) second.add(-1 / volume, first, first);
+    if (volume < 0)
+        for (auto& row : second.at)
+            for (double& value : row) value = -value;
+    return second;
+}
+
+/// Axes from the longest to the shortest side of a box.
+inline mat3 axes_of(const aabb& box) {
+    symmetric3 sides;
+    for (int i = 0; i < 3; ++i) sides.at[i][i] = box.empty() ? -i : static_cast<double>(box.size()[i]);
+    return principal_axes(sides);
+}
+
+/// The axes with the first one along `fibres`, if that is not 0, and the last one as it was, as far as possible.
+inline mat3 aligned(const mat3& axes, vec3 fibres) {
+    if (fibres == vec3{0, 0, 0}) return axes;
+    const vec3 along = normalize(fibres);
+    const vec3 flat = axes[2] - dot(axes[2], along) * along, other = axes[1] - dot(axes[1], along) * along;
+    const vec3 upright = normalize(dot(flat, flat) > 0.1F ? flat : other);
+    return mat3{along, cross(upright, along), upright};
+}
+
+/// The axes of an object: of its moments of inertia, the least along the fibres, unless these are given.
+inline mat3 structure_axes(const mesh_view& surface, const aabb& box, vec3 fibres) {
+    const symmetric3 moments = volume_covariance(surface, box);
+    const double trace = moments.at[0][0] + moments.at[1][1] + moments.at[2][2];
+    return aligned(trace > 0 && trace < 1e30 ? principal_axes(moments) : axes_of(box), fibres);
+}
+
+/// Coordinates in which the fibres of an object are straight.
+///
+/// Each coordinate c is the least-squares solution of grad c = t and, with a greater weight, of f . grad c = f . t in
+/// all cells of a grid: f is the direction of the fibres, t for x is f, for z the flattest axis made orthogonal to f,
+/// for y orthogonal to both. So sheets contain the fibres, as far as such sheets exist, and distances are kept as far
+/// as possible.
+/// Source: conjugate gradients for least squares; Bjorck, Numerical Methods for Least Squares Problems, section 7.4.
+class fibre_grid {
+  public:
+    fibre_grid() = default; ///< of straight fibres
+
+    /// @param box   of the object
+    /// @param axes  of the object: the last one where it is flattest
+    fibre_grid(const fibre_directions& fibres, const aabb& box, const mat3& axes) {
+        if (!fibres.varies() || box.empty()) return;
+        const vec3 size = max(box.size(), vec3{1e-4F});
+        spacing_ = std::fmax(std::cbrt(size.x * size.y * size.z / max_cells), 0.5e-3F);
+        for (int i = 0; i < 3; ++i) count_[i] = static_cast<std::uint32_t>(std::ceil(size[i] / spacing_)) + 2;
+        origin_ = box.centre() - 0.5F * spacing_ * vec3{count_ - 1U};
+        std::vector<mat3> targets(cells());
+        for (std::size_t cell = 0; cell < targets.size(); ++cell) {
+            const vec3 centre = node_position(first_node(cell)) + vec3{0.5F * spacing_};
+            const vec3 along = fibres(max(box.lower, min(centre, box.upper)));
+            if (!is_finite(along) || !(length(along) > 0))
+                throw geometry_error{
+                    "scene: `fibres` of an object is a function that returns 0 or a direction that is not finite; "
+                    "it must return a direction in the whole box around the object"};
+            targets[cell] = aligned(axes, along);
+        }
+        nodes_.resize(std::size_t{count_.x} * count_.y * count_.z);
+        for (int coordinate = 0; coordinate < 3; ++coordinate) solve(targets, coordinate);
+    }
+
+    /// As a view.
+    fibre_chart view_of() const { return {nodes_, count_, origin_, spacing_}; }
+
+  private:
+    static constexpr float max_cells = 8000, weight = 100; // of the equation along the fibres
+    static constexpr float damping = 0.1F;                 // of twists, which the equations do not determine
+
+    std::size_t cells() const { return std::size_t{count_.x - 1} * (count_.y - 1) * (count_.z - 1); }
+    std::size_t first_node(std::size_t cell) const {
+        const std::size_t x = cell % (count_.x - 1), rest = cell / (count_.x - 1);
+        return x + count_.x * (rest % (count_.y - 1) + count_.y * (rest / (count_.y - 1)));
+    }
+    vec3 node_position(std::size_t node) const {
+        const std::size_t rest = node / count_.x;
+        return origin_ + spacing_ * vec3{static_cast<float>(node % count_.x), static_cast<float>(rest % count_.y),
+                                         static_cast<float>(rest / count_.y)};
+    }
+    /// The gradient at the middle of a cell, and what a field has besides that vanishes there: its twists, along two
+    /// axes at a time and along all three.
+    struct slope {
+        vec3 gradient{0, 0, 0}, twist{0, 0, 0};
+        float all = 0;
+    };
+    /// Calls of(node, slope of a field that is 1 at this node alone) for the corners of a cell.
+    template <class Of>
+    void for_corners(std::size_t cell, Of&& of) const {
+        const std::size_t first = first_node(cell);
+        const float each = 0.25F / spacing_;
+        for (std::uint32_t corner = 0; corner < 8; ++corner) {
+            const std::uint32_t i = corner & 1U, j = corner >> 1 & 1U, k = corner >> 2;
+            const float x = i > 0 ? 1.0F : -1.0F, y = j > 0 ? 1.0F : -1.0F, z = k > 0 ? 1.0F : -1.0F;
+            of(first + i + count_.x * (j + std::size_t{count_.y} * k),
+               slope{each * vec3{x, y, z}, each * vec3{y * z, z * x, x * y}, each * x * y * z});
+        }
+    }
+    static float product(const slope& a, const slope& b) {
+        return dot(a.gradient, b.gradient) + dot(a.twist, b.twist) + a.all * b.all;
+    }
+
+    // Conjugate gradients on the normal equations, from the coordinates of the middle cell on.
+    void solve(const std::vector<mat3>& targets, int coordinate) {
+        const auto weighted = [&](std::size_t cell, slope of) { // the matrix of the equations, times its transpose
+            const vec3 f = targets[cell][0];
+            return slope{of.gradient + weight * dot(f, of.gradient) * f, damping * of.twist, damping * of.all};
+        };
+        const auto slope_of = [&](const std::vector<double>& field, std::size_t cell) {
+            slope sum;
+            for_corners(cell, [&](std::size_t node, const slope& of) {
+                const auto value = static_cast<float>(field[node]);
+                sum.gradient += value * of.gradient;
+                sum.twist += value * of.twist;
+                sum.all += value * of.all;
+            });
+            return sum;
+        };
+        const std::size_t size = nodes_.size();
+        std::vector<double> solution(size, 0.0), residual(size, 0.0), direction, image(size);
+        const vec3 start = targets[targets.size() / 2][coordinate];
+        for (std::size_t cell = 0; cell < targets.size(); ++cell) {
+            const slope wanted = weighted(cell, {.gradient = targets[cell][coordinate] - start});
+            for_corners(cell, [&](std::size_t node, const slope& of) {
+                residual[node] += static_cast<double>(product(of, wanted));
+            });
+        }
+        const auto power = [](const std::vector<double>& a) {
+            return std::inner_product(a.begin(), a.end(), a.begin(), 0.0);
+        };
+        direction = residual;
+        double left = power(residual);
+        const double enough = 1e-8 * left;
+        for (int iteration = 0; iteration < 1000 && left > enough; ++iteration) {
+            image.assign(size, 0.0);
+            double along = 0;
+            for (std::size_t cell = 0; cell < targets.size(); ++cell) {
+                const slope own = slope_of(direction, cell), flow = weighted(cell, own);
+                along += static_cast<double>(product(own, flow));
+                for_corners(cell, [&](std::size_t node, const slope& of) {
+                    image[node] += static_cast<double>(product(of, flow));
+                });
+            }
+            if (!(along > 0)) break;
+            const double step = left / along;
+            for (std::size_t i = 0; i < size; ++i) {
+                solution[i] += step * direction[i];
+                residual[i] -= step * image[i];
+            }
+            const double now = power(residual), turn = now / left;
+            left = now;
+            for (std::size_t i = 0; i < size; ++i) direction[i] = residual[i] + turn * direction[i];
+        }
+        for (std::size_t node = 0; node < size; ++node)
+            nodes_[node][coordinate] = static_cast<float>(solution[node]) + dot(start, node_position(node));
+    }
+
+    std::vector<vec3> nodes_{};
+    uvec3 count_{0, 0, 0};
+    vec3 origin_{0, 0, 0};
+    float spacing_ = 1;
+};
+
+} // namespace detail
 } // namespace insonify::inline INSONIFY_ABI
 
 
@@ -2425,7 +2875,7 @@ struct object_settings {
     int priority = 0;   ///< where objects overlap, the medium of the highest priority applies
     pose at{};          ///< object to world
     std::string name{}; ///< for reports, files and error messages; need not be unique
-    /// Their direction in coordinates of the object, as built: one for all, or a function of the point; 0: the axis of its mesh.
+    /// Their direction in coordinates of the object, as built: one, or a function of the point; 0: the mesh's axis.
     fibre_directions fibres{};
     /// Edges where two faces meet at no more than this are smooth: echoes see a curved surface across them, not facets.
     /// Radians, 0 to pi; 0: every face is a flat mirror.
@@ -2677,8 +3127,8 @@ struct velocity_samples {
 
 
 #endif
-#ifndef INSONIFY_PROBE_REFINED_HPP
-#define INSONIFY_PROBE_REFINED_HPP
+#ifndef INSONIFY_PROBE_TRANSDUCER_HPP
+#define INSONIFY_PROBE_TRANSDUCER_HPP
 
 
 #ifndef INSONIFY_CORE_MEMO_HPP
@@ -2732,10 +3182,7 @@ class memo {
 
 
 #endif
-#ifndef INSONIFY_PROBE_TRANSDUCER_HPP
-#define INSONIFY_PROBE_TRANSDUCER_HPP
-
-
+#include <cmath>
 #include <concepts>
 #include <cstdint>
 #include <string>
@@ -2834,7 +3281,8 @@ INSONIFY_FN bool is_full_circle(const Probe& probe) {
            length(end.origin - begin.origin) <= 1e-4F * length(begin.origin);
 }
 
-/// Fractional bandwidth of a probe at -6 dB: its `bandwidth`; that of a pulse of 2.5 cycles for a probe without that member.
+/// Fractional bandwidth of a probe at -6 dB: its `bandwidth`; that of a pulse of 2.5 cycles for a probe without that
+/// member.
 template <transducer Probe>
 INSONIFY_FN constexpr float fractional_bandwidth(const Probe& probe) {
     if constexpr (requires { probe.bandwidth; })
@@ -2843,8 +3291,8 @@ INSONIFY_FN constexpr float fractional_bandwidth(const Probe& probe) {
         return 0.644F;
 }
 
-/// Checks `lines`, `frequency` and, where the probe has them, `fnumber`, `focus`, `elevation_height`, `elevation_focus`,
-/// `bandwidth` and `side_lobes`.
+/// Checks `lines`, `frequency` and, where the probe has them, `fnumber`, `focus`, `elevation_height`,
+/// `elevation_focus`, `bandwidth` and `side_lobes`.
 /// @throws usage_error  naming a setting that is out of range
 template <class Array>
 void check_array(const Array& array) {
@@ -2866,13 +3314,120 @@ void check_array(const Array& array) {
 
 } // namespace insonify::inline INSONIFY_ABI
 
+namespace insonify::inline INSONIFY_ABI::detail {
 
-#endif
-#include <cmath>
+/// Lines that diverge from an apex, which lies `radius` behind the face.
+struct sector {
+    std::uint32_t lines = 1;
+    float radius = 0;        ///< radius of the face, metres
+    float field_of_view = 1; ///< angle between the ends of the sector, radians
+
+    /// From (R sin t, 0, R cos t - R) towards (sin t, 0, cos t).
+    INSONIFY_FN ray beam(float line) const {
+        const float angle = aperture_fraction(line, lines) * field_of_view;
+        const vec3 direction{std::sin(angle), 0, std::cos(angle)};
+        return {.origin = radius * (direction - vec3{0, 0, 1}), .direction = direction};
+    }
+    INSONIFY_FN vec2 locate(vec2 point) const {
+        const float along = point.y + radius;
+        const float from_apex = std::sqrt(point.x * point.x + along * along);
+        return {line_at_fraction(std::atan2(point.x, along) / field_of_view, lines), from_apex - radius};
+    }
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// A probe with another number of lines, usually more: the same face, field of view and beam with finer lateral sampling.
+/// A probe whose lines are all turned in the slice plane by one angle, each about its origin on the face: one look of a
+/// compounded image. The lines of a linear array fill a parallelogram.
+///
+/// The probe must have parallel lines, or lines that diverge from one point behind its face, as all probes of the
+/// library have. A line at an angle sees the face foreshortened: `fnumber` and `aperture` are those of the steered
+/// line, F / cos(angle) and width * cos(angle). Depth is measured along the lines.
+template <transducer Probe>
+struct steered : Probe {
+    float steering = 0; ///< angle of every line to that of the probe, radians; positive towards +x
+
+    /// @param radians  -45_deg to 45_deg
+    explicit steered(const Probe& probe, float radians = 0)
+        : Probe{probe}, steering{radians}, sine_{std::sin(radians)}, cosine_{std::cos(radians)} {
+        if constexpr (requires { this->fnumber; }) this->fnumber /= cosine_;
+        if (probe.lines == 0) return; // `check` refuses it
+        // Two lines that are neither the same nor opposite, also in a full circle.
+        const ray first = probe.beam(-0.5F), second = probe.beam(0.25F * static_cast<float>(probe.lines) - 0.5F);
+        const vec2 from{first.origin.x, first.origin.z}, to{second.origin.x, second.origin.z};
+        const vec2 down{first.direction.x, first.direction.z}, other{second.direction.x, second.direction.z};
+        const float turn = down.x * other.y - down.y * other.x;
+        if (std::fabs(turn) < 1e-6F) return; // parallel
+        diverging_ = true;
+        const float to_apex = ((to.x - from.x) * other.y - (to.y - from.y) * other.x) / turn;
+        apex_ = from + to_apex * down;
+        radius_ = std::fabs(to_apex);
+    }
+
+    /// The line as a ray in the probe frame.
+    INSONIFY_FN ray beam(float line) const {
+        ray turned = Probe::beam(line);
+        turned.direction = rotated(turned.direction, sine_, cosine_);
+        return turned;
+    }
+    /// The direction along which a line sees the grid of scatterers: that of the line without steering, or of the line
+    /// turned back by 10 degrees where it is steered further. So looks of a compounded image see the same scatterers;
+    /// at larger angles to the grid their level would fall.
+    INSONIFY_FN vec3 scatterer_axis(float line) const {
+        const float rest = steering - clamp(steering, -10_deg, 10_deg);
+        return rotated(Probe::beam(line).direction, std::sin(rest), std::cos(rest));
+    }
+    /// From {x, z} to {line, depth along it}.
+    INSONIFY_FN vec2 locate(vec2 point) const {
+        if (steering == 0) return Probe::locate(point);
+        if (!diverging_) { // the face is plane, and a line reaches the depth z after z / cos(angle)
+            const vec2 straight = Probe::locate(point);
+            const float back = straight.y * sine_ / cosine_;
+            const vec3 along = Probe::beam(straight.x).direction; // {along.z, -along.x} runs along the face
+            return {Probe::locate(point - back * vec2{along.z, -along.x}).x, straight.y / cosine_};
+        }
+        // A line leaves the face, a circle of radius R, at `steering` to its radius. At the distance d from the apex
+        // its angle to the radius is asin(R sine / d), so it has turned about the apex by the difference.
+        const vec2 from_apex = point - apex_;
+        const float distance = length(from_apex), offset = radius_ * sine_;
+        const float along = std::sqrt(max(distance * distance - offset * offset, 0));
+        const float sine = (sine_ * along - cosine_ * offset) / max(distance, 1e-9F),
+                    cosine = (cosine_ * along + sine_ * offset) / max(distance, 1e-9F);
+        const vec2 origin{cosine * from_apex.x - sine * from_apex.y, sine * from_apex.x + cosine * from_apex.y};
+        return {Probe::locate(apex_ + (1 + radius_ / max(distance, 1e-9F)) * origin).x, along - radius_ * cosine_};
+    }
+
+    /// The largest active aperture, seen from a steered line, metres.
+    INSONIFY_FN float aperture() const requires requires(const Probe& probe) { probe.aperture(); }
+    { return Probe::aperture() * cosine_; }
+
+    /// @throws usage_error  naming a setting that is out of range
+    void check() const {
+        Probe::check();
+        if (!(std::fabs(steering) <= 45_deg))
+            throw usage_error{"steered: the angle is " + detail::number_text(steering * 180 / pi) +
+                              "_deg; it must be from -45_deg to 45_deg"};
+    }
+
+    friend bool operator==(const steered&, const steered&) requires detail::comparable<Probe>
+    = default;
+
+  private:
+    // In the slice plane, towards +x.
+    INSONIFY_FN static vec3 rotated(vec3 along, float sine, float cosine) {
+        return {cosine * along.x + sine * along.z, along.y, cosine * along.z - sine * along.x};
+    }
+
+    float sine_ = 0, cosine_ = 1;
+    bool diverging_ = false;
+    vec2 apex_{0, 0};  // of the lines of the probe, {x, z}
+    float radius_ = 0; // of the face, metres
+};
+
+/// A probe with another number of lines, usually more: the same face, field of view and beam with finer lateral
+/// sampling.
 template <transducer Probe>
 struct refined : Probe {
     std::uint32_t lines = 1; ///< hides the member of the probe: about `rays` times as many
@@ -2903,6 +3458,30 @@ struct refined : Probe {
     INSONIFY_FN float coarse(float line) const { return (line + 0.5F) / static_cast<float>(rays) - 0.5F; }
 };
 
+/// Some neighbouring lines of a probe, with its face, field of view and beam.
+template <transducer Probe>
+struct probe_section : Probe {
+    std::uint32_t lines = 1; ///< hides the member of the probe
+    std::uint32_t first = 0; ///< line of the probe that is line 0 here
+
+    /// @param begin, end  lines of the probe, without `end`
+    probe_section(const Probe& probe, std::uint32_t begin, std::uint32_t end)
+        : Probe{probe}, lines{end - begin}, first{begin} {}
+
+    /// The line as a ray in the probe frame.
+    INSONIFY_FN ray beam(float line) const { return Probe::beam(line + static_cast<float>(first)); }
+    /// Of a probe that is `steered`: see there.
+    INSONIFY_FN vec3 scatterer_axis(float line) const requires requires(const Probe& probe) {
+        probe.scatterer_axis(0.0F);
+    }
+    { return Probe::scatterer_axis(line + static_cast<float>(first)); }
+    /// From {x, z} to {line, depth along it}.
+    INSONIFY_FN vec2 locate(vec2 point) const { return Probe::locate(point) - vec2{static_cast<float>(first), 0}; }
+
+    friend bool operator==(const probe_section&, const probe_section&) requires detail::comparable<Probe>
+    = default;
+};
+
 } // namespace insonify::inline INSONIFY_ABI
 
 
@@ -2911,62 +3490,13 @@ struct refined : Probe {
 #define INSONIFY_SIGNAL_ELECTRONIC_NOISE_HPP
 
 
-#ifndef INSONIFY_CORE_DECIBELS_HPP
-#define INSONIFY_CORE_DECIBELS_HPP
-
-
-#include <cfloat>
-#include <cmath>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Below every level, in decibels: as the level of noise there is none, as a threshold it rejects nothing.
-inline constexpr float no_level_db = -FLT_MAX;
-
-namespace detail {
-
-/// 2^x for constant expressions, in which std::exp2 is not allowed.
-INSONIFY_FN constexpr float constant_exp2(double x) {
-    if (!(x > -160)) return x < 0 ? 0.0F : static_cast<float>(x); // below every float; NaN
-    if (!(x < 128)) return __builtin_huge_valf();
-    const int whole = static_cast<int>(x < 0 ? x - 0.5 : x + 0.5);
-    const double rest = 0.693147180559945309417 * (x - whole); // at most ln(2) / 2
-    double term = 1, power = 1;
-    for (int n = 1; n < 16; ++n) power += term *= rest / n; // Taylor's series of e^rest
-    for (int n = 0; n < whole; ++n) power *= 2;
-    for (int n = 0; n > whole; --n) power /= 2;
-    return power > double{FLT_MAX} ? __builtin_huge_valf() : static_cast<float>(power);
-}
-
-} // namespace detail
-
-/// Amplitude ratio of a level in decibels: 10^(level / 20). Also at compile time.
-/// @{
-INSONIFY_FN constexpr float amplitude_of_decibels(float level) {
-    if (__builtin_is_constant_evaluated()) return detail::constant_exp2(0.166096404744368117394 * double{level});
-    return std::exp2(0.16609640F * level); // log2(10) / 20
-}
-constexpr float amplitude_of_decibels(int level) {
-    constexpr double step = 1.1220184543019634356; // 10^(1/20)
-    double amplitude = 1;
-    for (; level > 0; --level) amplitude *= step;
-    for (; level < 0; ++level) amplitude /= step;
-    return static_cast<float>(amplitude);
-}
-/// @}
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
 #ifndef INSONIFY_CORE_RANDOM_HPP
 #define INSONIFY_CORE_RANDOM_HPP
 
 
 #include <cstdint>
 
-/// Counter-based random numbers: hashes of a seed and an index, without state, so threads can compute them in any
-/// order.
+/// Counter-based random numbers: hashes of a seed and an index, without state. Threads can compute them in any order.
 namespace insonify::inline INSONIFY_ABI {
 
 /// 64 random bits for one index of a stream.
@@ -2996,10 +3526,9 @@ INSONIFY_FN constexpr float hash_uniform(std::uint64_t seed, std::uint64_t index
 /// Two independent standard normal random numbers. Source: Box & Muller 1958.
 INSONIFY_FN inline vec2 hash_normal(std::uint64_t seed, std::uint64_t index) {
     const std::uint64_t bits = hash_bits(seed, index);
-    const float radius_uniform =
-        static_cast<float>((bits >> 40U) + 1) * 0x1p-24F; // in (0, 1], so that the logarithm is finite
+    const float uniform = static_cast<float>((bits >> 40U) + 1) * 0x1p-24F; // above 0: its logarithm is finite
+    const float radius = std::sqrt(-2 * std::log(uniform));
     const float angle = 2 * pi * static_cast<float>(bits & 0xFFFFFFU) * 0x1p-24F;
-    const float radius = std::sqrt(-2 * std::log(radius_uniform));
     return {radius * std::cos(angle), radius * std::sin(angle)};
 }
 
@@ -3075,20 +3604,16 @@ iq_lines add_electronic_noise(const Policy& policy, iq_lines lines, const electr
 #define INSONIFY_BVH_BVH_HPP
 
 
-#ifndef INSONIFY_BVH_BATCH_HPP
-#define INSONIFY_BVH_BATCH_HPP
+#ifndef INSONIFY_BVH_STORAGE_HPP
+#define INSONIFY_BVH_STORAGE_HPP
 
 
-#ifndef INSONIFY_BVH_TRAVERSE_HPP
-#define INSONIFY_BVH_TRAVERSE_HPP
+#ifndef INSONIFY_BVH_BUILD_MORTON_HPP
+#define INSONIFY_BVH_BUILD_MORTON_HPP
 
 
-#ifndef INSONIFY_BVH_LEAF_HPP
-#define INSONIFY_BVH_LEAF_HPP
-
-
-#ifndef INSONIFY_BVH_RAY_PACKET_HPP
-#define INSONIFY_BVH_RAY_PACKET_HPP
+#ifndef INSONIFY_BVH_ASSEMBLE_HPP
+#define INSONIFY_BVH_ASSEMBLE_HPP
 
 
 #ifndef INSONIFY_BVH_NODE_HPP
@@ -3120,8 +3645,8 @@ iq_lines add_electronic_noise(const Policy& policy, iq_lines lines, const electr
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// An array with random access, backed by huge pages where the system provides them: traversal of a large tree otherwise
-/// has a TLB miss at nearly every node. New elements are uninitialised.
+/// An array with random access, backed by huge pages where the system provides them: traversal of a large tree
+/// otherwise has a TLB miss at nearly every node. New elements are uninitialised.
 /// @tparam T  trivially copyable
 template <class T>
 class large_array {
@@ -3167,9 +3692,8 @@ class large_array {
     static constexpr std::size_t page = std::size_t{2} << 20U; ///< bytes; smaller arrays use ordinary pages
     static constexpr std::size_t line = 64;                    ///< a cache line
 
-    /// Memory from `operator new`, and the aligned start of the elements. Alignment is done here because aligned
-    /// allocations rarely reuse freed memory: the system would clear new pages for every tree (as glibc makes it do from
-    /// about 30 MiB on in any case).
+    /// Memory from `operator new`, and the aligned start of the elements. Aligned here because aligned allocations
+    /// rarely reuse freed memory: the system would clear new pages for every tree.
     struct block {
         void* memory = nullptr;
         T* first = nullptr;
@@ -3214,8 +3738,8 @@ class large_array {
 #include <cstdint>
 #include <type_traits>
 
-/// A BVH is three arrays: nodes, with child references from the builder and boxes from the last refit; slots, which list
-/// the primitives of each leaf; and leaves, with the data that rays are intersected with (see leaf.hpp).
+/// A BVH is three arrays: nodes, with child references from the builder and boxes from the last refit; slots, which
+/// list the primitives of each leaf; and leaves, with the data that rays are intersected with (see leaf.hpp).
 ///
 ///     node 0:  [ node 1 | leaf 0 | node 2 | leaf 1 | - | - | - | - ]        Width = 8 children
 ///     slots:   leaf 0: 0 5 7 - - - - -   leaf 1: 3 4 - ...                  Width primitives per leaf
@@ -3228,6 +3752,8 @@ inline constexpr std::uint32_t no_primitive = ~0U;
 inline constexpr std::uint32_t leaf_bit = 0x80000000U;
 inline constexpr std::uint32_t no_child = ~0U;
 
+namespace detail {
+
 /// The binary logarithm of a width.
 template <int Width>
 inline constexpr auto width_bits = static_cast<std::uint32_t>(std::countr_zero(static_cast<unsigned>(Width)));
@@ -3238,6 +3764,14 @@ inline constexpr std::uint32_t free_levels = 24;
 /// ... which takes at most this many levels in all, for 2^32 primitives.
 template <int Width>
 inline constexpr std::uint32_t max_levels = free_levels + 33 / width_bits<Width>;
+
+/// Sums of half surface areas, in square metres.
+struct box_areas {
+    double nodes = 0;
+    double leaves = 0;
+};
+
+} // namespace detail
 
 /// Boxes and references of the children. 256 bytes at width 8: four cache lines.
 template <int Width>
@@ -3266,12 +3800,6 @@ struct alignas(64) tree_node {
     }
 };
 
-/// Sums of half surface areas, in square metres.
-struct box_areas {
-    double nodes = 0;
-    double leaves = 0;
-};
-
 /// The output of a builder. Node 0 is the root, children come after their parent; no nodes: an empty tree.
 template <int Width>
 struct topology {
@@ -3281,13 +3809,12 @@ struct topology {
         std::uint32_t end = 0;
         std::uint32_t first_leaf = 0; ///< leaves are consecutive as well
         std::uint32_t leaf_end = 0;
-        box_areas areas{}; ///< of its boxes: scratch of `refit`, which therefore does not allocate
+        detail::box_areas areas{}; ///< of its boxes: scratch of `refit`, which therefore does not allocate
     };
     detail::large_array<tree_node<Width>> nodes{};
-    detail::large_array<std::uint32_t>
-        slots{};                       ///< leaf b holds primitives slots[b * Width] onwards, `no_primitive` after them
-    detail::large_array<part> parts{}; ///< nodes before the first part are ancestors of all
-    std::uint32_t levels = 0;          ///< nodes on the longest path from the root, at most `max_levels`
+    detail::large_array<std::uint32_t> slots{}; ///< of leaf b from b * Width on; `no_primitive` where empty
+    detail::large_array<part> parts{};          ///< nodes before the first part are ancestors of all
+    std::uint32_t levels = 0;                   ///< nodes on the longest path from the root, at most `max_levels`
 
     std::size_t leaves() const { return slots.size() / Width; }
 };
@@ -3307,8 +3834,6 @@ template <class Range>
 using range_primitive_t = std::remove_cvref_t<decltype(std::declval<const Range&>()[std::size_t{}])>;
 
 /// A copyable view of primitives with `size()` and `[]`, such as `view<T>` and `mesh_view`.
-///
-/// (std::copyable requires more and is slow to compile.)
 template <class Range>
 concept primitive_range = std::is_copy_constructible_v<Range> && std::is_copy_assignable_v<Range> &&
     primitive<range_primitive_t<Range>> && requires(const Range& range) {
@@ -3319,11 +3844,10 @@ namespace detail {
 
 /// A ray with the constants of its box and triangle tests.
 ///
-/// It crosses the side of a box at coordinate s at the distance s * inverse + entry (or + exit). `entry` and `exit` differ
-/// by the accumulated rounding error, so that the slab test is conservative (Ize 2013, "Robust BVH ray traversal"). Along
-/// an axis with a direction component of 0 the inverse is huge: the ray then enters every box whose sides it lies between
-/// or on. A ray in the plane between two boxes must enter both, since only the triangle test decides which triangle owns
-/// their shared edge.
+/// It crosses the side of a box at coordinate s at the distance s * inverse + entry (or + exit). These differ by the
+/// rounding error, so that the slab test is conservative (Ize 2013, "Robust BVH ray traversal"). Along an axis with a
+/// direction component of 0 the inverse is huge: the ray enters every box whose sides it lies between or on, since only
+/// the triangle test decides which triangle owns an edge that two boxes share.
 template <int Width>
 struct prepared_ray {
     ray source{};
@@ -3373,7 +3897,7 @@ struct prepared_ray {
     }
 };
 
-/// The distances at which a ray enters the boxes of a node's children, FLT_MAX for those it misses, and a bit for each hit.
+/// The distances at which a ray enters the boxes of a node's children, FLT_MAX for misses, and a bit for each hit.
 template <int Width>
 struct box_entries {
     lanes<Width> distance{};
@@ -3401,1239 +3925,6 @@ INSONIFY_FN INSONIFY_INLINE box_entries<Width> enter(const tree_node<Width>& nod
 
 
 #endif
-#include <algorithm>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Consecutive rays in structure-of-arrays layout.
-template <int N>
-struct ray_lanes {
-    lanes<N> origin[3], direction[3], min_distance, max_distance;
-
-    INSONIFY_INLINE explicit ray_lanes(const ray* first) {
-        for (int axis = 0; axis < 3; ++axis) {
-            origin[axis] = each_lane<N>([&](int i) { return first[i].origin[axis]; });
-            direction[axis] = each_lane<N>([&](int i) { return first[i].direction[axis]; });
-        }
-        min_distance = each_lane<N>([&](int i) { return first[i].min_distance; });
-        max_distance = each_lane<N>([&](int i) { return first[i].max_distance; });
-    }
-
-    /// Negative where a coordinate is not finite or a limit is not a number: such a ray is traced by itself.
-    INSONIFY_INLINE lanes<N> wild() const {
-        bit_lanes<N> bits = not_number<N>(min_distance) | not_number<N>(max_distance);
-        for (int axis = 0; axis < 3; ++axis) bits = bits | not_finite<N>(origin[axis]) | not_finite<N>(direction[axis]);
-        return floats_of<N>(bits);
-    }
-};
-
-/// A bit for each ray that may enter the box between its limits. Conservative: rounding never loses a ray, also not in
-/// the triangle test; rays that are not valid may get either answer.
-/// @param max_abs_coordinate  of the box
-template <int N>
-INSONIFY_INLINE std::uint32_t may_enter(const aabb& box, float max_abs_coordinate, const ray_lanes<N>& rays) {
-    using floats = lanes<N>;
-    constexpr float min_length = 1e-16F, max_range = 1e12F; // beyond them the test below might overflow
-    constexpr std::uint32_t all = (1U << static_cast<unsigned>(N)) - 1;
-    if (bits_of(rays.wild() < floats(0.0F)) != 0) return all; // NaN would trap below
-
-    floats size[3], longest(0.0F), range(max_abs_coordinate);
-    for (int axis = 0; axis < 3; ++axis) {
-        size[axis] = abs(rays.direction[axis]);
-        longest = max(longest, size[axis]);
-        range = max(range, abs(rays.origin[axis]));
-    }
-    // Components of 0 become too small to matter, and can be divided by.
-    const floats min_size = max(longest, floats(min_length)) * floats(1e-9F), margin = range * floats(1e-6F);
-    floats in = rays.min_distance, out = rays.max_distance;
-    for (int axis = 0; axis < 3; ++axis) {
-        const floats scale = inverse(select(size[axis] < min_size, min_size, rays.direction[axis]));
-        const floats lower = (floats(box.lower[axis]) - margin - rays.origin[axis]) * scale;
-        const floats upper = (floats(box.upper[axis]) + margin - rays.origin[axis]) * scale;
-        in = max(in, min(lower, upper));
-        out = min(out, max(lower, upper));
-    }
-    const auto misses = out < in && floats(min_length) < longest && range < floats(max_range);
-    return all & ~bits_of(misses);
-}
-
-/// Bounds of many rays in one of the directions u across z:  low + min_slope * z <= u <= high + max_slope * z.
-struct packet_wedge {
-    float low = 0, high = 0, min_slope = 0, max_slope = 0;
-
-    float width(float z) const { return high - low + (max_slope - min_slope) * z; }
-};
-
-/// The volume that the rays of a packet sweep, for culling the children of a node in one test.
-///
-/// All rays have the same dominant axis z and sign along it, so forward * z grows along each of them. The volume lies
-/// between four planes, and each axis gives an interval of forward * z in which rays can be inside a box.
-template <int N>
-struct packet_bounds {
-    /// The points with  weight . point >= bound,  coordinates in the order of `axes`.
-    struct half_space {
-        float weight[3] = {};
-        float bound = 0;
-        std::uint32_t row[3] = {}; ///< of a node's sides: those of the corner where the weighted sum is greatest
-    };
-    /// The interval of forward * z in which some ray is between the two sides of a box across x or y: from
-    /// entry_side * entry_scale + entry_offset  to  exit_side * exit_scale + exit_offset.
-    struct slab {
-        float entry_scale = 0, entry_offset = -FLT_MAX;
-        float exit_scale = 0, exit_offset = FLT_MAX;
-        std::uint32_t entry_row = 0, exit_row = 0;
-    };
-    half_space around[4]{};
-    slab slabs[2]{};
-    int axes[3] = {0, 1, 2}; ///< the world axes of x, y and z
-    float forward = 1;       ///< the sign of the directions along z
-    float begin = 0;         ///< the interval of forward * z between the limits of all rays
-    float end = 0;
-    std::uint32_t entry_row = 0, exit_row = 0; ///< of a node's sides: across z
-
-    /// Sets slab `k` for rays that are at `start` where forward * z = z0, with these slopes. Rays nearly parallel to the
-    /// sides leave it unbounded.
-    void set_slab(int k, const packet_wedge& rays, float z0, float margin) {
-        slab& one = slabs[k];
-        one = {};
-        const bool rises = rays.min_slope > 0.01F;
-        if (!rises && !(rays.max_slope < -0.01F)) return;
-        const float low = rays.low - margin, high = rays.high + margin;
-        one.entry_scale = 1 / (rises ? rays.max_slope : rays.min_slope);
-        one.exit_scale = 1 / (rises ? rays.min_slope : rays.max_slope);
-        one.entry_offset = z0 - (rises ? high : low) * one.entry_scale - 2 * margin;
-        one.exit_offset = z0 - (rises ? low : high) * one.exit_scale + 2 * margin;
-        const auto axis = static_cast<std::uint32_t>(axes[k]), backwards = std::uint32_t{!rises};
-        one.entry_row = tree_node<N>::row(backwards, axis);
-        one.exit_row = tree_node<N>::row(1 - backwards, axis);
-    }
-
-    /// Sets the interval of forward * z and the sides across it.
-    void set_begin(float z) {
-        begin = z;
-        const auto axis = static_cast<std::uint32_t>(axes[2]), backwards = std::uint32_t{forward < 0};
-        entry_row = tree_node<N>::row(backwards, axis);
-        exit_row = tree_node<N>::row(1 - backwards, axis);
-    }
-
-    /// Sets two planes that hold the rays between them along (x, y).
-    void set_planes(half_space* two, float x, float y, const packet_wedge& rays) const {
-        two[0] = half_space_of(x, y, -rays.min_slope, rays.low);
-        two[1] = half_space_of(-x, -y, rays.max_slope, -rays.high);
-    }
-
-  private:
-    half_space half_space_of(float x, float y, float z, float bound) const {
-        half_space one{{x, y, z}, bound};
-        for (int k = 0; k < 3; ++k)
-            one.row[k] = tree_node<N>::row(one.weight[k] > 0, static_cast<std::uint32_t>(axes[k]));
-        return one;
-    }
-};
-
-/// Finds the children of a node whose boxes the packet may enter: conservative, so rounding never loses one.
-/// @param entry  where, in terms of forward * z - begin; FLT_MAX for the others
-/// @return a bit for each child
-template <int N>
-INSONIFY_INLINE std::uint32_t enter(const tree_node<N>& node, const packet_bounds<N>& p, lanes<N>& entry) {
-    using floats = lanes<N>;
-    const auto side = [&node](std::uint32_t row) { return load<N>(node.sides + row); };
-    floats in = floats(p.forward) * side(p.entry_row), out = floats(p.forward) * side(p.exit_row);
-    for (const auto& one : p.slabs) {
-        in = max(in, multiply_add(side(one.entry_row), floats(one.entry_scale), floats(one.entry_offset)));
-        out = min(out, multiply_add(side(one.exit_row), floats(one.exit_scale), floats(one.exit_offset)));
-    }
-    auto met = in <= min(out, floats(p.end)) && floats(p.begin) <= out;
-    for (const auto& one : p.around) {
-        const floats across =
-            multiply_add(floats(one.weight[2]), side(one.row[2]), floats(one.weight[0]) * side(one.row[0]));
-        met = met && floats(one.bound) <= multiply_add(floats(one.weight[1]), side(one.row[1]), across);
-    }
-    entry = select(met, in - floats(p.begin), floats(FLT_MAX));
-    return bits_of(met);
-}
-
-/// A packet of coherent rays, up to four groups of as many rays as there are lanes. Node tests are shared by the packet;
-/// a triangle is intersected by the groups whose part of the row it overlaps.
-///
-/// The rays form a row, as the lines of a fan and the pixels of an image row do. Of the planes around them, seen along
-/// z, two lie along the row and two across it:
-///
-///              _ - |
-///      | _ - o     |
-///      |   o   _ - '        o: rays
-///      ' - '
-template <int N>
-struct ray_packet : packet_bounds<N> {
-    using packet_bounds<N>::axes, packet_bounds<N>::forward;
-    static constexpr std::size_t max_groups = 4;
-    static constexpr std::size_t max_rays = max_groups * N;
-
-    /// Bounds of the rays across the row, in terms of z.
-    packet_wedge across{};
-    float row[2] = {1, 0}; ///< the direction of the row, in x and y; across it is (-row[1], row[0])
-    std::size_t groups = 0;
-    /// The rays of a group, and the part of the row that they occupy.
-    struct alignas(32) group {
-        float origin[3][N]; ///< in the order of the axes, as the shear
-        float shear[3][N];
-        float length[N]; ///< of a step of 1 along z
-        float min_distance[N];
-        float limit[N];       ///< hits beyond it do not count; below 0: the ray is finished
-        float end = -FLT_MAX; ///< of forward * z between the limits of the rays
-        packet_wedge along;   ///< bounds of the rays along the row, in terms of z
-    };
-    group of[max_groups];
-
-    /// Loads coherent rays from the first of `count` on. @return how many: whole groups, or 0
-    ///
-    /// Rays are coherent where they are valid, share their dominant axis and sign along it, begin at 0 or later, and form
-    /// a row that, halfway through the box, is at most 8 leaves long (4 for a single group) and 2 wide: in longer rows, rays
-    /// traverse nodes that only their neighbours enter (measured by bench_ratios).
-    /// @param box        around all primitives
-    /// @param max_abs_coordinate      of the box
-    /// @param leaf_size  the width of a leaf
-    std::size_t prepare(const ray* first, std::size_t count, const aabb& box, float max_abs_coordinate,
-                        float leaf_size) {
-        groups = 0;
-        if (count < N || !similar(first[0], first[N - 1])) return 0;
-        const sheared_ray lead{first[0]};
-        axes[0] = lead.x, axes[1] = lead.y, axes[2] = lead.z;
-        forward = lead.shear.z < 0 ? -1.0F : 1.0F;
-        const float near = forward > 0 ? box.lower[lead.z] : -box.upper[lead.z];
-        const float far = forward > 0 ? box.upper[lead.z] : -box.lower[lead.z];
-        const float middle = 0.5F * (max(near, forward * lead.begin.z) + far);
-        const std::size_t wanted = coherent_groups(first, count / N, forward * middle, leaf_size);
-        while (groups < wanted && take(of[groups], first + groups * N, box, max_abs_coordinate)) ++groups;
-        while (groups > 0 && !enclose(max_abs_coordinate, far, middle, max_row_width * leaf_size)) groups /= 2;
-        shorten();
-        return groups * N;
-    }
-
-    /// Updates the ends of all groups from the limits of their rays: skipping unchanged groups would mispredict.
-    void shorten() {
-        using floats = lanes<N>;
-        this->end = -FLT_MAX;
-        for (std::size_t g = 0; g < groups; ++g) {
-            group& one = of[g];
-            const floats largest = load<N>(one.limit);
-            const floats last = multiply_add(largest, load<N>(one.length), floats(forward) * load<N>(one.origin[2]));
-            one.end = reduce_max(select(floats(0.0F) <= largest, last, floats(-FLT_MAX))) + margin_;
-            this->end = max(this->end, one.end);
-        }
-    }
-
-    /// One of the rays.
-    sheared_ray one(std::size_t g, std::uint32_t k) const {
-        sheared_ray r;
-        r.begin = {of[g].origin[0][k], of[g].origin[1][k], of[g].origin[2][k]};
-        r.x = axes[0], r.y = axes[1], r.z = axes[2];
-        r.shear = {of[g].shear[0][k], of[g].shear[1][k], of[g].shear[2][k]};
-        return r;
-    }
-
-  private:
-    // Leaves: of a row where it is halfway through the box.
-    static constexpr float max_row = 8, max_row_of_one_group = 4, max_row_width = 2;
-
-    // Directions less than 45 degrees apart: a quick test before the rays are loaded.
-    static bool similar(const ray& a, const ray& b) {
-        const float both = dot(a.direction, b.direction);
-        return both > 0 && 2 * both * both > dot(a.direction, a.direction) * dot(b.direction, b.direction);
-    }
-
-    // How many groups, at most, make a row that is short enough where z is `middle`.
-    std::size_t coherent_groups(const ray* rays, std::size_t available, float middle, float leaf_size) const {
-        const auto at = [&](const ray& r, int k) {
-            const float steps = (middle - r.origin[axes[2]]) / r.direction[axes[2]];
-            return r.origin[axes[k]] + r.direction[axes[k]] * steps;
-        };
-        const float first[2] = {at(rays[0], 0), at(rays[0], 1)};
-        for (std::size_t wanted = std::min<std::size_t>(available, max_groups); wanted > 0; wanted /= 2) {
-            const ray& last = rays[wanted * N - 1];
-            if (!(forward * last.direction[axes[2]] > 1e-30F)) continue;
-            const float x = at(last, 0) - first[0], y = at(last, 1) - first[1];
-            const float max_length = (wanted > 1 ? max_row : max_row_of_one_group) * leaf_size;
-            if (x * x + y * y < max_length * max_length) return wanted;
-        }
-        return 0;
-    }
-
-    // Loads a group. Rays that miss the box are finished at once. @return false where one is not coherent with the lead
-    bool take(group& rays, const ray* first, const aabb& box, float max_abs_coordinate) const {
-        using floats = lanes<N>;
-        const ray_lanes<N> all{first};
-        floats size[3];
-        for (int axis = 0; axis < 3; ++axis) size[axis] = abs(all.direction[axis]);
-        // The axis that sheared_ray chooses, ties included.
-        const auto longest = axes[2] == 0   ? size[1] < size[0] && size[2] < size[0]
-                             : axes[2] == 1 ? size[0] <= size[1] && size[2] < size[1]
-                                            : size[0] <= size[2] && size[1] <= size[2];
-        const floats z = all.direction[axes[2]];
-        const auto together = longest && floats(1e-30F) < floats(forward) * z && floats(0.0F) <= all.min_distance &&
-                              floats(0.0F) <= all.wild();
-        constexpr std::uint32_t every_ray = (1U << static_cast<unsigned>(N)) - 1;
-        if (bits_of(together) != every_ray) return false;
-        const floats scale = inverse(z);
-        for (int k = 0; k < 3; ++k) {
-            store(all.origin[axes[k]], rays.origin[k]);
-            const floats settled = select(size[axes[k]] <= floats(1e-30F), floats(0.0F), all.direction[axes[k]]);
-            store(k < 2 ? settled * scale : scale, rays.shear[k]);
-        }
-        store(abs(z), rays.length);
-        store(all.min_distance, rays.min_distance);
-        store(all.max_distance, rays.limit);
-        for (std::uint32_t out = every_ray & ~may_enter(box, max_abs_coordinate, all); out != 0; out &= out - 1)
-            rays.limit[lowest_bit(out)] = -1;
-        return true;
-    }
-
-    // Bounds the groups. @return false where they are too wide across the row, or coordinates too large or small
-    bool enclose(float max_abs_coordinate, float far, float middle, float max_width) {
-        using floats = lanes<N>;
-        floats nearest(FLT_MAX), furthest(max_abs_coordinate);
-        for (std::size_t g = 0; g < groups; ++g) {
-            nearest = min(nearest, floats(forward) * load<N>(of[g].origin[2]));
-            for (const auto& one : of[g].origin) furthest = max(furthest, abs(load<N>(one)));
-        }
-        const float z0 = reduce_min(nearest), range = reduce_max(furthest), depth = max(far - z0, 0.0F);
-        if (!(1e-18F < range && range < 1e18F)) return false; // what follows might overflow, or underflow
-        float way[2];                                         // from the first to the last, where they leave the box
-        for (int k = 0; k < 2; ++k) {
-            const auto at = [&](const group& one, int i) {
-                return one.origin[k][i] + one.shear[k][i] * (forward * (z0 + depth) - one.origin[2][i]);
-            };
-            way[k] = at(of[groups - 1], N - 1) - at(of[0], 0);
-        }
-        const float length = std::sqrt(way[0] * way[0] + way[1] * way[1]);
-        row[0] = length > 0 ? way[0] / length : 1;
-        row[1] = length > 0 ? way[1] / length : 0;
-        // Where the rays cross the plane forward * z = z0, which lies behind all origins, and their slopes along forward * z.
-        floats start[2][max_groups], slope[2][max_groups];
-        for (int k = 0; k < 2; ++k)
-            for (std::size_t g = 0; g < groups; ++g) {
-                const floats behind = floats(z0) - floats(forward) * load<N>(of[g].origin[2]);
-                slope[k][g] = floats(forward) * load<N>(of[g].shear[k]);
-                start[k][g] = multiply_add(slope[k][g], behind, load<N>(of[g].origin[k]));
-            }
-        floats start_along[max_groups], slope_along[max_groups], start_across[max_groups], slope_across[max_groups];
-        for (std::size_t g = 0; g < groups; ++g) {
-            start_along[g] = multiply_add(floats(row[0]), start[0][g], floats(row[1]) * start[1][g]);
-            slope_along[g] = multiply_add(floats(row[0]), slope[0][g], floats(row[1]) * slope[1][g]);
-            start_across[g] = multiply_add(floats(row[0]), start[1][g], floats(-row[1]) * start[0][g]);
-            slope_across[g] = multiply_add(floats(row[0]), slope[1][g], floats(-row[1]) * slope[0][g]);
-        }
-        across = wedge_of(start_across, slope_across, groups);
-        if (!(across.width(max(middle - z0, 0.0F)) < max_width)) return false;
-        margin_ = 4e-6F * range; // above the rounding of shear, planes and their evaluation together
-        this->set_begin(z0 - margin_);
-        for (int k = 0; k < 2; ++k) this->set_slab(k, wedge_of(start[k], slope[k], groups), z0, margin_);
-        for (std::size_t g = 0; g < groups; ++g)
-            of[g].along = from_zero(wedge_of(start_along + g, slope_along + g, 1), z0);
-        across = from_zero(across, z0);
-        this->set_planes(&this->around[0], row[0], row[1], from_zero(wedge_of(start_along, slope_along, groups), z0));
-        this->set_planes(&this->around[2], -row[1], row[0], across);
-        return true;
-    }
-
-    static packet_wedge wedge_of(const lanes<N>* start, const lanes<N>* slope, std::size_t count) {
-        lanes<N> low(FLT_MAX), high(-FLT_MAX), min_slope(FLT_MAX), max_slope(-FLT_MAX);
-        for (std::size_t g = 0; g < count; ++g) {
-            low = min(low, start[g]);
-            high = max(high, start[g]);
-            min_slope = min(min_slope, slope[g]);
-            max_slope = max(max_slope, slope[g]);
-        }
-        return {reduce_min(low), reduce_max(high), reduce_min(min_slope), reduce_max(max_slope)};
-    }
-
-    // The same bounds in terms of z instead of forward * z - z0, widened on both sides by the margin.
-    packet_wedge from_zero(const packet_wedge& w, float z0) const {
-        return {w.low - margin_ - w.min_slope * z0, w.high + margin_ - w.max_slope * z0, w.min_slope * forward,
-                w.max_slope * forward};
-    }
-
-    float margin_ = 0;
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#include <cstddef>
-#include <cstdint>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// The box of a primitive in builders: [-lower, -, upper, -], so that the union of two is one maximum.
-struct alignas(32) build_box {
-    float row[8];
-
-    build_box() = default; ///< uninitialised: arrays are filled later, in parallel
-    explicit build_box(const aabb& box)
-        : row{-box.lower.x, -box.lower.y, -box.lower.z, 0, box.upper.x, box.upper.y, box.upper.z, 0} {}
-    INSONIFY_INLINE build_box(const lanes<4>& minus_lower, const lanes<4>& upper) {
-        store(minus_lower, row);
-        store(upper, row + 4);
-    }
-
-    /// Stores the index of the primitive in the spare lanes, in two halves that floats represent exactly.
-    void name(std::uint32_t primitive) {
-        row[3] = static_cast<float>(primitive >> 16U);
-        row[7] = static_cast<float>(primitive & 0xFFFFU);
-    }
-    std::uint32_t primitive() const {
-        return static_cast<std::uint32_t>(row[3]) << 16U | static_cast<std::uint32_t>(row[7]);
-    }
-    /// The empty box.
-    static build_box none() { return {lanes<4>(-FLT_MAX), lanes<4>(-FLT_MAX)}; }
-
-    INSONIFY_INLINE void add(const build_box& other) {
-        for (int k = 0; k < 8; k += simd_width)
-            store(max(load<simd_width>(row + k), load<simd_width>(other.row + k)), row + k);
-    }
-    INSONIFY_INLINE lanes<4> minus_lower() const { return load<4>(row); }
-    INSONIFY_INLINE lanes<4> upper() const { return load<4>(row + 4); }
-
-    /// Half the centre: sorts like the centre, and differences of two do not overflow.
-    INSONIFY_INLINE lanes<4> half_centre() const {
-        return multiply_add(lanes<4>(-0.25F), minus_lower(), lanes<4>(0.25F) * upper());
-    }
-    float half_area() const { // 0 for an empty box
-        const float x = max(row[4] + row[0], 0), y = max(row[5] + row[1], 0), z = max(row[6] + row[2], 0);
-        return x * y + y * z + z * x;
-    }
-};
-
-/// Bounds of the half centres of a group.
-struct centre_range {
-    float begin[4] = {FLT_MAX, FLT_MAX, FLT_MAX, FLT_MAX};
-    float end[4] = {-FLT_MAX, -FLT_MAX, -FLT_MAX, -FLT_MAX};
-
-    INSONIFY_INLINE void add(const lanes<4>& first, const lanes<4>& last) {
-        store(min(load<4>(begin), first), begin);
-        store(max(load<4>(end), last), end);
-    }
-    float widest() const { return max(end[0] - begin[0], max(end[1] - begin[1], end[2] - begin[2])); }
-    bool holds(const centre_range& other) const {
-        bool held = true;
-        for (int k = 0; k < 3; ++k) held = held && begin[k] <= other.begin[k] && other.end[k] <= end[k];
-        return held;
-    }
-    /// Extended on each side by a fraction of the widest extent.
-    INSONIFY_INLINE centre_range widened(float fraction) const {
-        const lanes<4> more(fraction * widest());
-        centre_range wider;
-        wider.add(load<4>(begin) - more, load<4>(end) + more);
-        return wider;
-    }
-    /// Clipped to the box, which contains all centres.
-    INSONIFY_INLINE centre_range within(const build_box& box) const {
-        centre_range both;
-        store(max(load<4>(begin), lanes<4>(-0.5F) * box.minus_lower()), both.begin);
-        store(min(load<4>(end), lanes<4>(0.5F) * box.upper()), both.end);
-        return both;
-    }
-};
-
-/// The number of primitives from which faces and corners are prefetched. Smaller meshes, up to some 2 MB, are cached
-/// (bench/bvh.cpp refits a small mesh and a large one).
-inline constexpr std::size_t prefetch_threshold = std::size_t{1} << 17U;
-
-/// One point of each of four primitives, as structure of arrays.
-struct four_points {
-    lanes<4> x, y, z;
-
-    INSONIFY_FN INSONIFY_INLINE four_points(const lanes<4>& xs, const lanes<4>& ys, const lanes<4>& zs)
-        : x{xs}, y{ys}, z{zs} {}
-    INSONIFY_FN INSONIFY_INLINE four_points(const vec3& a, const vec3& b, const vec3& c, const vec3& d)
-        : x{of(a.x, b.x, c.x, d.x)}, y{of(a.y, b.y, c.y, d.y)}, z{of(a.z, b.z, c.z, d.z)} {}
-
-    /// Negative where a coordinate is not finite.
-    INSONIFY_FN INSONIFY_INLINE bit_lanes<4> wild() const {
-        return not_finite<4>(x) | not_finite<4>(y) | not_finite<4>(z);
-    }
-
-    template <int Width>
-    INSONIFY_FN INSONIFY_INLINE void put(float (&rows)[3][Width], int first) const {
-        store(x, rows[0] + first);
-        store(y, rows[1] + first);
-        store(z, rows[2] + first);
-    }
-
-  private:
-    INSONIFY_FN INSONIFY_INLINE static lanes<4> of(float a, float b, float c, float d) {
-        return each_lane<4>([&](int i) { return i < 2 ? (i == 0 ? a : b) : (i == 2 ? c : d); });
-    }
-};
-
-/// A leaf holds the indices of its primitives and reads them from the range. Triangles are stored in the leaf itself: see
-/// leaf_triangles.hpp.
-template <class Range, int Width>
-struct leaf {
-    std::uint32_t primitive[Width]; ///< `no_primitive` in empty slots, and where bounds are not finite
-
-    /// Reads the primitives from the range. @return their box
-    aabb fill(const Range& range, const std::uint32_t* slots) {
-        aabb whole;
-        for (int i = 0; i < Width; ++i) {
-            primitive[i] = no_primitive;
-            if (slots[i] == no_primitive) continue;
-            const aabb box = bounds(range[slots[i]]);
-            if (!is_finite(box)) continue;
-            primitive[i] = slots[i];
-            whole = merged(whole, box);
-        }
-        return whole;
-    }
-
-    /// Finds the box of a primitive. @return false where it is empty or not finite
-    static bool bound(const Range& range, std::size_t i, build_box& box) {
-        const aabb found = bounds(range[i]);
-        box = build_box{found};
-        return is_finite(found);
-    }
-
-    /// Calls visit(hit) for every hit between min_distance and max_distance, which visit may lower.
-    INSONIFY_VISITS
-    template <class Visit>
-    INSONIFY_FN void intersect_all(const prepared_ray<Width>& r, const float& max_distance, const Range& range,
-                                   Visit&& visit) const {
-        for (const std::uint32_t one : primitive) {
-            if (one == no_primitive) continue;
-            hit found = intersect(r.source, range[one]);
-            if (!(found.distance >= r.source.min_distance && found.distance <= max_distance && found)) continue;
-            found.primitive = one;
-            visit(found);
-        }
-    }
-};
-
-template <class Range>
-concept triangle_range = primitive_range<Range> && std::same_as<range_primitive_t<Range>, triangle>;
-
-/// Triangles in the sheared space of rays (see `sheared_ray`): N triangles for one ray, or one triangle for N rays.
-template <int N>
-struct sheared_triangles {
-    lanes<N> x[3], y[3], z[3]; ///< of the corners; z is not scaled
-};
-
-/// The result of N edge tests.
-template <int N>
-struct triangle_hits {
-    lanes<N> u, v, w;      ///< scaled barycentric coordinates
-    lane_mask<N> possible; ///< hit, as far as single precision can tell ...
-    lane_mask<N> certain;  ///< ... and where it is conclusive
-
-    /// The distances along the rays, where `certain`.
-    INSONIFY_FN INSONIFY_INLINE lanes<N> distance(const sheared_triangles<N>& t, const lanes<N>& scale) const {
-        // Divides first, to avoid overflow and underflow. Lanes that are not certain divide by `scale`, since their sum may
-        // be 0; not by a constant 1: clang would fold the select and divide by 0.
-        const lanes<N> inverse_area = lanes<N>(1.0F) / select(certain, u + v + w, scale);
-        lanes<N> fractions[3] = {u * inverse_area, v * inverse_area, w * inverse_area};
-#if __FINITE_MATH_ONLY__ > 0 && !defined(__CUDACC__) // parts of -ffast-math
-        asm("" : "+m"(fractions));                   // keeps the order of the operations
-#endif
-        return multiply_add(fractions[0], t.z[0], multiply_add(fractions[1], t.z[1], fractions[2] * t.z[2])) * scale;
-    }
-};
-
-/// The watertight edge tests of triangle.hpp in single precision. Where a ray passes an edge within rounding, `possible`
-/// and `certain` differ: such triangles are tested again in double precision.
-template <int N>
-INSONIFY_FN INSONIFY_INLINE triangle_hits<N> test_edges(const sheared_triangles<N>& t) {
-    using floats = lanes<N>;
-    const floats u = difference_of_products(t.x[1], t.y[2], t.y[1], t.x[2]);
-    const floats v = difference_of_products(t.x[2], t.y[0], t.y[2], t.x[0]);
-    const floats w = difference_of_products(t.x[0], t.y[1], t.y[0], t.x[1]);
-    const floats lowest = min(min(u, v), w), highest = max(max(u, v), w);
-    const floats size = abs(u + v + w);
-    floats doubt(1e-35F);                    // below it, an underflow may change the sign
-    auto conclusive = size <= floats(1e37F); // beyond it, the inverse is not precise
-    if constexpr (!has_fma) {
-        // products are at most |x| |y|: four roundings of half an ulp each, doubled for safety
-        const floats max_x = max(max(abs(t.x[0]), abs(t.x[1])), abs(t.x[2]));
-        const floats max_y = max(max(abs(t.y[0]), abs(t.y[1])), abs(t.y[2]));
-        doubt = max_x * max_y * floats(5e-7F) + doubt;
-        conclusive =
-            conclusive &&
-            max_x * max_y <= floats(3.0F) * size; // for slivers, signs are certain earlier than barycentric coordinates
-    }
-    conclusive = conclusive && (doubt < lowest || highest < -doubt);
-    return {u, v, w, !(lowest < -doubt && doubt < highest), conclusive};
-}
-
-/// Four triangles, as structure of arrays.
-struct four_triangles {
-    four_points a, b, c;
-
-    INSONIFY_FN INSONIFY_INLINE explicit four_triangles(const triangle (&t)[4])
-        : a{t[0].a, t[1].a, t[2].a, t[3].a}, b{t[0].b, t[1].b, t[2].b, t[3].b}, c{t[0].c, t[1].c, t[2].c, t[3].c} {}
-
-    INSONIFY_FN INSONIFY_INLINE four_points lower() const {
-        return {min(min(a.x, b.x), c.x), min(min(a.y, b.y), c.y), min(min(a.z, b.z), c.z)};
-    }
-    INSONIFY_FN INSONIFY_INLINE four_points upper() const {
-        return {max(max(a.x, b.x), c.x), max(max(a.y, b.y), c.y), max(max(a.z, b.z), c.z)};
-    }
-    /// Negative where a corner is not finite.
-    INSONIFY_FN INSONIFY_INLINE bit_lanes<4> wild() const { return a.wild() | b.wild() | c.wild(); }
-};
-
-/// A leaf of triangles, stored as structure of arrays: a ray is tested against all of them at once.
-template <triangle_range Range, int Width>
-struct alignas(64) leaf<Range, Width> {
-    float corner[3][3][Width];      ///< [corner][axis][triangle]; empty slots repeat the first one
-    std::uint32_t primitive[Width]; ///< `no_primitive` in empty slots, and where a triangle is not finite
-
-    /// A bit for each triangle that can be hit.
-    INSONIFY_FN INSONIFY_INLINE std::uint32_t usable() const {
-        return bits_of(lanes<Width>(0.0F) <= floats_of<Width>(load_bits<Width>(primitive)));
-    }
-
-    aabb fill(const Range& range, const std::uint32_t* slots) {
-        using floats = lanes<4>; // four at a time: more corners would not fit into registers
-        static_assert(Width % 4 == 0);
-        floats low_x(FLT_MAX), low_y(FLT_MAX), low_z(FLT_MAX), high_x(-FLT_MAX), high_y(-FLT_MAX), high_z(-FLT_MAX);
-        for (int first = 0; first < Width; first += 4) {
-            const auto in = [&](int i) {
-                return range[slots[first + i] != no_primitive ? slots[first + i] : slots[0]];
-            };
-            const four_triangles t{{in(0), in(1), in(2), in(3)}};
-            const four_points lower = t.lower(), upper = t.upper();
-            const bit_lanes<4> wild = t.wild();
-            const auto finite = floats(0.0F) <= floats_of<4>(wild);
-            low_x = min(low_x, select(finite, lower.x, floats(FLT_MAX)));
-            low_y = min(low_y, select(finite, lower.y, floats(FLT_MAX)));
-            low_z = min(low_z, select(finite, lower.z, floats(FLT_MAX)));
-            high_x = max(high_x, select(finite, upper.x, floats(-FLT_MAX)));
-            high_y = max(high_y, select(finite, upper.y, floats(-FLT_MAX)));
-            high_z = max(high_z, select(finite, upper.z, floats(-FLT_MAX)));
-            t.a.put(corner[0], first);
-            t.b.put(corner[1], first);
-            t.c.put(corner[2], first);
-            const bit_lanes<4> left_out = bit_lanes<4>{} - (wild >> 31); // a full mask
-            store_bits<4>(load_bits<4>(slots + first) | left_out, primitive + first);
-        }
-        return {{reduce_min(low_x), reduce_min(low_y), reduce_min(low_z)},
-                {reduce_max(high_x), reduce_max(high_y), reduce_max(high_z)}};
-    }
-
-    INSONIFY_INLINE static bool bound(const Range& range, std::size_t i, build_box& box) {
-        const triangle t = range[i];
-        const auto corner_of = [](const vec3& p) {
-            return each_lane<4>([&p](int axis) { return axis < 3 ? p[axis] : 0.0F; });
-        };
-        const lanes<4> a = corner_of(t.a), b = corner_of(t.b), c = corner_of(t.c);
-        const lanes<4> wild = floats_of<4>(not_finite<4>(a) | not_finite<4>(b) | not_finite<4>(c));
-        box = {-min(min(a, b), c), max(max(a, b), c)};
-        return bits_of(wild < lanes<4>(0.0F)) == 0;
-    }
-
-    /// Calls visit(hit) for every triangle that the ray hits between its limits.
-    INSONIFY_VISITS
-    template <class Visit>
-    INSONIFY_FN void intersect_all(const prepared_ray<Width>& r, const float& max_distance, const Range&,
-                                   Visit&& visit) const {
-        using floats = lanes<Width>;
-        const sheared_ray& shear = r.sheared;
-        const floats origin_x(shear.begin.x), origin_y(shear.begin.y), origin_z(shear.begin.z);
-        const floats minus_shear_x(-shear.shear.x), minus_shear_y(-shear.shear.y);
-        sheared_triangles<Width> t;
-        for (int c = 0; c < 3; ++c) {
-            t.z[c] = load<Width>(corner[c][shear.z]) - origin_z;
-            t.x[c] = multiply_add(minus_shear_x, t.z[c], load<Width>(corner[c][shear.x]) - origin_x);
-            t.y[c] = multiply_add(minus_shear_y, t.z[c], load<Width>(corner[c][shear.y]) - origin_y);
-        }
-        const triangle_hits<Width> hits = test_edges(t);
-        const std::uint32_t possible = bits_of(hits.possible) & usable();
-        if (possible == 0) return;
-        const std::uint32_t certain = bits_of(hits.certain);
-        float distance[Width];
-        store(hits.distance(t, floats(shear.shear.z)), distance);
-        for (std::uint32_t left = possible; left != 0; left &= left - 1) {
-            const std::uint32_t i = lowest_bit(left);
-            const bool conclusive = (certain >> i & 1U) != 0 && is_finite(distance[i]);
-            const float found = conclusive ? distance[i] : intersect(shear, corners(i)).distance;
-            if (found >= r.source.min_distance && found <= max_distance && found < FLT_MAX)
-                visit(hit{.distance = found, .primitive = primitive[i]});
-        }
-    }
-
-    /// Calls visit(group, index of its first ray, primitive, distances) for every triangle that a ray of the group may hit;
-    /// visit returns 0 if it lowered no limit. Uses the arithmetic of `intersect_all`, so that a ray has the same hits
-    /// alone and in a packet.
-    template <class Visit>
-    void intersect_packet(ray_packet<Width>& p, const Visit& visit) const {
-        using floats = lanes<Width>;
-        const int x = p.axes[0], y = p.axes[1], z = p.axes[2];
-        floats along[3], depth[3]; // of the corners: along the row, and along z
-        floats from_low(-FLT_MAX), to_high(FLT_MAX), nearest(FLT_MAX);
-        for (int c = 0; c < 3; ++c) {
-            const floats at_x = load<Width>(corner[c][x]), at_y = load<Width>(corner[c][y]);
-            const floats across = multiply_add(floats(p.row[0]), at_y, floats(-p.row[1]) * at_x);
-            along[c] = multiply_add(floats(p.row[0]), at_x, floats(p.row[1]) * at_y);
-            depth[c] = load<Width>(corner[c][z]);
-            from_low = max(from_low, multiply_add(floats(-p.across.min_slope), depth[c], across));
-            to_high = min(to_high, multiply_add(floats(-p.across.max_slope), depth[c], across));
-            nearest = min(nearest, floats(p.forward) * depth[c]);
-        }
-        const std::uint32_t across =
-            usable() & bits_of(floats(p.across.low) <= from_low && to_high <= floats(p.across.high));
-        if (across == 0) return;
-        static_assert(ray_packet<Width>::max_rays <= 32);
-        std::uint32_t inside = 0; // a bit per group and triangle
-        for (std::uint32_t g = 0; g < p.groups; ++g) {
-            const packet_wedge& own = p.of[g].along;
-            from_low = floats(-FLT_MAX), to_high = floats(FLT_MAX);
-            for (int c = 0; c < 3; ++c) {
-                from_low = max(from_low, multiply_add(floats(-own.min_slope), depth[c], along[c]));
-                to_high = min(to_high, multiply_add(floats(-own.max_slope), depth[c], along[c]));
-            }
-            const auto met =
-                nearest <= floats(p.of[g].end) && floats(own.low) <= from_low && to_high <= floats(own.high);
-            inside |= (across & bits_of(met)) << (g * Width);
-        }
-        std::uint32_t lowered = 0;
-        for (; inside != 0; inside &= inside - 1) {
-            const std::uint32_t g = lowest_bit(inside) / Width, i = lowest_bit(inside) % Width;
-            lowered |= visit(p.of[g], g * Width, primitive[i], intersect_group(p, g, i));
-        }
-        if (lowered != 0) p.shorten();
-    }
-
-    INSONIFY_FN triangle corners(std::uint32_t i) const {
-        return {{corner[0][0][i], corner[0][1][i], corner[0][2][i]},
-                {corner[1][0][i], corner[1][1][i], corner[1][2][i]},
-                {corner[2][0][i], corner[2][1][i], corner[2][2][i]}};
-    }
-
-  private:
-    // The distances at which the rays of a group hit triangle i; FLT_MAX for misses.
-    INSONIFY_INLINE lanes<Width> intersect_group(const ray_packet<Width>& p, std::size_t g, std::uint32_t i) const {
-        using floats = lanes<Width>;
-        const int x = p.axes[0], y = p.axes[1], z = p.axes[2];
-        const auto& group = p.of[g];
-        const floats minus_shear_x = -load<Width>(group.shear[0]), minus_shear_y = -load<Width>(group.shear[1]);
-        sheared_triangles<Width> t;
-        for (int c = 0; c < 3; ++c) {
-            t.z[c] = floats(corner[c][z][i]) - load<Width>(group.origin[2]);
-            t.x[c] = multiply_add(minus_shear_x, t.z[c], floats(corner[c][x][i]) - load<Width>(group.origin[0]));
-            t.y[c] = multiply_add(minus_shear_y, t.z[c], floats(corner[c][y][i]) - load<Width>(group.origin[1]));
-        }
-        const triangle_hits<Width> hits = test_edges(t);
-        const floats distance = select(hits.possible, hits.distance(t, load<Width>(group.shear[2])), floats(FLT_MAX));
-        std::uint32_t doubtful = bits_of(hits.possible) & ~bits_of(hits.certain && abs(distance) <= floats(FLT_MAX));
-        if (doubtful == 0) return distance;
-        alignas(sizeof(floats)) float exact[Width];
-        store(distance, exact);
-        for (; doubtful != 0; doubtful &= doubtful - 1) {
-            const std::uint32_t k = lowest_bit(doubtful);
-            exact[k] = intersect(p.one(g, k), corners(i)).distance;
-        }
-        return load<Width>(exact);
-    }
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#include <cstdint>
-
-/// The traversal stack of child references, in two orders. Which children are hit is unpredictable, so neither order
-/// branches on it.
-///
-///     start()               the root is next
-///     descend(node, ...)    one of the children that were hit, at least one, is next; the others are pushed
-///     pop(limit)            the top of the stack is next; false if the stack is empty
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Capacity: each level pops one reference and pushes at most Width, and `pack_lanes` always writes Width.
-template <int Width>
-inline constexpr std::uint32_t max_stack = max_levels<Width>*(Width - 1) + 1;
-
-/// Front to back, and skips references that begin beyond the limit: for closest hits.
-template <int Width>
-struct nearest_first {
-    std::uint32_t next = 0;
-    std::uint32_t size = 0;
-    std::uint32_t references[max_stack<Width>];
-    std::uint32_t distances[max_stack<Width>]; // at which each reference begins, as bits
-
-    INSONIFY_FN INSONIFY_INLINE void start() { next = size = 0; }
-
-    /// @param distance  at which the ray enters each child; FLT_MAX for those it misses
-    /// @param met       a bit for each child that is hit
-    INSONIFY_FN INSONIFY_INLINE void descend(const tree_node<Width>& node, const lanes<Width>& distance,
-                                             std::uint32_t met) {
-        const std::uint32_t tied = met & bits_of(distance == lanes<Width>(reduce_min(distance)));
-        const std::uint32_t nearest =
-            lowest_bit(tied | 1U << (Width - 1)); // never out of range, whatever the numbers are
-        next = node.child[nearest];
-        met &= ~(1U << nearest);
-        pack_lanes<Width>(raw_bits<Width>(distance), met, distances + size);
-        size += pack_lanes<Width>(load_bits<Width>(node.child), met, references + size);
-    }
-
-    INSONIFY_FN INSONIFY_INLINE bool pop(float limit) {
-        do {
-            if (size == 0) return false;
-            next = references[--size];
-        } while (entry() > limit);
-        return true;
-    }
-
-    /// The distance at which `next` begins, after `pop`.
-    INSONIFY_FN INSONIFY_INLINE float entry() const { return __builtin_bit_cast(float, distances[size]); }
-};
-
-/// In no order: for any hit, and for all hits.
-template <int Width>
-struct any_order {
-    std::uint32_t next = 0;
-    std::uint32_t size = 0;
-    std::uint32_t references[max_stack<Width>];
-
-    INSONIFY_FN INSONIFY_INLINE void start() { next = size = 0; }
-
-    /// @param met  a bit for each child that is hit
-    INSONIFY_FN INSONIFY_INLINE void descend(const tree_node<Width>& node, const lanes<Width>&, std::uint32_t met) {
-        size += pack_lanes<Width>(load_bits<Width>(node.child), met, references + size);
-        next = references[--size];
-    }
-
-    INSONIFY_FN INSONIFY_INLINE bool pop(float) {
-        if (size == 0) return false;
-        next = references[--size];
-        return true;
-    }
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-namespace insonify::inline INSONIFY_ABI {
-
-namespace detail {
-template <primitive_range Range, int Width, class Order>
-struct ray_traversal;
-} // namespace detail
-
-/// A BVH as traversal reads it, on the host or a device: pointers to its arrays. Trivially copyable, owns nothing.
-template <primitive_range Range, int Width = simd_width>
-struct bvh_view {
-    view<const tree_node<Width>> nodes{};
-    view<const detail::leaf<Range, Width>> leaves{};
-    Range range{};
-    float max_abs_coordinate = 0; ///< of all boxes: bounds the rounding of slab tests
-    float leaf_size = 0;          ///< metres: the edge of a square of the mean half area of leaves
-    aabb box{};                   ///< around all primitives
-
-    /// Prefetches the node or leaf of a child reference. Computes the address without a branch on the kind of child, which
-    /// would mispredict. Nothing is read, so `no_child` is allowed.
-    INSONIFY_FN INSONIFY_INLINE void prefetch(std::uint32_t child) const {
-        constexpr std::size_t of_node = sizeof(tree_node<Width>), of_leaf = sizeof(detail::leaf<Range, Width>);
-        constexpr std::size_t of_either = of_node < of_leaf ? of_node : of_leaf, line_size = 64; // of cache
-        const std::size_t is_leaf = (child & leaf_bit) != 0, is_larger = of_node < of_leaf ? is_leaf : 1 - is_leaf;
-        const std::size_t apart =
-            reinterpret_cast<std::uintptr_t>(leaves.first) - reinterpret_cast<std::uintptr_t>(nodes.first);
-        const std::size_t place = is_leaf * apart + (child & ~leaf_bit) * (of_node + is_leaf * (of_leaf - of_node));
-        const char* const what = reinterpret_cast<const char*>(nodes.first) + static_cast<std::ptrdiff_t>(place);
-        for (std::size_t line = 0; line < of_node || line < of_leaf; line += line_size)
-            detail::prefetch(what + (line < of_either ? line : is_larger * line));
-    }
-
-    /// The closest hit; ties go to the lowest primitive.
-    INSONIFY_FN hit closest(const ray& r) const {
-        hit best;
-        detail::ray_traversal<Range, Width, detail::nearest_first<Width>> traversal;
-        for (bool more = traversal.start(*this, r); more;) more = traversal.step_closest(*this, best);
-        return best;
-    }
-
-    /// Whether anything is hit.
-    INSONIFY_FN bool any(const ray& r) const {
-        bool met = false;
-        detail::ray_traversal<Range, Width, detail::any_order<Width>> traversal;
-        for (bool more = traversal.start(*this, r); more && !met;)
-            more = traversal.step(*this, [&](const hit&) { met = true; });
-        return met;
-    }
-
-    /// Calls visit(hit) for every hit, in no order, once per primitive.
-    INSONIFY_VISITS
-    template <class Visit>
-    INSONIFY_FN void for_each_hit(const ray& r, Visit&& visit) const {
-        detail::ray_traversal<Range, Width, detail::any_order<Width>> traversal;
-        for (bool more = traversal.start(*this, r); more;) more = traversal.step(*this, visit);
-    }
-
-    /// Calls visit(primitive) for every primitive whose bounds overlap the shape: an `aabb` or a `plane`.
-    INSONIFY_VISITS
-    template <class Shape, class Visit>
-    INSONIFY_FN void for_each_overlap(const Shape& shape, Visit&& visit) const {
-        if (nodes.empty()) return;
-        std::uint32_t stack[detail::max_stack<Width>];
-        std::uint32_t size = 0;
-        stack[size++] = 0;
-        while (size > 0) {
-            const std::uint32_t node = stack[--size];
-            for (int i = 0; i < Width; ++i) {
-                const std::uint32_t child = nodes[node].child[i];
-                if (child == no_child || !overlaps(shape, nodes[node].box(i))) continue;
-                if ((child & leaf_bit) == 0) {
-                    stack[size++] = child;
-                    continue;
-                }
-                for (const std::uint32_t primitive : leaves[child ^ leaf_bit].primitive)
-                    if (primitive != no_primitive && overlaps(shape, bounds(range[primitive]))) visit(primitive);
-            }
-        }
-    }
-};
-
-namespace detail {
-
-/// The traversal of one ray, one node or leaf per step. Each step prefetches the memory of the next, so interleaved
-/// traversals hide the latency.
-/// @tparam Order  `nearest_first` where hits shorten the ray, otherwise `any_order`
-template <primitive_range Range, int Width, class Order>
-struct ray_traversal {
-    using tree_view = bvh_view<Range, Width>;
-
-    prepared_ray<Width> r{};
-    float limit = 0; ///< hits beyond it do not count; a visitor may lower it
-    Order stack;
-
-    /// @return false where nothing can be hit
-    INSONIFY_FN INSONIFY_INLINE bool start(const tree_view& tree, const ray& source) {
-        r.prepare(source, tree.max_abs_coordinate);
-        const bool endless = __builtin_bit_cast(std::uint32_t, source.max_distance) == 0x7F800000U; // read as bits, for
-        limit = endless ? FLT_MAX : source.max_distance; // under -ffast-math there is no infinity, and a NaN would trap
-        stack.start();
-        return r.valid && !tree.nodes.empty();
-    }
-
-    /// Calls visit(hit) for hits between the ray's limits, in no order. @return false when the traversal is finished
-    INSONIFY_VISITS
-    template <class Visit>
-    INSONIFY_FN INSONIFY_INLINE bool step(const tree_view& tree, Visit&& visit) {
-        if ((stack.next & leaf_bit) == 0) {
-            const tree_node<Width>& node = tree.nodes[stack.next];
-            const box_entries<Width> boxes = enter(node, r, limit);
-            if (boxes.met != 0) {
-                stack.descend(node, boxes.distance, boxes.met);
-                tree.prefetch(stack.next);
-                return true;
-            }
-        } else if (stack.next != no_child) {
-            tree.leaves[stack.next ^ leaf_bit].intersect_all(r, limit, tree.range, visit);
-        }
-        if (!stack.pop(limit)) return false;
-        tree.prefetch(stack.next);
-        return true;
-    }
-
-    /// One step of the search for the closest hit; ties go to the lowest primitive.
-    INSONIFY_FN INSONIFY_INLINE bool step_closest(const tree_view& tree, hit& best) {
-        return step(tree, [&](const hit& found) {
-            if (!nearer(found, best)) return;
-            best = found;
-            limit = found.distance;
-        });
-    }
-};
-
-/// The point of a mesh that is nearest to another point.
-struct nearest_point {
-    float distance_squared = FLT_MAX; ///< m^2
-    std::uint32_t primitive = ~0U;    ///< face; ~0 where there is none
-    vec3 point{0, 0, 0};              ///< on the face
-};
-
-/// Squared distance from a point to a box; 0 inside.
-INSONIFY_FN inline float distance_squared(const aabb& box, vec3 p) {
-    const vec3 outside = p - min(max(p, box.lower), box.upper);
-    return dot(outside, outside);
-}
-
-/// Searches a tree of triangles by branch and bound; of equally near faces the lowest. @param p  in the tree's coordinates
-template <int Width>
-INSONIFY_FN nearest_point find_nearest(const bvh_view<mesh_view, Width>& tree, vec3 p) {
-    nearest_point best;
-    if (tree.nodes.empty()) return best;
-    std::uint32_t stack[max_stack<Width>], count = 0;
-    float bound[max_stack<Width>];
-    stack[count] = 0;
-    bound[count++] = 0;
-    while (count > 0) {
-        const std::uint32_t code = stack[--count];
-        if (bound[count] > best.distance_squared) continue;
-        if ((code & leaf_bit) != 0) {
-            for (const std::uint32_t face : tree.leaves[code ^ leaf_bit].primitive) {
-                if (face == no_primitive) continue;
-                const vec3 on = nearest_on(tree.range[face], p);
-                const float squared = dot(p - on, p - on);
-                if (squared < best.distance_squared || (squared == best.distance_squared && face < best.primitive))
-                    best = {squared, face, on};
-            }
-            continue;
-        }
-        const std::uint32_t first = count;
-        for (int i = 0; i < Width; ++i) {
-            const std::uint32_t child = tree.nodes[code].child[i];
-            const float squared = child == no_child ? FLT_MAX : distance_squared(tree.nodes[code].box(i), p);
-            if (child == no_child || squared > best.distance_squared) continue;
-            std::uint32_t place = count++; // sorted, so that the nearest child is visited next
-            for (; place > first && bound[place - 1] < squared; --place) {
-                bound[place] = bound[place - 1];
-                stack[place] = stack[place - 1];
-            }
-            bound[place] = squared;
-            stack[place] = child;
-        }
-    }
-    return best;
-}
-
-} // namespace detail
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#include <algorithm>
-#include <vector>
-
-/// Batches of rays. Coherent neighbours are traced in packets, the others one by one; several traversals are interleaved
-/// to hide memory latency.
-///
-/// Compared with tracing ray after ray, 1.8 to 2.9 times faster for incoherent rays and 2 to 3 times along a fan
-/// (bench/bvh.cpp).
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// The traversal of a packet, one node or leaf per step: see `ray_traversal`.
-template <class Range, int Width>
-struct packet_traversal {
-    using tree_view = bvh_view<Range, Width>;
-    using floats = lanes<Width>;
-
-    ray_packet<Width> rays;
-    std::uint32_t best[ray_packet<Width>::max_rays]; ///< the hit primitive of each ray, or `no_primitive`
-    nearest_first<Width> stack;
-
-    /// Loads coherent rays from the first of `count` on. @return how many: 0 for none
-    std::size_t start(const tree_view& tree, const ray* first, std::size_t count) {
-        const std::size_t taken = rays.prepare(first, count, tree.box, tree.max_abs_coordinate, tree.leaf_size);
-        for (std::size_t k = 0; k < taken; ++k) best[k] = no_primitive;
-        stack.start();
-        return taken;
-    }
-
-    /// Calls visit(group, index of its first ray, primitive, distances, hits) for every triangle that some ray of a group may
-    /// hit. The mask `hits` is set for rays that hit it between their limits. visit returns 0 if it lowered no limit.
-    /// Traverses front to back. @return false when the traversal is finished
-    template <class Visit>
-    INSONIFY_INLINE bool step(const tree_view& tree, const Visit& visit) {
-        if ((stack.next & leaf_bit) == 0) {
-            const tree_node<Width>& node = tree.nodes[stack.next];
-            floats entry;
-            if (const std::uint32_t met = enter(node, rays, entry); met != 0) {
-                stack.descend(node, entry, met);
-                tree.prefetch(stack.next);
-                return true;
-            }
-        } else if (stack.next != no_child) {
-            tree.leaves[stack.next ^ leaf_bit].intersect_packet(
-                rays, [&](auto& group, std::uint32_t first, std::uint32_t primitive, const floats& distance) {
-                    const auto hits = load<Width>(group.min_distance) <= distance && distance < floats(FLT_MAX) &&
-                                      distance <= load<Width>(group.limit);
-                    return visit(group, first, primitive, distance, hits);
-                });
-        }
-        if (!stack.pop(rays.end - rays.begin)) return false;
-        tree.prefetch(stack.next);
-        return true;
-    }
-
-    /// Records the primitive for the rays of a group that hit it, and their new limits. @return a bit for each
-    INSONIFY_INLINE std::uint32_t take(typename ray_packet<Width>::group& group, const lane_mask<Width>& hits,
-                                       std::uint32_t primitive, std::uint32_t first, const floats& limit) {
-        std::uint32_t* const held = best + first;
-        store(select(hits, limit, load<Width>(group.limit)), group.limit);
-        store_bits<Width>(select_bits<Width>(hits, bit_lanes<Width>{} + primitive, load_bits<Width>(held)), held);
-        return bits_of(hits);
-    }
-};
-
-/// A query initialises the result of ray i with begin(i), and advances its traversal with step(tree, traversal, i) until
-/// that returns false. For a packet whose first ray is i it uses step_packet, then finish(traversal, i).
-struct closest_query {
-    template <int Width>
-    using order = nearest_first<Width>;
-    hit* hits = nullptr;
-
-    void begin(std::size_t i) const { hits[i] = {}; }
-    template <class Tree, class Traversal>
-    bool step(const Tree& tree, Traversal& traversal, std::size_t i) const {
-        return traversal.step_closest(tree, hits[i]);
-    }
-    template <class Range, int Width>
-    bool step_packet(const bvh_view<Range, Width>& tree, packet_traversal<Range, Width>& packet, std::size_t) const {
-        return packet.step(tree, [&](auto& group, std::uint32_t first, std::uint32_t primitive,
-                                     const lanes<Width>& distance, const lane_mask<Width>& within) {
-            const lanes<Width> limit = load<Width>(group.limit);
-            for (std::uint32_t left = bits_of(within && distance == limit); left != 0; left &= left - 1) {
-                std::uint32_t& held = packet.best[first + lowest_bit(left)];
-                if (primitive < held) held = primitive;
-            }
-            return packet.take(group, within && distance < limit, primitive, first, distance);
-        });
-    }
-    template <class Range, int Width>
-    void finish(const packet_traversal<Range, Width>& packet, std::size_t i) const {
-        for (std::size_t k = 0; k < packet.rays.groups * Width; ++k) {
-            const std::uint32_t primitive = packet.best[k];
-            if (primitive != no_primitive) hits[i + k] = {packet.rays.of[k / Width].limit[k % Width], primitive};
-        }
-    }
-};
-
-struct any_query {
-    template <int Width>
-    using order = any_order<Width>;
-    std::uint8_t* met = nullptr;
-
-    void begin(std::size_t i) const { met[i] = 0; }
-    template <class Tree, class Traversal>
-    bool step(const Tree& tree, Traversal& traversal, std::size_t i) const {
-        return traversal.step(tree, [&](const hit&) { met[i] = 1; }) && met[i] == 0;
-    }
-    template <class Range, int Width>
-    bool step_packet(const bvh_view<Range, Width>& tree, packet_traversal<Range, Width>& packet, std::size_t) const {
-        return packet.step(tree, [&](auto& group, std::uint32_t first, std::uint32_t primitive, const lanes<Width>&,
-                                     const lane_mask<Width>& within) {
-            return packet.take(group, within, primitive, first, lanes<Width>(-1.0F));
-        });
-    }
-    template <class Range, int Width>
-    void finish(const packet_traversal<Range, Width>& packet, std::size_t i) const {
-        for (std::size_t k = 0; k < packet.rays.groups * Width; ++k) met[i + k] = packet.best[k] != no_primitive;
-    }
-};
-
-struct all_query {
-    template <int Width>
-    using order = any_order<Width>;
-    std::vector<hit>* hits = nullptr;
-
-    void begin(std::size_t i) const { hits[i].clear(); }
-    template <class Tree, class Traversal>
-    bool step(const Tree& tree, Traversal& traversal, std::size_t i) const {
-        if (traversal.step(tree, [&](const hit& found) { hits[i].push_back(found); })) return true;
-        std::sort(hits[i].begin(), hits[i].end(), nearer);
-        return false;
-    }
-    template <class Range, int Width>
-    bool step_packet(const bvh_view<Range, Width>& tree, packet_traversal<Range, Width>& packet, std::size_t i) const {
-        return packet.step(tree, [&](auto&, std::uint32_t first, std::uint32_t primitive, const lanes<Width>& distance,
-                                     const lane_mask<Width>& within) {
-            alignas(sizeof(distance)) float found[Width];
-            store(distance, found);
-            for (std::uint32_t left = bits_of(within); left != 0; left &= left - 1)
-                hits[i + first + lowest_bit(left)].push_back({found[lowest_bit(left)], primitive});
-            return 0U;
-        });
-    }
-    template <class Range, int Width>
-    void finish(const packet_traversal<Range, Width>& packet, std::size_t i) const {
-        for (std::size_t k = 0; k < packet.rays.groups * Width; ++k)
-            std::sort(hits[i + k].begin(), hits[i + k].end(), nearer);
-    }
-};
-
-/// Advances several traversals in turn, one step each. start(traversal) returns false when no ray is left,
-/// step(traversal) when the traversal is finished.
-template <class Traversal, std::size_t MaxCount, class Start, class Step>
-void interleave(const Start& start, const Step& step) {
-    struct slot {
-        std::size_t ray; // in one cache line with what each step reads first
-        bool active;
-        Traversal traversal;
-    };
-    slot slots[MaxCount];
-    std::size_t active = 0;
-    for (slot& one : slots) active += one.active = start(one.traversal, one.ray);
-    while (active > 0)
-        for (slot& one : slots)
-            if (one.active && !step(one.traversal, one.ray)) active -= !(one.active = start(one.traversal, one.ray));
-}
-
-/// Runs the query for every ray. Packets begin at multiples of Width, so results do not depend on the policy.
-template <class Policy, class Range, int Width, class Query>
-void trace_batch(const Policy& policy, const bvh_view<Range, Width>& tree, view<const ray> rays, const Query& query) {
-    using single = ray_traversal<Range, Width, typename Query::template order<Width>>;
-    using packet = packet_traversal<Range, Width>;
-    constexpr std::size_t block_size = 1024;
-    if (tree.nodes.empty()) {
-        for (std::size_t i = 0; i < rays.size(); ++i) query.begin(i);
-        return;
-    }
-    exec::for_each_block(policy, rays.size(), block_size, 150, [&](std::size_t begin, std::size_t end) {
-        std::size_t alone[block_size];
-        std::size_t singles = 0, next = begin;
-        for (std::size_t i = begin; i < end; ++i) query.begin(i);
-        if constexpr (triangle_range<Range>) {
-            interleave<packet, 8>(
-                [&](packet& traversal, std::size_t& i) {
-                    for (; next + Width <= end; next += Width) {
-                        i = next;
-                        std::uint32_t entering =
-                            may_enter(tree.box, tree.max_abs_coordinate, ray_lanes<Width>{rays.data() + i});
-                        if (entering == 0) continue;
-                        if (const std::size_t taken = traversal.start(tree, rays.data() + i, end - i); taken > 0) {
-                            next += taken;
-                            return true;
-                        }
-                        for (; entering != 0; entering &= entering - 1) alone[singles++] = i + lowest_bit(entering);
-                    }
-                    return false;
-                },
-                [&](packet& traversal, std::size_t i) {
-                    if (query.step_packet(tree, traversal, i)) return true;
-                    query.finish(traversal, i);
-                    return false;
-                });
-        }
-        while (next < end) alone[singles++] = next++;
-        std::size_t started = 0;
-        interleave<single, 12>(
-            [&](single& traversal, std::size_t& i) {
-                while (started < singles) {
-                    i = alone[started++];
-                    if (traversal.start(tree, rays[i])) return true;
-                }
-                return false;
-            },
-            [&](single& traversal, std::size_t i) { return query.step(tree, traversal, i); });
-    });
-}
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#ifndef INSONIFY_BVH_STORAGE_HPP
-#define INSONIFY_BVH_STORAGE_HPP
-
-
-#ifndef INSONIFY_BVH_BUILD_MORTON_HPP
-#define INSONIFY_BVH_BUILD_MORTON_HPP
-
-
-#ifndef INSONIFY_BVH_ASSEMBLE_HPP
-#define INSONIFY_BVH_ASSEMBLE_HPP
-
-
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -4787,6 +4078,736 @@ class tree_assembler {
 
     Splitter& splitter_;
     std::size_t small_ = 0;
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+
+#endif
+#ifndef INSONIFY_BVH_LEAF_HPP
+#define INSONIFY_BVH_LEAF_HPP
+
+
+#ifndef INSONIFY_BVH_RAY_PACKET_HPP
+#define INSONIFY_BVH_RAY_PACKET_HPP
+
+
+#include <algorithm>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Consecutive rays in structure-of-arrays layout.
+template <int N>
+struct ray_lanes {
+    lanes<N> origin[3], direction[3], min_distance, max_distance;
+
+    INSONIFY_INLINE explicit ray_lanes(const ray* first) {
+        for (int axis = 0; axis < 3; ++axis) {
+            origin[axis] = each_lane<N>([&](int i) { return first[i].origin[axis]; });
+            direction[axis] = each_lane<N>([&](int i) { return first[i].direction[axis]; });
+        }
+        min_distance = each_lane<N>([&](int i) { return first[i].min_distance; });
+        max_distance = each_lane<N>([&](int i) { return first[i].max_distance; });
+    }
+
+    /// Negative where a coordinate is not finite or a limit is not a number: such a ray is traced by itself.
+    INSONIFY_INLINE lanes<N> wild() const {
+        bit_lanes<N> bits = not_number<N>(min_distance) | not_number<N>(max_distance);
+        for (int axis = 0; axis < 3; ++axis) bits = bits | not_finite<N>(origin[axis]) | not_finite<N>(direction[axis]);
+        return floats_of<N>(bits);
+    }
+};
+
+/// A bit for each ray that may enter the box between its limits. Conservative: rounding never loses a ray, also not in
+/// the triangle test; rays that are not valid may get either answer.
+/// @param max_abs_coordinate  of the box
+template <int N>
+INSONIFY_INLINE std::uint32_t may_enter(const aabb& box, float max_abs_coordinate, const ray_lanes<N>& rays) {
+    using floats = lanes<N>;
+    constexpr float min_length = 1e-16F, max_range = 1e12F; // beyond them the test below might overflow
+    constexpr std::uint32_t all = (1U << static_cast<unsigned>(N)) - 1;
+    if (bits_of(rays.wild() < floats(0.0F)) != 0) return all; // NaN would trap below
+
+    floats size[3], longest(0.0F), range(max_abs_coordinate);
+    for (int axis = 0; axis < 3; ++axis) {
+        size[axis] = abs(rays.direction[axis]);
+        longest = max(longest, size[axis]);
+        range = max(range, abs(rays.origin[axis]));
+    }
+    // Components of 0 become too small to matter, and can be divided by.
+    const floats min_size = max(longest, floats(min_length)) * floats(1e-9F), margin = range * floats(1e-6F);
+    floats in = rays.min_distance, out = rays.max_distance;
+    for (int axis = 0; axis < 3; ++axis) {
+        const floats scale = inverse(select(size[axis] < min_size, min_size, rays.direction[axis]));
+        const floats lower = (floats(box.lower[axis]) - margin - rays.origin[axis]) * scale;
+        const floats upper = (floats(box.upper[axis]) + margin - rays.origin[axis]) * scale;
+        in = max(in, min(lower, upper));
+        out = min(out, max(lower, upper));
+    }
+    const auto misses = out < in && floats(min_length) < longest && range < floats(max_range);
+    return all & ~bits_of(misses);
+}
+
+/// Bounds of many rays in one of the directions u across z:  low + min_slope * z <= u <= high + max_slope * z.
+struct packet_wedge {
+    float low = 0, high = 0, min_slope = 0, max_slope = 0;
+
+    float width(float z) const { return high - low + (max_slope - min_slope) * z; }
+};
+
+/// The volume that the rays of a packet sweep, for culling the children of a node in one test.
+///
+/// All rays have the same dominant axis z and sign along it, so forward * z grows along each of them. The volume lies
+/// between four planes, and each axis gives an interval of forward * z in which rays can be inside a box.
+template <int N>
+struct packet_bounds {
+    /// The points with  weight . point >= bound,  coordinates in the order of `axes`.
+    struct half_space {
+        float weight[3] = {};
+        float bound = 0;
+        std::uint32_t row[3] = {}; ///< of a node's sides: those of the corner where the weighted sum is greatest
+    };
+    /// The interval of forward * z in which some ray is between the two sides of a box across x or y: from
+    /// entry_side * entry_scale + entry_offset  to  exit_side * exit_scale + exit_offset.
+    struct slab {
+        float entry_scale = 0, entry_offset = -FLT_MAX;
+        float exit_scale = 0, exit_offset = FLT_MAX;
+        std::uint32_t entry_row = 0, exit_row = 0;
+    };
+    half_space around[4]{};
+    slab slabs[2]{};
+    int axes[3] = {0, 1, 2}; ///< the world axes of x, y and z
+    float forward = 1;       ///< the sign of the directions along z
+    float begin = 0;         ///< the interval of forward * z between the limits of all rays
+    float end = 0;
+    std::uint32_t entry_row = 0, exit_row = 0; ///< of a node's sides: across z
+
+    /// Sets slab `k` for rays that are at `start` where forward * z = z0, with these slopes. Rays nearly parallel to
+    /// the sides leave it unbounded.
+    void set_slab(int k, const packet_wedge& rays, float z0, float margin) {
+        slab& one = slabs[k];
+        one = {};
+        const bool rises = rays.min_slope > 0.01F;
+        if (!rises && !(rays.max_slope < -0.01F)) return;
+        const float low = rays.low - margin, high = rays.high + margin;
+        one.entry_scale = 1 / (rises ? rays.max_slope : rays.min_slope);
+        one.exit_scale = 1 / (rises ? rays.min_slope : rays.max_slope);
+        one.entry_offset = z0 - (rises ? high : low) * one.entry_scale - 2 * margin;
+        one.exit_offset = z0 - (rises ? low : high) * one.exit_scale + 2 * margin;
+        const auto axis = static_cast<std::uint32_t>(axes[k]), backwards = std::uint32_t{!rises};
+        one.entry_row = tree_node<N>::row(backwards, axis);
+        one.exit_row = tree_node<N>::row(1 - backwards, axis);
+    }
+
+    /// Sets the interval of forward * z and the sides across it.
+    void set_begin(float z) {
+        begin = z;
+        const auto axis = static_cast<std::uint32_t>(axes[2]), backwards = std::uint32_t{forward < 0};
+        entry_row = tree_node<N>::row(backwards, axis);
+        exit_row = tree_node<N>::row(1 - backwards, axis);
+    }
+
+    /// Sets two planes that hold the rays between them along (x, y).
+    void set_planes(half_space* two, float x, float y, const packet_wedge& rays) const {
+        two[0] = half_space_of(x, y, -rays.min_slope, rays.low);
+        two[1] = half_space_of(-x, -y, rays.max_slope, -rays.high);
+    }
+
+  private:
+    half_space half_space_of(float x, float y, float z, float bound) const {
+        half_space one{{x, y, z}, bound};
+        for (int k = 0; k < 3; ++k)
+            one.row[k] = tree_node<N>::row(one.weight[k] > 0, static_cast<std::uint32_t>(axes[k]));
+        return one;
+    }
+};
+
+/// Finds the children of a node whose boxes the packet may enter: conservative, so rounding never loses one.
+/// @param entry  where, in terms of forward * z - begin; FLT_MAX for the others
+/// @return a bit for each child
+template <int N>
+INSONIFY_INLINE std::uint32_t enter(const tree_node<N>& node, const packet_bounds<N>& p, lanes<N>& entry) {
+    using floats = lanes<N>;
+    const auto side = [&node](std::uint32_t row) { return load<N>(node.sides + row); };
+    floats in = floats(p.forward) * side(p.entry_row), out = floats(p.forward) * side(p.exit_row);
+    for (const auto& one : p.slabs) {
+        in = max(in, multiply_add(side(one.entry_row), floats(one.entry_scale), floats(one.entry_offset)));
+        out = min(out, multiply_add(side(one.exit_row), floats(one.exit_scale), floats(one.exit_offset)));
+    }
+    auto met = in <= min(out, floats(p.end)) && floats(p.begin) <= out;
+    for (const auto& one : p.around) {
+        const floats across =
+            multiply_add(floats(one.weight[2]), side(one.row[2]), floats(one.weight[0]) * side(one.row[0]));
+        met = met && floats(one.bound) <= multiply_add(floats(one.weight[1]), side(one.row[1]), across);
+    }
+    entry = select(met, in - floats(p.begin), floats(FLT_MAX));
+    return bits_of(met);
+}
+
+/// A packet of coherent rays, up to four groups of as many rays as there are lanes. Node tests are shared by the
+/// packet; a triangle is intersected by the groups whose part of the row it overlaps.
+///
+/// The rays form a row, as the lines of a fan and the pixels of an image row do. Of the planes around them, seen along
+/// z, two lie along the row and two across it:
+///
+///              _ - |
+///      | _ - o     |
+///      |   o   _ - '        o: rays
+///      ' - '
+template <int N>
+struct ray_packet : packet_bounds<N> {
+    using packet_bounds<N>::axes, packet_bounds<N>::forward;
+    static constexpr std::size_t max_groups = 4;
+    static constexpr std::size_t max_rays = max_groups * N;
+
+    /// Bounds of the rays across the row, in terms of z.
+    packet_wedge across{};
+    float row[2] = {1, 0}; ///< the direction of the row, in x and y; across it is (-row[1], row[0])
+    std::size_t groups = 0;
+    /// The rays of a group, and the part of the row that they occupy.
+    struct alignas(32) group {
+        float origin[3][N]; ///< in the order of the axes, as the shear
+        float shear[3][N];
+        float length[N]; ///< of a step of 1 along z
+        float min_distance[N];
+        float limit[N];       ///< hits beyond it do not count; below 0: the ray is finished
+        float end = -FLT_MAX; ///< of forward * z between the limits of the rays
+        packet_wedge along;   ///< bounds of the rays along the row, in terms of z
+    };
+    group of[max_groups];
+
+    /// Loads coherent rays from the first of `count` on. @return how many: whole groups, or 0
+    ///
+    /// Rays are coherent where they are valid, share their dominant axis and sign along it, begin at 0 or later, and
+    /// form a row that, halfway through the box, is at most 8 leaves long (4 for a single group) and 2 wide: in longer
+    /// rows, rays traverse nodes that only their neighbours enter (measured by bench_ratios).
+    /// @param box  around all primitives
+    std::size_t prepare(const ray* first, std::size_t count, const aabb& box, float max_abs_coordinate,
+                        float leaf_size) {
+        groups = 0;
+        if (count < N || !similar(first[0], first[N - 1])) return 0;
+        const sheared_ray lead{first[0]};
+        axes[0] = lead.x, axes[1] = lead.y, axes[2] = lead.z;
+        forward = lead.shear.z < 0 ? -1.0F : 1.0F;
+        const float near = forward > 0 ? box.lower[lead.z] : -box.upper[lead.z];
+        const float far = forward > 0 ? box.upper[lead.z] : -box.lower[lead.z];
+        const float middle = 0.5F * (max(near, forward * lead.begin.z) + far);
+        const std::size_t wanted = coherent_groups(first, count / N, forward * middle, leaf_size);
+        while (groups < wanted && take(of[groups], first + groups * N, box, max_abs_coordinate)) ++groups;
+        while (groups > 0 && !enclose(max_abs_coordinate, far, middle, max_row_width * leaf_size)) groups /= 2;
+        shorten();
+        return groups * N;
+    }
+
+    /// Updates the ends of all groups from the limits of their rays: skipping unchanged groups would mispredict.
+    void shorten() {
+        using floats = lanes<N>;
+        this->end = -FLT_MAX;
+        for (std::size_t g = 0; g < groups; ++g) {
+            group& one = of[g];
+            const floats largest = load<N>(one.limit);
+            const floats last = multiply_add(largest, load<N>(one.length), floats(forward) * load<N>(one.origin[2]));
+            one.end = reduce_max(select(floats(0.0F) <= largest, last, floats(-FLT_MAX))) + margin_;
+            this->end = max(this->end, one.end);
+        }
+    }
+
+    /// One of the rays.
+    sheared_ray one(std::size_t g, std::uint32_t k) const {
+        sheared_ray r;
+        r.begin = {of[g].origin[0][k], of[g].origin[1][k], of[g].origin[2][k]};
+        r.x = axes[0], r.y = axes[1], r.z = axes[2];
+        r.shear = {of[g].shear[0][k], of[g].shear[1][k], of[g].shear[2][k]};
+        return r;
+    }
+
+  private:
+    // Leaves: of a row where it is halfway through the box.
+    static constexpr float max_row = 8, max_row_of_one_group = 4, max_row_width = 2;
+
+    // Directions less than 45 degrees apart: a quick test before the rays are loaded.
+    static bool similar(const ray& a, const ray& b) {
+        const float both = dot(a.direction, b.direction);
+        return both > 0 && 2 * both * both > dot(a.direction, a.direction) * dot(b.direction, b.direction);
+    }
+
+    // How many groups, at most, make a row that is short enough where z is `middle`.
+    std::size_t coherent_groups(const ray* rays, std::size_t available, float middle, float leaf_size) const {
+        const auto at = [&](const ray& r, int k) {
+            const float steps = (middle - r.origin[axes[2]]) / r.direction[axes[2]];
+            return r.origin[axes[k]] + r.direction[axes[k]] * steps;
+        };
+        const float first[2] = {at(rays[0], 0), at(rays[0], 1)};
+        for (std::size_t wanted = std::min<std::size_t>(available, max_groups); wanted > 0; wanted /= 2) {
+            const ray& last = rays[wanted * N - 1];
+            if (!(forward * last.direction[axes[2]] > 1e-30F)) continue;
+            const float x = at(last, 0) - first[0], y = at(last, 1) - first[1];
+            const float max_length = (wanted > 1 ? max_row : max_row_of_one_group) * leaf_size;
+            if (x * x + y * y < max_length * max_length) return wanted;
+        }
+        return 0;
+    }
+
+    // Loads a group. Rays that miss the box are finished at once. @return false where one is not coherent with the lead
+    bool take(group& rays, const ray* first, const aabb& box, float max_abs_coordinate) const {
+        using floats = lanes<N>;
+        const ray_lanes<N> all{first};
+        floats size[3];
+        for (int axis = 0; axis < 3; ++axis) size[axis] = abs(all.direction[axis]);
+        // The axis that sheared_ray chooses, ties included.
+        const auto longest = axes[2] == 0   ? size[1] < size[0] && size[2] < size[0]
+                             : axes[2] == 1 ? size[0] <= size[1] && size[2] < size[1]
+                                            : size[0] <= size[2] && size[1] <= size[2];
+        const floats z = all.direction[axes[2]];
+        const auto together = longest && floats(1e-30F) < floats(forward) * z && floats(0.0F) <= all.min_distance &&
+                              floats(0.0F) <= all.wild();
+        constexpr std::uint32_t every_ray = (1U << static_cast<unsigned>(N)) - 1;
+        if (bits_of(together) != every_ray) return false;
+        const floats scale = inverse(z);
+        for (int k = 0; k < 3; ++k) {
+            store(all.origin[axes[k]], rays.origin[k]);
+            const floats settled = select(size[axes[k]] <= floats(1e-30F), floats(0.0F), all.direction[axes[k]]);
+            store(k < 2 ? settled * scale : scale, rays.shear[k]);
+        }
+        store(abs(z), rays.length);
+        store(all.min_distance, rays.min_distance);
+        store(all.max_distance, rays.limit);
+        for (std::uint32_t out = every_ray & ~may_enter(box, max_abs_coordinate, all); out != 0; out &= out - 1)
+            rays.limit[lowest_bit(out)] = -1;
+        return true;
+    }
+
+    // Bounds the groups. @return false where they are too wide across the row, or coordinates too large or small
+    bool enclose(float max_abs_coordinate, float far, float middle, float max_width) {
+        using floats = lanes<N>;
+        floats nearest(FLT_MAX), furthest(max_abs_coordinate);
+        for (std::size_t g = 0; g < groups; ++g) {
+            nearest = min(nearest, floats(forward) * load<N>(of[g].origin[2]));
+            for (const auto& one : of[g].origin) furthest = max(furthest, abs(load<N>(one)));
+        }
+        const float z0 = reduce_min(nearest), range = reduce_max(furthest), depth = max(far - z0, 0.0F);
+        if (!(1e-18F < range && range < 1e18F)) return false; // what follows might overflow, or underflow
+        float way[2];                                         // from the first to the last, where they leave the box
+        for (int k = 0; k < 2; ++k) {
+            const auto at = [&](const group& one, int i) {
+                return one.origin[k][i] + one.shear[k][i] * (forward * (z0 + depth) - one.origin[2][i]);
+            };
+            way[k] = at(of[groups - 1], N - 1) - at(of[0], 0);
+        }
+        const float length = std::sqrt(way[0] * way[0] + way[1] * way[1]);
+        row[0] = length > 0 ? way[0] / length : 1;
+        row[1] = length > 0 ? way[1] / length : 0;
+        // Where the rays cross forward * z = z0, which lies behind all origins, and their slopes along forward * z.
+        floats start[2][max_groups], slope[2][max_groups];
+        for (int k = 0; k < 2; ++k)
+            for (std::size_t g = 0; g < groups; ++g) {
+                const floats behind = floats(z0) - floats(forward) * load<N>(of[g].origin[2]);
+                slope[k][g] = floats(forward) * load<N>(of[g].shear[k]);
+                start[k][g] = multiply_add(slope[k][g], behind, load<N>(of[g].origin[k]));
+            }
+        floats start_along[max_groups], slope_along[max_groups], start_across[max_groups], slope_across[max_groups];
+        for (std::size_t g = 0; g < groups; ++g) {
+            start_along[g] = multiply_add(floats(row[0]), start[0][g], floats(row[1]) * start[1][g]);
+            slope_along[g] = multiply_add(floats(row[0]), slope[0][g], floats(row[1]) * slope[1][g]);
+            start_across[g] = multiply_add(floats(row[0]), start[1][g], floats(-row[1]) * start[0][g]);
+            slope_across[g] = multiply_add(floats(row[0]), slope[1][g], floats(-row[1]) * slope[0][g]);
+        }
+        across = wedge_of(start_across, slope_across, groups);
+        if (!(across.width(max(middle - z0, 0.0F)) < max_width)) return false;
+        margin_ = 4e-6F * range; // above the rounding of shear, planes and their evaluation together
+        this->set_begin(z0 - margin_);
+        for (int k = 0; k < 2; ++k) this->set_slab(k, wedge_of(start[k], slope[k], groups), z0, margin_);
+        for (std::size_t g = 0; g < groups; ++g)
+            of[g].along = from_zero(wedge_of(start_along + g, slope_along + g, 1), z0);
+        across = from_zero(across, z0);
+        this->set_planes(&this->around[0], row[0], row[1], from_zero(wedge_of(start_along, slope_along, groups), z0));
+        this->set_planes(&this->around[2], -row[1], row[0], across);
+        return true;
+    }
+
+    static packet_wedge wedge_of(const lanes<N>* start, const lanes<N>* slope, std::size_t count) {
+        lanes<N> low(FLT_MAX), high(-FLT_MAX), min_slope(FLT_MAX), max_slope(-FLT_MAX);
+        for (std::size_t g = 0; g < count; ++g) {
+            low = min(low, start[g]);
+            high = max(high, start[g]);
+            min_slope = min(min_slope, slope[g]);
+            max_slope = max(max_slope, slope[g]);
+        }
+        return {reduce_min(low), reduce_max(high), reduce_min(min_slope), reduce_max(max_slope)};
+    }
+
+    // The same bounds in terms of z instead of forward * z - z0, widened on both sides by the margin.
+    packet_wedge from_zero(const packet_wedge& w, float z0) const {
+        return {w.low - margin_ - w.min_slope * z0, w.high + margin_ - w.max_slope * z0, w.min_slope * forward,
+                w.max_slope * forward};
+    }
+
+    float margin_ = 0;
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+
+#endif
+#include <cstddef>
+#include <cstdint>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// The box of a primitive in builders: [-lower, -, upper, -], so that the union of two is one maximum.
+struct alignas(32) build_box {
+    float row[8];
+
+    build_box() = default; ///< uninitialised: arrays are filled later, in parallel
+    explicit build_box(const aabb& box)
+        : row{-box.lower.x, -box.lower.y, -box.lower.z, 0, box.upper.x, box.upper.y, box.upper.z, 0} {}
+    INSONIFY_INLINE build_box(const lanes<4>& minus_lower, const lanes<4>& upper) {
+        store(minus_lower, row);
+        store(upper, row + 4);
+    }
+
+    /// Stores the index of the primitive in the spare lanes, in two halves that floats represent exactly.
+    void name(std::uint32_t primitive) {
+        row[3] = static_cast<float>(primitive >> 16U);
+        row[7] = static_cast<float>(primitive & 0xFFFFU);
+    }
+    std::uint32_t primitive() const {
+        return static_cast<std::uint32_t>(row[3]) << 16U | static_cast<std::uint32_t>(row[7]);
+    }
+    /// The empty box.
+    static build_box none() { return {lanes<4>(-FLT_MAX), lanes<4>(-FLT_MAX)}; }
+
+    INSONIFY_INLINE void add(const build_box& other) {
+        for (int k = 0; k < 8; k += simd_width)
+            store(max(load<simd_width>(row + k), load<simd_width>(other.row + k)), row + k);
+    }
+    INSONIFY_INLINE lanes<4> minus_lower() const { return load<4>(row); }
+    INSONIFY_INLINE lanes<4> upper() const { return load<4>(row + 4); }
+
+    /// Half the centre: sorts like the centre, and differences of two do not overflow.
+    INSONIFY_INLINE lanes<4> half_centre() const {
+        return multiply_add(lanes<4>(-0.25F), minus_lower(), lanes<4>(0.25F) * upper());
+    }
+    float half_area() const { // 0 for an empty box
+        const float x = max(row[4] + row[0], 0), y = max(row[5] + row[1], 0), z = max(row[6] + row[2], 0);
+        return x * y + y * z + z * x;
+    }
+};
+
+/// Bounds of the half centres of a group.
+struct centre_range {
+    float begin[4] = {FLT_MAX, FLT_MAX, FLT_MAX, FLT_MAX};
+    float end[4] = {-FLT_MAX, -FLT_MAX, -FLT_MAX, -FLT_MAX};
+
+    INSONIFY_INLINE void add(const lanes<4>& first, const lanes<4>& last) {
+        store(min(load<4>(begin), first), begin);
+        store(max(load<4>(end), last), end);
+    }
+    float widest() const { return max(end[0] - begin[0], max(end[1] - begin[1], end[2] - begin[2])); }
+    bool holds(const centre_range& other) const {
+        bool held = true;
+        for (int k = 0; k < 3; ++k) held = held && begin[k] <= other.begin[k] && other.end[k] <= end[k];
+        return held;
+    }
+    /// Extended on each side by a fraction of the widest extent.
+    INSONIFY_INLINE centre_range widened(float fraction) const {
+        const lanes<4> more(fraction * widest());
+        centre_range wider;
+        wider.add(load<4>(begin) - more, load<4>(end) + more);
+        return wider;
+    }
+    /// Clipped to the box, which contains all centres.
+    INSONIFY_INLINE centre_range within(const build_box& box) const {
+        centre_range both;
+        store(max(load<4>(begin), lanes<4>(-0.5F) * box.minus_lower()), both.begin);
+        store(min(load<4>(end), lanes<4>(0.5F) * box.upper()), both.end);
+        return both;
+    }
+};
+
+/// The number of primitives from which faces and corners are prefetched. Smaller meshes, up to some 2 MB, are cached
+/// (bench/bvh.cpp refits a small mesh and a large one).
+inline constexpr std::size_t prefetch_threshold = std::size_t{1} << 17U;
+
+/// One point of each of four primitives, as structure of arrays.
+struct four_points {
+    lanes<4> x, y, z;
+
+    INSONIFY_INLINE explicit four_points(float all) : x(all), y(all), z(all) {}
+    INSONIFY_INLINE four_points(const lanes<4>& xs, const lanes<4>& ys, const lanes<4>& zs) : x{xs}, y{ys}, z{zs} {}
+    INSONIFY_INLINE four_points(const vec3& a, const vec3& b, const vec3& c, const vec3& d)
+        : x{of(a.x, b.x, c.x, d.x)}, y{of(a.y, b.y, c.y, d.y)}, z{of(a.z, b.z, c.z, d.z)} {}
+
+    /// Negative where a coordinate is not finite.
+    INSONIFY_INLINE bit_lanes<4> wild() const { return not_finite<4>(x) | not_finite<4>(y) | not_finite<4>(z); }
+
+    template <int Width>
+    INSONIFY_INLINE void put(float (&rows)[3][Width], int first) const {
+        store(x, rows[0] + first);
+        store(y, rows[1] + first);
+        store(z, rows[2] + first);
+    }
+
+    INSONIFY_INLINE friend four_points min(const four_points& a, const four_points& b) {
+        return {min(a.x, b.x), min(a.y, b.y), min(a.z, b.z)};
+    }
+    INSONIFY_INLINE friend four_points max(const four_points& a, const four_points& b) {
+        return {max(a.x, b.x), max(a.y, b.y), max(a.z, b.z)};
+    }
+    INSONIFY_INLINE friend four_points select(const lane_mask<4>& mask, const four_points& a, const four_points& b) {
+        return {select(mask, a.x, b.x), select(mask, a.y, b.y), select(mask, a.z, b.z)};
+    }
+
+  private:
+    INSONIFY_INLINE static lanes<4> of(float a, float b, float c, float d) {
+        return each_lane<4>([&](int i) { return i < 2 ? (i == 0 ? a : b) : (i == 2 ? c : d); });
+    }
+};
+
+/// A leaf holds the indices of its primitives and reads them from the range. Triangles are stored in it: see below.
+template <class Range, int Width>
+struct leaf {
+    std::uint32_t primitive[Width]; ///< `no_primitive` in empty slots, and where bounds are not finite
+
+    /// Reads the primitives from the range. @return their box
+    aabb fill(const Range& range, const std::uint32_t* slots) {
+        aabb whole;
+        for (int i = 0; i < Width; ++i) {
+            primitive[i] = no_primitive;
+            if (slots[i] == no_primitive) continue;
+            const aabb box = bounds(range[slots[i]]);
+            if (!is_finite(box)) continue;
+            primitive[i] = slots[i];
+            whole = merged(whole, box);
+        }
+        return whole;
+    }
+
+    /// Finds the box of a primitive. @return false where it is empty or not finite
+    static bool bound(const Range& range, std::size_t i, build_box& box) {
+        const aabb found = bounds(range[i]);
+        box = build_box{found};
+        return is_finite(found);
+    }
+
+    /// Calls visit(hit) for every hit between min_distance and max_distance, which visit may lower.
+    INSONIFY_VISITS
+    template <class Visit>
+    INSONIFY_FN void intersect_all(const prepared_ray<Width>& r, const float& max_distance, const Range& range,
+                                   Visit&& visit) const {
+        for (const std::uint32_t one : primitive) {
+            if (one == no_primitive) continue;
+            hit found = intersect(r.source, range[one]);
+            if (!(found.distance >= r.source.min_distance && found.distance <= max_distance && found)) continue;
+            found.primitive = one;
+            visit(found);
+        }
+    }
+};
+
+template <class Range>
+concept triangle_range = primitive_range<Range> && std::same_as<range_primitive_t<Range>, triangle>;
+
+/// Triangles in the sheared space of rays (see `sheared_ray`): N triangles for one ray, or one triangle for N rays.
+template <int N>
+struct sheared_triangles {
+    lanes<N> x[3], y[3], z[3]; ///< of the corners; z is not scaled
+};
+
+/// The result of N edge tests.
+template <int N>
+struct triangle_hits {
+    lanes<N> u, v, w;      ///< scaled barycentric coordinates
+    lane_mask<N> possible; ///< hit, as far as single precision can tell ...
+    lane_mask<N> certain;  ///< ... and where it is conclusive
+
+    /// The distances along the rays, where `certain`.
+    INSONIFY_FN INSONIFY_INLINE lanes<N> distance(const sheared_triangles<N>& t, const lanes<N>& scale) const {
+        // Divides first, to avoid overflow and underflow. Lanes that are not certain divide by `scale`, since their sum
+        // may be 0; not by a constant 1: clang would fold the select and divide by 0.
+        const lanes<N> inverse_area = lanes<N>(1.0F) / select(certain, u + v + w, scale);
+        lanes<N> fractions[3] = {u * inverse_area, v * inverse_area, w * inverse_area};
+#if __FINITE_MATH_ONLY__ > 0 && !defined(__CUDACC__) // parts of -ffast-math
+        asm("" : "+m"(fractions));                   // keeps the order of the operations
+#endif
+        return multiply_add(fractions[0], t.z[0], multiply_add(fractions[1], t.z[1], fractions[2] * t.z[2])) * scale;
+    }
+};
+
+/// The watertight edge tests of triangle.hpp in single precision. Where a ray passes an edge within rounding,
+/// `possible` and `certain` differ: such triangles are tested again in double precision.
+template <int N>
+INSONIFY_FN INSONIFY_INLINE triangle_hits<N> test_edges(const sheared_triangles<N>& t) {
+    using floats = lanes<N>;
+    const floats u = difference_of_products(t.x[1], t.y[2], t.y[1], t.x[2]);
+    const floats v = difference_of_products(t.x[2], t.y[0], t.y[2], t.x[0]);
+    const floats w = difference_of_products(t.x[0], t.y[1], t.y[0], t.x[1]);
+    const floats lowest = min(min(u, v), w), highest = max(max(u, v), w);
+    const floats size = abs(u + v + w);
+    floats doubt(1e-35F);                    // below it, an underflow may change the sign
+    auto conclusive = size <= floats(1e37F); // beyond it, the inverse is not precise
+    if constexpr (!has_fma) {
+        // products are at most |x| |y|: four roundings of half an ulp each, doubled for safety
+        const floats max_x = max(max(abs(t.x[0]), abs(t.x[1])), abs(t.x[2]));
+        const floats max_y = max(max(abs(t.y[0]), abs(t.y[1])), abs(t.y[2]));
+        doubt = max_x * max_y * floats(5e-7F) + doubt;
+        // For slivers, signs are certain earlier than barycentric coordinates.
+        conclusive = conclusive && max_x * max_y <= floats(3.0F) * size;
+    }
+    conclusive = conclusive && (doubt < lowest || highest < -doubt);
+    return {u, v, w, !(lowest < -doubt && doubt < highest), conclusive};
+}
+
+/// A leaf of triangles, stored as structure of arrays: a ray is tested against all of them at once.
+template <triangle_range Range, int Width>
+struct alignas(64) leaf<Range, Width> {
+    float corner[3][3][Width];      ///< [corner][axis][triangle]; empty slots repeat the first one
+    std::uint32_t primitive[Width]; ///< `no_primitive` in empty slots, and where a triangle is not finite
+
+    /// A bit for each triangle that can be hit.
+    INSONIFY_FN INSONIFY_INLINE std::uint32_t usable() const {
+        return bits_of(lanes<Width>(0.0F) <= floats_of<Width>(load_bits<Width>(primitive)));
+    }
+
+    aabb fill(const Range& range, const std::uint32_t* slots) {
+        static_assert(Width % 4 == 0); // four at a time: more corners would not fit into registers
+        const four_points none(FLT_MAX), none_above(-FLT_MAX);
+        four_points low = none, high = none_above;
+        for (int first = 0; first < Width; first += 4) {
+            const auto in = [&](int i) {
+                return range[slots[first + i] != no_primitive ? slots[first + i] : slots[0]];
+            };
+            const triangle t[] = {in(0), in(1), in(2), in(3)};
+            const four_points a{t[0].a, t[1].a, t[2].a, t[3].a}, b{t[0].b, t[1].b, t[2].b, t[3].b};
+            const four_points c{t[0].c, t[1].c, t[2].c, t[3].c};
+            const bit_lanes<4> wild = a.wild() | b.wild() | c.wild();
+            const auto finite = lanes<4>(0.0F) <= floats_of<4>(wild);
+            low = min(low, select(finite, min(min(a, b), c), none));
+            high = max(high, select(finite, max(max(a, b), c), none_above));
+            a.put(corner[0], first);
+            b.put(corner[1], first);
+            c.put(corner[2], first);
+            const bit_lanes<4> left_out = bit_lanes<4>{} - (wild >> 31); // a full mask
+            store_bits<4>(load_bits<4>(slots + first) | left_out, primitive + first);
+        }
+        return {{reduce_min(low.x), reduce_min(low.y), reduce_min(low.z)},
+                {reduce_max(high.x), reduce_max(high.y), reduce_max(high.z)}};
+    }
+
+    INSONIFY_INLINE static bool bound(const Range& range, std::size_t i, build_box& box) {
+        const triangle t = range[i];
+        const auto corner_of = [](const vec3& p) {
+            return each_lane<4>([&p](int axis) { return axis < 3 ? p[axis] : 0.0F; });
+        };
+        const lanes<4> a = corner_of(t.a), b = corner_of(t.b), c = corner_of(t.c);
+        const lanes<4> wild = floats_of<4>(not_finite<4>(a) | not_finite<4>(b) | not_finite<4>(c));
+        box = {-min(min(a, b), c), max(max(a, b), c)};
+        return bits_of(wild < lanes<4>(0.0F)) == 0;
+    }
+
+    /// Calls visit(hit) for every triangle that the ray hits between its limits.
+    INSONIFY_VISITS
+    template <class Visit>
+    INSONIFY_FN void intersect_all(const prepared_ray<Width>& r, const float& max_distance, const Range&,
+                                   Visit&& visit) const {
+        using floats = lanes<Width>;
+        const sheared_ray& shear = r.sheared;
+        const floats origin_x(shear.begin.x), origin_y(shear.begin.y), origin_z(shear.begin.z);
+        const floats minus_shear_x(-shear.shear.x), minus_shear_y(-shear.shear.y);
+        sheared_triangles<Width> t;
+        for (int c = 0; c < 3; ++c) {
+            t.z[c] = load<Width>(corner[c][shear.z]) - origin_z;
+            t.x[c] = multiply_add(minus_shear_x, t.z[c], load<Width>(corner[c][shear.x]) - origin_x);
+            t.y[c] = multiply_add(minus_shear_y, t.z[c], load<Width>(corner[c][shear.y]) - origin_y);
+        }
+        const triangle_hits<Width> hits = test_edges(t);
+        const std::uint32_t possible = bits_of(hits.possible) & usable();
+        if (possible == 0) return;
+        const std::uint32_t certain = bits_of(hits.certain);
+        float distance[Width];
+        store(hits.distance(t, floats(shear.shear.z)), distance);
+        for (std::uint32_t left = possible; left != 0; left &= left - 1) {
+            const std::uint32_t i = lowest_bit(left);
+            const bool conclusive = (certain >> i & 1U) != 0 && is_finite(distance[i]);
+            const float found = conclusive ? distance[i] : intersect(shear, corners(i)).distance;
+            if (found >= r.source.min_distance && found <= max_distance && found < FLT_MAX)
+                visit(hit{.distance = found, .primitive = primitive[i]});
+        }
+    }
+
+    /// Calls visit(group, index of its first ray, primitive, distances) for every triangle that a ray of the group may
+    /// hit; visit returns 0 if it lowered no limit. Uses the arithmetic of `intersect_all`, so that a ray has the same
+    /// hits alone and in a packet.
+    template <class Visit>
+    void intersect_packet(ray_packet<Width>& p, const Visit& visit) const {
+        using floats = lanes<Width>;
+        const int x = p.axes[0], y = p.axes[1], z = p.axes[2];
+        floats along[3], depth[3]; // of the corners: along the row, and along z
+        floats from_low(-FLT_MAX), to_high(FLT_MAX), nearest(FLT_MAX);
+        for (int c = 0; c < 3; ++c) {
+            const floats at_x = load<Width>(corner[c][x]), at_y = load<Width>(corner[c][y]);
+            const floats across = multiply_add(floats(p.row[0]), at_y, floats(-p.row[1]) * at_x);
+            along[c] = multiply_add(floats(p.row[0]), at_x, floats(p.row[1]) * at_y);
+            depth[c] = load<Width>(corner[c][z]);
+            from_low = max(from_low, multiply_add(floats(-p.across.min_slope), depth[c], across));
+            to_high = min(to_high, multiply_add(floats(-p.across.max_slope), depth[c], across));
+            nearest = min(nearest, floats(p.forward) * depth[c]);
+        }
+        const std::uint32_t across =
+            usable() & bits_of(floats(p.across.low) <= from_low && to_high <= floats(p.across.high));
+        if (across == 0) return;
+        static_assert(ray_packet<Width>::max_rays <= 32);
+        std::uint32_t inside = 0; // a bit per group and triangle
+        for (std::uint32_t g = 0; g < p.groups; ++g) {
+            const packet_wedge& own = p.of[g].along;
+            from_low = floats(-FLT_MAX), to_high = floats(FLT_MAX);
+            for (int c = 0; c < 3; ++c) {
+                from_low = max(from_low, multiply_add(floats(-own.min_slope), depth[c], along[c]));
+                to_high = min(to_high, multiply_add(floats(-own.max_slope), depth[c], along[c]));
+            }
+            const auto met =
+                nearest <= floats(p.of[g].end) && floats(own.low) <= from_low && to_high <= floats(own.high);
+            inside |= (across & bits_of(met)) << (g * Width);
+        }
+        std::uint32_t lowered = 0;
+        for (; inside != 0; inside &= inside - 1) {
+            const std::uint32_t g = lowest_bit(inside) / Width, i = lowest_bit(inside) % Width;
+            lowered |= visit(p.of[g], g * Width, primitive[i], intersect_group(p, g, i));
+        }
+        if (lowered != 0) p.shorten();
+    }
+
+    INSONIFY_FN triangle corners(std::uint32_t i) const {
+        return {{corner[0][0][i], corner[0][1][i], corner[0][2][i]},
+                {corner[1][0][i], corner[1][1][i], corner[1][2][i]},
+                {corner[2][0][i], corner[2][1][i], corner[2][2][i]}};
+    }
+
+  private:
+    // The distances at which the rays of a group hit triangle i; FLT_MAX for misses.
+    INSONIFY_INLINE lanes<Width> intersect_group(const ray_packet<Width>& p, std::size_t g, std::uint32_t i) const {
+        using floats = lanes<Width>;
+        const int x = p.axes[0], y = p.axes[1], z = p.axes[2];
+        const auto& group = p.of[g];
+        const floats minus_shear_x = -load<Width>(group.shear[0]), minus_shear_y = -load<Width>(group.shear[1]);
+        sheared_triangles<Width> t;
+        for (int c = 0; c < 3; ++c) {
+            t.z[c] = floats(corner[c][z][i]) - load<Width>(group.origin[2]);
+            t.x[c] = multiply_add(minus_shear_x, t.z[c], floats(corner[c][x][i]) - load<Width>(group.origin[0]));
+            t.y[c] = multiply_add(minus_shear_y, t.z[c], floats(corner[c][y][i]) - load<Width>(group.origin[1]));
+        }
+        const triangle_hits<Width> hits = test_edges(t);
+        const floats distance = select(hits.possible, hits.distance(t, load<Width>(group.shear[2])), floats(FLT_MAX));
+        std::uint32_t doubtful = bits_of(hits.possible) & ~bits_of(hits.certain && abs(distance) <= floats(FLT_MAX));
+        if (doubtful == 0) return distance;
+        alignas(sizeof(floats)) float exact[Width];
+        store(distance, exact);
+        for (; doubtful != 0; doubtful &= doubtful - 1) {
+            const std::uint32_t k = lowest_bit(doubtful);
+            exact[k] = intersect(p.one(g, k), corners(i)).distance;
+        }
+        return load<Width>(exact);
+    }
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
@@ -5034,8 +5055,8 @@ class morton_splitter {
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Builds a wide BVH by splitting primitives in Morton order: several times faster than `build_sah`, and somewhat slower
-/// to trace. For primitives that move so far that refits degrade the tree.
+/// Builds a wide BVH by splitting primitives in Morton order: several times faster than `build_sah`, and somewhat
+/// slower to trace. For primitives that move so far that refits degrade the tree.
 ///
 ///     Morton codes:  0010 0010 0011 | 0100 0101     split where the highest differing bit changes, then
 ///     positions:        0    1    2 |    3    4     moved to the next multiple of Width, so that leaves are full
@@ -5113,8 +5134,8 @@ class sah_bins {
             const int x = static_cast<int>(at[0]), y = static_cast<int>(at[1]), z = static_cast<int>(at[2]);
             places[i] = static_cast<std::uint32_t>(x | y << 8 | z << 16);
         }
-        const std::size_t quarter =
-            count / 4; // neighbours share bins: adding them in turn would be a chain of dependent stores
+        // Neighbours share bins: adding them in turn would be a chain of dependent stores.
+        const std::size_t quarter = count / 4;
         for (std::size_t i = 0; i < quarter; ++i) {
             add(boxes[i], places[i]);
             add(boxes[quarter + i], places[quarter + i]);
@@ -5369,6 +5390,271 @@ struct build_sah {
 
 
 #endif
+#ifndef INSONIFY_BVH_TRAVERSE_HPP
+#define INSONIFY_BVH_TRAVERSE_HPP
+
+
+#include <cstdint>
+
+/// The traversal stack of child references, in two orders. Which children are hit is unpredictable, so neither order
+/// branches on it.
+///
+///     start()               the root is next
+///     descend(node, ...)    one of the children that were hit, at least one, is next; the others are pushed
+///     pop(limit)            the top of the stack is next; false if the stack is empty
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Capacity: each level pops one reference and pushes at most Width, and `pack_lanes` always writes Width.
+template <int Width>
+inline constexpr std::uint32_t max_stack = max_levels<Width>*(Width - 1) + 1;
+
+/// Front to back, and skips references that begin beyond the limit: for closest hits.
+template <int Width>
+struct nearest_first {
+    std::uint32_t next = 0;
+    std::uint32_t size = 0;
+    std::uint32_t references[max_stack<Width>];
+    std::uint32_t distances[max_stack<Width>]; // at which each reference begins, as bits
+
+    INSONIFY_FN INSONIFY_INLINE void start() { next = size = 0; }
+
+    /// @param distance  at which the ray enters each child; FLT_MAX for those it misses
+    /// @param met       a bit for each child that is hit
+    INSONIFY_FN INSONIFY_INLINE void descend(const tree_node<Width>& node, const lanes<Width>& distance,
+                                             std::uint32_t met) {
+        const std::uint32_t tied = met & bits_of(distance == lanes<Width>(reduce_min(distance)));
+        const std::uint32_t nearest = lowest_bit(tied | 1U << (Width - 1)); // never out of range, even for NaN
+        next = node.child[nearest];
+        met &= ~(1U << nearest);
+        pack_lanes<Width>(raw_bits<Width>(distance), met, distances + size);
+        size += pack_lanes<Width>(load_bits<Width>(node.child), met, references + size);
+    }
+
+    INSONIFY_FN INSONIFY_INLINE bool pop(float limit) {
+        do {
+            if (size == 0) return false;
+            next = references[--size];
+        } while (entry() > limit);
+        return true;
+    }
+
+    /// The distance at which `next` begins, after `pop`.
+    INSONIFY_FN INSONIFY_INLINE float entry() const { return __builtin_bit_cast(float, distances[size]); }
+};
+
+/// In no order: for any hit, and for all hits.
+template <int Width>
+struct any_order {
+    std::uint32_t next = 0;
+    std::uint32_t size = 0;
+    std::uint32_t references[max_stack<Width>];
+
+    INSONIFY_FN INSONIFY_INLINE void start() { next = size = 0; }
+
+    /// @param met  a bit for each child that is hit
+    INSONIFY_FN INSONIFY_INLINE void descend(const tree_node<Width>& node, const lanes<Width>&, std::uint32_t met) {
+        size += pack_lanes<Width>(load_bits<Width>(node.child), met, references + size);
+        next = references[--size];
+    }
+
+    INSONIFY_FN INSONIFY_INLINE bool pop(float) {
+        if (size == 0) return false;
+        next = references[--size];
+        return true;
+    }
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+namespace insonify::inline INSONIFY_ABI {
+
+namespace detail {
+template <primitive_range Range, int Width, class Order>
+struct ray_traversal;
+} // namespace detail
+
+/// A BVH as traversal reads it, on the host or a device: pointers to its arrays. Trivially copyable, owns nothing.
+template <primitive_range Range, int Width = simd_width>
+struct bvh_view {
+    view<const tree_node<Width>> nodes{};
+    view<const detail::leaf<Range, Width>> leaves{};
+    Range range{};
+    float max_abs_coordinate = 0; ///< of all boxes: bounds the rounding of slab tests
+    float leaf_size = 0;          ///< metres: the edge of a square of the mean half area of leaves
+    aabb box{};                   ///< around all primitives
+
+    /// Prefetches the node or leaf of a child reference. Computes the address without a branch on the kind of child,
+    /// which would mispredict. Nothing is read, so `no_child` is allowed.
+    INSONIFY_FN INSONIFY_INLINE void prefetch(std::uint32_t child) const {
+        constexpr std::size_t of_node = sizeof(tree_node<Width>), of_leaf = sizeof(detail::leaf<Range, Width>);
+        constexpr std::size_t of_either = of_node < of_leaf ? of_node : of_leaf, line_size = 64; // of cache
+        const std::size_t is_leaf = (child & leaf_bit) != 0, is_larger = of_node < of_leaf ? is_leaf : 1 - is_leaf;
+        const std::size_t apart =
+            reinterpret_cast<std::uintptr_t>(leaves.first) - reinterpret_cast<std::uintptr_t>(nodes.first);
+        const std::size_t place = is_leaf * apart + (child & ~leaf_bit) * (of_node + is_leaf * (of_leaf - of_node));
+        const char* const what = reinterpret_cast<const char*>(nodes.first) + static_cast<std::ptrdiff_t>(place);
+        for (std::size_t line = 0; line < of_node || line < of_leaf; line += line_size)
+            detail::prefetch(what + (line < of_either ? line : is_larger * line));
+    }
+
+    /// The closest hit; ties go to the lowest primitive.
+    INSONIFY_FN hit closest(const ray& r) const {
+        hit best;
+        detail::ray_traversal<Range, Width, detail::nearest_first<Width>> traversal;
+        for (bool more = traversal.start(*this, r); more;) more = traversal.step_closest(*this, best);
+        return best;
+    }
+
+    /// Whether anything is hit.
+    INSONIFY_FN bool any(const ray& r) const {
+        bool met = false;
+        detail::ray_traversal<Range, Width, detail::any_order<Width>> traversal;
+        for (bool more = traversal.start(*this, r); more && !met;)
+            more = traversal.step(*this, [&](const hit&) { met = true; });
+        return met;
+    }
+
+    /// Calls visit(hit) for every hit, in no order, once per primitive.
+    INSONIFY_VISITS
+    template <class Visit>
+    INSONIFY_FN void for_each_hit(const ray& r, Visit&& visit) const {
+        detail::ray_traversal<Range, Width, detail::any_order<Width>> traversal;
+        for (bool more = traversal.start(*this, r); more;) more = traversal.step(*this, visit);
+    }
+
+    /// Calls visit(primitive) for every primitive whose bounds overlap the shape: an `aabb` or a `plane`.
+    INSONIFY_VISITS
+    template <class Shape, class Visit>
+    INSONIFY_FN void for_each_overlap(const Shape& shape, Visit&& visit) const {
+        if (nodes.empty()) return;
+        std::uint32_t stack[detail::max_stack<Width>];
+        std::uint32_t size = 0;
+        stack[size++] = 0;
+        while (size > 0) {
+            const std::uint32_t node = stack[--size];
+            for (int i = 0; i < Width; ++i) {
+                const std::uint32_t child = nodes[node].child[i];
+                if (child == no_child || !overlaps(shape, nodes[node].box(i))) continue;
+                if ((child & leaf_bit) == 0) {
+                    stack[size++] = child;
+                    continue;
+                }
+                for (const std::uint32_t primitive : leaves[child ^ leaf_bit].primitive)
+                    if (primitive != no_primitive && overlaps(shape, bounds(range[primitive]))) visit(primitive);
+            }
+        }
+    }
+};
+
+namespace detail {
+
+/// The traversal of one ray, one node or leaf per step. Each step prefetches the memory of the next, so interleaved
+/// traversals hide the latency.
+/// @tparam Order  `nearest_first` where hits shorten the ray, otherwise `any_order`
+template <primitive_range Range, int Width, class Order>
+struct ray_traversal {
+    using tree_view = bvh_view<Range, Width>;
+
+    prepared_ray<Width> r{};
+    float limit = 0; ///< hits beyond it do not count; a visitor may lower it
+    Order stack;
+
+    /// @return false where nothing can be hit
+    INSONIFY_FN INSONIFY_INLINE bool start(const tree_view& tree, const ray& source) {
+        r.prepare(source, tree.max_abs_coordinate);
+        const bool endless = __builtin_bit_cast(std::uint32_t, source.max_distance) == 0x7F800000U; // read as bits, for
+        limit = endless ? FLT_MAX : source.max_distance; // under -ffast-math there is no infinity, and a NaN would trap
+        stack.start();
+        return r.valid && !tree.nodes.empty();
+    }
+
+    /// Calls visit(hit) for hits between the ray's limits, in no order. @return false when the traversal is finished
+    INSONIFY_VISITS
+    template <class Visit>
+    INSONIFY_FN INSONIFY_INLINE bool step(const tree_view& tree, Visit&& visit) {
+        if ((stack.next & leaf_bit) == 0) {
+            const tree_node<Width>& node = tree.nodes[stack.next];
+            const box_entries<Width> boxes = enter(node, r, limit);
+            if (boxes.met != 0) {
+                stack.descend(node, boxes.distance, boxes.met);
+                tree.prefetch(stack.next);
+                return true;
+            }
+        } else if (stack.next != no_child) {
+            tree.leaves[stack.next ^ leaf_bit].intersect_all(r, limit, tree.range, visit);
+        }
+        if (!stack.pop(limit)) return false;
+        tree.prefetch(stack.next);
+        return true;
+    }
+
+    /// One step of the search for the closest hit; ties go to the lowest primitive.
+    INSONIFY_FN INSONIFY_INLINE bool step_closest(const tree_view& tree, hit& best) {
+        return step(tree, [&](const hit& found) {
+            if (!nearer(found, best)) return;
+            best = found;
+            limit = found.distance;
+        });
+    }
+};
+
+/// The point of a mesh that is nearest to another point.
+struct nearest_point {
+    float distance_squared = FLT_MAX; ///< m^2
+    std::uint32_t primitive = ~0U;    ///< face; ~0 where there is none
+    vec3 point{0, 0, 0};              ///< on the face
+};
+
+/// Squared distance from a point to a box; 0 inside.
+INSONIFY_FN inline float distance_squared(const aabb& box, vec3 p) {
+    const vec3 outside = p - min(max(p, box.lower), box.upper);
+    return dot(outside, outside);
+}
+
+/// Searches a tree of triangles by branch and bound for the face nearest to p; of equally near ones the lowest.
+template <int Width>
+INSONIFY_FN nearest_point find_nearest(const bvh_view<mesh_view, Width>& tree, vec3 p) {
+    nearest_point best;
+    if (tree.nodes.empty()) return best;
+    std::uint32_t stack[max_stack<Width>], count = 0;
+    float bound[max_stack<Width>];
+    stack[count] = 0;
+    bound[count++] = 0;
+    while (count > 0) {
+        const std::uint32_t code = stack[--count];
+        if (bound[count] > best.distance_squared) continue;
+        if ((code & leaf_bit) != 0) {
+            for (const std::uint32_t face : tree.leaves[code ^ leaf_bit].primitive) {
+                if (face == no_primitive) continue;
+                const vec3 on = nearest_on(tree.range[face], p);
+                const float squared = dot(p - on, p - on);
+                if (squared < best.distance_squared || (squared == best.distance_squared && face < best.primitive))
+                    best = {squared, face, on};
+            }
+            continue;
+        }
+        const std::uint32_t first = count;
+        for (int i = 0; i < Width; ++i) {
+            const std::uint32_t child = tree.nodes[code].child[i];
+            const float squared = child == no_child ? FLT_MAX : distance_squared(tree.nodes[code].box(i), p);
+            if (child == no_child || squared > best.distance_squared) continue;
+            std::uint32_t place = count++; // sorted, so that the nearest child is visited next
+            for (; place > first && bound[place - 1] < squared; --place) {
+                bound[place] = bound[place - 1];
+                stack[place] = stack[place - 1];
+            }
+            bound[place] = squared;
+            stack[place] = child;
+        }
+    }
+    return best;
+}
+
+} // namespace detail
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
 #include <algorithm>
 #include <new>
 #include <utility>
@@ -5440,9 +5726,7 @@ box_areas refit_part(topology<Width>& tree, const typename topology<Width>::part
     return area;
 }
 
-/// Recomputes all boxes from the current positions of the primitives; the topology stays.
-///
-/// One pass over leaves and nodes, bottom up. Allocates only after a build.
+/// Recomputes all boxes in one pass over leaves and nodes, bottom up; the topology stays. Allocates only after a build.
 /// @param range  same count and order as when the tree was built
 /// Source: Wald, Boulos & Shirley 2007, section 3.
 template <exec::policy Policy, primitive_range Range, int Width>
@@ -5513,13 +5797,13 @@ class bvh_storage {
         ++refits_;
     }
 
-    /// Refits, and rebuilds once the SAH cost has grown by half since the build: by `build_morton` if the tree lasted fewer
-    /// than 16 updates.
+    /// Refits, and rebuilds once the SAH cost has grown by half since the build: by `build_morton` if the tree lasted
+    /// fewer than 16 updates.
     ///
-    /// A rebuild by `build_sah` takes as long as 14 to 22 refits, by `build_morton` as 3 to 7, and trees of the latter cost
-    /// rays about 1.15 times as much (bench/bvh.cpp). Spread over 16 updates, `build_sah` adds about one refit each.
-    /// The choice depends on the positions only. Also rebuilds where a primitive that was left out has become finite. If
-    /// memory for a rebuild is not available, the refitted tree stays.
+    /// A rebuild by `build_sah` takes as long as 14 to 22 refits, by `build_morton` as 3 to 7, and trees of the latter
+    /// cost rays about 1.15 times as much (bench/bvh.cpp). Spread over 16 updates, `build_sah` adds about one refit
+    /// each. The choice depends on the positions only. Also rebuilds where a primitive that was left out has become
+    /// finite. If memory for a rebuild is not available, the refitted tree stays.
     /// @throws geometry_error  where the number of primitives has changed
     template <exec::policy Policy>
     bvh_update update(const Policy& policy, const Range& range) {
@@ -5610,6 +5894,220 @@ class bvh_storage {
 #endif
 #include <algorithm>
 #include <span>
+#include <vector>
+
+/// Batches of rays. Coherent neighbours are traced in packets, the others one by one; several traversals are
+/// interleaved to hide memory latency: 1.8 to 2.9 times faster for incoherent rays, 2 to 3 along a fan (bench/bvh.cpp).
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// The traversal of a packet, one node or leaf per step: see `ray_traversal`.
+template <class Range, int Width>
+struct packet_traversal {
+    using tree_view = bvh_view<Range, Width>;
+    using floats = lanes<Width>;
+
+    ray_packet<Width> rays;
+    std::uint32_t best[ray_packet<Width>::max_rays]; ///< the hit primitive of each ray, or `no_primitive`
+    nearest_first<Width> stack;
+
+    /// Loads coherent rays from the first of `count` on. @return how many: 0 for none
+    std::size_t start(const tree_view& tree, const ray* first, std::size_t count) {
+        const std::size_t taken = rays.prepare(first, count, tree.box, tree.max_abs_coordinate, tree.leaf_size);
+        for (std::size_t k = 0; k < taken; ++k) best[k] = no_primitive;
+        stack.start();
+        return taken;
+    }
+
+    /// Calls visit(group, index of its first ray, primitive, distances, hits) for every triangle that some ray of a
+    /// group may hit. The mask `hits` is set for rays that hit it between their limits. visit returns 0 if it lowered
+    /// no limit. Traverses front to back. @return false when the traversal is finished
+    template <class Visit>
+    INSONIFY_INLINE bool step(const tree_view& tree, const Visit& visit) {
+        if ((stack.next & leaf_bit) == 0) {
+            const tree_node<Width>& node = tree.nodes[stack.next];
+            floats entry;
+            if (const std::uint32_t met = enter(node, rays, entry); met != 0) {
+                stack.descend(node, entry, met);
+                tree.prefetch(stack.next);
+                return true;
+            }
+        } else if (stack.next != no_child) {
+            tree.leaves[stack.next ^ leaf_bit].intersect_packet(
+                rays, [&](auto& group, std::uint32_t first, std::uint32_t primitive, const floats& distance) {
+                    const auto hits = load<Width>(group.min_distance) <= distance && distance < floats(FLT_MAX) &&
+                                      distance <= load<Width>(group.limit);
+                    return visit(group, first, primitive, distance, hits);
+                });
+        }
+        if (!stack.pop(rays.end - rays.begin)) return false;
+        tree.prefetch(stack.next);
+        return true;
+    }
+
+    /// Records the primitive for the rays of a group that hit it, and their new limits. @return a bit for each
+    INSONIFY_INLINE std::uint32_t take(typename ray_packet<Width>::group& group, const lane_mask<Width>& hits,
+                                       std::uint32_t primitive, std::uint32_t first, const floats& limit) {
+        std::uint32_t* const held = best + first;
+        store(select(hits, limit, load<Width>(group.limit)), group.limit);
+        store_bits<Width>(select_bits<Width>(hits, bit_lanes<Width>{} + primitive, load_bits<Width>(held)), held);
+        return bits_of(hits);
+    }
+};
+
+/// A query initialises the result of ray i with begin(i), and advances its traversal with step(tree, traversal, i)
+/// until that returns false. For a packet whose first ray is i it uses step_packet, then finish(traversal, i).
+struct closest_query {
+    template <int Width>
+    using order = nearest_first<Width>;
+    hit* hits = nullptr;
+
+    void begin(std::size_t i) const { hits[i] = {}; }
+    template <class Tree, class Traversal>
+    bool step(const Tree& tree, Traversal& traversal, std::size_t i) const {
+        return traversal.step_closest(tree, hits[i]);
+    }
+    template <class Range, int Width>
+    bool step_packet(const bvh_view<Range, Width>& tree, packet_traversal<Range, Width>& packet, std::size_t) const {
+        return packet.step(tree, [&](auto& group, std::uint32_t first, std::uint32_t primitive,
+                                     const lanes<Width>& distance, const lane_mask<Width>& within) {
+            const lanes<Width> limit = load<Width>(group.limit);
+            for (std::uint32_t left = bits_of(within && distance == limit); left != 0; left &= left - 1) {
+                std::uint32_t& held = packet.best[first + lowest_bit(left)];
+                if (primitive < held) held = primitive;
+            }
+            return packet.take(group, within && distance < limit, primitive, first, distance);
+        });
+    }
+    template <class Range, int Width>
+    void finish(const packet_traversal<Range, Width>& packet, std::size_t i) const {
+        for (std::size_t k = 0; k < packet.rays.groups * Width; ++k) {
+            const std::uint32_t primitive = packet.best[k];
+            if (primitive != no_primitive) hits[i + k] = {packet.rays.of[k / Width].limit[k % Width], primitive};
+        }
+    }
+};
+
+struct any_query {
+    template <int Width>
+    using order = any_order<Width>;
+    std::uint8_t* met = nullptr;
+
+    void begin(std::size_t i) const { met[i] = 0; }
+    template <class Tree, class Traversal>
+    bool step(const Tree& tree, Traversal& traversal, std::size_t i) const {
+        return traversal.step(tree, [&](const hit&) { met[i] = 1; }) && met[i] == 0;
+    }
+    template <class Range, int Width>
+    bool step_packet(const bvh_view<Range, Width>& tree, packet_traversal<Range, Width>& packet, std::size_t) const {
+        return packet.step(tree, [&](auto& group, std::uint32_t first, std::uint32_t primitive, const lanes<Width>&,
+                                     const lane_mask<Width>& within) {
+            return packet.take(group, within, primitive, first, lanes<Width>(-1.0F));
+        });
+    }
+    template <class Range, int Width>
+    void finish(const packet_traversal<Range, Width>& packet, std::size_t i) const {
+        for (std::size_t k = 0; k < packet.rays.groups * Width; ++k) met[i + k] = packet.best[k] != no_primitive;
+    }
+};
+
+struct all_query {
+    template <int Width>
+    using order = any_order<Width>;
+    std::vector<hit>* hits = nullptr;
+
+    void begin(std::size_t i) const { hits[i].clear(); }
+    template <class Tree, class Traversal>
+    bool step(const Tree& tree, Traversal& traversal, std::size_t i) const {
+        if (traversal.step(tree, [&](const hit& found) { hits[i].push_back(found); })) return true;
+        std::sort(hits[i].begin(), hits[i].end(), nearer);
+        return false;
+    }
+    template <class Range, int Width>
+    bool step_packet(const bvh_view<Range, Width>& tree, packet_traversal<Range, Width>& packet, std::size_t i) const {
+        return packet.step(tree, [&](auto&, std::uint32_t first, std::uint32_t primitive, const lanes<Width>& distance,
+                                     const lane_mask<Width>& within) {
+            alignas(sizeof(distance)) float found[Width];
+            store(distance, found);
+            for (std::uint32_t left = bits_of(within); left != 0; left &= left - 1)
+                hits[i + first + lowest_bit(left)].push_back({found[lowest_bit(left)], primitive});
+            return 0U;
+        });
+    }
+    template <class Range, int Width>
+    void finish(const packet_traversal<Range, Width>& packet, std::size_t i) const {
+        for (std::size_t k = 0; k < packet.rays.groups * Width; ++k)
+            std::sort(hits[i + k].begin(), hits[i + k].end(), nearer);
+    }
+};
+
+/// Advances several traversals in turn, one step each. start(traversal) returns false when no ray is left,
+/// step(traversal) when the traversal is finished.
+template <class Traversal, std::size_t MaxCount, class Start, class Step>
+void interleave(const Start& start, const Step& step) {
+    struct slot {
+        std::size_t ray; // in one cache line with what each step reads first
+        bool active;
+        Traversal traversal;
+    };
+    slot slots[MaxCount];
+    std::size_t active = 0;
+    for (slot& one : slots) active += one.active = start(one.traversal, one.ray);
+    while (active > 0)
+        for (slot& one : slots)
+            if (one.active && !step(one.traversal, one.ray)) active -= !(one.active = start(one.traversal, one.ray));
+}
+
+/// Runs the query for every ray. Packets begin at multiples of Width, so results do not depend on the policy.
+template <class Policy, class Range, int Width, class Query>
+void trace_batch(const Policy& policy, const bvh_view<Range, Width>& tree, view<const ray> rays, const Query& query) {
+    using single = ray_traversal<Range, Width, typename Query::template order<Width>>;
+    using packet = packet_traversal<Range, Width>;
+    constexpr std::size_t block_size = 1024;
+    if (tree.nodes.empty()) {
+        for (std::size_t i = 0; i < rays.size(); ++i) query.begin(i);
+        return;
+    }
+    exec::for_each_block(policy, rays.size(), block_size, 150, [&](std::size_t begin, std::size_t end) {
+        std::size_t alone[block_size];
+        std::size_t singles = 0, next = begin;
+        for (std::size_t i = begin; i < end; ++i) query.begin(i);
+        if constexpr (triangle_range<Range>) {
+            interleave<packet, 8>(
+                [&](packet& traversal, std::size_t& i) {
+                    for (; next + Width <= end; next += Width) {
+                        i = next;
+                        std::uint32_t entering =
+                            may_enter(tree.box, tree.max_abs_coordinate, ray_lanes<Width>{rays.data() + i});
+                        if (entering == 0) continue;
+                        if (const std::size_t taken = traversal.start(tree, rays.data() + i, end - i); taken > 0) {
+                            next += taken;
+                            return true;
+                        }
+                        for (; entering != 0; entering &= entering - 1) alone[singles++] = i + lowest_bit(entering);
+                    }
+                    return false;
+                },
+                [&](packet& traversal, std::size_t i) {
+                    if (query.step_packet(tree, traversal, i)) return true;
+                    query.finish(traversal, i);
+                    return false;
+                });
+        }
+        while (next < end) alone[singles++] = next++;
+        std::size_t started = 0;
+        interleave<single, 12>(
+            [&](single& traversal, std::size_t& i) {
+                while (started < singles) {
+                    i = alone[started++];
+                    if (traversal.start(tree, rays[i])) return true;
+                }
+                return false;
+            },
+            [&](single& traversal, std::size_t i) { return query.step(tree, traversal, i); });
+    });
+}
+
+} // namespace insonify::inline INSONIFY_ABI::detail
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -5654,7 +6152,7 @@ class bvh {
 
     /// The closest hit of each ray, the same as from a call per ray.
     ///
-    /// Coherent neighbours in the span are traced in packets, so keep the lines of a fan and the pixels of a row adjacent.
+    /// Coherent neighbours are traced in packets: keep the lines of a fan, or the pixels of a row, adjacent.
     /// @throws usage_error  where the sizes differ
     template <exec::policy Policy>
     void closest(const Policy& policy, std::span<const ray> rays, std::span<hit> hits) const {
@@ -5692,8 +6190,8 @@ class bvh {
         storage_.refit(policy, range_);
     }
 
-    /// Refits after primitives moved, and rebuilds once rays have become 1.5 times as expensive: by `build_morton` where the
-    /// tree lasted fewer than 16 updates.
+    /// Refits after primitives moved, and rebuilds once rays have become 1.5 times as expensive: by `build_morton`
+    /// where the tree lasted fewer than 16 updates.
     /// @throws geometry_error  where the number of primitives has changed
     template <exec::policy Policy>
     bvh_update update(const Policy& policy) {
@@ -5754,8 +6252,8 @@ bvh(const Policy&, const Container&)
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Displacements of tissue from its present position to rest, on a regular grid and trilinear in between, as lines in one
-/// object read them. Beyond the grid they are those at its border. Trivially copyable.
+/// Displacements of tissue from its present position to rest, on a regular grid and trilinear in between, as lines in
+/// one object read them. Beyond the grid they are those at its border. Trivially copyable.
 struct displacement_view {
     view<const float> nodes{};     ///< x, y, z in axes of the grid and 0 of each node, metres; x first; empty: at rest
     uvec3 size{2, 2, 2};           ///< nodes along each axis, at least 2
@@ -5836,230 +6334,6 @@ struct displacement_view {
 
 
 #endif
-#ifndef INSONIFY_TISSUE_PLACED_STRUCTURE_HPP
-#define INSONIFY_TISSUE_PLACED_STRUCTURE_HPP
-
-
-#ifndef INSONIFY_TISSUE_FIBRE_CHART_HPP
-#define INSONIFY_TISSUE_FIBRE_CHART_HPP
-
-
-#include <cstddef>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Coordinates in which curved fibres are straight: at the nodes of a grid, linear in between. Trivially copyable; refers to the
-/// scene's arrays. Fibres run along x, and layers are flat in z, as in `structure`.
-struct fibre_chart {
-    view<const vec3> nodes{}; ///< x varies fastest; metres
-    uvec3 count{0, 0, 0};     ///< of nodes along each axis, at least 2
-    vec3 origin{0, 0, 0};     ///< of the grid, in coordinates of the object
-    float spacing = 1;        ///< of the nodes, metres
-
-    /// Whether fibres are straight everywhere.
-    INSONIFY_FN bool empty() const { return nodes.empty(); }
-
-    /// The coordinates of a point of the object; metres. Beyond the grid those of its outermost cells go on.
-    INSONIFY_FN vec3 operator()(vec3 point) const {
-        const vec3 place = (point - origin) / spacing;
-        std::size_t first = 0, step[3] = {1, count.x, std::size_t{count.x} * count.y};
-        float part[3];
-        for (int i = 0; i < 3; ++i) {
-            const float below = std::floor(clamp(place[i], 0, static_cast<float>(count[i]) - 2));
-            part[i] = place[i] - below;
-            first += step[i] * static_cast<std::size_t>(below);
-        }
-        const auto along_x = [&](std::size_t at) { return nodes[at] + part[0] * (nodes[at + 1] - nodes[at]); };
-        const auto in_plane = [&](std::size_t at) {
-            const vec3 low = along_x(at);
-            return low + part[1] * (along_x(at + step[1]) - low);
-        };
-        const vec3 low = in_plane(first);
-        return low + part[2] * (in_plane(first + step[2]) - low);
-    }
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#ifndef INSONIFY_TISSUE_STRUCTURE_RMS_HPP
-#define INSONIFY_TISSUE_STRUCTURE_RMS_HPP
-
-
-#include <cmath>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-inline constexpr float bits_per_decibel = 0.16609640F; // log2(10) / 20
-/// Largest value of the random numbers that sheets take their levels from: a sum of two uniform ones, of variance 1.
-inline constexpr float max_level_number = 2.4494897F;
-
-/// Sine of the angle at which the echo of a sheet has fallen to half its amplitude: the lobe of the aperture (see
-/// `specular_return`, whose half width is 0.53 of the edge's angle), widened by the waviness of the sheet.
-INSONIFY_FN inline float lobe_of(float waviness, float fnumber) {
-    const float aperture = 0.53F * std::atan(1 / (2 * fnumber)), facets = 1.1774F * waviness;
-    return std::sin(min(std::sqrt(aperture * aperture + facets * facets), pi / 2));
-}
-
-/// Angle between a lattice of sheets and the fibres, radians: to either side by turns, 0.3 to 1 of `tilt`.
-INSONIFY_FN inline float tilt_of_lattice(const structure::sheet_layer& layer, std::uint32_t k) {
-    const float steep = 0.3F + 0.7F * static_cast<float>(k * 5 % 6) / 5;
-    return (k % 2 == 0 ? steep : -steep) * layer.tilt;
-}
-
-/// Mean and mean square of a random factor.
-struct two_moments {
-    float mean = 1;
-    float square = 1;
-};
-
-/// Of 10^(n deviation_db / 20), n normally distributed.
-INSONIFY_FN inline two_moments moments_of(const structure::variation& v) {
-    const float neper = 0.115129255F * v.deviation_db;
-    return {std::exp(neper * neper / 2), std::exp(2 * neper * neper)};
-}
-
-/// Of the sum of a layer's sheets at one point, where the beam runs along z.
-///
-///     mean   = n p <level> V1 <echo>,   V1 = sqrt(2 pi) t <l w> (pi / 2)^2 / 4 / cell
-///     square = n p <level^2> V2 <echo^2> + (1 - 1 / n) mean^2,   V2 = sqrt(pi) t <l w> (4 / 3)^2 / 4 / cell
-///
-/// for n lattices with a fraction p of full cells, thickness t, length l and width w of the sheets. Source: integrals of
-/// the profile exp(-d^2 / 2 t^2) and of the outline sqrt((1 - x^2) (1 - y^2)) of `structure_gains::sheet`.
-INSONIFY_FN inline two_moments moments_of(const structure::sheet_layer& of, float fnumber) {
-    if (!(of.fill > 0)) return {0, 0};
-    // The level is 10^((level_db + spread_db n) / 20), n a sum of two uniform numbers: <exp(a n)> = (sinh(b) / b)^2.
-    const auto level = [&](float power) {
-        const float neper = 0.115129255F * power, b = 0.5F * neper * of.spread_db * max_level_number;
-        const float spread = b > 1e-3F ? std::sinh(b) / b : 1.0F;
-        return std::exp(neper * of.level_db) * spread * spread;
-    };
-    const float lobe = lobe_of(of.waviness, fnumber), diffuse = std::exp2(bits_per_decibel * of.diffuse_db);
-    // Over the angles of the normals, in a lattice that is tilted.
-    const auto echo_of = [&](float tilt) {
-        constexpr int angles = 16;
-        two_moments echo{0, 0};
-        for (int i = 0; i < angles; ++i) {
-            const float facing = std::cos((static_cast<float>(i) + 0.5F) / angles * of.turn) * std::cos(tilt);
-            const float one = diffuse + (1 - diffuse) * std::exp2((facing * facing - 1) / (lobe * lobe));
-            echo = {echo.mean + one / angles, echo.square + one * one / angles};
-        }
-        return echo;
-    };
-    constexpr float length = 0.75F * 0.725F, width = 0.8F * 0.8F; // means, in cells
-    two_moments sum{0, 0};
-    float scale = 1;
-    for (std::uint32_t k = 0; k < of.lattices; ++k, scale *= 0.8F) {
-        const float area = 0.25F * length * width * of.fill * of.thickness / (scale * of.cell.z);
-        const two_moments echo = echo_of(tilt_of_lattice(of, k));
-        const float mean = level(1) * 2.5066283F * area * 2.4674011F * echo.mean;
-        const float square = level(2) * 1.7724539F * area * 1.7777778F * echo.square;
-        sum = {sum.mean + mean, sum.square + square + 2 * sum.mean * mean};
-    }
-    return sum;
-}
-
-/// Of the factor of bundles. The edge of a bundle counts half.
-INSONIFY_FN inline two_moments moments_of(const structure::bundle_layer& of) {
-    if (!(of.spacing > 0)) return {};
-    const float relative = of.diameter / of.spacing, inside = 0.25F * pi * relative * relative * 0.65333F;
-    const float level = std::exp2(bits_per_decibel * of.level_db);
-    return {1 + inside * (level - 1), 1 + inside * (level * level - 1)};
-}
-
-/// The rms of `structure_gains` over a large volume, where the beam runs along z; waves do not change it.
-INSONIFY_FN inline float structure_rms(const structure& s, float fnumber) {
-    const two_moments all = moments_of(s.mottling), grain = moments_of(s.grain), bundles = moments_of(s.bundles),
-                      sheets = moments_of(s.sheets, fnumber), septa = moments_of(s.septa, fnumber);
-    const float between = grain.mean * bundles.mean;
-    return std::sqrt(all.square * (grain.square * bundles.square + sheets.square + septa.square +
-                                   2 * between * (sheets.mean + septa.mean) + 2 * sheets.mean * septa.mean));
-}
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#include <cmath>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// A structure in the axes of one object, prepared for lines of any probe. Trivially copyable.
-struct placed_structure {
-    /// One lattice of sheets.
-    struct lattice {
-        mat3 axes{1};          ///< columns: along the fibres and across them, in coordinates of the object
-        vec3 cell{1, 1, 1};    ///< metres
-        mat3 cells{1};         ///< the axes divided by the cell: from metres to cells
-        vec3 aside{0, 0, 0};   ///< cells per metre along z of the structure
-        std::uint32_t key = 0; ///< of its random numbers
-    };
-    /// A layer of sheets.
-    struct sheets {
-        lattice lattices[structure::max_lattices] = {}; ///< each turned about the fibres
-        std::uint32_t count = 0;                        ///< of lattices; 0: no sheets
-        float diffuse = 0;                              ///< amplitude of `diffuse_db`
-        structure::sheet_layer of{};                    ///< as set
-    };
-
-    structure of{};        ///< as set
-    mat3 axes{1};          ///< columns x, y and z of `structure`, in coordinates of the object
-    sheets layers[2] = {}; ///< `structure::sheets` and `structure::septa`
-    fibre_chart chart{};   ///< where fibres are curved; the axes are those of its coordinates
-
-    placed_structure() = default; ///< none
-
-    /// @param s           of the medium
-    /// @param directions  orthonormal columns: along the fibres, across, and where the object is flattest
-    INSONIFY_FN placed_structure(const structure& s, const mat3& directions) : of{s}, axes{directions} {
-        place(s.sheets, 0x51ED270BU, layers[0]);
-        place(s.septa, 0xA3C59AC3U, layers[1]);
-        for (std::uint32_t i = 0; i < fnumbers; ++i)
-            rms_[i] = detail::structure_rms(s, std::exp2(static_cast<float>(i) / steps));
-    }
-
-    /// The rms of the factor on amplitude over a large volume, where the beam runs along z; the F-number is that of the
-    /// receiving aperture.
-    INSONIFY_FN float rms(float fnumber) const {
-        const float place = clamp(steps * std::log2(fnumber), 0, static_cast<float>(fnumbers - 1));
-        const auto above = static_cast<std::uint32_t>(place);
-        const std::uint32_t next = above + 1 < fnumbers ? above + 1 : above;
-        return rms_[above] + (place - static_cast<float>(above)) * (rms_[next] - rms_[above]);
-    }
-
-  private:
-    static constexpr float steps = 4;             // of the F-number, in each doubling
-    static constexpr std::uint32_t fnumbers = 17; // from 1 to 16
-    float rms_[fnumbers] = {};
-
-    // Lattices turn by 2.4 rad, the golden angle, from one to the next, where normals may have any direction across the fibres.
-    INSONIFY_FN void place(const structure::sheet_layer& layer, std::uint32_t key, sheets& to) const {
-        to.count = layer.fill > 0 ? layer.lattices : 0;
-        to.diffuse = amplitude_of_decibels(layer.diffuse_db);
-        float scale = 1;
-        for (std::uint32_t k = 0; k < to.count; ++k, scale *= 0.8F) {
-            const float turn = layer.turn < pi / 2 ? 0.0F : 2.4F * static_cast<float>(k);
-            const float tilt = detail::tilt_of_lattice(layer, k);
-            const float c = std::cos(turn), s = std::sin(turn);
-            const vec3 across = c * axes[1] - s * axes[2], upright = s * axes[1] + c * axes[2];
-            const float ct = std::cos(tilt), st = std::sin(tilt);
-            lattice& own = to.lattices[k];
-            own.axes = mat3{ct * axes[0] + st * upright, across, ct * upright - st * axes[0]};
-            own.cell = scale * layer.cell;
-            own.key = key + k * 0x632BE5ABU;
-            for (int i = 0; i < 3; ++i) {
-                own.cells[i] = own.axes[i] / own.cell[i];
-                own.aside[i] = dot(own.cells[i], axes[2]);
-            }
-        }
-    }
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
 #include <cstdint>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -6081,8 +6355,8 @@ struct layer {
                           ///< sides: across the line in the slice plane, out of it, and mixed
     float roughness = -1; ///< of that surface: rms height, metres; below 0: the larger one of the two media
     std::uint32_t place = 0; ///< index into the poses of the line
-    /// Cosines of the angles of incidence on the surfaces at `begin` and `end`, where these are the object's own; 0 where there
-    /// is none, or where it belongs to the object on its other side.
+    /// Cosines of the angles of incidence on the surfaces at `begin` and `end`, where these are the object's own; 0
+    /// where there is none, or where it belongs to the object on its other side.
     vec2 own_surfaces{0, 0};
 };
 
@@ -6115,11 +6389,11 @@ struct line_aperture {
         if (fnumbers.empty()) return 2;
         return fnumbers[static_cast<std::size_t>(clamp(depth / spacing, 0, static_cast<float>(fnumbers.size() - 1)))];
     }
-    /// Half height s of the strip of the beam that the line stands for, out of the slice plane, metres: the power of the strip
-    /// falls as exp(-y^2 / s^2). 0 if none is given: the line stands for itself alone.
+    /// Half height s of the strip of the beam that the line stands for, out of the slice plane, metres: the power of
+    /// the strip falls as exp(-y^2 / s^2). 0 if none is given: the line stands for itself alone.
     INSONIFY_FN float strip(float depth) const { return interpolated(strips, depth); }
-    /// How fast the phases of the scatterers of one place come apart as the line moves out of the slice: rms, rad/m. See
-    /// `elevation_planes::phase_spread`. 0 if none is given: `height` alone decides.
+    /// How fast the phases of the scatterers of one place come apart as the line moves out of the slice: rms, rad/m.
+    /// See `elevation_planes::phase_spread`. 0 if none is given: `height` alone decides.
     INSONIFY_FN float phase_spread(float depth) const { return interpolated(phase_spreads, depth); }
 
   private:
@@ -6138,11 +6412,11 @@ struct aperture_gain {
     float deeper = 0;   ///< metres by which echoes are displayed deeper
 };
 
-/// Sound reaches a point of a line from the whole width of the aperture. Behind an obstacle it also arrives past it, earlier
-/// or later than through it; beside an obstacle, part of it is blocked.
+/// Sound reaches a point of a line from the whole width of the aperture. Behind an obstacle it also arrives past it,
+/// earlier or later than through it; beside an obstacle, part of it is blocked.
 ///
-/// Factors on the amplitude that arrives there and returns along the line alone, at equal steps of depth. Amplitudes below
-/// `min_amplitude` are taken as `min_amplitude`. Empty: the line alone counts.
+/// Factors on the amplitude that arrives there and returns along the line alone, at equal steps of depth. Amplitudes
+/// below `min_amplitude` are taken as `min_amplitude`. Empty: the line alone counts.
 struct aperture_gains {
     static constexpr float min_amplitude = 1e-12F; ///< smallest amplitude that a factor belongs to
 
@@ -6157,12 +6431,12 @@ struct aperture_gains {
 
 namespace detail {
 
-/// The `aperture_gains` of one layer. Steps within `clearance` of a surface are left out, since rounding decides on which side
-/// they lie. At the first surface of the layer, those of the layer above apply.
+/// The `aperture_gains` of one layer. Steps within `clearance` of a surface are left out, since rounding decides on
+/// which side they lie. At the first surface of the layer, those of the layer above apply.
 struct layer_gains {
     static constexpr float clearance = 2e-6F; ///< from the surfaces, metres
-    /// Layers thinner than this, in metres of displayed depth, take the gains of the layer above, unless that is in shadow:
-    /// what arrives in a needle comes through it, not past it. In steel that is 3.8 mm.
+    /// Layers thinner than this, in metres of displayed depth, take the gains of the layer above, unless that is in
+    /// shadow: what arrives in a needle comes through it, not past it. In steel that is 3.8 mm.
     static constexpr float thinnest = 1e-3F;
 
     view<const aperture_gain> at_steps{}; ///< those within the layer
@@ -6244,7 +6518,7 @@ struct traced_line {
 #include <utility>
 #include <vector>
 
-namespace insonify::inline INSONIFY_ABI {
+namespace insonify::inline INSONIFY_ABI::detail {
 
 /// The normals of a face that belongs to a curved surface: one at each corner, and linear interpolation between them.
 struct face_normals {
@@ -6268,8 +6542,6 @@ struct face_normals {
                dot(gradient[2], along) * corner[2];
     }
 };
-
-namespace detail {
 
 /// Normals that are continuous across the smooth edges of a mesh, in flat arrays. Trivially copyable.
 struct smooth_normals_view {
@@ -6334,8 +6606,8 @@ struct smooth_normals_view {
     }
 };
 
-/// The faces around each vertex, in groups that are separated by creases: edges where two faces meet at more than a given
-/// angle. Faces of one group share a normal at the vertex.
+/// The faces around each vertex, in groups that are separated by creases: edges where two faces meet at more than a
+/// given angle. Faces of one group share a normal at the vertex.
 struct vertex_groups {
     std::vector<uvec3> corners{};       ///< group of the three corners of each face
     std::vector<std::uint32_t> ends{};  ///< where the slots of each group end, in `slots`
@@ -6424,8 +6696,7 @@ struct vertex_groups {
     std::vector<pair> joined_{}; // the representative of each slot's group, and the slot
 };
 
-} // namespace detail
-} // namespace insonify::inline INSONIFY_ABI
+} // namespace insonify::inline INSONIFY_ABI::detail
 
 
 #endif
@@ -6464,8 +6735,7 @@ struct scene_view {
     view<const displacement_view> displacements{}; ///< of the tissue of each place, for one frame; empty: at rest
 };
 
-/// The objects that contain a point moving along a line, as ascending ranks in memory of fixed capacity. The first one's
-/// medium applies.
+/// The objects that contain a point moving along a line, by rank, in fixed memory. The first one gives the medium.
 struct media_stack {
     static constexpr std::uint32_t none = ~0U; ///< rank of the background
 
@@ -6573,7 +6843,7 @@ struct crossing_collector {
     line_crossings& found;
 
     INSONIFY_FN bool may_begin_in(std::uint32_t rank) const { return scene.objects[rank].box.contains(line.origin); }
-    /// Adds a crossing at any distance in front of the origin. All of an object that the line may begin in are to be added.
+    /// Adds a crossing at any distance in front of the origin: all of those of an object that the line may begin in.
     INSONIFY_FN void add(const crossing& one) const {
         if (may_begin_in(one.rank)) found.inside.toggle(one.rank);
         if (one.distance <= depth) found.add(one);
@@ -6629,8 +6899,8 @@ struct surface_incidence {
     vec3 flat{0, 0, 1};      ///< of the face alone: the side of it that a point is on
 };
 
-/// How a line meets a face at a point in the world, with the normal that is interpolated over smooth edges; at normal incidence
-/// where the face has no area.
+/// How a line meets a face at a point in the world, with the normal that is interpolated over smooth edges; at normal
+/// incidence where the face has no area.
 INSONIFY_FN inline surface_incidence incidence_on(const object_view& one, std::uint32_t face, const line_frame& line,
                                                   vec3 point) {
     const vec3 along = one.at.local_direction(line.along), elevation = one.at.local_direction(line.elevation);
@@ -6645,8 +6915,7 @@ INSONIFY_FN inline surface_incidence incidence_on(const object_view& one, std::u
         const float towards = dot(smooth, along), size = length(smooth);
         if (towards > 0 && size > 0) { // else the line grazes the surface
             normal = smooth / size;
-            // The change of the slope where the line moves across the surface: along the plane of the normal, as far along the
-            // face.
+            // The change of the slope where the line moves across the surface, in the plane of the normal.
             const float steep = 1 / max(towards, 0.1F * size);
             const vec2 slope = steep * vec2{dot(smooth, across), dot(smooth, elevation)};
             const auto slope_change = [&](vec3 to) {
@@ -6671,8 +6940,8 @@ INSONIFY_FN inline surface_incidence incidence_on(const object_view& one, std::u
 /// Surfaces with less than this cosine of the angle of incidence are steep: 60 degrees.
 inline constexpr float steep_cosine = 0.5F;
 
-/// How a line meets a face at a distance. The tilt of a line does not count, except on steep surfaces, which are met because
-/// of it. Lines that are turned about their origins (tracing/aperture/turned_line.hpp) have an overload of their own.
+/// How a line meets a face at a distance. The tilt of a line does not count, except on steep surfaces, which are met
+/// because of it. Lines that are turned about their origins (tracing/aperture/turned_line.hpp) have an overload of their own.
 INSONIFY_FN inline surface_incidence incidence_at(const line_frame& line, float distance, const object_view& one,
                                                   std::uint32_t face) {
     const vec3 point = line.at(distance);
@@ -6830,15 +7099,15 @@ INSONIFY_FN view<const layer> stack_layers(const scene_view& scene, const Line& 
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// How a body deforms: a function from each point at rest to where it is now, both in the world, in metres. It must be smooth
-/// and must not fold over, and is called from many threads at once.
+/// How a body deforms: a function from each point at rest to where it is now, both in the world, in metres. It must be
+/// smooth and must not fold over, and is called from many threads at once.
 template <class Map>
 concept deformation_map = requires(const Map& map, vec3 rest) {
     { map(rest) } -> std::convertible_to<vec3>;
 };
 
-/// A map that brings its inverse, as those of the library do: `rest_of` gives the point at rest of one that is displaced. It is
-/// called in place of Newton's method, and takes the place of the check that the map does not fold over.
+/// A map that brings its inverse, as those of the library do: `rest_of` gives the point at rest of one that is
+/// displaced. It replaces Newton's method, and the check that the map does not fold over.
 template <class Map>
 concept invertible_map = deformation_map<Map> && requires(const Map& map, vec3 now) {
     { map.rest_of(now) } -> std::convertible_to<vec3>;
@@ -6889,8 +7158,8 @@ void check_map_at(const Map& map, vec3 rest, vec3 now) {
         if (!(determinant(derivative(map, rest, now)) > 0)) throw_folded(now);
 }
 
-/// Newton's method for points that follow each other: while it converges quickly with the derivative at a former point, none is
-/// computed, which takes three more points of the map.
+/// Newton's method for points that follow each other: while it converges quickly with the derivative at a former point,
+/// none is computed, which takes three more points of the map.
 template <deformation_map Map>
 class newton_inverse {
   public:
@@ -6962,8 +7231,8 @@ struct displacement_lattice {
     }
 };
 
-/// Writes the displacements from now to rest at the nodes of a lattice, in its axes, as `displacement_view` reads them. Where
-/// the map folds over, or is not finite, the fourth number of a node is 1, else 0.
+/// Writes the displacements from now to rest at the nodes of a lattice, in its axes, as `displacement_view` reads them.
+/// Where the map folds over, or is not finite, the fourth number of a node is 1, else 0.
 template <class Policy, deformation_map Map>
 void invert_map(const Policy& policy, const Map& map, const displacement_lattice& where, float* nodes) {
     const std::size_t rows = std::size_t{where.size.y} * where.size.z;
@@ -7063,7 +7332,7 @@ struct tetrahedral_mesh {
     tetrahedral_mesh& operator=(const tetrahedral_mesh&) = delete;
     ~tetrahedral_mesh() = default;
 
-    /// The point itself, or the nearest one of the surface. Of several tetrahedra that contain it, the one it is deepest in.
+    /// The point itself, or the nearest one of the surface; in the tetrahedron that contains it most deeply.
     tetrahedral_point locate(vec3 point) const {
         constexpr float tolerance = 1e-5F;
         tetrahedral_point best;
@@ -7135,15 +7404,15 @@ namespace detail {
 struct inverse_tetrahedra;
 }
 
-/// A body that is divided into tetrahedra, as finite-element engines have it: a map for `scene::deform`. It interpolates
-/// linearly in the tetrahedra. What lies outside moves with the nearest point of their surface.
+/// A body that is divided into tetrahedra, as finite-element engines have it: a map for `scene::deform`. It
+/// interpolates linearly in the tetrahedra. What lies outside moves with the nearest point of their surface.
 ///
 ///     tetrahedra liver{nodes, cells};           // at rest, once: builds what locates points
 ///     std::ranges::copy(engine, liver.nodes().begin());
 ///     body.deform(exec::par, liver);            // each frame
 ///
-/// The scene locates the vertices of its objects once, and again where they are placed elsewhere. A copy shares what does not
-/// change.
+/// The scene locates the vertices of its objects once, and again where they are placed elsewhere. A copy shares what
+/// does not change.
 class tetrahedra {
   public:
     /// @param rest   positions of the nodes at rest, in the world, metres
@@ -7354,264 +7623,6 @@ void check_map(const Policy& policy, const tetrahedra& map, const aabb&) {
 
 
 #endif
-#ifndef INSONIFY_TISSUE_FIBRE_GRID_HPP
-#define INSONIFY_TISSUE_FIBRE_GRID_HPP
-
-
-#ifndef INSONIFY_TISSUE_STRUCTURE_AXES_HPP
-#define INSONIFY_TISSUE_STRUCTURE_AXES_HPP
-
-
-#include <cmath>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// A symmetric matrix.
-struct symmetric3 {
-    double at[3][3] = {};
-
-    void add(double weight, const dvec3& a, const dvec3& b) {
-        for (int i = 0; i < 3; ++i)
-            for (int j = 0; j < 3; ++j) at[i][j] += weight * a[i] * b[j];
-    }
-};
-
-/// Eigenvectors as columns, by descending eigenvalue.
-/// Source: the cyclic Jacobi method; Golub & Van Loan, Matrix Computations, section 8.5.
-inline mat3 principal_axes(symmetric3 m) {
-    double v[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-    for (int sweep = 0; sweep < 12; ++sweep)
-        for (int p = 0; p < 2; ++p)
-            for (int q = p + 1; q < 3; ++q) {
-                if (m.at[p][q] == 0) continue;
-                const double angle = (m.at[q][q] - m.at[p][p]) / (2 * m.at[p][q]);
-                const double t = (angle < 0 ? -1 : 1) / (std::fabs(angle) + std::sqrt(angle * angle + 1));
-                const double c = 1 / std::sqrt(t * t + 1), s = t * c;
-                for (int k = 0; k < 3; ++k) {
-                    const double a = m.at[k][p], b = m.at[k][q];
-                    m.at[k][p] = c * a - s * b;
-                    m.at[k][q] = s * a + c * b;
-                }
-                for (int k = 0; k < 3; ++k) {
-                    const double a = m.at[p][k], b = m.at[q][k];
-                    m.at[p][k] = c * a - s * b;
-                    m.at[q][k] = s * a + c * b;
-                    const double d = v[k][p], e = v[k][q];
-                    v[k][p] = c * d - s * e;
-                    v[k][q] = s * d + c * e;
-                }
-            }
-    int order[3] = {0, 1, 2};
-    const auto in_order = [&](int i, int j) {
-        if (m.at[order[i]][order[i]] < m.at[order[j]][order[j]]) {
-            const int first = order[i];
-            order[i] = order[j];
-            order[j] = first;
-        }
-    };
-    in_order(0, 1);
-    in_order(1, 2);
-    in_order(0, 1);
-    mat3 axes{1};
-    for (int i = 0; i < 3; ++i)
-        axes[i] = vec3{static_cast<float>(v[0][order[i]]), static_cast<float>(v[1][order[i]]),
-                       static_cast<float>(v[2][order[i]])};
-    return axes;
-}
-
-/// Covariance of the volume that a closed surface encloses, times that volume. Each face adds its tetrahedron with the
-/// middle of the box; outside the surface these cancel.
-inline symmetric3 volume_covariance(const mesh_view& surface, const aabb& box) {
-    symmetric3 second;
-    dvec3 first{0, 0, 0};
-    double volume = 0;
-    const dvec3 middle{box.centre()};
-    for (std::size_t i = 0; i < surface.size(); ++i) {
-        const triangle face = surface[i];
-        const dvec3 a = dvec3{face.a} - middle, b = dvec3{face.b} - middle, c = dvec3{face.c} - middle, sum = a + b + c;
-        const double own = dot(a, cross(b, c)) / 6;
-        for (const dvec3& corner : {a, b, c, sum}) second.add(own / 20, corner, corner);
-        first += 0.25 * own * sum;
-        volume += own;
-    }
-    if (volume != 0) second.add(-1 / volume, first, first);
-    if (volume < 0)
-        for (auto& row : second.at)
-            for (double& value : row) value = -value;
-    return second;
-}
-
-/// Axes from the longest to the shortest side of a box.
-inline mat3 axes_of(const aabb& box) {
-    symmetric3 sides;
-    for (int i = 0; i < 3; ++i) sides.at[i][i] = box.empty() ? -i : static_cast<double>(box.size()[i]);
-    return principal_axes(sides);
-}
-
-/// The axes with the first one along `fibres`, if that is not 0, and the last one as it was, as far as possible.
-inline mat3 aligned(const mat3& axes, vec3 fibres) {
-    if (fibres == vec3{0, 0, 0}) return axes;
-    const vec3 along = normalize(fibres);
-    const vec3 flat = axes[2] - dot(axes[2], along) * along, other = axes[1] - dot(axes[1], along) * along;
-    const vec3 upright = normalize(dot(flat, flat) > 0.1F ? flat : other);
-    return mat3{along, cross(upright, along), upright};
-}
-
-/// The axes of an object: of its moments of inertia, the least along the fibres, unless these are given.
-inline mat3 structure_axes(const mesh_view& surface, const aabb& box, vec3 fibres) {
-    const symmetric3 moments = volume_covariance(surface, box);
-    const double trace = moments.at[0][0] + moments.at[1][1] + moments.at[2][2];
-    return aligned(trace > 0 && trace < 1e30 ? principal_axes(moments) : axes_of(box), fibres);
-}
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#include <cmath>
-#include <cstddef>
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Coordinates in which the fibres of an object are straight.
-///
-/// Each coordinate c is the least-squares solution of grad c = t and, with a greater weight, of f . grad c = f . t in all cells
-/// of a grid: f is the direction of the fibres, t for x is f, for z the flattest axis made orthogonal to f, for y orthogonal to
-/// both. So sheets contain the fibres, as far as such sheets exist, and distances are kept as far as possible.
-/// Source: conjugate gradients for least squares; Bjorck, Numerical Methods for Least Squares Problems, section 7.4.
-class fibre_grid {
-  public:
-    fibre_grid() = default; ///< of straight fibres
-
-    /// @param box   of the object
-    /// @param axes  of the object: the last one where it is flattest
-    fibre_grid(const fibre_directions& fibres, const aabb& box, const mat3& axes) {
-        if (!fibres.varies() || box.empty()) return;
-        const vec3 size = max(box.size(), vec3{1e-4F});
-        spacing_ = std::fmax(std::cbrt(size.x * size.y * size.z / max_cells), 0.5e-3F);
-        for (int i = 0; i < 3; ++i) count_[i] = static_cast<std::uint32_t>(std::ceil(size[i] / spacing_)) + 2;
-        origin_ = box.centre() - 0.5F * spacing_ * vec3{count_ - 1U};
-        std::vector<mat3> targets(cells());
-        for (std::size_t cell = 0; cell < targets.size(); ++cell) {
-            const vec3 centre = node_position(first_node(cell)) + vec3{0.5F * spacing_};
-            const vec3 along = fibres(max(box.lower, min(centre, box.upper)));
-            if (!is_finite(along) || !(length(along) > 0))
-                throw geometry_error{
-                    "scene: `fibres` of an object is a function that returns 0 or a direction that is not finite; "
-                    "it must return a direction in the whole box around the object"};
-            targets[cell] = aligned(axes, along);
-        }
-        nodes_.resize(std::size_t{count_.x} * count_.y * count_.z);
-        for (int coordinate = 0; coordinate < 3; ++coordinate) solve(targets, coordinate);
-    }
-
-    /// As a view.
-    fibre_chart view_of() const { return {nodes_, count_, origin_, spacing_}; }
-
-  private:
-    static constexpr float max_cells = 8000, weight = 100; // of the equation along the fibres
-    static constexpr float damping = 0.1F;                 // of twists, which the equations do not determine
-
-    std::size_t cells() const { return std::size_t{count_.x - 1} * (count_.y - 1) * (count_.z - 1); }
-    std::size_t first_node(std::size_t cell) const {
-        const std::size_t x = cell % (count_.x - 1), rest = cell / (count_.x - 1);
-        return x + count_.x * (rest % (count_.y - 1) + count_.y * (rest / (count_.y - 1)));
-    }
-    vec3 node_position(std::size_t node) const {
-        const std::size_t rest = node / count_.x;
-        return origin_ + spacing_ * vec3{static_cast<float>(node % count_.x), static_cast<float>(rest % count_.y),
-                                         static_cast<float>(rest / count_.y)};
-    }
-    /// The gradient at the middle of a cell, and what a field has besides that vanishes there: its twists, along two axes at a time
-    /// and along all three.
-    struct slope {
-        vec3 gradient{0, 0, 0}, twist{0, 0, 0};
-        float all = 0;
-    };
-    /// Calls of(node, slope of a field that is 1 at this node alone) for the corners of a cell.
-    template <class Of>
-    void for_corners(std::size_t cell, Of&& of) const {
-        const std::size_t first = first_node(cell);
-        const float each = 0.25F / spacing_;
-        for (std::uint32_t corner = 0; corner < 8; ++corner) {
-            const std::uint32_t i = corner & 1U, j = corner >> 1 & 1U, k = corner >> 2;
-            const float x = i > 0 ? 1.0F : -1.0F, y = j > 0 ? 1.0F : -1.0F, z = k > 0 ? 1.0F : -1.0F;
-            of(first + i + count_.x * (j + std::size_t{count_.y} * k),
-               slope{each * vec3{x, y, z}, each * vec3{y * z, z * x, x * y}, each * x * y * z});
-        }
-    }
-    static float product(const slope& a, const slope& b) {
-        return dot(a.gradient, b.gradient) + dot(a.twist, b.twist) + a.all * b.all;
-    }
-
-    // Conjugate gradients on the normal equations, from the coordinates of the middle cell on.
-    void solve(const std::vector<mat3>& targets, int coordinate) {
-        const auto weighted = [&](std::size_t cell, slope of) { // the matrix of the equations, times its transpose
-            const vec3 f = targets[cell][0];
-            return slope{of.gradient + weight * dot(f, of.gradient) * f, damping * of.twist, damping * of.all};
-        };
-        const auto slope_of = [&](const std::vector<double>& field, std::size_t cell) {
-            slope sum;
-            for_corners(cell, [&](std::size_t node, const slope& of) {
-                const auto value = static_cast<float>(field[node]);
-                sum.gradient += value * of.gradient;
-                sum.twist += value * of.twist;
-                sum.all += value * of.all;
-            });
-            return sum;
-        };
-        const std::size_t size = nodes_.size();
-        std::vector<double> solution(size, 0.0), residual(size, 0.0), direction, image(size);
-        const vec3 start = targets[targets.size() / 2][coordinate];
-        for (std::size_t cell = 0; cell < targets.size(); ++cell) {
-            const slope wanted = weighted(cell, {.gradient = targets[cell][coordinate] - start});
-            for_corners(cell, [&](std::size_t node, const slope& of) {
-                residual[node] += static_cast<double>(product(of, wanted));
-            });
-        }
-        const auto power = [](const std::vector<double>& a) {
-            double sum = 0;
-            for (const double value : a) sum += value * value;
-            return sum;
-        };
-        direction = residual;
-        double left = power(residual);
-        const double enough = 1e-8 * left;
-        for (int iteration = 0; iteration < 1000 && left > enough; ++iteration) {
-            image.assign(size, 0.0);
-            double along = 0;
-            for (std::size_t cell = 0; cell < targets.size(); ++cell) {
-                const slope own = slope_of(direction, cell), flow = weighted(cell, own);
-                along += static_cast<double>(product(own, flow));
-                for_corners(cell, [&](std::size_t node, const slope& of) {
-                    image[node] += static_cast<double>(product(of, flow));
-                });
-            }
-            if (!(along > 0)) break;
-            const double step = left / along;
-            for (std::size_t i = 0; i < size; ++i) {
-                solution[i] += step * direction[i];
-                residual[i] -= step * image[i];
-            }
-            const double now = power(residual), turn = now / left;
-            left = now;
-            for (std::size_t i = 0; i < size; ++i) direction[i] = residual[i] + turn * direction[i];
-        }
-        for (std::size_t node = 0; node < size; ++node)
-            nodes_[node][coordinate] = static_cast<float>(solution[node]) + dot(start, node_position(node));
-    }
-
-    std::vector<vec3> nodes_{};
-    uvec3 count_{0, 0, 0};
-    vec3 origin_{0, 0, 0};
-    float spacing_ = 1;
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -7789,7 +7800,7 @@ struct object_state {
         moved = false;
     }
 
-    /// Refits the tree, or rebuilds it where refitting has degraded it: see `bvh_storage::update`. Computes the normals.
+    /// Refits the tree, or rebuilds it: see `bvh_storage::update`. Computes the normals.
     template <class Policy>
     void update_tree(const Policy& policy, const object& of) {
         if (tree_is_current) return;
@@ -7822,8 +7833,8 @@ struct object_state {
     }
 };
 
-/// The index of the object of each rank: of objects that contain a point the one of lowest rank gives the medium. Ordered
-/// by priority, then by smaller enclosed volume, then the later first.
+/// The index of the object of each rank: of objects that contain a point the one of lowest rank gives the medium.
+/// Ordered by priority, then by smaller enclosed volume, then the later first.
 inline std::vector<std::uint32_t> ranked(const std::vector<object>& objects) {
     std::vector<float> volume;
     volume.reserve(objects.size());
@@ -7908,7 +7919,7 @@ bool deform_object(const Policy& policy, object& one, object_state& state, const
     return true;
 }
 
-/// The deformation map of a scene, of any type, as a value. Another map of the same type takes the memory of the former one.
+/// The deformation map of a scene, of any type, as a value. Another map of the same type reuses the memory.
 class kept_map {
   public:
     kept_map() = default;
@@ -8061,8 +8072,7 @@ class flat_scene {
     std::atomic<bool> current_{false};
 };
 
-/// The flat arrays of a scene, brought up to date when a const function needs them, by any number of threads. A copy starts
-/// out of date.
+/// The flat arrays of a scene, brought up to date when a const function needs them, by any thread. Copies are stale.
 class scene_views {
   public:
     scene_views() = default;
@@ -8156,9 +8166,25 @@ class scene {
     }
 
     /// Adds a closed surface. Call `build` before tracing.
-    /// @throws geometry_error  for faces with a vertex out of range, vertices that are not finite, a pose that is not rigid
+    /// @throws geometry_error  for vertices out of range or not finite, or a pose that is not rigid
     /// @throws usage_error     for a medium or a crease angle out of range
-    object_id add(mesh surface, const medium& inside, object_settings settings = {});
+    object_id add(mesh surface, const medium& inside, object_settings settings = {}) {
+        const object_id id{next_id_};
+        detail::check_object(surface, inside, settings, id);
+        states_.resize(objects_.size() + 1);
+        states_.back().volume = enclosed_volume(surface);
+        objects_.push_back({.id = id,
+                            .name = std::move(settings.name),
+                            .surface = std::move(surface),
+                            .inside = inside,
+                            .at = settings.at,
+                            .priority = settings.priority,
+                            .fibres = settings.fibres,
+                            .crease_angle = settings.crease_angle});
+        ++next_id_;
+        built_ = false;
+        return id;
+    }
 
     /// Removes an object. Call `build` before tracing. @throws usage_error  for an unknown id
     void remove(object_id id) {
@@ -8193,17 +8219,36 @@ class scene {
 
     /// Sets the axes of the structure of the background, in the world: along its fibres, and where it is flattest. By
     /// default x and z. @throws usage_error  for directions that are 0, parallel or not finite
-    void set_background_fibres(vec3 along, vec3 flat = {0, 0, 1});
+    void set_background_fibres(vec3 along, vec3 flat = {0, 0, 1}) {
+        if (!is_finite(along) || !is_finite(flat) || length(cross(along, flat)) <= 1e-3F * length(along) * length(flat))
+            throw usage_error{"set_background_fibres: the directions must be finite, not 0 and not parallel, such as "
+                              "{1, 0, 0} and {0, 0, 1}"};
+        background_axes_ =
+            detail::aligned(mat3{normalize(along), normalize(cross(flat, along)), normalize(flat)}, along);
+        place_background();
+    }
 
     /// Sets what fills an object. Takes effect at once; indices into `media()` may change.
     /// @throws usage_error  for an unknown id or a medium out of range
-    void set_medium(object_id id, const medium& inside);
+    void set_medium(object_id id, const medium& inside) {
+        const std::size_t index = index_of(id);
+        detail::check_medium(inside, "set_medium: the medium of " + detail::named(objects_[index].name, id));
+        const medium before = std::exchange(objects_[index].inside, inside);
+        try {
+            if (built_) media_ = detail::distinct_media(background_, objects_, states_);
+        } catch (...) {
+            objects_[index].inside = before;
+            throw;
+        }
+        if (built_) states_[index].place_structure(objects_[index], states_[index].rest);
+        expire();
+    }
 
     /// Makes the scene ready to trace: builds all trees and ranks the objects.
     ///
     /// Where it throws, as for lack of memory, the scene is unchanged.
-    /// @throws geometry_error  for vertices that were moved and are not finite, see `update`, or a function of `fibres` that
-    ///                         returns no direction
+    /// @throws geometry_error  for vertices that were moved and are not finite, see `update`, or a function of `fibres`
+    ///                         that returns no direction
     template <exec::policy Policy>
     scene& build(const Policy& policy) & {
         rebuild(threads{policy});
@@ -8218,25 +8263,25 @@ class scene {
 
     /// Follows the vertices that moved since the last frame.
     ///
-    /// Cost: one pass over the vertices that moved, which also checks and copies them. Trees are not touched: slices need
-    /// none, and the scene brings a tree up to date when rays first need it, or once its object has been at rest for a few
-    /// updates. Allocates only where an object moves for the first time.
-    /// @throws geometry_error  for a vertex that is not finite; then all objects are where they were after the last update
+    /// Cost: one pass over the vertices that moved, which also checks and copies them. Trees are not touched: slices
+    /// need none, and the scene brings a tree up to date when rays first need it, or once its object has been at rest
+    /// for a few updates. Allocates only where an object moves for the first time.
+    /// @throws geometry_error  for a vertex that is not finite; then all objects are where the last update left them
     /// @throws usage_error     where `build` was not called since the last `add` or `remove`
     template <exec::policy Policy>
     void update(const Policy& policy) {
         follow(threads{policy});
     }
 
-    /// Deforms the body: moves each vertex from rest to where a map puts it. Speckle, structure and fibres follow, also in the
-    /// background.
+    /// Deforms the body: moves each vertex from rest to where a map puts it. Speckle, structure and fibres follow, also
+    /// in the background.
     ///
     ///     body.deform(exec::par, [](vec3 rest) { return rest + vec3{0, 0, 0.1F * rest.z}; });
     ///
-    /// The map takes a point at rest to where it is now, both in the world, in metres. Calls do not add up: each replaces the
-    /// former one. Rest is where the vertices were at the first call, in the object's present pose. The scene keeps a copy of
-    /// the map for its inverse, which each frame needs where its lines run: capture values, not references. If `deform`
-    /// throws, the body is at rest. `update` is not needed.
+    /// The map takes a point at rest to where it is now, both in the world, in metres. Calls do not add up: each
+    /// replaces the former one. Rest is where the vertices were at the first call, in the object's present pose. The
+    /// scene keeps a copy of the map for its inverse, which each frame needs where its lines run: capture values, not
+    /// references. If `deform` throws, the body is at rest. `update` is not needed.
     /// @throws geometry_error  where the map folds over, or gives a point that is not finite
     /// @throws usage_error     for an unknown id, or where `build` was not called since the last `add` or `remove`
     template <exec::policy Policy, deformation_map Map>
@@ -8297,8 +8342,8 @@ class scene {
     /// The box around one object, in the world. @throws usage_error  for an unknown id
     aabb box(object_id id) const { return states_[index_of(id)].box; }
 
-    /// Whether an object was turned inside out since it was added, as by a simulation that diverges: the volume that its
-    /// faces enclose has changed its sign. One pass over the faces, which must be closed. @throws usage_error  for an unknown id
+    /// Whether an object was turned inside out since it was added, as by a simulation that diverges: the volume inside
+    /// its closed faces has changed its sign. One pass over the faces. @throws usage_error  for an unknown id
     bool is_inside_out(object_id id) const {
         const std::size_t index = index_of(id);
         const double was = states_[index].volume, now = enclosed_volume(objects_[index].surface);
@@ -8335,8 +8380,8 @@ class scene {
         return views_.for_rays(threads{policy}, parts());
     }
 
-    /// The displacements of tissue from now to rest at the nodes of a lattice, for tracers: of the background, then of the
-    /// objects by rank. `nodes` and `places` are the memory of what is returned, which is empty where nothing is deformed.
+    /// The displacements of tissue from now to rest at the nodes of a lattice, for tracers: of the background, then of
+    /// the objects by rank; empty where nothing is deformed. `nodes` and `places` are the memory of what is returned.
     template <exec::policy Policy>
     view<const displacement_view> displacements(const Policy& policy, const detail::displacement_lattice& where,
                                                 std::vector<float>& nodes,
@@ -8363,7 +8408,7 @@ class scene {
   private:
     using threads = detail::any_policy<false>; // one instantiation for all policies
 
-    // Reads the positions of some objects. @throws geometry_error  as `update`, with all of them back at the former ones
+    // Reads the positions of some objects. @throws geometry_error  as `update`, with all of them back where they were
     template <class Which>
     void read_positions(const threads& policy, const Which& which) {
         const object* refused = nullptr;
@@ -8467,46 +8512,6 @@ class scene {
     mutable detail::scene_views views_{}; // what const functions bring up to date
 };
 
-inline object_id scene::add(mesh surface, const medium& inside, object_settings settings) {
-    const object_id id{next_id_};
-    detail::check_object(surface, inside, settings, id);
-    states_.resize(objects_.size() + 1);
-    states_.back().volume = enclosed_volume(surface);
-    objects_.push_back({.id = id,
-                        .name = std::move(settings.name),
-                        .surface = std::move(surface),
-                        .inside = inside,
-                        .at = settings.at,
-                        .priority = settings.priority,
-                        .fibres = settings.fibres,
-                        .crease_angle = settings.crease_angle});
-    ++next_id_;
-    built_ = false;
-    return id;
-}
-
-inline void scene::set_background_fibres(vec3 along, vec3 flat) {
-    if (!is_finite(along) || !is_finite(flat) || length(cross(along, flat)) <= 1e-3F * length(along) * length(flat))
-        throw usage_error{"set_background_fibres: the directions must be finite, not 0 and not parallel, such as "
-                          "{1, 0, 0} and {0, 0, 1}"};
-    background_axes_ = detail::aligned(mat3{normalize(along), normalize(cross(flat, along)), normalize(flat)}, along);
-    place_background();
-}
-
-inline void scene::set_medium(object_id id, const medium& inside) {
-    const std::size_t index = index_of(id);
-    detail::check_medium(inside, "set_medium: the medium of " + detail::named(objects_[index].name, id));
-    const medium before = std::exchange(objects_[index].inside, inside);
-    try {
-        if (built_) media_ = detail::distinct_media(background_, objects_, states_);
-    } catch (...) {
-        objects_[index].inside = before;
-        throw;
-    }
-    if (built_) states_[index].place_structure(objects_[index], states_[index].rest);
-    expire();
-}
-
 } // namespace insonify::inline INSONIFY_ABI
 
 
@@ -8523,15 +8528,12 @@ inline void scene::set_medium(object_id id, const medium& inside) {
 #define INSONIFY_ACOUSTICS_ACOUSTIC_MODEL_HPP
 
 
-#ifndef INSONIFY_ACOUSTICS_ECHO_LINE_HPP
-#define INSONIFY_ACOUSTICS_ECHO_LINE_HPP
-
-
+#include <concepts>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Echoes of scatterers at equal steps of displayed depth. The level changes exponentially along the run, but grows by 24 dB at
-/// most from one scatterer to the next.
+/// Echoes of scatterers at equal steps of displayed depth. The level changes exponentially along the run, but grows by
+/// 24 dB at most from one scatterer to the next.
 struct scatterer_echoes {
     float depth = 0;                  ///< of the first echo, metres
     float step = 0;                   ///< metres, 0 or more
@@ -8543,7 +8545,8 @@ struct scatterer_echoes {
     vec2 slope{0, 0}; ///< change of displayed depth per metre across the line: in the slice plane, out of it
 };
 
-/// The specular echo of a plane or curved surface, with its repetitions where sound reverberates in a thin layer above it.
+/// The specular echo of a plane or curved surface, with its repetitions where sound reverberates in a thin layer above
+/// it.
 struct curved_echo {
     float depth = 0;     ///< displayed, metres
     float amplitude = 0; ///< of the whole echo, before the aperture has its part
@@ -8577,9 +8580,9 @@ struct curved_echo {
 /// divided linearly between the two neighbouring samples. Sample k lies at depth (k + 1/2) * spacing. The phase is
 /// reduced in cycles, in double precision, so it is accurate at any depth.
 ///
-/// Models call `surface`, `rough_surface` and `scatterers`, and receive any type with these three and `depth`; those with
-/// `curved_surface` receive specular echoes there instead, unless all incidence is normal. The tracer substitutes one that
-/// compensates for the kernels of later stages.
+/// Models call `surface`, `rough_surface` and `scatterers`, and receive any type with these three and `depth`; those
+/// with `curved_surface` receive specular echoes there instead, unless all incidence is normal. The tracer substitutes
+/// one that compensates for the kernels of later stages.
 /// Source: demodulation to baseband of an echo with delay 2 z / c0.
 class echo_line {
   public:
@@ -8596,10 +8599,15 @@ class echo_line {
     INSONIFY_FN float depth() const { return spacing_ * static_cast<float>(samples_.size()); }
 
     /// Adds one echo at a displayed depth, metres. Echoes beyond the ends of the line are dropped.
-    INSONIFY_FN void add(float depth, vec2 amplitude) const { write(depth, product(amplitude, phase(depth))); }
+    INSONIFY_FN void add(float depth, vec2 amplitude) const {
+        const vec2 value = product(amplitude, phase(depth));
+        const float position = clamp(depth * per_spacing_ - 0.5F, -2.0F, static_cast<float>(samples_.size()) + 1.0F);
+        const float below = std::floor(position), weight = position - below;
+        add_pair(static_cast<std::uint32_t>(static_cast<std::int32_t>(below)), (1 - weight) * value, weight * value);
+    }
 
-    /// Adds the specular echo of a surface. The third argument is the change of its displayed depth per metre across the
-    /// line, in the slice plane and out of it.
+    /// Adds the specular echo of a surface. The third argument is the change of its displayed depth per metre across
+    /// the line, in the slice plane and out of it.
     INSONIFY_FN void surface(float depth, float amplitude, vec2 /* slope */) const { add(depth, {amplitude, 0}); }
 
     /// Adds the specular echo of a curved surface, as if it were plane, with its repetitions.
@@ -8628,21 +8636,14 @@ class echo_line {
                 ? std::exp2(
                       min(std::log2(run.last_level / run.first_level) / static_cast<float>(run.count), max_log_ratio))
                 : 1.0F;
-        add(run.depth, run.step, run.count, run.real, run.imaginary, run.first_level, ratio);
-    }
-
-  private:
-    // Echo i lies at depth + i * step, with its amplitude times scale * ratio^i.
-    INSONIFY_FN void add(float depth, float step, std::uint32_t count, const float* real, const float* imaginary,
-                         float scale, float ratio) const {
         constexpr int width = max_simd_width;
         using floats = lanes<width>;
         // Of the first register, and the factor from each register to the next.
         float carrier[2][width];
-        const vec2 first_carrier = scale * phase(depth);
+        const vec2 first_carrier = run.first_level * phase(run.depth);
         carrier[0][0] = first_carrier.x;
         carrier[1][0] = first_carrier.y;
-        vec2 factor = ratio * phase(step);
+        vec2 factor = ratio * phase(run.step);
         for (int known = 1; known < width; known *= 2) {
             for (int i = 0; i < known; ++i) {
                 const vec2 next = product({carrier[0][i], carrier[1][i]}, factor);
@@ -8654,11 +8655,13 @@ class echo_line {
         floats carrier_x = load<width>(carrier[0]), carrier_y = load<width>(carrier[1]);
         const auto last = static_cast<std::uint32_t>(samples_.size()) - 1;
         const floats factor_x(factor.x), factor_y(factor.y), one(1.0F);
-        for (std::uint32_t first = 0; first < count; first += width) {
-            const floats x = load_some(real + first, count - first), y = load_some(imaginary + first, count - first);
+        for (std::uint32_t first = 0; first < run.count; first += width) {
+            const floats x = load_some(run.real + first, run.count - first),
+                         y = load_some(run.imaginary + first, run.count - first);
             const floats value_x = x * carrier_x - y * carrier_y, value_y = x * carrier_y + y * carrier_x;
             const floats index = floats_of<width>(steps_of_bits<width>(first, 1));
-            const floats position = (floats(depth) + index * floats(step)) * floats(per_spacing_) - floats(0.5F);
+            const floats position =
+                (floats(run.depth) + index * floats(run.step)) * floats(per_spacing_) - floats(0.5F);
             const bit_lanes<width> below = floor_bits<width>(
                 min(max(position, floats(-2.0F)), floats(static_cast<float>(samples_.size()) + 1.0F)));
             const floats weight = position - floats_of<width>(below);
@@ -8667,33 +8670,28 @@ class echo_line {
             store_pairs(weight * value_x, weight * value_y, next);
             std::uint32_t sample[width];
             store_bits<width>(below, sample);
-            if (count - first >= width && sample[0] < last && sample[width - 1] < last)
+            if (run.count - first >= width && sample[0] < last && sample[width - 1] < last)
                 for (int i = 0; i < width; ++i) {
                     samples_[sample[i]] += here[i];
                     samples_[sample[i] + 1] += next[i];
                 }
             else
-                for (std::uint32_t i = 0; i < width && i < count - first; ++i) add_pair(sample[i], here[i], next[i]);
-            if (count - first <= width) return;
+                for (std::uint32_t i = 0; i < width && i < run.count - first; ++i)
+                    add_pair(sample[i], here[i], next[i]);
+            if (run.count - first <= width) return;
             const floats next_x = carrier_x * factor_x - carrier_y * factor_y;
             carrier_y = carrier_x * factor_y + carrier_y * factor_x;
             carrier_x = next_x;
         }
     }
 
+  private:
     INSONIFY_FN static vec2 product(vec2 a, vec2 b) { return {a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x}; }
 
     INSONIFY_FN vec2 phase(float depth) const {
         const double cycles = cycles_ * static_cast<double>(depth);
         const auto fraction = static_cast<float>(cycles - std::floor(cycles));
         return {std::cos(2 * pi * fraction), -std::sin(2 * pi * fraction)};
-    }
-
-    INSONIFY_FN void write(float depth, vec2 value) const {
-        const float position = clamp(depth * per_spacing_ - 0.5F, -2.0F, static_cast<float>(samples_.size()) + 1.0F);
-        const float below = std::floor(position);
-        const float weight = position - below;
-        add_pair(static_cast<std::uint32_t>(static_cast<std::int32_t>(below)), (1 - weight) * value, weight * value);
     }
 
     // Loads `count` floats, at most a register; the other lanes are 0.
@@ -8720,18 +8718,9 @@ class echo_line {
     }
 
     view<vec2> samples_;
-    float per_spacing_;
-    float spacing_;
-    double cycles_;
+    float per_spacing_, spacing_;
+    double cycles_; // of the carrier per metre of displayed depth
 };
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#include <concepts>
-
-namespace insonify::inline INSONIFY_ABI {
 
 /// Computes the samples of a line from its layers, as `physical` and `law2011` do. A model needs three members:
 ///
@@ -8741,8 +8730,8 @@ namespace insonify::inline INSONIFY_ABI {
 ///
 /// The last writes the samples of one line, which start at 0; sample k lies at depth (k + 1/2) * spacing metres. It
 /// must not throw. All other members are optional, and each has a concept: `follows_lines_deeper`, `emits_echoes`,
-/// `states_covariance`, `states_surface_covariance`, `states_arrivals`. A tracer refuses to compile a model that has a member of
-/// such a name with another signature. Beside them,
+/// `states_covariance`, `states_surface_covariance`, `states_arrivals`. A tracer refuses to compile a model that has a
+/// member of such a name with another signature. Beside them,
 ///
 ///     static constexpr bool normal_incidence = true;    // angles (`layer::cosine`, `layer::slope`) are not computed
 ///     static constexpr bool independent_planes = true;  // speckle is independent from elevation plane to plane
@@ -8760,8 +8749,8 @@ concept follows_lines_deeper = requires(const Model& model, view<const medium> m
     { model.max_depth(0.1F, media) } -> std::convertible_to<float>;
 };
 
-/// A model that makes complex echoes for `convolve`. It emits them to an `echo_line`, or to another sink with its members, which
-/// compensates their levels for what follows, or distributes them over the pulses of a train:
+/// A model that makes complex echoes for `convolve`. It emits them to an `echo_line`, or to another sink with its
+/// members, which compensates their levels for what follows, or distributes them over the pulses of a train:
 ///
 ///     template <class Echoes> void emit(const traced_line& line, const Echoes& echoes) const;
 template <class Model>
@@ -8781,8 +8770,8 @@ concept states_surface_covariance = requires(const Model& model) {
     { model.surface_covariance(1e-3F, 0.1F) } -> std::convertible_to<float>;
 };
 
-/// A model whose shadows have a penumbra: it states what arrives along a line, and applies `traced_line::gains`, which are
-/// computed from that. See `physical::arrivals`.
+/// A model whose shadows have a penumbra: it states what arrives along a line, and applies `traced_line::gains`, which
+/// are computed from that. See `physical::arrivals`.
 ///
 ///     void arrivals(const traced_line& line, float spacing, view<vec2> out) const;
 template <class Model>
@@ -8915,22 +8904,21 @@ class line_fan {
             if (std::fabs(beam.origin.y) > 1e-7F || std::fabs(beam.direction.y) > 1e-6F) return false;
             lines_[i] = {{beam.origin.x, beam.origin.z}, {beam.direction.x, beam.direction.z}};
         }
-        return find_apex() && turn_upright() && number_gaps();
+        if (!find_apex()) return false;
+        turn_upright();
+        return number_gaps();
     }
 
     /// Takes over every `stride`-th line of another fan, from `first` on.
     void assign(const line_fan& other, std::uint32_t first, std::uint32_t stride) {
-        parallel_ = other.parallel_;
-        apex_ = other.apex_;
-        axis_ = other.axis_;
-        extent_ = other.extent_;
+        *this = other;
         lines_.clear();
         for (std::size_t i = first; i < other.lines_.size(); i += stride) lines_.push_back(other.lines_[i]);
         number_gaps();
     }
 
-    /// Adds up to `count` lines from the same point on either side, `angle` radians from line to line, within 89 degrees of the
-    /// middle line. @return how many on each side
+    /// Adds up to `count` lines from the same point on either side, `angle` radians from line to line, within 89
+    /// degrees of the middle line. @return how many on each side
     std::uint32_t extend(std::uint32_t count, float angle) {
         const line first = lines_.front(), last = lines_.back();
         const auto turned_by = [](line l, float by) { // to the right
@@ -9061,7 +9049,7 @@ class line_fan {
 
     // Rotates all coordinates so that the middle line, or the bisector of the middle two, runs along y. So no line runs
     // along -y, where keys are discontinuous.
-    bool turn_upright() {
+    void turn_upright() {
         const vec2 left = lines_[(lines_.size() - 1) / 2].along, right = lines_[lines_.size() / 2].along;
         const vec2 sum = left + right; // 0 for two opposite lines
         axis_ = dot(sum, sum) > 1e-6F ? normalize(sum) : vec2{left.y, -left.x};
@@ -9074,7 +9062,6 @@ class line_fan {
             }
             extent_.max_cosine = max(extent_.max_cosine, l.along.y);
         }
-        return true;
     }
     vec2 turned(vec2 v) const { return {v.x * axis_.y - v.y * axis_.x, v.x * axis_.x + v.y * axis_.y}; }
 
@@ -9303,17 +9290,39 @@ INSONIFY_FN inline surface_incidence incidence_at(const turned_line& line, float
 #define INSONIFY_ACOUSTICS_PHYSICAL_HPP
 
 
-#ifndef INSONIFY_ACOUSTICS_ECHO_PATH_HPP
-#define INSONIFY_ACOUSTICS_ECHO_PATH_HPP
+#ifndef INSONIFY_ACOUSTICS_FOLLOW_SOUND_HPP
+#define INSONIFY_ACOUSTICS_FOLLOW_SOUND_HPP
 
 
-#ifndef INSONIFY_ACOUSTICS_ATTENUATION_HPP
-#define INSONIFY_ACOUSTICS_ATTENUATION_HPP
+#ifndef INSONIFY_ACOUSTICS_LAWS_HPP
+#define INSONIFY_ACOUSTICS_LAWS_HPP
 
 
+#include <cfloat>
 #include <concepts>
 
 namespace insonify::inline INSONIFY_ABI {
+
+/// A wave incident on the interface between two media.
+struct incidence {
+    medium before{};      ///< on the side of the incident wave
+    medium after{};       ///< on the other side
+    float cosine = 1;     ///< of the angle of incidence, 0 to 1
+    float frequency = 0;  ///< hertz
+    float roughness = -1; ///< rms height of the surface, metres; below 0: the larger one of the two media
+};
+
+/// Reflection at an interface, and the factor on echoes that cross it there and back.
+struct response {
+    float reflected = 0;   ///< signed pressure amplitude of the echo, relative to the incident wave
+    float transmitted = 1; ///< fraction of an echo's amplitude that survives crossing there and back
+};
+
+/// An interface law: law(incidence) is the `response` of the interface. It is called only where the medium changes.
+template <class Law>
+concept interface_law = requires(const Law& law, const incidence& at) {
+    { law(at) } -> std::same_as<response>;
+};
 
 /// Attenuation of an echo per metre of depth, there and back, in dB/m at a frequency in hertz.
 ///
@@ -9371,54 +9380,6 @@ INSONIFY_FN inline broadband_echo attenuated(float narrowband_db, float frequenc
     return {.loss_db = narrowband_db - 0.5F * beta * beta * sigma * sigma / neper_per_db,
             .frequency = frequency - beta * sigma * sigma};
 }
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#ifndef INSONIFY_ACOUSTICS_LINE_REFRACTION_HPP
-#define INSONIFY_ACOUSTICS_LINE_REFRACTION_HPP
-
-
-#ifndef INSONIFY_ACOUSTICS_FRESNEL_HPP
-#define INSONIFY_ACOUSTICS_FRESNEL_HPP
-
-
-#ifndef INSONIFY_ACOUSTICS_INTERFACE_LAW_HPP
-#define INSONIFY_ACOUSTICS_INTERFACE_LAW_HPP
-
-
-#include <concepts>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// A wave incident on the interface between two media.
-struct incidence {
-    medium before{};      ///< on the side of the incident wave
-    medium after{};       ///< on the other side
-    float cosine = 1;     ///< of the angle of incidence, 0 to 1
-    float frequency = 0;  ///< hertz
-    float roughness = -1; ///< rms height of the surface, metres; below 0: the larger one of the two media
-};
-
-/// Reflection at an interface, and the factor on echoes that cross it there and back.
-struct response {
-    float reflected = 0;   ///< signed pressure amplitude of the echo, relative to the incident wave
-    float transmitted = 1; ///< fraction of an echo's amplitude that survives crossing there and back
-};
-
-/// An interface law: law(incidence) is the `response` of the interface. It is called only where the medium changes.
-template <class Law>
-concept interface_law = requires(const Law& law, const incidence& at) {
-    { law(at) } -> std::same_as<response>;
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-
-namespace insonify::inline INSONIFY_ABI {
 
 /// Cosine of the angle of refraction t; 0 at and beyond the critical angle.
 ///
@@ -9522,609 +9483,20 @@ struct fresnel {
     }
 };
 
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-
-/// Refraction along a straight line. The line itself stays straight, but the refracted ray is followed beside it: angles of
-/// incidence and attenuation are those of the ray, exactly for plane surfaces. Depths are those of the straight line: behind
-/// 10 mm of fat at 40 degrees they are 0.03 mm too large.
-///
-/// Where the ray returns to the sound speed that it had before a layer, it also returns to its direction there, as behind a
-/// parallel layer. Behind a layer that is not parallel, such as a rib, other rays reach the line.
-namespace insonify::inline INSONIFY_ABI {
-
-namespace detail {
-
-/// How refraction changes a layer of a straight line.
-struct refracted_layer {
-    float cosine = 1;         ///< of the angle of incidence at its beginning
-    float length_factor = 1;  ///< length of the ray over that of the line
-    float enters_at = 0;      ///< where the ray enters it: metres of the ray from its beginning; below 0: before
-    std::uint32_t before = 0; ///< medium of the layer before
-
-    /// Length of the ray within the layer, down to a point of the line `along` metres below its beginning: 0 until the ray
-    /// enters. Above its beginning (`along` < 0) it is extrapolated.
-    INSONIFY_FN float length(float along) const {
-        const float whole = length_factor * along;
-        return max(whole - enters_at, min(whole, 0));
-    }
-};
-
-/// The propagation direction behind an interface: by the law's own `refracted(direction, normal, before, after)` where it
-/// has one, else by Snell's; {0, 0, 0} where it is totally reflected.
-template <class Law>
-INSONIFY_FN vec3 refracted_by(const Law& law, vec3 direction, vec3 normal, const medium& before, const medium& after) {
-    if constexpr (requires { law.refracted(direction, normal, before, after); })
-        return law.refracted(direction, normal, before, after);
-    else
-        return refracted(direction, normal, before, after);
-}
-
-/// Follows refraction from layer to layer of a line. Nothing is refracted where the model has no `refracted`.
-template <class Model>
-class line_refraction {
-  public:
-    INSONIFY_FN line_refraction(const Model& model, const traced_line& line) : model_{model}, line_{line} {}
-
-    /// The next layer; called once for each, from the face on.
-    INSONIFY_FN detail::refracted_layer next() {
-        const std::size_t i = next_++;
-        const layer& here = line_.layers[i];
-        detail::refracted_layer found{.cosine = here.cosine, .before = line_.layers[i == 0 ? 0 : i - 1].medium};
-        if constexpr (requires(const medium& m) { model_.refracted(vec3{}, vec3{}, m, m); }) {
-            if (found.before != here.medium) cross(i, found);
-            if (straight() && ahead_ == vec3{0, 0, 0}) return found;
-            // Line and ray end on the plane of the surface that ends the layer; the last layer has none.
-            const bool last = i + 1 == line_.layers.size();
-            const vec3 end = last ? vec3{0, 0, 1} : normal_of(i + 1);
-            const float towards = max(dot(end, direction_), 1e-3F), length = here.end - here.begin;
-            found.length_factor = clamp(end.z / towards, 0.25F, 4);
-            // Where ray and line end on a surface that the ray grazes, it is not plane as far as they are apart.
-            const float bound = min(3 * std::sqrt(dot(ahead_, ahead_)), max_entry);
-            found.enters_at = clamp(dot(end, ahead_) / towards, -bound, bound);
-            ahead_ = ahead_ + found.length(length) * direction_ - vec3{0, 0, length};
-        }
-        return found;
-    }
-
-  private:
-    static constexpr float max_entry = 0.02F; // metres: surfaces are not plane as far as that
-
-    INSONIFY_FN bool straight() const { return direction_.x == 0 && direction_.y == 0; }
-
-    // The ray crosses the surface at the beginning of a layer.
-    INSONIFY_FN void cross(std::size_t i, detail::refracted_layer& found) {
-        const medium &before = line_.media[found.before], &after = line_.media[line_.layers[i].medium];
-        const vec3 normal = normal_of(i), arriving = direction_;
-        if (!straight()) found.cosine = min(std::fabs(dot(normal, arriving)), 1);
-        const vec3 bent = model_.refracted(arriving, normal, before, after);
-        if (after.sound_speed == former_speed_)
-            direction_ = former_direction_;
-        else if (bent != vec3{0, 0, 0} && is_finite(bent)) // else it is totally reflected
-            direction_ = bent;
-        former_speed_ = before.sound_speed;
-        former_direction_ = arriving;
-    }
-
-    // Normal of the surface at the beginning of layer i, kept because the layer above and this one both use it. x: across the
-    // line in the slice plane, y: out of it, z: along the line.
-    INSONIFY_FN vec3 normal_of(std::size_t i) {
-        if (i != normal_is_of_) {
-            const vec2 slope = line_.layers[i].slope;
-            normal_ = vec3{slope.x, slope.y, 1} / std::sqrt(dot(slope, slope) + 1);
-            normal_is_of_ = i;
-        }
-        return normal_;
-    }
-
-    const Model& model_;
-    const traced_line& line_;
-    std::size_t next_ = 0;
-    std::size_t normal_is_of_ = 0; // no surface begins the first layer
-    vec3 normal_{0, 0, 1};
-    vec3 direction_{0, 0, 1};        // of the ray, in the axes of `normal_of`
-    vec3 ahead_{0, 0, 0};            // from the line to the ray, where both cross a surface
-    float former_speed_ = -1;        // in the medium before the last surface
-    vec3 former_direction_{0, 0, 1}; // of the ray there
-};
-
-} // namespace detail
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Depth at which an echo is displayed: by its travel time through the media, or as if all had `display_speed`.
-enum class timing { sound_speed, uniform };
-
-/// Angle of incidence on surfaces: the actual one, or normal incidence throughout.
-enum class angle { oblique, normal };
-
-/// Bandwidth of the pulse under attenuation: a single frequency, as of a long burst, or the spectrum of the pulse, which loses
-/// less (`attenuated`). The downshift of its centre is neglected.
-enum class pulse_bandwidth { narrow, broad };
-
-/// State of the wave at a point of its path.
-struct echo_path {
-    float shown = 0;                      ///< displayed depth, metres
-    float loss_db = 0;                    ///< attenuation so far, there and back, dB
-    float passed = 1;                     ///< factor on amplitude of the interfaces so far, there and back
-    detail::refracted_layer refraction{}; ///< of the present layer
-    detail::layer_gains gains{};          ///< of the present layer
-
-    /// Attenuation there and back, down to a point of the line, dB.
-    /// @param along      metres below the beginning of the present layer
-    /// @param per_metre  attenuation of its medium, there and back, dB/m
-    INSONIFY_FN float lost_at(float along, float per_metre) const {
-        return loss_db + per_metre * refraction.length(along);
-    }
-};
-
-namespace detail {
-
-/// Displayed depth per metre of a medium.
-INSONIFY_FN inline float displayed_stretch(timing how, const medium& m) {
-    return how == timing::sound_speed ? insonify::displayed_stretch(m) : 1.0F;
-}
-
-/// Standard deviation of the envelope of a pulse of 2.5 cycles, whose fractional bandwidth is 1.61 / 2.5; metres of displayed
-/// depth.
-INSONIFY_FN inline float nominal_sigma(float frequency) { return axial_sigma(0.644F, frequency); }
-
-/// The same of the pulse of a line.
-INSONIFY_FN inline float sigma_of(const traced_line& line) {
-    return line.pulse_sigma > 0 ? line.pulse_sigma : nominal_sigma(line.frequency);
-}
-
-/// The loss at the peak of the pulse, dB; that of the carrier for a line that states neither bandwidth nor pulse.
-/// @param loss_db  that of the carrier
-INSONIFY_FN inline float peak_loss(pulse_bandwidth bandwidth, const traced_line& line, float loss_db) {
-    if (bandwidth == pulse_bandwidth::narrow || !(max(line.bandwidth, line.pulse_sigma) > 0)) return loss_db;
-    const float fractional =
-        line.bandwidth > 0 ? line.bandwidth : axial_sigma(line.pulse_sigma, line.frequency); // its own inverse
-    return attenuated(loss_db, line.frequency, fractional).loss_db;
-}
-
-} // namespace detail
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#ifndef INSONIFY_ACOUSTICS_EMIT_SPECKLE_HPP
-#define INSONIFY_ACOUSTICS_EMIT_SPECKLE_HPP
-
-
-#ifndef INSONIFY_ACOUSTICS_FOLLOW_SOUND_HPP
-#define INSONIFY_ACOUSTICS_FOLLOW_SOUND_HPP
-
-
-#include <cmath>
-#include <cstddef>
-
-/// How the state of the wave changes within the layers of a line, by a model's `timing` and `attenuation`.
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// The loss at the peak of the pulse of a line by a model, dB; that of the carrier for models that state no other.
-/// @param loss_db  that of the carrier
-template <class Model>
-INSONIFY_FN float pulse_loss(const Model& model, const traced_line& line, float loss_db) {
-    if constexpr (requires { model.pulse_loss(line, loss_db); })
-        return model.pulse_loss(line, loss_db);
-    else
-        return loss_db;
-}
-
-/// Sound passes through a layer to its end.
-template <class Model>
-INSONIFY_FN void pass(const Model& model, const traced_line& line, const layer& here, echo_path& path) {
-    const medium& m = line.media[here.medium];
-    path.shown += (here.end - here.begin) * displayed_stretch(model.timing, m);
-    path.loss_db = path.lost_at(here.end - here.begin, model.attenuation(m, line.frequency));
-}
-
-/// The fraction of the power of a strip of the beam that passes beside a layer which is narrow out of the slice plane, such as
-/// a needle, a wire or a small ball; 0 where it is wide, as bone and plates are.
-///
-/// The layer's section out of the slice plane is the ellipse that has, at the line, its thickness T and the first and second
-/// derivatives T' and T'' of that by the height y, which follow from slope and curvature of the two surfaces. T(y)^2 is then a
-/// polynomial of degree two, and its zeros are the sides of the section:
-///
-///     y = T (T' +- sqrt(-T T'')) / -(T'^2 + T T'')
-///
-/// Of a strip with the power exp(-y^2 / s^2), what lies outside them passes. Facets do not curve: an obstacle whose normals are
-/// not smooth lets nothing pass.
-/// @param obstacle  a layer between two surfaces that are the object's own
-/// @param behind    the next one
-/// @param strip     s, metres
-INSONIFY_FN inline float power_beside(const layer& obstacle, const layer& behind, float strip) {
-    const float thickness = obstacle.end - obstacle.begin;
-    const float first = obstacle.slope.y - behind.slope.y; // a slope is the negative derivative of the depth
-    const float bend = thickness * (obstacle.curvature.y - behind.curvature.y), open = bend - first * first;
-    if (!(strip > 0) || !(open > 0)) return 0;
-    const float root = std::sqrt(bend), per_strip = thickness / (open * strip);
-    return 0.5F * (std::erfc((root + first) * per_strip) + std::erfc((root - first) * per_strip));
-}
-
-/// Adds the sound that passes beside a narrow obstacle in the strip of the beam that the line stands for to what passes through
-/// it: by power, and at the mean time. What lets half of the amplitude through is no obstacle.
-/// @param above  in front of the obstacle
-/// @param below  behind it
-/// @return       whether any was added
-template <class Model>
-INSONIFY_FN bool add_sound_beside(const Model& model, const traced_line& line, const layer& obstacle,
-                                  const layer& behind, const echo_path& above, echo_path& below) {
-    if (!(obstacle.own_surfaces.x > 0) || !(obstacle.own_surfaces.y > 0) || above.passed == 0) return false;
-    layer tissue = obstacle; // beside it
-    tissue.medium = behind.medium;
-    echo_path around = above; // straight on
-    around.refraction.enters_at = 0;
-    pass(model, line, tissue, around);
-    const float through = below.passed / above.passed *
-                          amplitude_of_decibels(min(
-                              pulse_loss(model, line, around.loss_db) - pulse_loss(model, line, below.loss_db), 300));
-    if (!(through < 0.5F)) return false;
-    const float beside = power_beside(obstacle, behind, line.aperture.strip(0.5F * (above.shown + around.shown)));
-    if (beside == 0) return false;
-    const float power = (1 - beside) * through * through + beside;
-    below.shown += beside / power * (around.shown - below.shown);
-    below.loss_db = around.loss_db;
-    below.refraction.enters_at = 0; // what passes beside it arrives straight
-    below.passed = above.passed * std::sqrt(power);
-    return true;
-}
-
-/// Follows sound along a line from layer to layer: for the echoes that a model emits, and for what arrives at each depth.
-/// @param at_surface  at_surface(i, here, path): the transmission into layer i, there and back; called where it is of another
-///                    medium than the layer above, at whose end `path` lies
-/// @param in_layer    in_layer(i, here, path): called at the beginning of each layer; false ends the walk
-template <class Model, class AtSurface, class InLayer>
-INSONIFY_FN void follow_sound(const Model& model, const traced_line& line, const AtSurface& at_surface,
-                              const InLayer& in_layer) {
-    echo_path path{}, above{}; // at the end of the layer before, and of the one before that
-    line_refraction<Model> refraction{model, line};
-    for (std::size_t i = 0; i < line.layers.size(); ++i) {
-        layer here = line.layers[i];
-        echo_path entered = path;
-        entered.refraction = refraction.next();
-        entered.gains = path.gains.next(line.gains, here, line.media[here.medium]);
-        if (here.medium != entered.refraction.before) {
-            here.cosine = entered.refraction.cosine;
-            entered.passed *= at_surface(i, here, path);
-            if (add_sound_beside(model, line, line.layers[i - 1], here, above, entered) &&
-                entered.gains.at_steps.empty())
-                entered.gains.before = {}; // the gains within an obstacle do not hold for what passes beside it
-        }
-        above = path;
-        path = entered;
-        if (!in_layer(i, here, path)) return;
-        pass(model, line, here, path);
-    }
-}
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#ifndef INSONIFY_ACOUSTICS_SCATTERERS_SCATTERING_HPP
-#define INSONIFY_ACOUSTICS_SCATTERERS_SCATTERING_HPP
-
-
-#include <concepts>
-
-/// Scatterer fields: position and amplitude of the scatterers along a line. Scatterers are fixed in the coordinates of
-/// the object, so that speckle moves with the tissue.
-namespace insonify::inline INSONIFY_ABI {
-
-/// A line in coordinates of an object.
-struct material_line {
-    vec3 origin{0, 0, 0};        ///< metres
-    vec3 along{0, 0, 1};         ///< metres travelled per metre of the line: `line_frame::path`
-    vec3 elevation{0, 1, 0};     ///< normal of the slice plane
-    std::uint32_t object = ~0U;  ///< id of the object, ~0 for the background
-    float scatterer_density = 0; ///< of the medium, per m^3; 0: the field's default
-    float height = 0;            ///< of the tissue that contributes to an echo, along `elevation`, metres; 0: unknown
-    std::uint32_t plane = 0;     ///< of the frame's elevation planes
-    float tilt = 0;              ///< see `line_frame::tilt`; wave fronts are not tilted
-    float fnumber = 2;           ///< of the receiving aperture
-    const placed_structure* structure = nullptr;     ///< of the medium; null: none
-    vec2 surfaces{0, 0};                             ///< metres along the line at which its layer begins and ends
-    vec2 own_surfaces{0, 0};                         ///< see `layer::own_surfaces`
-    vec3 steering{0, 0, 0};                          ///< see `line_frame::steering`
-    bool flowing = false;                            ///< the medium flows
-    std::uint32_t frame_number = 0;                  ///< where the medium flows; 0 elsewhere
-    const displacement_view* displacement = nullptr; ///< of the tissue from now to rest; null: it is at rest
-    const line_aperture* aperture = nullptr;         ///< that receives; null: unknown
-    vec2 displayed{0, 1}; ///< displayed depth of its origin, metres, and per metre of the line
-
-    /// See `line_aperture::phase_spread`, at a distance along the line, metres.
-    INSONIFY_FN float phase_spread(float distance) const {
-        return aperture == nullptr ? 0.0F : aperture->phase_spread(displayed.x + distance * displayed.y);
-    }
-    /// The point at a distance along the line, metres.
-    INSONIFY_FN vec3 at(float distance) const { return origin + distance * along; }
-};
-
-/// A line in coordinates of an object.
-/// @param place  pose of the object: object to world
-INSONIFY_FN inline material_line in_object(const line_frame& line, const pose& place, std::uint32_t object,
-                                           float scatterer_density = 0) {
-    return {place.local_point(line.origin), place.local_direction(line.path()), place.local_direction(line.elevation),
-            object, scatterer_density};
-}
-
-/// Spacing of scatterers along a line, metres: 1.25 standard deviations of the pulse envelope. Wherever the pulse lies between
-/// them, it sums their power within 2 exp(-pi^2 / 1.25^2) = 0.4 % of that of continuous tissue (Poisson's summation formula).
-/// @param pulse_sigma  standard deviation of the pulse envelope, metres
-INSONIFY_FN constexpr float scatterer_spacing(float pulse_sigma) { return 1.25F * pulse_sigma; }
-/// The most in media that flow, metres: an eighth of the wavelength c0 / f0. Blood that is sheared consists of layers thinner
-/// than the pulse.
-INSONIFY_FN constexpr float scatterer_spacing_in_flow(float frequency) { return display_speed / (8 * frequency); }
-
-/// Scatterers at equal steps: scatterer i lies first + i * step metres along the line.
-struct scatterer_run {
-    float first = 0;                  ///< position of the first one, metres along the line
-    float step = 0;                   ///< metres
-    std::uint32_t count = 0;          ///< number of scatterers
-    const float* real = nullptr;      ///< real parts of the amplitudes
-    const float* imaginary = nullptr; ///< imaginary parts
-    vec2 slope{0, 0};                 ///< change of depth per metre across the line: in the slice plane, out of it
-};
-
-namespace detail {
-
-/// An argument for the concept below.
-struct any_emit {
-    INSONIFY_FN void operator()(const scatterer_run&) const {}
-};
-
-} // namespace detail
-
-/// A scatterer field. `scatter(line, begin, end, spacing, emit)` calls emit(run) for the scatterers of one object
-/// between two distances along a line, metres. Their mean power is 1 per `spacing` metres of undeformed tissue.
-///
-/// `covariance(distance, angle)` is the covariance of the amplitudes on two lines in the slice plane, 1 at distance 0, by
-/// their distance in metres and the angle between them in radians. In elevation planes it is the same by their distance, unless
-/// the field is independent from plane to plane and has a member `independent_planes`.
-template <class Field>
-concept scattering_field = requires(const Field& field, const material_line& line, float x) {
-    field.scatter(line, x, x, x, detail::any_emit{});
-    { field.covariance(x, x) } -> std::convertible_to<float>;
-};
-
-/// No speckle.
-struct no_scatterers {
-    /// Emits nothing.
-    template <class Emit>
-    INSONIFY_FN void scatter(const material_line&, float, float, float, Emit&&) const {}
-    /// 0.
-    INSONIFY_FN float covariance(float, float) const { return 0; }
-
-    friend bool operator==(const no_scatterers&, const no_scatterers&) = default;
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Calls `field.scatter`; where fibres are curved, in coordinates in which they are straight, piece by piece.
-template <class Field, class Emit>
-INSONIFY_FN void scatter_along_fibres(const Field& field, const material_line& line, float begin, float end,
-                                      float spacing, const Emit& emit) {
-    if (line.structure == nullptr || line.structure->chart.empty()) {
-        field.scatter(line, begin, end, spacing, emit);
-        return;
-    }
-    const auto straight = [&](vec3 point) {
-        return line.structure->chart(line.displacement == nullptr ? point : line.displacement->rest(point));
-    };
-    constexpr float piece = 2e-3F;
-    for (float from = begin; from < end;) {
-        const float to = from + 1.5F * piece < end ? from + piece : end;
-        const vec3 first = straight(line.at(from)), middle = line.at(0.5F * (from + to));
-        const auto turned = [&](vec3 direction) { // and stretched
-            constexpr float step = 0.5e-3F;
-            return (straight(middle + step * direction) - straight(middle - step * direction)) * (0.5F / step);
-        };
-        material_line own = line;
-        own.displacement = nullptr;
-        own.along = (straight(line.at(to)) - first) * (1 / (to - from));
-        own.origin = first - from * own.along;
-        own.elevation = normalize(turned(line.elevation));
-        if (line.steering != vec3{0, 0, 0}) own.steering = turned(line.steering);
-        if (own.along != vec3{0, 0, 0}) field.scatter(own, from, to, spacing, emit);
-        from = to;
-    }
-}
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Emits the speckle of one layer, as `physical` documents it.
-/// @param path  at the beginning of the layer
-template <class Model, class Echoes>
-INSONIFY_FN void emit_speckle(const Model& model, const traced_line& line, const layer& here, const echo_path& path,
-                              const Echoes& echoes) {
-    const medium& m = line.media[here.medium];
-    const float begin = path.shown + path.gains.min_deeper();
-    if (!(m.backscatter > 0) || begin >= echoes.depth()) return;
-    const float displayed = displayed_stretch(model.timing, m);
-    const float attenuation = model.attenuation(m, line.frequency); // dB/m
-    const float sigma = sigma_of(line);
-    float slot = scatterer_spacing(sigma / displayed); // shorter in slow media
-    if (m.flowing) slot = min(slot, scatterer_spacing_in_flow(line.frequency));
-    // The pulse sums the power of the slots that it covers: sqrt(pi) sigma over the displayed length of a slot.
-    const float pulse_gain = std::sqrt(std::sqrt(pi) * sigma / (slot * displayed));
-    float level = m.backscatter * amplitude_of_decibels(model.texture_db) / pulse_gain;
-    const float background_loss = model.attenuation(line.media[0], line.frequency);
-    // Amplitude there and back at displayed depth `shown`, no less than the floor.
-    const auto arriving = [&](float loss_db, float shown, float gain) {
-        const float direct =
-            line.gains.amplitude(path.passed * amplitude_of_decibels(-pulse_loss(model, line, loss_db)), gain);
-        if (model.shadow_floor_db == -FLT_MAX) return direct;
-        return max(direct, amplitude_of_decibels(model.shadow_floor_db - shown * background_loss));
-    };
-    const pose place = line.places.empty() ? pose{} : line.places[here.place];
-    const float end = min(here.end, here.begin + (echoes.depth() - begin) / displayed + slot);
-    material_line within = in_object(line.frame, place, here.object, m.scatterer_density);
-    within.height = line.aperture.height;
-    within.plane = line.plane;
-    within.aperture = &line.aperture;
-    within.displayed = {path.shown - here.begin * displayed, displayed};
-    within.tilt = line.frame.tilt;
-    within.surfaces = {here.begin, here.end};
-    within.flowing = m.flowing;
-    within.frame_number = m.flowing ? line.frame_number : 0;
-    within.displacement = line.displacement(here.place);
-    within.steering = place.local_direction(line.frame.steering);
-    if (!m.structure.empty() && here.place < line.structures.size() && line.structures[here.place].of == m.structure) {
-        within.fnumber = line.aperture.fnumber(path.shown + 0.5F * (here.end - here.begin) * displayed);
-        within.structure = &line.structures[here.place];
-        within.own_surfaces = here.own_surfaces;
-        level /= within.structure->rms(within.fnumber);
-    }
-    scatter_along_fibres(model.scattering, within, here.begin, end, slot, [&](const scatterer_run& run) {
-        const auto length = static_cast<float>(run.count) * run.step;
-        const aperture_gain first = path.gains.at(run.first), last = path.gains.at(run.first + length);
-        const auto shown_at = [&](float distance, const aperture_gain& gain) {
-            return path.shown + (distance - here.begin) * displayed + gain.deeper;
-        };
-        const auto level_at = [&](float distance, const aperture_gain& gain) {
-            const float arrived =
-                arriving(path.lost_at(distance - here.begin, attenuation), shown_at(distance, gain), gain.speckle);
-            return min(level * arrived, 1e20F); // keeps sums finite
-        };
-        const float longer = (last.deeper - first.deeper) / static_cast<float>(run.count > 0 ? run.count : 1);
-        echoes.scatterers({.depth = shown_at(run.first, first),
-                           .step = max(run.step * displayed + longer, 0),
-                           .count = run.count,
-                           .real = run.real,
-                           .imaginary = run.imaginary,
-                           .first_level = level_at(run.first, first),
-                           .last_level = level_at(run.first + length, last),
-                           .slope = run.slope * displayed});
-    });
-}
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#ifndef INSONIFY_ACOUSTICS_RINGING_HPP
-#define INSONIFY_ACOUSTICS_RINGING_HPP
-
-
-
-/// Sound reverberates in a thin hard layer, such as a needle, and each time part of it leaves towards the probe: the echo of
-/// the layer's far surface repeats at its thickness, a ladder of lines that grow fainter. Straight lines get it from here;
-/// `paths` follows the sound itself. Layers more than 20 degrees from across the line do not ring.
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// The surface at which the present layer began.
-struct layer_entry {
-    float reflected = 0;             ///< there, from outside; 0: the probe's face
-    float shown = 0;                 ///< displayed depth, metres
-    float loss_db = 0;               ///< attenuation up to there, there and back, of the peak of the pulse, dB
-    const layer* present = nullptr;  ///< which begins there
-    const medium* outside = nullptr; ///< before it
-};
-
-/// Where the far surface of a layer is nearest to the probe, metres across the line; at most half of the thickness away.
-INSONIFY_FN inline vec2 nearest_of(vec2 slope, vec2 curvature, float thickness) {
-    const auto along = [&](float s, float bend) {
-        return bend == 0 ? 0.0F : clamp(s / bend, -0.5F * thickness, 0.5F * thickness);
-    };
-    return {along(slope.x, curvature.x), along(slope.y, curvature.y)};
-}
-
-/// Makes an echo repeat that comes from the far surface of a layer.
-///
-///     ratio = r' r 10^(-loss / 20),   r' = -r of the near surface from outside
-///
-/// for each time that sound crosses the layer and returns. Where the surfaces are not parallel, each reflection turns it further: the ratio
-/// takes the fraction of the first repetition that the aperture collects. The echo of a curved surface comes from where that is
-/// nearest to the probe, so slopes, angles and thickness are those of that place: a needle rings alike in all planes that cut it.
-/// @param far        the layer that begins at the far surface
-/// @param inside     medium of the layer
-/// @param behind     medium below it
-/// @param stretch    displayed depth per metre inside
-/// @param shown      displayed depth of the far surface, metres
-/// @param loss_db    attenuation down to it, there and back, of the peak of the pulse, dB
-/// @param reflected  r of the far surface
-/// @param least      no layer rings whose ratio is smaller than this
-/// @param collects   collects(slope): fractions that the aperture collects of a surface of this slope, as in `curved_echo`
-/// @param reflects   reflects(before, after, cosine): r of an interface
-template <class Collects, class Reflects>
-INSONIFY_FN void add_repetitions(curved_echo& one, const layer_entry& near, const layer& far, const medium& inside,
-                                 const medium& behind, float stretch, float shown, float loss_db, float reflected,
-                                 float smallest, const Collects& collects, const Reflects& reflects) {
-    constexpr float thickest = 2e-3F; // displayed: beyond, the beam has widened
-    float step = shown - near.shown;
-    if (near.reflected == 0 || !(step > 0) || step > thickest) return;
-    vec2 near_slope = near.present->slope, far_slope = far.slope, whole = one.collected;
-    float near_reflected = near.reflected;
-    const float speeds = inside.sound_speed / near.outside->sound_speed;
-    const vec2 near_bend{near.present->curvature.x, near.present->curvature.y}, bend{far.curvature.x, far.curvature.y},
-        nearest = nearest_of(far_slope, bend, step / stretch);
-    if (nearest != vec2{0, 0}) {
-        step += stretch * dot(near_slope - far_slope + 0.5F * (bend - near_bend) * nearest, nearest);
-        near_slope -= near_bend * nearest;
-        far_slope -= bend * nearest;
-        const float sine = std::sqrt(dot(near_slope, near_slope) / (1 + dot(near_slope, near_slope))),
-                    sine_inside = speeds * sine;
-        if (sine_inside >= 1) return;
-        near_reflected = reflects(*near.outside, inside, std::sqrt(1 - sine * sine));
-        reflected = reflects(inside, behind, std::sqrt(1 - sine_inside * sine_inside));
-        whole = collects(far_slope);
-    }
-    // Beyond 20 degrees, or where a surface reflects totally, repetitions leave beside the line.
-    constexpr float steepest = 0.36F, total = 0.9999F;
-    if (dot(near_slope, near_slope) > steepest * steepest || dot(far_slope, far_slope) > steepest * steepest) return;
-    if (std::fabs(near_reflected) > total || std::fabs(reflected) > total) return;
-    const float ratio = -near_reflected * reflected * amplitude_of_decibels(min(near.loss_db - loss_db, 0));
-    if (!(std::fabs(ratio) >= smallest)) return;
-    // A wedge turns sound in the layer by twice its angle, and refraction changes that outside.
-    const vec2 by = (far_slope - near_slope) / speeds;
-    const vec2 collected = dot(by, by) < 1e-8F ? whole : collects(far_slope + by);
-    const float first = whole.x * whole.y;
-    one.repeat_ratio = ratio * (first > 0 ? min(collected.x * collected.y / first, 1) : 0);
-    one.repeat_step = step;
-}
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#ifndef INSONIFY_ACOUSTICS_ROUGHNESS_HPP
-#define INSONIFY_ACOUSTICS_ROUGHNESS_HPP
-
-
-#include <cfloat>
-#include <concepts>
-
-namespace insonify::inline INSONIFY_ABI {
-
 /// Rms height of a surface of which only the two media are known, metres: the larger `roughness` of the two.
 INSONIFY_FN inline float rms_height(const medium& before, const medium& after) {
     return max(before.roughness, after.roughness);
 }
-/// Rms height of the surface that a wave meets, metres: its own where it is known. Tracers give the roughness of the object
-/// whose surface it is, of higher priority than what it lies in: polished steel in rough muscle stays a mirror.
+/// Rms height of the surface that a wave meets, metres: its own where it is known. Tracers give the roughness of the
+/// object whose surface it is, of higher priority than what it lies in: polished steel in rough muscle stays a mirror.
 INSONIFY_FN inline float rms_height(const incidence& at) {
     return at.roughness < 0 ? rms_height(at.before, at.after) : at.roughness;
 }
 
 namespace detail {
 
-/// Distance at which the diffuse echoes of a rough surface are independent, metres along the line: an eighth of the wavelength
-/// c0 / f0. Convention.
+/// Distance at which the diffuse echoes of a rough surface are independent, metres along the line: an eighth of the
+/// wavelength c0 / f0. Convention.
 INSONIFY_FN constexpr float surface_grain(float frequency) { return display_speed / (8 * frequency); }
 
 } // namespace detail
@@ -10166,1444 +9538,6 @@ struct kirchhoff {
     friend bool operator==(const kirchhoff&, const kirchhoff&) = default;
 };
 
-namespace detail {
-
-/// Power that a diffuse surface scatters per steradian, over incident intensity times area: cos i cos s / pi.
-///
-/// @param cosine_in   of the angle of incidence i, 0 to 1
-/// @param cosine_out  of the angle s between the scattered wave and the normal, 0 to 1
-/// Source: Lambert's law; the integral over the half space is the incident power, cos i.
-INSONIFY_FN constexpr float lambert_lobe(float cosine_in, float cosine_out) { return cosine_in * cosine_out / pi; }
-
-} // namespace detail
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#ifndef INSONIFY_ACOUSTICS_SCATTERERS_CELL_FIELD_HPP
-#define INSONIFY_ACOUSTICS_SCATTERERS_CELL_FIELD_HPP
-
-
-#ifndef INSONIFY_ACOUSTICS_SCATTERERS_CELL_LAYOUT_HPP
-#define INSONIFY_ACOUSTICS_SCATTERERS_CELL_LAYOUT_HPP
-
-
-#ifndef INSONIFY_ACOUSTICS_SCATTERERS_SCATTER_NUMBERS_HPP
-#define INSONIFY_ACOUSTICS_SCATTERERS_SCATTER_NUMBERS_HPP
-
-
-
-/// The contents of the cells of a `cell_field`: complex random numbers of mean power 1, computed from an index.
-namespace insonify::inline INSONIFY_ABI {
-
-namespace detail {
-
-/// One complex number per lane.
-template <int N>
-struct complex_lanes {
-    lanes<N> real{};      ///< real parts
-    lanes<N> imaginary{}; ///< imaginary parts
-};
-
-} // namespace detail
-
-/// Fully developed speckle: many scatterers per resolution cell, whose sum is complex Gaussian and whose envelope is
-/// Rayleigh distributed.
-/// Source: Goodman, Speckle Phenomena in Optics, 2007, chapter 3.
-struct gaussian_numbers {
-    /// @param index  hashes of the cells
-    template <int N>
-    INSONIFY_FN INSONIFY_INLINE detail::complex_lanes<N> operator()(const bit_lanes<N>& index, float, float) const {
-        // Each part is the sum of four uniform 4-bit numbers, with mean 0 and variance 1/2; interpolation and
-        // convolution make the distribution Gaussian. Both sums are computed at once, in the halves of a word.
-        constexpr float scale = 0.076696499F; // sqrt(1/2) / sqrt(4 (16^2 - 1) / 12)
-        constexpr std::uint32_t nibbles = 0x0F0F0F0FU, bytes = 0x00FF00FFU;
-        const bit_lanes<N> bits = mix_lanes<N>(index), pairs = (bits & nibbles) + ((bits >> 4) & nibbles),
-                           sums = (pairs & bytes) + ((pairs >> 8) & bytes);
-        const auto part = [&](const bit_lanes<N>& sum) {
-            return multiply_add(floats_of<N>(sum), lanes<N>(scale), lanes<N>(-30 * scale));
-        };
-        return {part(sums & 0xFFFFU), part(sums >> 16)};
-    }
-
-    friend bool operator==(const gaussian_numbers&, const gaussian_numbers&) = default;
-};
-
-/// Sparse speckle: a Poisson distributed number of scatterers per cell, with normally distributed amplitude and
-/// uniformly distributed phase.
-///
-///     (A_1 exp(j theta_1) + ... + A_n exp(j theta_n)) / sqrt(mean),   n ~ Poisson(mean),   mean = density * volume
-///
-/// density is in 1/m^3, volume that of a cell in m^3; the A are standard normal, so the mean power is 1.
-/// Source: a marked Poisson process; Wagner et al., "Statistics of speckle in ultrasound B-scans", 1983.
-struct poisson_numbers {
-    float density = 20e9F; ///< scatterers per m^3 in media without `scatterer_density`; 20 per mm^3
-
-    /// @throws usage_error  if `density` is out of range
-    void check() const {
-        if (!is_finite(density) || !(density > 0))
-            throw usage_error{
-                "poisson_numbers: `density` must be a finite number above 0; use `no_scatterers` for no speckle"};
-    }
-
-    /// @param index              hashes of the cells
-    /// @param volume             of a cell, m^3
-    /// @param scatterer_density  of the medium, per m^3; 0: `density`
-    template <int N>
-    INSONIFY_FN detail::complex_lanes<N> operator()(const bit_lanes<N>& index, float volume,
-                                                    float scatterer_density) const {
-        const float mean = (scatterer_density > 0 ? scatterer_density : density) * volume;
-        if (mean > 32) return gaussian_numbers{}.operator()<N>(index, volume, scatterer_density); // indistinguishable
-        std::uint32_t each[N];
-        store_bits<N>(index, each);
-        float real[N], imaginary[N];
-        for (int i = 0; i < N; ++i) {
-            const vec2 sum = cell_sum(each[i], mean);
-            real[i] = sum.x;
-            imaginary[i] = sum.y;
-        }
-        return {load<N>(real), load<N>(imaginary)};
-    }
-
-    friend bool operator==(const poisson_numbers&, const poisson_numbers&) = default;
-
-  private:
-    // Sum of the scatterers of one cell; their number by inversion of the cumulative distribution.
-    INSONIFY_FN static vec2 cell_sum(std::uint32_t index, float mean) {
-        const float uniform = static_cast<float>(mix_bits(index) >> 8U) * 0x1p-24F;
-        float probability = std::exp(-mean), cumulative = probability; // of 0 scatterers
-        vec2 sum{0, 0};
-        for (std::uint32_t count = 1; uniform >= cumulative && count < 64; ++count) {
-            const float angle = 2 * pi * static_cast<float>(mix_bits(index + count * 0x632BE5ABU) >> 8U) * 0x1p-24F;
-            sum += hash_normal(index, count).x * vec2{std::cos(angle), std::sin(angle)};
-            probability *= mean / static_cast<float>(count);
-            cumulative += probability;
-        }
-        return sum / std::sqrt(mean);
-    }
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-
-/// The grid of a `cell_field` is fine along the viewing direction and coarse across it. Grids exist for a lattice of
-/// directions; each line uses, slab by slab, a random one of the four around its own. Thus speckle persists while a
-/// probe turns a little, and decorrelates gradually as it turns further.
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Lattice directions lie on the six faces of a cube, an eighth of half an edge apart: 7 degrees in the middle of a
-/// face.
-inline constexpr float view_steps = 8;
-
-/// Probability that two lines at this angle, radians, choose the same direction in a slab. Exact in the middle of a
-/// face; an upper bound towards the edges of the cube, where directions are closer.
-INSONIFY_FN inline float same_view_probability(float angle) { return max(0, 1 - view_steps * std::fabs(angle)); }
-
-/// One of the four lattice directions around `towards`, chosen with bilinear weights: its mean is `towards`.
-/// @param towards  not 0
-/// @param bits     32 random bits
-/// @return         whole numbers from -view_steps to view_steps; for the opposite direction, the opposite
-INSONIFY_FN inline vec3 lattice_direction(vec3 towards, std::uint32_t bits) {
-    const vec3 size = abs(towards);
-    const float scale = view_steps / max(max(size.x, size.y), size.z);
-    const auto rounded = [&](float coordinate, std::uint32_t random) { // the largest is a whole number already
-        const float fraction = (static_cast<float>(random & 0x3FFU) + 0.5F) * 0x1p-10F;
-        return std::copysign(std::floor(std::fabs(coordinate) * scale + fraction), coordinate);
-    };
-    return {rounded(towards.x, bits), rounded(towards.y, bits >> 10U), rounded(towards.z, bits >> 20U)};
-}
-
-/// A number for each lattice direction.
-INSONIFY_FN inline std::uint32_t lattice_index(vec3 direction) {
-    const auto digit = [](float coordinate) {
-        return static_cast<std::uint32_t>(static_cast<std::int32_t>(coordinate) + 64);
-    };
-    return (digit(direction.x) << 16U) + (digit(direction.y) << 8U) + digit(direction.z);
-}
-
-/// Parallel oblique slabs that fill space; the view direction is chosen once for each.
-struct view_slabs {
-    static constexpr float thickness = 2e-3F; ///< metres
-
-    /// Position of a point in slabs; its floor is the index of the slab.
-    INSONIFY_FN static float position(vec3 point) { return dot(point, vec3{0.48F, 0.6F, 0.64F}) / thickness; }
-};
-
-/// A straight segment of a line in the undeformed material.
-struct rest_line {
-    vec3 origin{0, 0, 0};    ///< metres
-    vec3 along{0, 0, 1};     ///< metres of material per metre of the line
-    vec3 elevation{0, 1, 0}; ///< metres of material per metre out of the slice plane
-    vec3 lateral{1, 0, 0};   ///< metres of material per metre across the line in the slice plane
-    vec3 steering{0, 0, 0};  ///< see `line_frame::steering`
-};
-
-/// The normal of the slots of a segment that deformation shears out of the slice plane: slots lie in wave fronts there, since
-/// no other lines show how echoes change out of the plane, and their phase must follow what moves in that direction.
-/// @param normal  along the line, of tissue that is not sheared
-/// @return        no more than 60 degrees from it, so that the line traverses the slots
-INSONIFY_FN inline vec3 sheared_normal(vec3 normal, vec3 elevation) {
-    const float size = dot(elevation, elevation);
-    const vec3 sheared = size > 0 ? normal - (dot(normal, elevation) / size) * elevation : normal;
-    if (4 * dot(sheared, sheared) >= dot(normal, normal)) return sheared;
-    constexpr float steepest = 1.732F; // tan 60 degrees
-    const vec3 forward = normalize(normal), aside = sheared - dot(sheared, forward) * forward;
-    return dot(aside, aside) > 0 ? forward + steepest * normalize(aside) : forward;
-}
-
-/// The slots and cells that one segment of a line traverses.
-struct cell_layout {
-    double slot = 0;             ///< at the origin of the segment
-    double slots_per_metre = 1;  ///< of the line
-    vec2 across{0, 0};           ///< position of the origin in the slice plane and out of it, in cells
-    vec2 across_per_slot{0, 0};  ///< its change from slot to slot, in cells
-    std::uint32_t key = 0;       ///< hash of seed, object and layout direction
-    float volume = 0;            ///< of a cell, m^3
-    float scatterer_density = 0; ///< of the medium, per m^3
-    vec2 slope{0, 0};            ///< see `scatterer_run`
-    float level = 1;             ///< root of the slots' length along the segment over their spacing
-    /// Phase over the height of a cell: rms over the slots, turns, at the origin; and its change from slot to slot.
-    vec2 turns{0, 0};
-
-    /// Sets `turns` for a segment that begins at a distance along the line, metres.
-    INSONIFY_FN void set_phase_spread(const material_line& line, float begin) {
-        constexpr float ahead = 2e-3F;
-        const float first = line.phase_spread(begin), last = line.phase_spread(begin + ahead);
-        const auto per_slot = static_cast<float>(1 / (static_cast<double>(ahead) * slots_per_metre));
-        turns = vec2{first, (last - first) * per_slot} * (line.height / (2 * pi));
-    }
-
-    /// Values of N consecutive slots, interpolated between the four cells around the line: linearly out of the slice plane,
-    /// and in it linearly too, or so that the field has the spectrum of white noise, as far as a beam can tell.
-    /// @tparam Linear     whether linearly
-    /// @param first_slot  index of the first slot
-    /// @param offset      slots from the origin to the centre of each
-    /// @param numbers     the contents of the cells, such as `gaussian_numbers`
-    template <int N, bool Linear = false, class Numbers>
-    INSONIFY_FN INSONIFY_INLINE detail::complex_lanes<N> values(std::uint32_t first_slot, const lanes<N>& offset,
-                                                                const Numbers& numbers) const {
-        using floats = lanes<N>;
-        using bits = bit_lanes<N>;
-        constexpr std::uint32_t next_column = 0x85EBCA6BU, next_row = 0xC2B2AE35U;
-        // Its upper and its lower half displace the cells of each slot. From slot to slot the upper one grows by the golden
-        // section, so that the few slots of a pulse cut cells in places that are spread evenly.
-        const bits slot_hash = steps_of_bits<N>(key + first_slot * 0x9E3779B9U, 0x9E3779B9U);
-        const floats one(1.0F), to_cells(0x1p-16F);
-        const floats x =
-            floats(across.x) + offset * floats(across_per_slot.x) + floats_of<N>(slot_hash >> 16) * to_cells;
-        const floats y =
-            floats(across.y) + offset * floats(across_per_slot.y) + floats_of<N>(slot_hash & 0xFFFFU) * to_cells;
-        const bits column = floor_bits<N>(x), row = floor_bits<N>(y);
-        const floats past_column = x - floats_of<N>(column), upper = y - floats_of<N>(row), lower = one - upper;
-        const floats left = lateral_weight<N, Linear>(past_column),
-                     right = lateral_weight<N, Linear>(one - past_column);
-        const bits index = slot_hash + column * next_column + row * next_row + 0x51ED270BU;
-        const detail::complex_lanes<N> a = numbers.template operator()<N>(index, volume, scatterer_density),
-                                       b = numbers.template operator()<N>(index + next_column, volume,
-                                                                          scatterer_density),
-                                       c = numbers.template operator()<N>(index + next_row, volume, scatterer_density),
-                                       d = numbers.template operator()<N>(index + (next_column + next_row), volume,
-                                                                          scatterer_density);
-        const floats scale = (Linear ? unit_power_scale<N>(past_column) : floats(level)) * unit_power_scale<N>(upper);
-        const auto row_of = [&](const detail::complex_lanes<N>& at_left, const detail::complex_lanes<N>& at_right,
-                                const floats& weight) {
-            return detail::complex_lanes<N>{weight * (left * at_left.real + right * at_right.real),
-                                            weight * (left * at_left.imaginary + right * at_right.imaginary)};
-        };
-        detail::complex_lanes<N> one_row = row_of(a, b, lower), next = row_of(c, d, upper);
-        if (!Linear && (turns.x != 0 || turns.y != 0)) {
-            // Phases of rms 1 whose mean of cos(q x) is exp(-x^2 / 2) within 0.02: a normal distribution's, from uniform numbers.
-            const floats uniform = floats_of<N>(slot_hash >> 16) * floats(0x1p-15F) - one, squared = uniform * uniform;
-            const floats spread = max(floats(turns.x) + offset * floats(turns.y), floats(0.0F)) * uniform *
-                                  polynomial<N>(squared * squared, 1.11F, 1.2243671F);
-            one_row = turned<N>(one_row, upper * spread);
-            next = turned<N>(next, floats(0.0F) - lower * spread);
-        }
-        return {(one_row.real + next.real) * scale, (one_row.imaginary + next.imaginary) * scale};
-    }
-
-  private:
-    // Keeps the power of linear interpolation: 1 / sqrt(w^2 + (1 - w)^2) = sqrt(2 / (1 + u)), u = (2 w - 1)^2, as a
-    // polynomial in u within 1e-4.
-    template <int N>
-    INSONIFY_FN INSONIFY_INLINE static lanes<N> unit_power_scale(const lanes<N>& weight) {
-        const lanes<N> twice = weight + weight - lanes<N>(1.0F);
-        return polynomial<N>(twice * twice, 0.070276911F, -0.26038293F, 0.47710252F, -0.70102729F, 1.4140941F);
-    }
-
-    // A number times exp(2 pi j turns), by the half angle within a quarter turn, to 5e-5.
-    template <int N>
-    INSONIFY_FN INSONIFY_INLINE static detail::complex_lanes<N> turned(const detail::complex_lanes<N>& value,
-                                                                       const lanes<N>& turns) {
-        const lanes<N> part = turns - floats_of<N>(floor_bits<N>(turns + lanes<N>(0.5F))), squared = part * part;
-        const lanes<N> sine =
-                           part * polynomial<N>(squared, 0.0821459F, -0.5992645F, 2.5501640F, -5.1677128F, 3.1415927F),
-                       cosine = polynomial<N>(squared, 0.2353306F, -1.3352628F, 4.0587121F, -4.9348022F, 1.0F);
-        const lanes<N> x = cosine * cosine - sine * sine, y = (sine + sine) * cosine;
-        return {value.real * x - value.imaginary * y, value.real * y + value.imaginary * x};
-    }
-
-    // Weight of a cell at a lateral distance of 0 to 1 cells from its centre: 1.26 (1 - d^2) (1 - 7/3 d^2), of mean power 1
-    // and without a second moment. Positive weights would smooth the field, and speckle would be wider than the beam.
-    template <int N, bool Linear>
-    INSONIFY_FN INSONIFY_INLINE static lanes<N> lateral_weight(const lanes<N>& distance) {
-        if constexpr (Linear) return lanes<N>(1.0F) - distance;
-        const lanes<N> squared = distance * distance;
-        return polynomial<N>(squared, 2.9348392F, -4.1926275F, 1.2577882F);
-    }
-};
-
-/// The layout of cells for one segment of a line in one slab.
-/// @param cell     size of a cell in the slice plane, metres; out of it, it is as high as the line's tissue
-/// @param spacing  length of a slot, metres
-INSONIFY_FN inline cell_layout make_cell_layout(std::uint32_t seed, float cell, const material_line& line,
-                                                const rest_line& segment, double slab, float spacing) {
-    const std::uint32_t object_hash =
-        mix_bits(seed * 0x9E3779B9U + line.object + line.plane * 0x85EBCA6BU + line.frame_number * 0xC2B2AE35U);
-    const auto slab_index = static_cast<std::uint32_t>(static_cast<std::int64_t>(slab));
-    const std::uint32_t random = mix_bits(object_hash + slab_index * 0x9E3779B9U);
-    // The axes of the grid: along the line and along its elevation, whose sign does not matter. Steered lines
-    // use the grid of straight ones, so that the looks of a compounded image see the same scatterers.
-    const vec3 along = segment.along - line.tilt * segment.elevation - segment.steering,
-               normal = line.displacement != nullptr ? sheared_normal(along, segment.elevation) : along;
-    const vec3 towards = lattice_direction(normal, random), view = normalize(towards);
-    const vec3 chosen = lattice_direction(segment.elevation, mix_bits(random + 1));
-    const bool down = chosen.x != 0 ? chosen.x < 0 : chosen.y != 0 ? chosen.y < 0 : chosen.z < 0;
-    const vec3 upwards = down ? -chosen : chosen;
-    const vec3 upright = upwards - dot(upwards, view) * view;
-    const vec3 up = dot(upright, upright) > 1 ? normalize(upright) : orthonormal_basis{view}.second;
-    const vec3 right = cross(up, view);
-    const vec2 to_cells{1 / cell, 1 / (line.height > 0 ? line.height : cell)};
-    const float advance = dot(segment.along, view);
-    cell_layout cells;
-    cells.slot = static_cast<double>(dot(segment.origin, view)) / spacing;
-    cells.slots_per_metre = static_cast<double>(advance) / spacing;
-    cells.across = vec2{dot(segment.origin, right), dot(segment.origin, up)} * to_cells;
-    cells.across_per_slot = vec2{dot(segment.along, right), dot(segment.along, up)} * to_cells * (spacing / advance);
-    cells.key = mix_bits(mix_bits(object_hash ^ lattice_index(towards)) ^ lattice_index(upwards));
-    cells.volume = spacing / (to_cells.x * to_cells.y);
-    cells.scatterer_density = line.scatterer_density;
-    cells.level = std::sqrt(length(segment.along) / advance);
-    cells.slope = vec2{dot(segment.lateral, view), dot(segment.elevation, view)} / -advance;
-    return cells;
-}
-
-/// The point itself, or the origin for points so far away (about 100 km) that floats do not resolve the cells, or that
-/// integers do not count the slots.
-INSONIFY_FN inline vec3 resolvable(vec3 point, float cell, float spacing) {
-    const vec3 size = abs(point);
-    const float max_coordinate = min(0x1p29F * min(cell, 1e-3F), 0x1p50F * spacing);
-    return size.x < max_coordinate && size.y < max_coordinate && size.z < max_coordinate ? point : vec3{0, 0, 0};
-}
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#ifndef INSONIFY_TISSUE_SHEATH_GAINS_HPP
-#define INSONIFY_TISSUE_SHEATH_GAINS_HPP
-
-
-#ifndef INSONIFY_TISSUE_STRUCTURE_GAINS_HPP
-#define INSONIFY_TISSUE_STRUCTURE_GAINS_HPP
-
-
-#ifndef INSONIFY_TISSUE_SHEET_CROSSINGS_HPP
-#define INSONIFY_TISSUE_SHEET_CROSSINGS_HPP
-
-
-#include <cstdint>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Linear interpolation between values at whole numbers, for a register full of places at equal steps. Within the register the
-/// slope changes at each whole number.
-/// @param count  of values, at least 2; before the first one and behind the last one the slope is that beside it
-/// @param first  of the places
-INSONIFY_FN INSONIFY_INLINE lanes<max_simd_width> interpolate(const float* values, std::uint32_t count, float first,
-                                                              float step) {
-    using floats = lanes<max_simd_width>;
-    const auto whole = static_cast<std::uint32_t>(max(first, 0));
-    const std::uint32_t before = whole + 2 < count ? whole : count - 2;
-    const float part = first - static_cast<float>(before);
-    const float* const at = values + before;
-    const floats away = floats_of<max_simd_width>(steps_of_bits<max_simd_width>(0, 1)) * floats(step) + floats(part);
-    floats sum = multiply_add(away, floats(at[1] - at[0]), floats(at[0]));
-    for (std::uint32_t i = 1; static_cast<float>(i) < 1 + (max_simd_width - 1) * step && before + i + 1 < count; ++i)
-        sum = multiply_add(max(away - floats(static_cast<float>(i)), floats(0.0F)),
-                           floats(at[i + 1] - 2 * at[i] + at[i - 1]), sum);
-    return sum;
-}
-
-/// A quantity that varies slowly along a line: its values at nodes, linear in between. Nodes lie at whole multiples of their
-/// distance in the material, so that neighbouring segments and lines share them.
-class line_nodes {
-  public:
-    /// Evaluates a field, lanes(lanes distances), between two distances along the line, metres.
-    /// @param apart   distance of the nodes, metres; more where they would be too many
-    /// @param origin  of the distances in the material, metres
-    template <class Field>
-    INSONIFY_FN void evaluate(float from, float to, float apart, float origin, const Field& field) {
-        step_ = max(apart, (to - from) / (max_count - 3));
-        first_ = std::floor((origin + from) / step_) * step_ - origin;
-        count_ = static_cast<std::uint32_t>(clamp((to - first_) / step_, 0, max_count - 3)) + 2;
-        for (std::uint32_t i = 0; i < count_; i += max_simd_width)
-            store(field(lanes<max_simd_width>(first_) +
-                        floats_of<max_simd_width>(steps_of_bits<max_simd_width>(i, 1)) * lanes<max_simd_width>(step_)),
-                  value_ + i);
-    }
-
-    /// The values at a register full of distances at equal steps, metres.
-    INSONIFY_FN INSONIFY_INLINE lanes<max_simd_width> at(float distance, float step) const {
-        return interpolate(value_, count_, min((distance - first_) / step_, static_cast<float>(count_ - 1)),
-                           step / step_);
-    }
-
-    /// A linear function of the distance.
-    struct linear {
-        float first = 0; ///< at distance 0
-        float step = 0;  ///< per metre
-    };
-    /// Calls visit(begin, end, values) for every piece of a part of the line on which the quantity is linear.
-    template <class Visit>
-    INSONIFY_FN void for_each_piece(float from, float to, const Visit& visit) const {
-        for (std::uint32_t i = 0; i + 1 < count_; ++i) {
-            const float node = first_ + static_cast<float>(i) * step_;
-            const float begin = i == 0 ? from : max(node, from), end = i + 2 == count_ ? to : min(node + step_, to);
-            if (!(begin < end)) continue;
-            const float slope = (value_[i + 1] - value_[i]) / step_;
-            visit(begin, end, linear{value_[i] - slope * node, slope});
-        }
-    }
-
-  private:
-    static constexpr std::uint32_t max_count = 72;
-
-    float first_ = 0, step_ = 1; // metres
-    std::uint32_t count_ = 0;
-    float value_[max_count + max_simd_width];
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-/// Parts of a line, a register at a time: see `sheet_crossings`.
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Metres along a line.
-struct line_interval {
-    float begin = 0, end = 0;
-};
-
-/// Values that are linear along a line, one in each lane.
-struct linear_lanes {
-    using floats = lanes<max_simd_width>;
-    floats first, step;
-
-    INSONIFY_FN INSONIFY_INLINE floats at(const floats& distance) const { return multiply_add(distance, step, first); }
-    /// Shortens an interval to its part where least <= value < most; never beyond its ends.
-    INSONIFY_FN INSONIFY_INLINE void clip(const floats& smallest, const floats& largest, floats& begin,
-                                          floats& end) const {
-        const floats size = max(abs(step), floats(1e-3F)), // no select: compilers divide on both sides of it
-            per_step = select(step < floats(0.0F), floats(-1.0F), floats(1.0F)) / size;
-        const floats a = (smallest - first) * per_step, b = (largest - first) * per_step;
-        const floats from = min(max(begin, min(a, b)), end);
-        end = max(min(end, max(a, b)), begin);
-        begin = from;
-    }
-};
-
-/// Parts of the line within one layer of cells, or one row.
-struct part_list {
-    static constexpr std::uint32_t room = 64;
-    float begin[room], end[room], wave[room], wave_step[room], layer[room], row[room];
-    std::uint32_t of_layer[room]; // random bits
-    std::uint32_t count = 0;
-
-    INSONIFY_FN bool full() const { return count == room; }
-    INSONIFY_FN void push(line_interval within, const line_nodes::linear& displaced, float in_layer, float in_row,
-                          std::uint32_t random) {
-        begin[count] = within.begin;
-        end[count] = within.end;
-        wave[count] = displaced.first;
-        wave_step[count] = displaced.step;
-        layer[count] = in_layer;
-        row[count] = in_row;
-        of_layer[count++] = random;
-    }
-};
-
-/// A register full of a list. Behind its end all is 0, so that parts are empty.
-struct part_lanes {
-    using floats = lanes<max_simd_width>;
-    floats begin, end, layer, row;
-    linear_lanes wave;
-    INSONIFY_FN INSONIFY_INLINE part_lanes(const part_list& of, std::uint32_t i) {
-        const auto listed =
-            floats_of<max_simd_width>(steps_of_bits<max_simd_width>(i, 1)) < floats(static_cast<float>(of.count));
-        const auto at = [&](const float* list) { return select(listed, load<max_simd_width>(list + i), floats(0.0F)); };
-        begin = at(of.begin);
-        end = at(of.end);
-        layer = at(of.layer);
-        row = at(of.row);
-        wave = {at(of.wave), at(of.wave_step)};
-    }
-};
-
-/// Fraction 0 to 1 of some of the bits.
-INSONIFY_FN INSONIFY_INLINE lanes<max_simd_width> fraction_of_bits(const bit_lanes<max_simd_width>& random,
-                                                                   std::uint32_t shift, std::uint32_t count) {
-    return floats_of<max_simd_width>((random >> static_cast<int>(shift)) & ((1U << count) - 1)) *
-           lanes<max_simd_width>(1 / static_cast<float>((1U << count) - 1));
-}
-
-/// Points at equal steps of a line, and their gains.
-struct gain_points {
-    float first = 0;         ///< metres
-    float spacing = 1;       ///< metres
-    std::uint32_t count = 0; ///< of points
-    float* gain = nullptr;   ///< with room for a register behind the last
-
-    INSONIFY_FN float distance(std::uint32_t i) const { return first + static_cast<float>(i) * spacing; }
-    INSONIFY_FN float last() const { return distance(count - 1); }
-    INSONIFY_FN INSONIFY_INLINE lanes<max_simd_width> distances(std::uint32_t i) const {
-        return lanes<max_simd_width>(first) +
-               floats_of<max_simd_width>(steps_of_bits<max_simd_width>(i, 1)) * lanes<max_simd_width>(spacing);
-    }
-};
-
-/// One lattice of sheets along a segment of a line. Most points of a line are outside every sheet, so the cells that the line
-/// passes are listed, layer by layer and row by row, and only the points inside their sheets are evaluated.
-class sheet_crossings {
-  public:
-    /// @param of, all, k   the layer of sheets, and the number of the lattice
-    /// @param origin, along, propagation, key  as those of `structure_gains`
-    /// @param lobe         see `lobe_of`
-    INSONIFY_FN sheet_crossings(const structure::sheet_layer& of, const placed_structure::sheets& all, std::uint32_t k,
-                                vec3 origin, vec3 along, vec3 propagation, std::uint32_t key, float lobe)
-        : of_{of}, cell_{all.lattices[k].cell}, aside_{all.lattices[k].aside}, key_{all.lattices[k].key ^ key},
-          facing_y_{dot(all.lattices[k].axes[1], propagation)}, facing_z_{dot(all.lattices[k].axes[2], propagation)},
-          per_lobe_{1 / (lobe * lobe)}, diffuse_{all.diffuse} {
-        const mat3& cells = all.lattices[k].cells;
-        for (int i = 0; i < 3; ++i) place_[i] = {dot(cells[i], origin), dot(cells[i], along)};
-        place_[2].first += static_cast<float>(key_ & 0xFFFFU) * 0x1p-16F; // of each object by itself
-    }
-
-    /// Adds the amplitudes of the sheets.
-    /// @param waves  displacement of the sheets along z of the structure, metres
-    INSONIFY_FN void add(const line_nodes& waves, const gain_points& points) const {
-        part_list layers, rows;
-        waves.for_each_piece(points.first, points.last() + 1e-3F * points.spacing,
-                             [&](float begin, float end, const linear& wave) {
-                                 const linear z = displaced(2, wave);
-                                 const float per_step = (z.step < 0 ? -1.0F : 1.0F) / max(std::fabs(z.step), 1e-3F);
-                                 for_each_cell(z.first + begin * z.step, z.first + end * z.step, [&](float layer) {
-                                     if (layers.full()) enter_rows(layers, rows, points);
-                                     const interval within = passage(z, per_step, layer, {begin, end});
-                                     if (within.begin < within.end) layers.push(within, wave, layer, 0, 0);
-                                 });
-                             });
-        enter_rows(layers, rows, points);
-        enter_cells(rows, points);
-    }
-
-  private:
-    using floats = lanes<max_simd_width>;
-    using bits = bit_lanes<max_simd_width>;
-    using linear = line_nodes::linear;
-    using interval = line_interval;
-    static constexpr std::uint32_t max_cells = 256; // along one axis; of more, that many
-
-    // A coordinate in cells where the lattice is displaced.
-    INSONIFY_FN linear displaced(int axis, const linear& wave) const {
-        return {place_[axis].first + aside_[axis] * wave.first, place_[axis].step + aside_[axis] * wave.step};
-    }
-    INSONIFY_FN INSONIFY_INLINE linear_lanes displaced(int axis, const linear_lanes& wave) const {
-        const floats aside(aside_[axis]);
-        return {multiply_add(aside, wave.first, floats(place_[axis].first)),
-                multiply_add(aside, wave.step, floats(place_[axis].step))};
-    }
-    // The part of an interval where a coordinate is in a cell; `per_step` is one over its change per metre, which is at least
-    // 1e-3.
-    INSONIFY_FN static interval passage(const linear& coordinate, float per_step, float cell, interval within) {
-        const float a = (cell - coordinate.first) * per_step, b = (cell + 1 - coordinate.first) * per_step;
-        return {max(within.begin, min(a, b)), min(within.end, max(a, b))};
-    }
-    template <class Visit>
-    INSONIFY_FN static void for_each_cell(float from, float to, const Visit& visit) {
-        const float first = std::floor(min(from, to)), others = std::floor(max(from, to)) - first;
-        if (!is_finite(others)) return;
-        const float step = 1 + std::floor(others * (1.0F / max_cells));
-        for (std::uint32_t i = 0; static_cast<float>(i) * step <= others; ++i)
-            visit(first + static_cast<float>(i) * step);
-    }
-
-    // Rows within a layer are shifted at random.
-    INSONIFY_FN void enter_rows(part_list& layers, part_list& rows, const gain_points& points) const {
-        for (std::uint32_t i = 0; i < layers.count; i += max_simd_width) {
-            const part_lanes part{layers, i};
-            const bits random =
-                mix_lanes<max_simd_width>(bits_of_whole<max_simd_width>(part.layer) * 0xC2B2AE35U + key_);
-            const linear_lanes y = displaced(1, part.wave);
-            const floats shift = fraction_of_bits(random, 0, 16);
-            float from[max_simd_width], to[max_simd_width];
-            std::uint32_t of_layer[max_simd_width];
-            store(y.at(part.begin) + shift, from);
-            store(y.at(part.end) + shift, to);
-            store_bits<max_simd_width>(random, of_layer);
-            for (std::uint32_t k = i; k < i + max_simd_width && k < layers.count; ++k)
-                for_each_cell(from[k - i], to[k - i], [&](float row) {
-                    if (rows.full()) enter_cells(rows, points);
-                    rows.push({layers.begin[k], layers.end[k]}, {layers.wave[k], layers.wave_step[k]}, layers.layer[k],
-                              row, of_layer[k - i]);
-                });
-        }
-        layers.count = 0;
-    }
-
-    // Cells within a row are shifted too.
-    INSONIFY_FN void enter_cells(part_list& rows, const gain_points& points) const {
-        for (std::uint32_t i = 0; i < rows.count; i += max_simd_width) {
-            const part_lanes part{rows, i};
-            const bits of_layer = load_bits<max_simd_width>(rows.of_layer + i);
-            cell_lanes in{{}, displaced(1, part.wave), displaced(2, part.wave), part.begin, part.end};
-            in.y.first = in.y.first + fraction_of_bits(of_layer, 0, 16) - part.row;
-            in.y.clip(floats(0.0F), floats(1.0F), in.begin, in.end);
-            in.z.first = in.z.first - part.layer;
-            const bits column =
-                mix_lanes<max_simd_width>(bits_of_whole<max_simd_width>(part.row) * 0x85EBCA6BU + of_layer);
-            linear_lanes x = displaced(0, part.wave);
-            x.first = x.first + fraction_of_bits(column, 0, 16);
-            const floats from = x.at(in.begin), to = x.at(in.end), lowest = min(from, to), highest = max(from, to);
-            const auto passed = in.begin < in.end;
-            bits number = floor_bits<max_simd_width>(lowest);
-            for (std::uint32_t tries = 0; tries < max_cells; ++tries, number = number + 1U) {
-                const auto entered = passed && floats_of<max_simd_width>(number) <= highest;
-                if (bits_of(entered) == 0) break;
-                const bits random = mix_lanes<max_simd_width>(column + number * 0x9E3779B9U);
-                const auto holds_sheet = entered && fraction_of_bits(random, 0, 8) < floats(of_.fill);
-                if (bits_of(holds_sheet) == 0) continue;
-                in.x = {x.first - floats_of<max_simd_width>(number), x.step};
-                cross(in, random, holds_sheet, points);
-            }
-        }
-        rows.count = 0;
-    }
-
-    // The line in cells: coordinates from their first corners, and where it passes them.
-    struct cell_lanes {
-        linear_lanes x, y, z;
-        floats begin, end;
-    };
-
-    // Size, angle and place of the sheet in each cell, within which it stays, and the part of the line inside it. Its profile
-    // ends at four standard deviations.
-    INSONIFY_FN void cross(const cell_lanes& in, const bits& a, const lane_mask<max_simd_width>& holds_sheet,
-                           const gain_points& points) const {
-        const floats one(1.0F), half(0.5F);
-        const bits b = mix_lanes<max_simd_width>(a + 0x51ED270BU);
-        const floats half_length =
-            floats(0.375F) * multiply_add(fraction_of_bits(a, 8, 8), floats(0.55F), floats(0.45F));
-        const floats half_width =
-            floats(0.4F * cell_.y) * multiply_add(fraction_of_bits(a, 16, 8), floats(0.4F), floats(0.6F));
-        const floats angle = (fraction_of_bits(b, 14, 8) - half) * floats(2 * of_.turn), squared = angle * angle;
-        const floats sine =
-            angle * polynomial<max_simd_width>(squared, -1.9841270e-4F, 8.3333333e-3F, -0.16666667F, 1.0F);
-        const floats cosine =
-            polynomial<max_simd_width>(squared, 2.4801587e-5F, -1.3888889e-3F, 4.1666667e-2F, -0.5F, 1.0F);
-        const auto from_centre = [&](const linear_lanes& at, const floats& extent, const floats& random,
-                                     const floats& unit) -> linear_lanes {
-            const floats e = min(extent, half);
-            return {(at.first - multiply_add(one - (e + e), random, e)) * unit, at.step * unit};
-        };
-        const floats margin(1.5F * of_.thickness); // so that little of the profile is cut off at the sides of the cell
-        const floats wide = half_width * cosine + margin * abs(sine), high = half_width * abs(sine) + margin * cosine;
-        const linear_lanes x = from_centre(in.x, half_length, fraction_of_bits(a, 24, 8), one / half_length),
-                           y = from_centre(in.y, wide * floats(1 / cell_.y), fraction_of_bits(b, 0, 7),
-                                           floats(cell_.y)),
-                           z = from_centre(in.z, high * floats(1 / cell_.z), fraction_of_bits(b, 7, 7),
-                                           floats(cell_.z));
-        const floats per_width = one / half_width, thicknesses(1 / of_.thickness);
-        const linear_lanes across{(y.first * sine + z.first * cosine) * thicknesses,
-                                  (y.step * sine + z.step * cosine) * thicknesses},
-            within{(y.first * cosine - z.first * sine) * per_width, (y.step * cosine - z.step * sine) * per_width};
-        floats begin = in.begin, end = in.end;
-        across.clip(floats(-4.0F), floats(4.0F), begin, end);
-        within.clip(-one, one, begin, end);
-        x.clip(-one, one, begin, end);
-        const floats per_point(1 / points.spacing);
-        const bits first = floor_bits<max_simd_width>((floats(points.first) - begin) * per_point), // less than 0
-            last = floor_bits<max_simd_width>((end - floats(points.first)) * per_point);
-        std::uint32_t met =
-            bits_of(holds_sheet && begin < end && -floats_of<max_simd_width>(first) <= floats_of<max_simd_width>(last));
-        if (met == 0) return;
-
-        const floats steps = floats_of<max_simd_width>(((b >> 22) & 31U) + (b >> 27)); // a sum of two, each 0 to 31
-        const floats level_number =
-            multiply_add(steps, floats(max_level_number / 32), floats(-max_level_number * 31 / 32));
-        const floats level = multiply_add(level_number, floats(bits_per_decibel * of_.spread_db),
-                                          floats(bits_per_decibel * of_.level_db));
-        const floats facing = sine * floats(facing_y_) + cosine * floats(facing_z_);
-        const floats turned = (facing * facing - one) * floats(per_lobe_);
-        const floats echo = multiply_add(power_of_two<max_simd_width>(turned), floats(1 - diffuse_), floats(diffuse_));
-
-        std::uint32_t from[max_simd_width], to[max_simd_width];
-        store_bits<max_simd_width>(-first, from);
-        store_bits<max_simd_width>(last, to);
-        float sheet[7][max_simd_width];
-        store(across.first, sheet[0]);
-        store(across.step, sheet[1]);
-        store(within.first, sheet[2]);
-        store(within.step, sheet[3]);
-        store(x.first, sheet[4]);
-        store(x.step, sheet[5]);
-        store(power_of_two<max_simd_width>(level) * echo, sheet[6]);
-        for (std::uint32_t k = 0; met != 0; ++k, met >>= 1) {
-            if ((met & 1U) == 0) continue;
-            const auto at = [&](int which, const floats& distance) {
-                return multiply_add(distance, floats(sheet[which + 1][k]), floats(sheet[which][k]));
-            };
-            const floats amplitude(sheet[6][k]), zero(0.0F), end_point(static_cast<float>(to[k]) + 0.5F);
-            for (std::uint32_t i = from[k]; i <= to[k] && i < points.count; i += max_simd_width) {
-                const floats distance = points.distances(i), offset = at(0, distance), w = at(2, distance),
-                             l = at(4, distance);
-                const floats outline = max(one - l * l, zero) * max(one - w * w, zero);
-                const floats here =
-                    power_of_two<max_simd_width>(offset * offset * floats(-0.72134752F)) * sqrt(outline) * amplitude;
-                const auto inside = floats_of<max_simd_width>(steps_of_bits<max_simd_width>(i, 1)) < end_point;
-                store(load<max_simd_width>(points.gain + i) + select(inside, here, zero), points.gain + i);
-            }
-        }
-    }
-
-    const structure::sheet_layer& of_;
-    vec3 cell_, aside_;
-    linear place_[3]; // coordinates in cells
-    std::uint32_t key_;
-    float facing_y_, facing_z_; // components of the direction of propagation
-    float per_lobe_, diffuse_;
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Value noise: random numbers at the points of the unit lattice, and cubic interpolation between them. Mean 0, variance 1,
-/// approximately normally distributed.
-/// Source: lattice value noise, Perlin & Hoffert 1989.
-template <int N>
-INSONIFY_FN INSONIFY_INLINE lanes<N> value_noise(std::uint32_t key, const lanes<N>& x, const lanes<N>& y,
-                                                 const lanes<N>& z) {
-    using floats = lanes<N>;
-    using bits = bit_lanes<N>;
-    constexpr std::uint32_t next_x = 0x9E3779B9U, next_y = 0x85EBCA6BU, next_z = 0xC2B2AE35U;
-    const bits column = floor_bits<N>(x), row = floor_bits<N>(y), layer = floor_bits<N>(z);
-    const auto smooth = [](const floats& t) { return t * t * (floats(3.0F) - (t + t)); };
-    const floats right = smooth(x - floats_of<N>(column)), down = smooth(y - floats_of<N>(row)),
-                 back = smooth(z - floats_of<N>(layer));
-    const bits first = column * next_x + row * next_y + layer * next_z + key;
-    const auto corner = [&](std::uint32_t offset) {
-        constexpr std::uint32_t bytes = 0x00FF00FFU;
-        const bits random = mix_lanes<N>(first + offset), pairs = (random & bytes) + ((random >> 8) & bytes);
-        return floats_of<N>((pairs & 0xFFFFU) + (pairs >> 16)); // the sum of four bytes
-    };
-    const auto between = [](const floats& a, const floats& b, const floats& part) {
-        return multiply_add(part, b - a, a);
-    };
-    const auto side = [&](std::uint32_t offset) {
-        return between(between(corner(offset), corner(offset + next_x), right),
-                       between(corner(offset + next_y), corner(offset + next_y + next_x), right), down);
-    };
-    // The variance of four bytes, and the mean of the squared weights over the cell: 0.743^3.
-    constexpr float deviation = 147.8F * 0.6403F;
-    return (between(side(0), side(next_z), back) - floats(510.0F)) * floats(1 / deviation);
-}
-
-/// Distance of points between which the gains of a structure are as good as linear, metres: less than the thickness of sheets.
-INSONIFY_FN inline float gain_spacing(const structure& of) {
-    float smallest = 0.16e-3F;
-    for (const structure::sheet_layer* layer : {&of.sheets, &of.septa})
-        if (layer->fill > 0) smallest = min(smallest, layer->thickness);
-    return 0.85F * max(smallest, 0.03e-3F);
-}
-
-/// Factors on the amplitude of speckle along a straight segment of a line in an object: see `structure`. Not normalised:
-/// `placed_structure::rms` is their rms value.
-class structure_gains {
-  public:
-    /// @param origin, along  of the segment: metres, and metres of material per metre of the line
-    /// @param propagation    of sound, length 1
-    /// @param fnumber        of the receiving aperture
-    /// @param key            of the object
-    INSONIFY_FN structure_gains(const placed_structure& tissue, vec3 origin, vec3 along, vec3 propagation,
-                                float fnumber, std::uint32_t key)
-        : tissue_{tissue}, origin_{origin}, along_{along}, propagation_{propagation}, fnumber_{fnumber}, key_{key} {}
-
-    /// Distance of the origin of the segment in the material, metres along the line.
-    INSONIFY_FN float origin() const { return dot(origin_, along_) / dot(along_, along_); }
-
-    /// See `gain_spacing`.
-    INSONIFY_FN float point_spacing() const { return gain_spacing(tissue_.of); }
-    /// Computes the gains at points. Those at distances are metres from the origin of the segment.
-    INSONIFY_FN void compute(const gain_points& points) const {
-        const structure& of = tissue_.of;
-        const auto evaluate = [&](line_nodes& nodes, float apart, const auto& field) {
-            nodes.evaluate(points.first, points.last(), max(apart, 4 * points.spacing), origin(), field);
-        };
-        line_nodes mottling, grain, waves;
-        const auto vary = [&](line_nodes& nodes, const structure::variation& v, std::uint32_t number) {
-            if (v.deviation_db == 0) return;
-            evaluate(nodes, 0.5F * shortest(v.size), [&](const floats& distance) {
-                return power_of_two<max_simd_width>(noise(v.size, number, distance) *
-                                                    floats(bits_per_decibel * v.deviation_db));
-            });
-        };
-        vary(mottling, of.mottling, 1);
-        vary(grain, of.grain, 2);
-        evaluate(waves, of.wave > 0 ? 0.5F * of.wave_length : 1.0F, [&](const floats& distance) {
-            return of.wave > 0 ? noise(of.wave_length * vec3{1, 0.6F, 0.6F}, 3, distance) * floats(of.wave)
-                               : floats(0.0F);
-        });
-        for (std::uint32_t i = 0; i < points.count; i += max_simd_width) {
-            const float here = points.distance(i);
-            floats between = of.grain.deviation_db == 0 ? floats(1.0F) : grain.at(here, points.spacing);
-            if (of.bundles.spacing > 0)
-                between = between * bundles(points.distances(i), waves.at(here, points.spacing));
-            store(between, points.gain + i);
-        }
-        add_sheets(of.sheets, tissue_.layers[0], waves, points);
-        add_sheets(of.septa, tissue_.layers[1], waves, points);
-        if (of.mottling.deviation_db == 0) return;
-        for (std::uint32_t i = 0; i < points.count; i += max_simd_width)
-            store(load<max_simd_width>(points.gain + i) * mottling.at(points.distance(i), points.spacing),
-                  points.gain + i);
-    }
-
-  private:
-    using floats = lanes<max_simd_width>;
-    using bits = bit_lanes<max_simd_width>;
-
-    INSONIFY_FN void add_sheets(const structure::sheet_layer& of, const placed_structure::sheets& all,
-                                const line_nodes& waves, const gain_points& points) const {
-        if (all.count == 0) return;
-        const float lobe = lobe_of(of.waviness, fnumber_);
-        for (std::uint32_t k = 0; k < all.count; ++k)
-            sheet_crossings{of, all, k, origin_, along_, propagation_, key_, lobe}.add(waves, points);
-    }
-    INSONIFY_FN static float shortest(vec3 size) { return min(size.x, min(size.y, size.z)); }
-
-    // Coordinates along an axis of the object, linear in the distance.
-    struct coordinate {
-        float first = 0, step = 0;
-        INSONIFY_FN INSONIFY_INLINE floats at(const floats& distance) const {
-            return multiply_add(distance, floats(step), floats(first));
-        }
-    };
-    INSONIFY_FN coordinate along_axis(vec3 axis, float unit) const {
-        return {dot(axis, origin_) / unit, dot(axis, along_) / unit};
-    }
-    INSONIFY_FN floats noise(vec3 size, std::uint32_t number, const floats& distance) const {
-        const mat3& axes = tissue_.axes;
-        return value_noise<max_simd_width>(mix_bits(key_ + number), along_axis(axes[0], size.x).at(distance),
-                                           along_axis(axes[1], size.y).at(distance),
-                                           along_axis(axes[2], size.z).at(distance));
-    }
-
-    // 1 between the bundles, their level inside.
-    INSONIFY_FN INSONIFY_INLINE floats bundles(const floats& distance, const floats& aside) const {
-        const structure::bundle_layer& of = tissue_.of.bundles;
-        const floats z = along_axis(tissue_.axes[2], of.spacing).at(distance) + aside * floats(1 / of.spacing);
-        const bits layer = floor_bits<max_simd_width>(z),
-                   row_bits = mix_lanes<max_simd_width>(layer * 0x9E3779B9U + key_);
-        const floats y = along_axis(tissue_.axes[1], of.spacing).at(distance) + aside * floats(0.7F / of.spacing) +
-                         fraction_of_bits(row_bits, 0, 16); // each row by itself, or bundles would be in columns
-        const bits row = floor_bits<max_simd_width>(y);
-        const bits random = mix_lanes<max_simd_width>(row * 0x85EBCA6BU + layer * 0xC2B2AE35U + (key_ ^ 0x2545F491U));
-        const float largest = 0.5F * of.diameter / of.spacing;
-        const floats radius =
-            floats(largest) * multiply_add(fraction_of_bits(random, 0, 8), floats(0.4F), floats(0.6F));
-        const auto from_centre = [&](const floats& place, const bits& cell, std::uint32_t shift) {
-            return place - floats_of<max_simd_width>(cell) -
-                   multiply_add(floats(1.0F) - (radius + radius), fraction_of_bits(random, shift, 8), radius);
-        };
-        const floats dy = from_centre(y, row, 8), dz = from_centre(z, layer, 16);
-        const floats outside = (sqrt(dy * dy + dz * dz) - radius) * floats(1 / bundle_edge);
-        const floats inside = min(max(floats(0.5F) - outside, floats(0.0F)), floats(1.0F));
-        return multiply_add(inside, floats(std::exp2(bits_per_decibel * of.level_db) - 1), floats(1.0F));
-    }
-    static constexpr float bundle_edge = 0.15F; // of the spacing
-
-    const placed_structure& tissue_;
-    vec3 origin_, along_, propagation_;
-    float fnumber_;
-    std::uint32_t key_;
-};
-
-/// Gains along a segment, computed as far ahead as there is room for.
-class gain_window {
-  public:
-    /// @param last  end of the segment, metres from its origin
-    INSONIFY_FN gain_window(const structure_gains& of, float last) : of_{of}, last_{last} {}
-
-    /// Multiplies `count` complex amplitudes, at equal steps from a distance on; distances never decrease.
-    INSONIFY_FN void multiply(float first, float step, std::uint32_t count, float* real, float* imaginary) {
-        for (std::uint32_t i = 0; i < count; i += max_simd_width) {
-            const floats gain = at(first + static_cast<float>(i) * step, step);
-            if (count - i >= max_simd_width) {
-                store(load<max_simd_width>(real + i) * gain, real + i);
-                store(load<max_simd_width>(imaginary + i) * gain, imaginary + i);
-            } else {
-                float each[max_simd_width];
-                store(gain, each);
-                for (std::uint32_t k = i; k < count; ++k) {
-                    real[k] *= each[k - i];
-                    imaginary[k] *= each[k - i];
-                }
-            }
-        }
-    }
-
-  private:
-    using floats = lanes<max_simd_width>;
-    static constexpr std::uint32_t max_points = 256; // at a time
-
-    // At a register full of distances.
-    INSONIFY_FN INSONIFY_INLINE floats at(float distance, float step) {
-        const float length = (max_simd_width - 1) * step;
-        if (count_ == 0 || (distance + length - begin_) * per_point_ > static_cast<float>(count_ - 2))
-            fill(distance - 2 * step, max(last_, distance) + max_simd_width * step); // slabs overlap by a step
-        return interpolate(gain_, count_, (distance - begin_) * per_point_, step * per_point_);
-    }
-    // From the last point before a distance on. Points lie at whole multiples of their distance in the material.
-    INSONIFY_FN void fill(float from, float to) {
-        const float spacing = of_.point_spacing(), origin = of_.origin();
-        per_point_ = 1 / spacing;
-        begin_ = min(std::floor((origin + from) * per_point_) * spacing - origin, from);
-        count_ = static_cast<std::uint32_t>(min((to - begin_) * per_point_ + 3, static_cast<float>(max_points)));
-        of_.compute({begin_, spacing, count_, gain_});
-    }
-
-    const structure_gains& of_;
-    float last_, begin_ = 0, per_point_ = 1;
-    std::uint32_t count_ = 0;
-    float gain_[max_points + max_simd_width];
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Factors on the amplitude of speckle in the sheath of an object, below one surface of a segment of a line: see
-/// `structure::sheath_layer`.
-class sheath_gains {
-  public:
-    /// @param origin, along  of a segment of a line: metres, and metres of material per metre of the line
-    /// @param fnumber        of the receiving aperture
-    /// @param key            of the object
-    /// @param length         of the segment, metres
-    /// @param surface        distance of the surface, metres from the same origin
-    /// @param cosine         of the angle of incidence on it; negative where the line leaves the object, 0: no sheath
-    /// @param max_range      length of the line that the sheath may take, metres: to the middle of a thin object, where it
-    ///                       meets the sheath of the surface on the other side
-    INSONIFY_FN sheath_gains(const structure::sheath_layer& of, vec3 origin, vec3 along, float fnumber,
-                             std::uint32_t key, float length, float surface, float cosine, float max_range)
-        : of_{of}, origin_{origin}, along_{along}, fnumber_{fnumber}, key_{key}, surface_{surface}, cosine_{cosine} {
-        if (!(of.thickness > 0) || cosine == 0) return;
-        range_ = min(2 * of.thickness / max(std::fabs(cosine), 1e-3F), max_range);
-        begin_ = max(cosine > 0 ? surface : surface - range_, 0);
-        end_ = min(cosine > 0 ? surface + range_ : surface, length);
-    }
-
-    /// Multiplies complex amplitudes at equal steps from a distance on; metres from the origin of the segment. The arrays have
-    /// room for whole registers.
-    INSONIFY_FN void apply(float first, float step, std::uint32_t count, float* real, float* imaginary) {
-        const auto slot = [&](float distance) {
-            return static_cast<std::uint32_t>(clamp((distance - first) / step, 0, static_cast<float>(count)));
-        };
-        if (!(begin_ < end_)) return;
-        const std::uint32_t from = slot(begin_) / max_simd_width * max_simd_width,
-                            to = slot(end_ + 1.5F * step); // past the slot that the end cuts
-        if (from >= to) return;
-        if (!prepared_) prepare();
-        const floats per_width(1 / min(0.12e-3F / of_.thickness, 0.25F)); // standard deviation of a line
-        for (std::uint32_t i = from; i < to; i += max_simd_width) {
-            const float here = first + static_cast<float>(i) * step;
-            const floats distance =
-                floats(here - surface_) + floats_of<max_simd_width>(steps_of_bits<max_simd_width>(0, 1)) * floats(step);
-            const floats within = distance * floats(cosine_ / of_.thickness) / thickness_.at(here, step);
-            const auto line = [&](float place) {
-                const floats away = (within - floats(place)) * per_width;
-                return power_of_two<max_simd_width>(away * away * floats(-0.72134752F));
-            };
-            const floats both = multiply_add(line(0.85F), other_.at(here, step), line(0.1F));
-            const floats gain = select(abs(distance) < floats(range_),
-                                       multiply_add(level_.at(here, step), both, floats(1.0F)), floats(1.0F));
-            store(load<max_simd_width>(real + i) * gain, real + i);
-            store(load<max_simd_width>(imaginary + i) * gain, imaginary + i);
-        }
-    }
-
-  private:
-    using floats = lanes<max_simd_width>;
-
-    INSONIFY_FN void prepare() {
-        const float origin = dot(origin_, along_) / dot(along_, along_);
-        const auto evaluate = [&](line_nodes& nodes, float size, std::uint32_t number, float factor, float offset) {
-            nodes.evaluate(begin_, end_, 0.2F * size, origin, [&](const floats& distance) {
-                return power_of_two<max_simd_width>(
-                    multiply_add(noise(size, number, distance), floats(factor), floats(offset)));
-            });
-        };
-        const float sine_squared = 1 - min(cosine_ * cosine_, 1), diffuse = amplitude_of_decibels(of_.diffuse_db);
-        const float lobe = lobe_of(of_.waviness, fnumber_);
-        const float echo = diffuse + (1 - diffuse) * std::exp2(-sine_squared / (lobe * lobe));
-        evaluate(thickness_, 6e-3F, 1, 0.3F, 0);
-        evaluate(level_, 3e-3F, 2, bits_per_decibel * of_.spread_db,
-                 bits_per_decibel * of_.level_db + std::log2(max(echo, 1e-12F)));
-        evaluate(other_, 4e-3F, 3, 1, -0.5F);
-        prepared_ = true;
-    }
-    INSONIFY_FN floats noise(float size, std::uint32_t number, const floats& distance) const {
-        const auto coordinate = [&](int k) {
-            return multiply_add(distance, floats(along_[k] / size), floats(origin_[k] / size));
-        };
-        return value_noise<max_simd_width>(mix_bits(key_ ^ (number * 0x632BE5ABU)), coordinate(0), coordinate(1),
-                                           coordinate(2));
-    }
-
-    const structure::sheath_layer& of_;
-    vec3 origin_, along_;
-    float fnumber_;
-    std::uint32_t key_;
-    float surface_, cosine_;
-    float range_ = 0;           // length of the sheath, metres along the line
-    float begin_ = 0, end_ = 0; // of it, metres from the origin
-    bool prepared_ = false;
-    line_nodes thickness_, level_,
-        other_; // relative to the mean; amplitude of the first line, and of the other relative to it
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#include <cfloat>
-#include <cmath>
-#include <cstdint>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Part of a line as it was at rest, which is curved where tissue is deformed: points at equal steps, of which the last may be up
-/// to half a step shorter or longer.
-class rest_curve {
-  public:
-    /// @param line   with a displacement
-    /// @param begin  metres along the line
-    /// @param end    metres along the line; the curve ends before it where it would have too many points
-    INSONIFY_FN rest_curve(const material_line& line, float begin, float end)
-        : begin_{begin}, step_{line.displacement->straight_length / length(line.along)} {
-        const float steps = (end - begin) / step_;
-        last_ = static_cast<std::uint32_t>(clamp(steps + 0.5F, 1, max_steps));
-        end_ = steps < static_cast<float>(max_steps) + 0.5F ? end : begin + static_cast<float>(max_steps) * step_;
-        for (std::uint32_t i = 0; i <= last_; ++i) point_[i] = line.displacement->rest(line.at(distance(i)));
-    }
-
-    INSONIFY_FN std::uint32_t last() const { return last_; }
-    /// Of a point, metres along the line.
-    INSONIFY_FN float distance(std::uint32_t i) const {
-        return i == last_ ? end_ : begin_ + static_cast<float>(i) * step_;
-    }
-    /// In tissue at rest.
-    INSONIFY_FN vec3 point(std::uint32_t i) const { return point_[i]; }
-    /// Metres of tissue at rest per metre of the line, from one point straight to another.
-    INSONIFY_FN vec3 along(std::uint32_t from, std::uint32_t to) const {
-        return (point_[to] - point_[from]) * (1 / (distance(to) - distance(from)));
-    }
-
-    /// The end of a straight piece from a point on: no point of the curve between is further from it than `tolerance`, metres.
-    /// @param most  the last point that it may reach
-    INSONIFY_FN std::uint32_t straight_until(std::uint32_t from, std::uint32_t largest, float tolerance) const {
-        std::uint32_t to = from + 1;
-        while (to < largest && is_straight(from, to + 1, tolerance)) ++to;
-        return to;
-    }
-
-  private:
-    static constexpr std::uint32_t max_steps = 32;
-
-    INSONIFY_FN bool is_straight(std::uint32_t from, std::uint32_t to, float tolerance) const {
-        const vec3 step = along(from, to);
-        for (std::uint32_t i = from + 1; i < to; ++i) {
-            const vec3 aside = point_[i] - point_[from] - (distance(i) - distance(from)) * step;
-            if (dot(aside, aside) > tolerance * tolerance) return false;
-        }
-        return true;
-    }
-
-    float begin_, step_, end_ = 0; // metres along the line
-    std::uint32_t last_ = 0;
-    vec3 point_[max_steps + 1];
-};
-
-/// What the structure of its medium does to the speckle along one straight segment of a line.
-class structured_line {
-  public:
-    /// @param line     in a medium that has a structure
-    /// @param segment  of the line, in the undeformed material
-    /// @param begin    of the segment, metres along the line
-    /// @param end      of the segment, metres along the line
-    /// @param key      of the object
-    INSONIFY_FN structured_line(const material_line& line, const rest_line& segment, float begin, float end,
-                                std::uint32_t key)
-        : gains_{*line.structure, segment.origin,
-                 segment.along,   normalize(segment.along - line.tilt * segment.elevation),
-                 line.fnumber,    key},
-          begin_{begin}, window_{gains_, end - begin}, behind_entry_{sheath_at(line, segment, end - begin, key,
-                                                                               line.surfaces.x - begin,
-                                                                               line.own_surfaces.x)},
-          before_exit_{sheath_at(line, segment, end - begin, key, line.surfaces.y - begin, -line.own_surfaces.y)} {}
-
-    /// Multiplies `count` complex amplitudes, at equal steps from a distance on, metres along the line; distances never
-    /// decrease. The arrays have room for whole registers.
-    INSONIFY_FN void apply(float first, float step, std::uint32_t count, float* real, float* imaginary) {
-        window_.multiply(first - begin_, step, count, real, imaginary);
-        behind_entry_.apply(first - begin_, step, count, real, imaginary);
-        before_exit_.apply(first - begin_, step, count, real, imaginary);
-    }
-
-  private:
-    INSONIFY_FN static sheath_gains sheath_at(const material_line& line, const rest_line& segment, float length,
-                                              std::uint32_t key, float surface, float cosine) {
-        const bool both_own = line.own_surfaces.x != 0 && line.own_surfaces.y != 0;
-        return {line.structure->of.sheath,
-                segment.origin,
-                segment.along,
-                line.fnumber,
-                key,
-                length,
-                surface,
-                cosine,
-                both_own ? 0.5F * (line.surfaces.y - line.surfaces.x) : FLT_MAX};
-    }
-
-    structure_gains gains_;
-    float begin_; // metres along the line
-    gain_window window_;
-    sheath_gains behind_entry_, before_exit_;
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// A random scatterer field on a grid that is fixed in the material, so that speckle moves with the tissue.
-///
-/// Along the line the grid consists of slots, each with one scatterer; across the line it consists of cells, with
-/// interpolation between them. The cells of each slot are displaced at random, so no line spacing coincides with their
-/// period. The grid is aligned with one of a fixed set of directions, close to that of the line.
-/// Source: the convolution model of speckle, Bamber & Dickinson 1980; the grid is the library's own.
-/// @tparam Numbers  the contents of a cell: `gaussian_numbers` or `poisson_numbers`
-template <class Numbers>
-struct cell_field {
-    std::uint32_t seed = 1; ///< each seed gives an independent field of the same statistics
-    /// Size of a cell across the line, metres: 1.25 times the spacing of the lines or more, and no more than twice the
-    /// standard deviation of the beam; else speckle decorrelates too fast between lines (by 6 % of its width where the two
-    /// are equal), or too slowly.
-    float cell = 0.22e-3F;
-    Numbers numbers{}; ///< contents of the cells
-
-    /// Each elevation plane of a frame has scatterers of its own.
-    static constexpr bool independent_planes = true;
-
-    /// @throws usage_error  if a setting is out of range
-    void check() const {
-        if (!is_finite(cell) || !(cell > 0))
-            throw usage_error{"cell_field: `cell` must be a finite number of metres above 0, such as 0.2_mm"};
-        if constexpr (requires { numbers.check(); }) numbers.check();
-    }
-
-    /// Covariance of the scatterers of two lines, 1 at most, averaged over the positions of the lines in their cells.
-    /// @param distance  between the lines, metres
-    /// @param angle     between their directions, radians
-    INSONIFY_FN float covariance(float distance, float angle) const {
-        const float cells = std::fabs(distance) / cell;
-        if (!(cells < 2)) return 0;
-        // The weights of `cell_layout` correlated with themselves.
-        const float end = 1 - 0.5F * cells;
-        const float factor =
-            1 + cells * (1.5F +
-                         cells * (-2.25F + cells * (-2.5F + cells * (0.75F + cells * (0.65625F + cells * 0.109375F)))));
-        return end * end * end * factor * detail::same_view_probability(angle);
-    }
-    /// The same of `value`.
-    INSONIFY_FN float value_covariance(float distance, float angle) const {
-        return linear_covariance(distance / cell) * detail::same_view_probability(angle);
-    }
-    /// Emits the scatterers from `begin` to `end`, metres along the line: see `scattering_field`.
-    template <class Emit>
-    INSONIFY_FN void scatter(const material_line& line, float begin, float end, float spacing, Emit&& emit) const {
-        // More slots than any line has samples: the sound speed is close to 0, and floats barely resolve the interval.
-        if (!(end - begin < 0x1p25F * spacing)) return;
-        if (line.displacement == nullptr)
-            return scatter_straight(line, begin, end, rest_at(line, begin, spacing), spacing, emit);
-        for (float from = begin; from < end;) {
-            const detail::rest_curve curve{line, from, end};
-            scatter_curved(line, curve, spacing, emit);
-            from = curve.distance(curve.last());
-        }
-    }
-
-    /// Values of the field at points of one line, interpolated between slots too: for surfaces, which have no volume. Within the
-    /// few millimetres that a surface takes of it, the line counts as straight in tissue at rest.
-    class surface_values {
-      public:
-        /// Of a line, which must outlive it; the spacing of scatterers is in metres.
-        INSONIFY_FN surface_values(const cell_field& field, const material_line& line, float spacing)
-            : field_{field}, line_{line}, spacing_{spacing} {}
-
-        /// At a distance along the line, metres.
-        INSONIFY_FN vec2 operator()(float distance) {
-            if (!known_) {
-                rest_ = field_.rest_at(line_, distance, spacing_);
-                first_distance_ = distance;
-            }
-            detail::rest_line rest = rest_;
-            rest.origin += (distance - first_distance_) * rest.along;
-            const double slab = std::floor(static_cast<double>(detail::view_slabs::position(rest.origin)));
-            if (!known_ || slab != slab_) { // points of one slab have one layout
-                cells_ = detail::make_cell_layout(field_.seed, field_.cell, line_, rest, slab, spacing_);
-                known_ = true;
-                slab_ = slab;
-                origin_ = distance;
-                first_ = INT64_MAX;
-            }
-            const double slot = cells_.slot + static_cast<double>(distance - origin_) * cells_.slots_per_metre,
-                         below = std::floor(slot);
-            const auto number = static_cast<std::int64_t>(below);
-            if (number < first_ || number - first_ > room - 2) compute_from(number);
-            const auto i = static_cast<std::size_t>(number - first_);
-            const auto weight = static_cast<float>(slot - below);
-            const vec2 sum =
-                (1 - weight) * vec2{real_[i], imaginary_[i]} + weight * vec2{real_[i + 1], imaginary_[i + 1]};
-            return sum / std::sqrt((1 - weight) * (1 - weight) + weight * weight);
-        }
-
-      private:
-        const cell_field& field_;
-        const material_line& line_;
-        float spacing_;
-        bool known_ = false;
-        detail::rest_line rest_{};
-        float first_distance_ = 0; // its origin, metres along the line
-        double slab_ = 0;
-        float origin_ = 0; // of the layout, metres along the line
-        detail::cell_layout cells_{};
-        // Values are computed for some slots at a time: points follow each other closely.
-        static constexpr int room = max_simd_width > 4 ? max_simd_width : 4;
-        std::int64_t first_ = 0;
-        float real_[room] = {}, imaginary_[room] = {};
-
-        INSONIFY_FN void compute_from(std::int64_t slot) {
-            first_ = slot;
-            const auto offset = static_cast<float>(static_cast<double>(slot) + 0.5 - cells_.slot);
-            const detail::complex_lanes<room> some = cells_.template values<room, true>(
-                static_cast<std::uint32_t>(slot), floats_of<room>(steps_of_bits<room>(0, 1)) + lanes<room>(offset),
-                field_.numbers);
-            store(some.real, real_);
-            store(some.imaginary, imaginary_);
-        }
-    };
-    /// The value of the field at one point: see `surface_values`.
-    INSONIFY_FN vec2 value(const material_line& line, float distance, float spacing) const {
-        return surface_values{*this, line, spacing}(distance);
-    }
-
-    friend bool operator==(const cell_field&, const cell_field&) = default;
-
-  private:
-    static constexpr std::uint32_t run_length = 96;
-
-    // The line in tissue at rest, straight as it is at a distance along it.
-    INSONIFY_FN detail::rest_line rest_at(const material_line& line, float distance, float spacing) const {
-        const vec3 now = line.at(distance), lateral = cross(line.elevation, line.along);
-        if (line.displacement == nullptr)
-            return {detail::resolvable(now, cell, spacing), line.along, line.elevation, lateral, line.steering};
-        const mat3 gradient = line.displacement->gradient(now);
-        return {detail::resolvable(line.displacement->rest(now), cell, spacing), gradient * line.along,
-                gradient * line.elevation, gradient * lateral, gradient * line.steering};
-    }
-
-    // Covariance of linear interpolation that keeps the power, by distance in cells.
-    INSONIFY_FN static float linear_covariance(float cells) {
-        // At distances of eighths of a cell, by numerical integration; linear in between.
-        constexpr float eighths[] = {1,        0.9804F,  0.9248F,  0.84031F, 0.73599F, 0.62104F,
-                                     0.50348F, 0.38981F, 0.2854F,  0.19486F, 0.12178F, 0.06792F,
-                                     0.03254F, 0.01253F, 0.00333F, 0.00037F, 0};
-        const float position = 8 * std::fabs(cells);
-        if (!(position < 16)) return 0;
-        const auto below = static_cast<int>(position);
-        const float weight = position - static_cast<float>(below);
-        return (1 - weight) * eighths[below] + weight * eighths[below + 1];
-    }
-
-    // Straight from point to point of a curve: over short pieces for the scatterers, whose phases count, and over longer ones for
-    // the structure, which is displaced by less than 0.07 mm between their ends.
-    template <class Emit>
-    INSONIFY_FN void scatter_curved(const material_line& line, const detail::rest_curve& curve, float spacing,
-                                    Emit&& emit) const {
-        const auto segment = [&](std::uint32_t from, std::uint32_t to) {
-            detail::rest_line rest = rest_at(line, 0.5F * (curve.distance(from) + curve.distance(to)), spacing);
-            rest.origin = detail::resolvable(curve.point(from), cell, spacing);
-            rest.along = curve.along(from, to);
-            return rest;
-        };
-        const auto scatter_pieces = [&](std::uint32_t first, std::uint32_t last, detail::structured_line* structure) {
-            for (std::uint32_t from = first; from < last;) {
-                const std::uint32_t to = curve.straight_until(from, last, spacing / 16);
-                const detail::rest_line rest = segment(from, to);
-                if (rest.along != vec3{0, 0, 0})
-                    scatter_slabs(line, curve.distance(from), curve.distance(to), rest, spacing, structure, emit);
-                from = to;
-            }
-        };
-        if (line.structure == nullptr) return scatter_pieces(0, curve.last(), nullptr);
-        for (std::uint32_t from = 0; from < curve.last();) {
-            const std::uint32_t to =
-                curve.straight_until(from, curve.last(), 0.5F * detail::gain_spacing(line.structure->of));
-            const detail::rest_line rest = segment(from, to);
-            if (rest.along != vec3{0, 0, 0}) {
-                detail::structured_line structure{line, rest, curve.distance(from), curve.distance(to),
-                                                  mix_bits(seed + line.object)};
-                scatter_pieces(from, to, &structure);
-            }
-            from = to;
-        }
-    }
-
-    template <class Emit>
-    INSONIFY_FN void scatter_straight(const material_line& line, float begin, float end,
-                                      const detail::rest_line& segment, float spacing, Emit&& emit) const {
-        if (line.structure == nullptr) return scatter_slabs(line, begin, end, segment, spacing, nullptr, emit);
-        detail::structured_line structure{line, segment, begin, end, mix_bits(seed + line.object)};
-        scatter_slabs(line, begin, end, segment, spacing, &structure, emit);
-    }
-
-    // Divides a straight segment where it leaves a slab: each slab has its own layout.
-    template <class Emit>
-    INSONIFY_FN void scatter_slabs(const material_line& line, float begin, float end, const detail::rest_line& segment,
-                                   float spacing, detail::structured_line* structure, Emit&& emit) const {
-        const double position = static_cast<double>(detail::view_slabs::position(segment.origin));
-        const double slabs_per_metre = static_cast<double>(detail::view_slabs::position(segment.along));
-        const bool ascending = slabs_per_metre > 0;
-        const auto end_of = [&](double slab, float from) {
-            if (!(std::fabs(slabs_per_metre) > 1e-3)) return end;
-            const double border = slab + (ascending ? 1 : 0);
-            return clamp(static_cast<float>(static_cast<double>(begin) + (border - position) / slabs_per_metre), from,
-                         end);
-        };
-        const auto layout_at = [&](float from, double slab) {
-            detail::rest_line rest = segment;
-            rest.origin += (from - begin) * segment.along;
-            detail::cell_layout cells = detail::make_cell_layout(seed, cell, line, rest, slab, spacing);
-            cells.set_phase_spread(line, from);
-            return cells;
-        };
-        // Where slots are of one layout in one layer, metres along the line.
-        vec2 whole = line.surfaces.x < line.surfaces.y ? line.surfaces : vec2{-FLT_MAX, FLT_MAX};
-        const float surface = whole.y;
-        double slab = std::floor(position);
-        detail::cell_layout cells{};
-        for (float from = begin, to = begin;; slab += ascending ? 1 : -1) { // from the slab before to the next one
-            const bool last = !(to < end);
-            const detail::cell_layout next = last ? cells : layout_at(to, slab);
-            const bool divided = next.key != cells.key;
-            whole.y = divided ? to : surface;
-            if (to > from) scatter_slab(cells, structure, from, to, whole, emit);
-            if (last) return;
-            if (divided && to > begin) whole.x = to;
-            cells = next;
-            from = to;
-            to = end_of(slab, from);
-        }
-    }
-
-    template <class Emit>
-    INSONIFY_FN void scatter_slab(const detail::cell_layout& cells, detail::structured_line* structure, float begin,
-                                  float end, vec2 whole, Emit&& emit) const {
-        const double from = cells.slot;
-        const auto slot_at = [&](float distance) {
-            return from + static_cast<double>(distance - begin) * cells.slots_per_metre;
-        };
-        const double to = slot_at(end), whole_begin = slot_at(whole.x), whole_end = slot_at(whole.y);
-        const auto first_slot = static_cast<std::int64_t>(std::floor(from));
-        const auto end_slot = static_cast<std::int64_t>(std::floor(to)) + 1;
-        float real[run_length], imaginary[run_length];
-        for (std::int64_t slot = first_slot; slot < end_slot;) {
-            const std::int64_t remaining = end_slot - slot;
-            const auto count = static_cast<std::uint32_t>(remaining < run_length ? remaining : run_length);
-            const double offset = static_cast<double>(slot) + 0.5 - from;
-            for (std::uint32_t i = 0; i < count; i += max_simd_width) {
-                const auto value =
-                    cells.values<max_simd_width>(static_cast<std::uint32_t>(slot) + i,
-                                                 floats_of<max_simd_width>(steps_of_bits<max_simd_width>(i, 1)) +
-                                                     lanes<max_simd_width>(static_cast<float>(offset)),
-                                                 numbers);
-                store(value.real, real + i);
-                store(value.imaginary, imaginary + i);
-            }
-            if (structure != nullptr)
-                structure->apply(begin + static_cast<float>(offset / cells.slots_per_metre),
-                                 static_cast<float>(1 / cells.slots_per_metre), count, real, imaginary);
-            // A slot that is cut is weighted by its part inside, so that its parts add up to it; where other scatterers follow, at
-            // a surface or in another layout, by the root of that, which keeps the power.
-            const auto weight = [&](std::uint32_t i) {
-                const double own = static_cast<double>(slot + i),
-                             inside = std::fmin(to, own + 1) - std::fmax(from, own),
-                             left = std::fmin(whole_end, own + 1) - std::fmax(whole_begin, own);
-                const auto factor = static_cast<float>(left < 1 ? inside / std::sqrt(std::fmax(left, 1e-12)) : inside);
-                real[i] *= factor;
-                imaginary[i] *= factor;
-            };
-            if (slot == first_slot) weight(0);
-            if (slot + count == end_slot && end_slot > first_slot + 1) weight(count - 1);
-            emit(scatterer_run{.first = begin + static_cast<float>(offset / cells.slots_per_metre),
-                               .step = static_cast<float>(1 / cells.slots_per_metre),
-                               .count = count,
-                               .real = real,
-                               .imaginary = imaginary,
-                               .slope = cells.slope});
-            slot += count;
-        }
-    }
-};
-
-/// Fully developed speckle, as in most tissue.
-using gaussian_field = cell_field<gaussian_numbers>;
-
-/// Sparse scatterers, whose speckle statistics depend on their number: `medium::scatterer_density`, or for media
-/// without one `{.numbers = {.density = 5e9F}}`.
-using poisson_scatterers = cell_field<poisson_numbers>;
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#ifndef INSONIFY_ACOUSTICS_SPECULAR_HPP
-#define INSONIFY_ACOUSTICS_SPECULAR_HPP
-
-
-#include <concepts>
-
-namespace insonify::inline INSONIFY_ABI {
-
 /// A specular law: law(angle, fnumber, wavelengths) is the fraction of a specular echo's amplitude that the aperture
 /// collects; see `specular_return`.
 template <class Law>
@@ -11629,8 +9563,8 @@ concept specular_law = requires(const Law& law, float x) {
 ///
 /// where f and g are the auxiliary functions of the Fresnel integrals. Angles are assumed small.
 ///
-/// This is for a single frequency f. `lobe::pulse` averages e(x) / f over the spectrum of a pulse of 2.5 cycles, whatever the
-/// probe's own, by Gauss-Hermite quadrature: at the carrier and at 1 +- 0.474 times it.
+/// This is for a single frequency f. `lobe::pulse` averages e(x) / f over the spectrum of a pulse of 2.5 cycles,
+/// whatever the probe's own, by Gauss-Hermite quadrature: at the carrier and at 1 +- 0.474 times it.
 ///
 /// Compared with a broadband simulation of a plate at the focus, 30 mm deep, at 2.5, 5 and 7.5 MHz, above -12 dB:
 ///
@@ -11722,8 +9656,1667 @@ struct specular_return {
 
 
 #endif
+#include <cmath>
+#include <cstddef>
+
+/// Sound along a line, from layer to layer: its direction, its travel time and what is left of it.
+namespace insonify::inline INSONIFY_ABI {
+
+/// Depth at which an echo is displayed: by its travel time through the media, or as if all had `display_speed`.
+enum class timing { sound_speed, uniform };
+
+/// Angle of incidence on surfaces: the actual one, or normal incidence throughout.
+enum class angle { oblique, normal };
+
+/// Bandwidth of the pulse under attenuation: a single frequency, as of a long burst, or the spectrum of the pulse,
+/// which loses less (`attenuated`). The downshift of its centre is neglected.
+enum class pulse_bandwidth { narrow, broad };
+
+namespace detail {
+
+/// How refraction changes a layer of a straight line.
+struct refracted_layer {
+    float cosine = 1;         ///< of the angle of incidence at its beginning
+    float length_factor = 1;  ///< length of the ray over that of the line
+    float enters_at = 0;      ///< where the ray enters it: metres of the ray from its beginning; below 0: before
+    std::uint32_t before = 0; ///< medium of the layer before
+
+    /// Length of the ray within the layer, down to a point of the line `along` metres below its beginning: 0 until the
+    /// ray enters. Above its beginning (`along` < 0) it is extrapolated.
+    INSONIFY_FN float length(float along) const {
+        const float whole = length_factor * along;
+        return max(whole - enters_at, min(whole, 0));
+    }
+};
+
+/// Follows refraction from layer to layer of a line. Nothing is refracted where the model has no `refracted`.
+///
+/// The line itself stays straight, but the refracted ray is followed beside it: angles of incidence and attenuation are
+/// those of the ray, exactly for plane surfaces. Depths are those of the straight line: behind 10 mm of fat at 40
+/// degrees they are 0.03 mm too large. Where the ray returns to the sound speed that it had before a layer, it also
+/// returns to its direction there, as behind a parallel layer. Behind a layer that is not parallel, such as a rib,
+/// other rays reach the line.
+template <class Model>
+class line_refraction {
+  public:
+    INSONIFY_FN line_refraction(const Model& model, const traced_line& line) : model_{model}, line_{line} {}
+
+    /// The next layer; called once for each, from the face on.
+    INSONIFY_FN refracted_layer next() {
+        const std::size_t i = next_++;
+        const layer& here = line_.layers[i];
+        refracted_layer found{.cosine = here.cosine, .before = line_.layers[i == 0 ? 0 : i - 1].medium};
+        if constexpr (requires(const medium& m) { model_.refracted(vec3{}, vec3{}, m, m); }) {
+            if (found.before != here.medium) cross(i, found);
+            if (straight() && ahead_ == vec3{0, 0, 0}) return found;
+            // Line and ray end on the plane of the surface that ends the layer; the last layer has none.
+            const vec3 end = i + 1 == line_.layers.size() ? vec3{0, 0, 1} : normal_of(i + 1);
+            const float towards = max(dot(end, direction_), 1e-3F), length = here.end - here.begin;
+            found.length_factor = clamp(end.z / towards, 0.25F, 4);
+            // Where ray and line end on a surface that the ray grazes, it is not plane as far as they are apart.
+            const float bound = min(3 * std::sqrt(dot(ahead_, ahead_)), max_entry);
+            found.enters_at = clamp(dot(end, ahead_) / towards, -bound, bound);
+            ahead_ = ahead_ + found.length(length) * direction_ - vec3{0, 0, length};
+        }
+        return found;
+    }
+
+  private:
+    static constexpr float max_entry = 0.02F; // metres: surfaces are not plane as far as that
+
+    INSONIFY_FN bool straight() const { return direction_.x == 0 && direction_.y == 0; }
+
+    // The ray crosses the surface at the beginning of a layer.
+    INSONIFY_FN void cross(std::size_t i, refracted_layer& found) {
+        const medium &before = line_.media[found.before], &after = line_.media[line_.layers[i].medium];
+        const vec3 normal = normal_of(i), arriving = direction_;
+        if (!straight()) found.cosine = min(std::fabs(dot(normal, arriving)), 1);
+        const vec3 bent = model_.refracted(arriving, normal, before, after);
+        if (after.sound_speed == former_speed_)
+            direction_ = former_direction_;
+        else if (bent != vec3{0, 0, 0} && is_finite(bent)) // else it is totally reflected
+            direction_ = bent;
+        former_speed_ = before.sound_speed;
+        former_direction_ = arriving;
+    }
+
+    // Normal of the surface at the beginning of layer i. x: across the line in the slice plane, y: out of it, z: along
+    // the line.
+    INSONIFY_FN vec3 normal_of(std::size_t i) const {
+        const vec2 slope = line_.layers[i].slope;
+        return vec3{slope.x, slope.y, 1} / std::sqrt(dot(slope, slope) + 1);
+    }
+
+    const Model& model_;
+    const traced_line& line_;
+    std::size_t next_ = 0;
+    vec3 direction_{0, 0, 1};        // of the ray, in the axes of `normal_of`
+    vec3 ahead_{0, 0, 0};            // from the line to the ray, where both cross a surface
+    float former_speed_ = -1;        // in the medium before the last surface
+    vec3 former_direction_{0, 0, 1}; // of the ray there
+};
+
+} // namespace detail
+
+/// State of the wave at a point of its path.
+struct echo_path {
+    float shown = 0;                      ///< displayed depth, metres
+    float loss_db = 0;                    ///< attenuation so far, there and back, dB
+    float passed = 1;                     ///< factor on amplitude of the interfaces so far, there and back
+    detail::refracted_layer refraction{}; ///< of the present layer
+    detail::layer_gains gains{};          ///< of the present layer
+
+    /// Attenuation there and back, down to a point of the line, dB.
+    /// @param along      metres below the beginning of the present layer
+    /// @param per_metre  attenuation of its medium, there and back, dB/m
+    INSONIFY_FN float lost_at(float along, float per_metre) const {
+        return loss_db + per_metre * refraction.length(along);
+    }
+};
+
+namespace detail {
+
+/// Displayed depth per metre of a medium.
+INSONIFY_FN inline float displayed_stretch(timing how, const medium& m) {
+    return how == timing::sound_speed ? insonify::displayed_stretch(m) : 1.0F;
+}
+
+/// The loss at the peak of the pulse of a line by a model, dB; that of the carrier for models that state no other.
+/// @param loss_db  that of the carrier
+template <class Model>
+INSONIFY_FN float pulse_loss(const Model& model, const traced_line& line, float loss_db) {
+    if constexpr (requires { model.pulse_loss(line, loss_db); })
+        return model.pulse_loss(line, loss_db);
+    else
+        return loss_db;
+}
+
+/// Sound passes through a layer to its end.
+template <class Model>
+INSONIFY_FN void pass(const Model& model, const traced_line& line, const layer& here, echo_path& path) {
+    const medium& m = line.media[here.medium];
+    path.shown += (here.end - here.begin) * displayed_stretch(model.timing, m);
+    path.loss_db = path.lost_at(here.end - here.begin, model.attenuation(m, line.frequency));
+}
+
+/// The fraction of the power of a strip of the beam that passes beside a layer which is narrow out of the slice plane,
+/// such as a needle, a wire or a small ball; 0 where it is wide, as bone and plates are.
+///
+/// The layer's section out of the slice plane is the ellipse that has, at the line, its thickness T and the first and
+/// second derivatives T' and T'' of that by the height y, which follow from slope and curvature of the two surfaces.
+/// T(y)^2 is then a polynomial of degree two, and its zeros are the sides of the section:
+///
+///     y = T (T' +- sqrt(-T T'')) / -(T'^2 + T T'')
+///
+/// Of a strip with the power exp(-y^2 / s^2), what lies outside them passes. Facets do not curve: an obstacle whose
+/// normals are not smooth lets nothing pass.
+/// @param obstacle  a layer between two surfaces that are the object's own
+/// @param behind    the next one
+/// @param strip     s, metres
+INSONIFY_FN inline float power_beside(const layer& obstacle, const layer& behind, float strip) {
+    const float thickness = obstacle.end - obstacle.begin;
+    const float first = obstacle.slope.y - behind.slope.y; // a slope is the negative derivative of the depth
+    const float bend = thickness * (obstacle.curvature.y - behind.curvature.y), open = bend - first * first;
+    if (!(strip > 0) || !(open > 0)) return 0;
+    const float root = std::sqrt(bend), per_strip = thickness / (open * strip);
+    return 0.5F * (std::erfc((root + first) * per_strip) + std::erfc((root - first) * per_strip));
+}
+
+/// Adds the sound that passes beside a narrow obstacle in the strip of the beam that the line stands for to what passes
+/// through it: by power, and at the mean time. What lets half of the amplitude through is no obstacle.
+/// @param above  in front of the obstacle
+/// @param below  behind it
+/// @return       whether any was added
+template <class Model>
+INSONIFY_FN bool add_sound_beside(const Model& model, const traced_line& line, const layer& obstacle,
+                                  const layer& behind, const echo_path& above, echo_path& below) {
+    if (!(obstacle.own_surfaces.x > 0) || !(obstacle.own_surfaces.y > 0) || above.passed == 0) return false;
+    layer tissue = obstacle; // beside it
+    tissue.medium = behind.medium;
+    echo_path around = above; // straight on
+    around.refraction.enters_at = 0;
+    pass(model, line, tissue, around);
+    const float louder_db = pulse_loss(model, line, around.loss_db) - pulse_loss(model, line, below.loss_db);
+    const float through = below.passed / above.passed * amplitude_of_decibels(min(louder_db, 300));
+    if (!(through < 0.5F)) return false;
+    const float beside = power_beside(obstacle, behind, line.aperture.strip(0.5F * (above.shown + around.shown)));
+    if (beside == 0) return false;
+    const float power = (1 - beside) * through * through + beside;
+    below.shown += beside / power * (around.shown - below.shown);
+    below.loss_db = around.loss_db;
+    below.refraction.enters_at = 0; // what passes beside it arrives straight
+    below.passed = above.passed * std::sqrt(power);
+    return true;
+}
+
+/// Follows sound along a line from layer to layer: for the echoes that a model emits, and for what arrives at each
+/// depth.
+/// @param at_surface  at_surface(i, here, path): the transmission into layer i, there and back; called where it is of
+///                    another medium than the layer above, at whose end `path` lies
+/// @param in_layer    in_layer(i, here, path): called at the beginning of each layer; false ends the walk
+template <class Model, class AtSurface, class InLayer>
+INSONIFY_FN void follow_sound(const Model& model, const traced_line& line, const AtSurface& at_surface,
+                              const InLayer& in_layer) {
+    echo_path path{}, above{}; // at the end of the layer before, and of the one before that
+    line_refraction<Model> refraction{model, line};
+    for (std::size_t i = 0; i < line.layers.size(); ++i) {
+        layer here = line.layers[i];
+        echo_path entered = path;
+        entered.refraction = refraction.next();
+        entered.gains = path.gains.next(line.gains, here, line.media[here.medium]);
+        if (here.medium != entered.refraction.before) {
+            here.cosine = entered.refraction.cosine;
+            entered.passed *= at_surface(i, here, path);
+            if (add_sound_beside(model, line, line.layers[i - 1], here, above, entered) &&
+                entered.gains.at_steps.empty())
+                entered.gains.before = {}; // the gains within an obstacle do not hold for what passes beside it
+        }
+        above = path;
+        path = entered;
+        if (!in_layer(i, here, path)) return;
+        pass(model, line, here, path);
+    }
+}
+
+} // namespace detail
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#ifndef INSONIFY_ACOUSTICS_SCATTERERS_CELL_FIELD_HPP
+#define INSONIFY_ACOUSTICS_SCATTERERS_CELL_FIELD_HPP
+
+
+#ifndef INSONIFY_ACOUSTICS_SCATTERERS_SCATTERING_HPP
+#define INSONIFY_ACOUSTICS_SCATTERERS_SCATTERING_HPP
+
+
+#include <concepts>
+
+/// Scatterer fields: position and amplitude of the scatterers along a line. Scatterers are fixed in the coordinates of
+/// the object, so that speckle moves with the tissue.
+namespace insonify::inline INSONIFY_ABI {
+
+/// A line in coordinates of an object.
+struct material_line {
+    vec3 origin{0, 0, 0};        ///< metres
+    vec3 along{0, 0, 1};         ///< metres travelled per metre of the line: `line_frame::path`
+    vec3 elevation{0, 1, 0};     ///< normal of the slice plane
+    std::uint32_t object = ~0U;  ///< id of the object, ~0 for the background
+    float scatterer_density = 0; ///< of the medium, per m^3; 0: the field's default
+    float height = 0;            ///< of the tissue that contributes to an echo, along `elevation`, metres; 0: unknown
+    std::uint32_t plane = 0;     ///< of the frame's elevation planes
+    float tilt = 0;              ///< see `line_frame::tilt`; wave fronts are not tilted
+    float fnumber = 2;           ///< of the receiving aperture
+    const placed_structure* structure = nullptr;     ///< of the medium; null: none
+    vec2 surfaces{0, 0};                             ///< metres along the line at which its layer begins and ends
+    vec2 own_surfaces{0, 0};                         ///< see `layer::own_surfaces`
+    vec3 steering{0, 0, 0};                          ///< see `line_frame::steering`
+    bool flowing = false;                            ///< the medium flows
+    std::uint32_t frame_number = 0;                  ///< where the medium flows; 0 elsewhere
+    const displacement_view* displacement = nullptr; ///< of the tissue from now to rest; null: it is at rest
+    const line_aperture* aperture = nullptr;         ///< that receives; null: unknown
+    vec2 displayed{0, 1}; ///< displayed depth of its origin, metres, and per metre of the line
+
+    /// See `line_aperture::phase_spread`, at a distance along the line, metres.
+    INSONIFY_FN float phase_spread(float distance) const {
+        return aperture == nullptr ? 0.0F : aperture->phase_spread(displayed.x + distance * displayed.y);
+    }
+    /// The point at a distance along the line, metres.
+    INSONIFY_FN vec3 at(float distance) const { return origin + distance * along; }
+};
+
+/// A line in coordinates of an object.
+/// @param place  pose of the object: object to world
+INSONIFY_FN inline material_line in_object(const line_frame& line, const pose& place, std::uint32_t object,
+                                           float scatterer_density = 0) {
+    return {place.local_point(line.origin), place.local_direction(line.path()), place.local_direction(line.elevation),
+            object, scatterer_density};
+}
+
+/// Spacing of scatterers along a line, metres: 1.25 standard deviations of the pulse envelope. Wherever the pulse lies
+/// between them, it sums their power within 2 exp(-pi^2 / 1.25^2) = 0.4 % of that of continuous tissue (Poisson's
+/// summation formula).
+/// @param pulse_sigma  standard deviation of the pulse envelope, metres
+INSONIFY_FN constexpr float scatterer_spacing(float pulse_sigma) { return 1.25F * pulse_sigma; }
+/// The most in media that flow, metres: an eighth of the wavelength c0 / f0. Blood that is sheared consists of layers
+/// thinner than the pulse.
+INSONIFY_FN constexpr float scatterer_spacing_in_flow(float frequency) { return display_speed / (8 * frequency); }
+
+/// Scatterers at equal steps: scatterer i lies first + i * step metres along the line.
+struct scatterer_run {
+    float first = 0;                  ///< position of the first one, metres along the line
+    float step = 0;                   ///< metres
+    std::uint32_t count = 0;          ///< number of scatterers
+    const float* real = nullptr;      ///< real parts of the amplitudes
+    const float* imaginary = nullptr; ///< imaginary parts
+    vec2 slope{0, 0};                 ///< change of depth per metre across the line: in the slice plane, out of it
+};
+
+namespace detail {
+
+/// An argument for the concept below.
+struct any_emit {
+    INSONIFY_FN void operator()(const scatterer_run&) const {}
+};
+
+} // namespace detail
+
+/// A scatterer field. `scatter(line, begin, end, spacing, emit)` calls emit(run) for the scatterers of one object
+/// between two distances along a line, metres. Their mean power is 1 per `spacing` metres of undeformed tissue.
+///
+/// `covariance(distance, angle)` is the covariance of the amplitudes on two lines in the slice plane, 1 at distance 0,
+/// by their distance in metres and the angle between them in radians. In elevation planes it is the same by their
+/// distance, unless the field is independent from plane to plane and has a member `independent_planes`.
+template <class Field>
+concept scattering_field = requires(const Field& field, const material_line& line, float x) {
+    field.scatter(line, x, x, x, detail::any_emit{});
+    { field.covariance(x, x) } -> std::convertible_to<float>;
+};
+
+/// No speckle.
+struct no_scatterers {
+    /// Emits nothing.
+    template <class Emit>
+    INSONIFY_FN void scatter(const material_line&, float, float, float, Emit&&) const {}
+    /// 0.
+    INSONIFY_FN float covariance(float, float) const { return 0; }
+
+    friend bool operator==(const no_scatterers&, const no_scatterers&) = default;
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Calls `field.scatter`; where fibres are curved, in coordinates in which they are straight, piece by piece.
+template <class Field, class Emit>
+INSONIFY_FN void scatter_along_fibres(const Field& field, const material_line& line, float begin, float end,
+                                      float spacing, const Emit& emit) {
+    if (line.structure == nullptr || line.structure->chart.empty()) {
+        field.scatter(line, begin, end, spacing, emit);
+        return;
+    }
+    const auto straight = [&](vec3 point) {
+        return line.structure->chart(line.displacement == nullptr ? point : line.displacement->rest(point));
+    };
+    constexpr float piece = 2e-3F;
+    for (float from = begin; from < end;) {
+        const float to = from + 1.5F * piece < end ? from + piece : end;
+        const vec3 first = straight(line.at(from)), middle = line.at(0.5F * (from + to));
+        const auto turned = [&](vec3 direction) { // and stretched
+            constexpr float step = 0.5e-3F;
+            return (straight(middle + step * direction) - straight(middle - step * direction)) * (0.5F / step);
+        };
+        material_line own = line;
+        own.displacement = nullptr;
+        own.along = (straight(line.at(to)) - first) * (1 / (to - from));
+        own.origin = first - from * own.along;
+        own.elevation = normalize(turned(line.elevation));
+        if (line.steering != vec3{0, 0, 0}) own.steering = turned(line.steering);
+        if (own.along != vec3{0, 0, 0}) field.scatter(own, from, to, spacing, emit);
+        from = to;
+    }
+}
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+
+#endif
+#ifndef INSONIFY_TISSUE_STRUCTURE_GAINS_HPP
+#define INSONIFY_TISSUE_STRUCTURE_GAINS_HPP
+
+
+#include <cstdint>
+
+/// Factors on the amplitude of speckle along a line, a register at a time.
+namespace insonify::inline INSONIFY_ABI::detail {
+
+using wide_floats = lanes<max_simd_width>;
+using wide_bits = bit_lanes<max_simd_width>;
+
+/// first, first + 1, first + 2, ...
+INSONIFY_FN INSONIFY_INLINE wide_floats whole_numbers(std::uint32_t first) {
+    return floats_of<max_simd_width>(steps_of_bits<max_simd_width>(first, 1));
+}
+
+/// Fraction 0 to 1 of some of the bits.
+INSONIFY_FN INSONIFY_INLINE wide_floats fraction_of_bits(const wide_bits& random, int shift, std::uint32_t count) {
+    return floats_of<max_simd_width>((random >> shift) & ((1U << count) - 1)) *
+           wide_floats(1 / static_cast<float>((1U << count) - 1));
+}
+
+/// A linear function of the distance along a line, metres.
+struct linear_along {
+    float first = 0; ///< at distance 0
+    float step = 0;  ///< per metre
+
+    INSONIFY_FN float at(float distance) const { return first + distance * step; }
+    INSONIFY_FN INSONIFY_INLINE wide_floats at(const wide_floats& distance) const {
+        return multiply_add(distance, wide_floats(step), wide_floats(first));
+    }
+};
+
+/// Linear interpolation between values at whole numbers, for a register full of places at equal steps. Within the
+/// register the slope changes at each whole number.
+/// @param count  of values, at least 2; before the first one and behind the last one the slope is that beside it
+/// @param first  of the places
+INSONIFY_FN INSONIFY_INLINE wide_floats interpolate(const float* values, std::uint32_t count, float first, float step) {
+    const auto whole = static_cast<std::uint32_t>(max(first, 0));
+    const std::uint32_t before = whole + 2 < count ? whole : count - 2;
+    const float part = first - static_cast<float>(before);
+    const float* const at = values + before;
+    const wide_floats away = whole_numbers(0) * wide_floats(step) + wide_floats(part);
+    wide_floats sum = multiply_add(away, wide_floats(at[1] - at[0]), wide_floats(at[0]));
+    for (std::uint32_t i = 1; static_cast<float>(i) < 1 + (max_simd_width - 1) * step && before + i + 1 < count; ++i)
+        sum = multiply_add(max(away - wide_floats(static_cast<float>(i)), wide_floats(0.0F)),
+                           wide_floats(at[i + 1] - 2 * at[i] + at[i - 1]), sum);
+    return sum;
+}
+
+/// A quantity that varies slowly along a line: its values at nodes, linear in between. Nodes lie at whole multiples of
+/// their distance in the material, so that neighbouring segments and lines share them.
+class line_nodes {
+  public:
+    /// Evaluates a field, lanes(lanes distances), between two distances along the line, metres.
+    /// @param apart   distance of the nodes, metres; more where they would be too many
+    /// @param origin  of the distances in the material, metres
+    template <class Field>
+    INSONIFY_FN void evaluate(float from, float to, float apart, float origin, const Field& field) {
+        step_ = max(apart, (to - from) / (max_count - 3));
+        first_ = std::floor((origin + from) / step_) * step_ - origin;
+        count_ = static_cast<std::uint32_t>(clamp((to - first_) / step_, 0, max_count - 3)) + 2;
+        for (std::uint32_t i = 0; i < count_; i += max_simd_width)
+            store(field(wide_floats(first_) + whole_numbers(i) * wide_floats(step_)), value_ + i);
+    }
+
+    /// The values at a register full of distances at equal steps, metres.
+    INSONIFY_FN INSONIFY_INLINE wide_floats at(float distance, float step) const {
+        return interpolate(value_, count_, min((distance - first_) / step_, static_cast<float>(count_ - 1)),
+                           step / step_);
+    }
+
+    /// Calls visit(begin, end, values) for every piece of a part of the line on which the quantity is linear.
+    template <class Visit>
+    INSONIFY_FN void for_each_piece(float from, float to, const Visit& visit) const {
+        for (std::uint32_t i = 0; i + 1 < count_; ++i) {
+            const float node = first_ + static_cast<float>(i) * step_;
+            const float begin = i == 0 ? from : max(node, from), end = i + 2 == count_ ? to : min(node + step_, to);
+            if (!(begin < end)) continue;
+            const float slope = (value_[i + 1] - value_[i]) / step_;
+            visit(begin, end, linear_along{value_[i] - slope * node, slope});
+        }
+    }
+
+  private:
+    static constexpr std::uint32_t max_count = 72;
+
+    float first_ = 0, step_ = 1; // metres
+    std::uint32_t count_ = 0;
+    float value_[max_count + max_simd_width];
+};
+
+/// Points at equal steps of a line, and their gains.
+struct gain_points {
+    float first = 0;         ///< metres
+    float spacing = 1;       ///< metres
+    std::uint32_t count = 0; ///< of points
+    float* gain = nullptr;   ///< with room for a register behind the last
+
+    INSONIFY_FN float distance(std::uint32_t i) const { return first + static_cast<float>(i) * spacing; }
+    INSONIFY_FN float last() const { return distance(count - 1); }
+    INSONIFY_FN INSONIFY_INLINE wide_floats distances(std::uint32_t i) const {
+        return wide_floats(first) + whole_numbers(i) * wide_floats(spacing);
+    }
+};
+
+/// A straight segment of a line in an object.
+struct object_segment {
+    vec3 origin{0, 0, 0};      ///< metres
+    vec3 along{0, 0, 1};       ///< metres of material per metre of the line
+    vec3 propagation{0, 0, 1}; ///< of sound, length 1
+    float fnumber = 2;         ///< of the receiving aperture
+    std::uint32_t key = 0;     ///< of the object
+    float length = 0;          ///< metres of the line
+
+    /// Distance of the origin in the material, metres along the line.
+    INSONIFY_FN float place() const { return dot(origin, along) / dot(along, along); }
+    /// The coordinate along an axis, in units of some metres.
+    INSONIFY_FN linear_along coordinate(vec3 axis, float unit) const {
+        return {dot(axis, origin) / unit, dot(axis, along) / unit};
+    }
+};
+
+/// One lattice of sheets along a segment of a line. Most points of a line are outside every sheet, so the cells that
+/// the line passes are listed, layer by layer and row by row, and only the points inside their sheets are evaluated.
+class sheet_crossings {
+    using floats = wide_floats;
+    using bits = wide_bits;
+
+  public:
+    /// @param all, k  the layer of sheets, and the number of the lattice
+    /// @param lobe    see `lobe_of`
+    INSONIFY_FN sheet_crossings(const placed_structure::sheets& all, std::uint32_t k, const object_segment& segment,
+                                float lobe)
+        : of_{all.of}, cell_{all.lattices[k].cell}, aside_{all.lattices[k].aside},
+          key_{all.lattices[k].key ^ segment.key}, facing_y_{dot(all.lattices[k].axes[1], segment.propagation)},
+          facing_z_{dot(all.lattices[k].axes[2], segment.propagation)}, per_lobe_{1 / (lobe * lobe)}, diffuse_{
+                                                                                                          all.diffuse} {
+        for (int i = 0; i < 3; ++i) place_[i] = segment.coordinate(all.lattices[k].cells[i], 1);
+        place_[2].first += static_cast<float>(key_ & 0xFFFFU) * 0x1p-16F; // of each object by itself
+    }
+
+    /// Adds the amplitudes of the sheets.
+    /// @param waves  displacement of the sheets along z of the structure, metres
+    INSONIFY_FN void add(const line_nodes& waves, const gain_points& points) const {
+        passage_list rows;
+        waves.for_each_piece(points.first, points.last() + 1e-3F * points.spacing,
+                             [&](float from, float to, const linear_along& wave) {
+                                 const linear_along y = displaced(1, wave), z = displaced(2, wave);
+                                 const float per_step = (z.step < 0 ? -1.0F : 1.0F) / max(std::fabs(z.step), 1e-3F);
+                                 for_each_cell(z.at(from), z.at(to), [&](float layer) {
+                                     const float a = (layer - z.first) * per_step, b = (layer + 1 - z.first) * per_step;
+                                     const float begin = max(from, min(a, b)), end = min(to, max(a, b));
+                                     if (!(begin < end)) return;
+                                     // Rows within a layer are shifted at random.
+                                     const auto number = static_cast<std::uint32_t>(static_cast<std::int64_t>(layer));
+                                     const std::uint32_t random = mix_bits(number * 0xC2B2AE35U + key_);
+                                     const float shift = static_cast<float>(random & 0xFFFFU) * (1.0F / 0xFFFF);
+                                     for_each_cell(y.at(begin) + shift, y.at(end) + shift, [&](float row) {
+                                         if (rows.count == passage_list::room) enter_cells(rows, points);
+                                         rows.push(begin, end, wave, layer, row, random);
+                                     });
+                                 });
+                             });
+        enter_cells(rows, points);
+    }
+
+  private:
+    static constexpr std::uint32_t max_cells = 256; // along one axis; of more, that many
+
+    // Values that are linear along the line, one in each lane.
+    struct linear_lanes {
+        floats first, step;
+
+        INSONIFY_FN INSONIFY_INLINE floats at(const floats& distance) const {
+            return multiply_add(distance, step, first);
+        }
+        // Shortens an interval to its part where smallest <= value < largest; never beyond its ends.
+        INSONIFY_FN INSONIFY_INLINE void clip(const floats& smallest, const floats& largest, floats& begin,
+                                              floats& end) const {
+            const floats zero(0.0F), one(1.0F);
+            const floats size = max(abs(step), floats(1e-3F)), // no select: compilers divide on both sides of it
+                per_step = select(step < zero, -one, one) / size;
+            const floats a = (smallest - first) * per_step, b = (largest - first) * per_step;
+            const floats from = min(max(begin, min(a, b)), end);
+            end = max(min(end, max(a, b)), begin);
+            begin = from;
+        }
+    };
+
+    // Parts of the line, metres, each within one row of cells of one layer, where the lattice is displaced by a linear
+    // wave.
+    struct passage_list {
+        static constexpr std::uint32_t room = 64;
+        float begin[room], end[room], wave[room], wave_step[room], layer[room], row[room];
+        std::uint32_t of_layer[room]; // random bits
+        std::uint32_t count = 0;
+
+        INSONIFY_FN void push(float from, float to, const linear_along& displaced, float in_layer, float in_row,
+                              std::uint32_t random) {
+            begin[count] = from;
+            end[count] = to;
+            wave[count] = displaced.first;
+            wave_step[count] = displaced.step;
+            layer[count] = in_layer;
+            row[count] = in_row;
+            of_layer[count++] = random;
+        }
+    };
+
+    // A coordinate in cells where the lattice is displaced.
+    INSONIFY_FN linear_along displaced(int axis, const linear_along& wave) const {
+        return {place_[axis].first + aside_[axis] * wave.first, place_[axis].step + aside_[axis] * wave.step};
+    }
+    INSONIFY_FN INSONIFY_INLINE linear_lanes displaced(int axis, const linear_lanes& wave) const {
+        const floats aside(aside_[axis]);
+        return {multiply_add(aside, wave.first, floats(place_[axis].first)),
+                multiply_add(aside, wave.step, floats(place_[axis].step))};
+    }
+    template <class Visit>
+    INSONIFY_FN static void for_each_cell(float from, float to, const Visit& visit) {
+        const float first = std::floor(min(from, to)), others = std::floor(max(from, to)) - first;
+        if (!is_finite(others)) return;
+        const float step = 1 + std::floor(others * (1.0F / max_cells));
+        for (std::uint32_t i = 0; static_cast<float>(i) * step <= others; ++i)
+            visit(first + static_cast<float>(i) * step);
+    }
+
+    // Cells within a row are shifted too.
+    INSONIFY_FN void enter_cells(passage_list& rows, const gain_points& points) const {
+        const floats zero(0.0F);
+        for (std::uint32_t i = 0; i < rows.count; i += max_simd_width) {
+            const auto listed = whole_numbers(i) < floats(static_cast<float>(rows.count));
+            const auto at = [&](const float* list) { // behind the end of the list all is 0, so that parts are empty
+                return select(listed, load<max_simd_width>(list + i), zero);
+            };
+            const linear_lanes wave{at(rows.wave), at(rows.wave_step)};
+            const bits of_layer = load_bits<max_simd_width>(rows.of_layer + i);
+            const floats row = at(rows.row);
+            cell_lanes in{{}, displaced(1, wave), displaced(2, wave), at(rows.begin), at(rows.end)};
+            in.y.first = in.y.first + fraction_of_bits(of_layer, 0, 16) - row;
+            in.y.clip(zero, floats(1.0F), in.begin, in.end);
+            in.z.first = in.z.first - at(rows.layer);
+            const bits column = mix_lanes<max_simd_width>(bits_of_whole<max_simd_width>(row) * 0x85EBCA6BU + of_layer);
+            linear_lanes x = displaced(0, wave);
+            x.first = x.first + fraction_of_bits(column, 0, 16);
+            const floats from = x.at(in.begin), to = x.at(in.end), lowest = min(from, to), highest = max(from, to);
+            const auto passed = in.begin < in.end;
+            bits number = floor_bits<max_simd_width>(lowest);
+            for (std::uint32_t tries = 0; tries < max_cells; ++tries, number = number + 1U) {
+                const auto entered = passed && floats_of<max_simd_width>(number) <= highest;
+                if (bits_of(entered) == 0) break;
+                const bits random = mix_lanes<max_simd_width>(column + number * 0x9E3779B9U);
+                const auto holds_sheet = entered && fraction_of_bits(random, 0, 8) < floats(of_.fill);
+                if (bits_of(holds_sheet) == 0) continue;
+                in.x = {x.first - floats_of<max_simd_width>(number), x.step};
+                cross(in, random, holds_sheet, points);
+            }
+        }
+        rows.count = 0;
+    }
+
+    // The line in cells: coordinates from their first corners, and where it passes them.
+    struct cell_lanes {
+        linear_lanes x, y, z;
+        floats begin, end;
+    };
+
+    // Size, angle and place of the sheet in each cell, within which it stays, and the part of the line inside it. Its
+    // profile ends at four standard deviations.
+    INSONIFY_FN void cross(const cell_lanes& in, const bits& a, const lane_mask<max_simd_width>& holds_sheet,
+                           const gain_points& points) const {
+        const floats one(1.0F), half(0.5F);
+        const bits b = mix_lanes<max_simd_width>(a + 0x51ED270BU);
+        const floats half_length =
+            floats(0.375F) * multiply_add(fraction_of_bits(a, 8, 8), floats(0.55F), floats(0.45F));
+        const floats half_width =
+            floats(0.4F * cell_.y) * multiply_add(fraction_of_bits(a, 16, 8), floats(0.4F), floats(0.6F));
+        const floats angle = (fraction_of_bits(b, 14, 8) - half) * floats(2 * of_.turn), squared = angle * angle;
+        const floats sine =
+            angle * polynomial<max_simd_width>(squared, -1.9841270e-4F, 8.3333333e-3F, -0.16666667F, 1.0F);
+        const floats cosine =
+            polynomial<max_simd_width>(squared, 2.4801587e-5F, -1.3888889e-3F, 4.1666667e-2F, -0.5F, 1.0F);
+        const auto from_centre = [&](const linear_lanes& at, const floats& extent, const floats& random,
+                                     const floats& unit) -> linear_lanes {
+            const floats e = min(extent, half);
+            return {(at.first - multiply_add(one - (e + e), random, e)) * unit, at.step * unit};
+        };
+        const floats margin(1.5F * of_.thickness); // so that little of the profile is cut off at the sides of the cell
+        const floats wide = half_width * cosine + margin * abs(sine), high = half_width * abs(sine) + margin * cosine;
+        const linear_lanes x = from_centre(in.x, half_length, fraction_of_bits(a, 24, 8), one / half_length),
+                           y = from_centre(in.y, wide * floats(1 / cell_.y), fraction_of_bits(b, 0, 7),
+                                           floats(cell_.y)),
+                           z = from_centre(in.z, high * floats(1 / cell_.z), fraction_of_bits(b, 7, 7),
+                                           floats(cell_.z));
+        const floats per_width = one / half_width, thicknesses(1 / of_.thickness);
+        const linear_lanes across{(y.first * sine + z.first * cosine) * thicknesses,
+                                  (y.step * sine + z.step * cosine) * thicknesses},
+            within{(y.first * cosine - z.first * sine) * per_width, (y.step * cosine - z.step * sine) * per_width};
+        floats begin = in.begin, end = in.end;
+        across.clip(floats(-4.0F), floats(4.0F), begin, end);
+        within.clip(-one, one, begin, end);
+        x.clip(-one, one, begin, end);
+        const floats per_point(1 / points.spacing);
+        const bits first = floor_bits<max_simd_width>((floats(points.first) - begin) * per_point), // less than 0
+            last = floor_bits<max_simd_width>((end - floats(points.first)) * per_point);
+        std::uint32_t met =
+            bits_of(holds_sheet && begin < end && -floats_of<max_simd_width>(first) <= floats_of<max_simd_width>(last));
+        if (met == 0) return;
+
+        const floats steps = floats_of<max_simd_width>(((b >> 22) & 31U) + (b >> 27)); // a sum of two, each 0 to 31
+        const floats level_number =
+            multiply_add(steps, floats(max_level_number / 32), floats(-max_level_number * 31 / 32));
+        const floats level = multiply_add(level_number, floats(bits_per_decibel * of_.spread_db),
+                                          floats(bits_per_decibel * of_.level_db));
+        const floats facing = sine * floats(facing_y_) + cosine * floats(facing_z_);
+        const floats turned = (facing * facing - one) * floats(per_lobe_);
+        const floats echo = multiply_add(power_of_two<max_simd_width>(turned), floats(1 - diffuse_), floats(diffuse_));
+
+        std::uint32_t from[max_simd_width], to[max_simd_width];
+        store_bits<max_simd_width>(-first, from);
+        store_bits<max_simd_width>(last, to);
+        float sheet[7][max_simd_width];
+        const linear_lanes* const coordinates[] = {&across, &within, &x};
+        for (int k = 0; k < 3; ++k) {
+            store(coordinates[k]->first, sheet[2 * k]);
+            store(coordinates[k]->step, sheet[2 * k + 1]);
+        }
+        store(power_of_two<max_simd_width>(level) * echo, sheet[6]);
+        for (std::uint32_t k = 0; met != 0; ++k, met >>= 1) {
+            if ((met & 1U) == 0) continue;
+            const auto at = [&](int which, const floats& distance) {
+                return multiply_add(distance, floats(sheet[which + 1][k]), floats(sheet[which][k]));
+            };
+            const floats amplitude(sheet[6][k]), zero(0.0F), end_point(static_cast<float>(to[k]) + 0.5F);
+            for (std::uint32_t i = from[k]; i <= to[k] && i < points.count; i += max_simd_width) {
+                const floats distance = points.distances(i), offset = at(0, distance), w = at(2, distance),
+                             l = at(4, distance);
+                const floats outline = max(one - l * l, zero) * max(one - w * w, zero);
+                const floats here =
+                    power_of_two<max_simd_width>(offset * offset * floats(-0.72134752F)) * sqrt(outline) * amplitude;
+                const auto inside = whole_numbers(i) < end_point;
+                store(load<max_simd_width>(points.gain + i) + select(inside, here, zero), points.gain + i);
+            }
+        }
+    }
+
+    const structure::sheet_layer& of_;
+    vec3 cell_, aside_;
+    linear_along place_[3]; // coordinates in cells
+    std::uint32_t key_;
+    float facing_y_, facing_z_; // components of the direction of propagation
+    float per_lobe_, diffuse_;
+};
+
+/// Value noise: random numbers at the points of the unit lattice, and cubic interpolation between them. Mean 0,
+/// variance 1, approximately normally distributed.
+/// Source: lattice value noise, Perlin & Hoffert 1989.
+template <int N>
+INSONIFY_FN INSONIFY_INLINE lanes<N> value_noise(std::uint32_t key, const lanes<N>& x, const lanes<N>& y,
+                                                 const lanes<N>& z) {
+    using floats = lanes<N>;
+    using bits = bit_lanes<N>;
+    constexpr std::uint32_t next_x = 0x9E3779B9U, next_y = 0x85EBCA6BU, next_z = 0xC2B2AE35U;
+    const bits column = floor_bits<N>(x), row = floor_bits<N>(y), layer = floor_bits<N>(z);
+    const auto smooth = [](const floats& t) { return t * t * (floats(3.0F) - (t + t)); };
+    const floats right = smooth(x - floats_of<N>(column)), down = smooth(y - floats_of<N>(row)),
+                 back = smooth(z - floats_of<N>(layer));
+    const bits first = column * next_x + row * next_y + layer * next_z + key;
+    const auto corner = [&](std::uint32_t offset) {
+        constexpr std::uint32_t bytes = 0x00FF00FFU;
+        const bits random = mix_lanes<N>(first + offset), pairs = (random & bytes) + ((random >> 8) & bytes);
+        return floats_of<N>((pairs & 0xFFFFU) + (pairs >> 16)); // the sum of four bytes
+    };
+    const auto between = [](const floats& a, const floats& b, const floats& part) {
+        return multiply_add(part, b - a, a);
+    };
+    const auto side = [&](std::uint32_t offset) {
+        return between(between(corner(offset), corner(offset + next_x), right),
+                       between(corner(offset + next_y), corner(offset + next_y + next_x), right), down);
+    };
+    // The variance of four bytes, and the mean of the squared weights over the cell: 0.743^3.
+    constexpr float deviation = 147.8F * 0.6403F;
+    return (between(side(0), side(next_z), back) - floats(510.0F)) * floats(1 / deviation);
+}
+
+/// Distance of points between which the gains of a structure are as good as linear, metres: less than the thickness of
+/// sheets.
+INSONIFY_FN inline float gain_spacing(const structure& of) {
+    float smallest = 0.16e-3F;
+    for (const structure::sheet_layer* layer : {&of.sheets, &of.septa})
+        if (layer->fill > 0) smallest = min(smallest, layer->thickness);
+    return 0.85F * max(smallest, 0.03e-3F);
+}
+
+/// Factors on the amplitude of speckle along a straight segment of a line in an object: see `structure`. Not
+/// normalised: `placed_structure::rms` is their rms value.
+class structure_gains {
+    using floats = wide_floats;
+    using bits = wide_bits;
+
+  public:
+    INSONIFY_FN structure_gains(const placed_structure& tissue, const object_segment& segment)
+        : tissue_{tissue}, segment_{segment} {}
+
+    /// Computes the gains at points.
+    INSONIFY_FN void compute(const gain_points& points) const {
+        const structure& of = tissue_.of;
+        const auto evaluate = [&](line_nodes& nodes, float apart, const auto& field) {
+            nodes.evaluate(points.first, points.last(), max(apart, 4 * points.spacing), segment_.place(), field);
+        };
+        line_nodes mottling, grain, waves;
+        const auto vary = [&](line_nodes& nodes, const structure::variation& v, std::uint32_t number) {
+            if (v.deviation_db == 0) return;
+            const float shortest = min(v.size.x, min(v.size.y, v.size.z));
+            evaluate(nodes, 0.5F * shortest, [&](const floats& distance) {
+                return power_of_two<max_simd_width>(noise(v.size, number, distance) *
+                                                    floats(bits_per_decibel * v.deviation_db));
+            });
+        };
+        vary(mottling, of.mottling, 1);
+        vary(grain, of.grain, 2);
+        evaluate(waves, of.wave > 0 ? 0.5F * of.wave_length : 1.0F, [&](const floats& distance) {
+            return of.wave > 0 ? noise(of.wave_length * vec3{1, 0.6F, 0.6F}, 3, distance) * floats(of.wave)
+                               : floats(0.0F);
+        });
+        for (std::uint32_t i = 0; i < points.count; i += max_simd_width) {
+            const float here = points.distance(i);
+            floats between = of.grain.deviation_db == 0 ? floats(1.0F) : grain.at(here, points.spacing);
+            if (of.bundles.spacing > 0)
+                between = between * bundles(points.distances(i), waves.at(here, points.spacing));
+            store(between, points.gain + i);
+        }
+        for (const placed_structure::sheets& all : tissue_.layers)
+            for (std::uint32_t k = 0; k < all.count; ++k)
+                sheet_crossings{all, k, segment_, lobe_of(all.of.waviness, segment_.fnumber)}.add(waves, points);
+        if (of.mottling.deviation_db == 0) return;
+        for (std::uint32_t i = 0; i < points.count; i += max_simd_width)
+            store(load<max_simd_width>(points.gain + i) * mottling.at(points.distance(i), points.spacing),
+                  points.gain + i);
+    }
+
+    /// Multiplies `count` complex amplitudes, at equal steps from a distance on; distances never decrease. The gains
+    /// are computed as far ahead as there is room for. The arrays have room for whole registers.
+    INSONIFY_FN void multiply(float first, float step, std::uint32_t count, float* real, float* imaginary) {
+        for (std::uint32_t i = 0; i < count; i += max_simd_width) {
+            const floats gain = at(first + static_cast<float>(i) * step, step);
+            store(load<max_simd_width>(real + i) * gain, real + i);
+            store(load<max_simd_width>(imaginary + i) * gain, imaginary + i);
+        }
+    }
+
+  private:
+    INSONIFY_FN floats noise(vec3 size, std::uint32_t number, const floats& distance) const {
+        const auto place = [&](int i) { return segment_.coordinate(tissue_.axes[i], size[i]).at(distance); };
+        return value_noise<max_simd_width>(mix_bits(segment_.key + number), place(0), place(1), place(2));
+    }
+
+    // 1 between the bundles, their level inside.
+    INSONIFY_FN INSONIFY_INLINE floats bundles(const floats& distance, const floats& aside) const {
+        constexpr float edge = 0.15F; // of the spacing
+        const structure::bundle_layer& of = tissue_.of.bundles;
+        const auto place = [&](int i) { return segment_.coordinate(tissue_.axes[i], of.spacing).at(distance); };
+        const floats z = place(2) + aside * floats(1 / of.spacing);
+        const bits layer = floor_bits<max_simd_width>(z),
+                   row_bits = mix_lanes<max_simd_width>(layer * 0x9E3779B9U + segment_.key);
+        const floats y = place(1) + aside * floats(0.7F / of.spacing) +
+                         fraction_of_bits(row_bits, 0, 16); // each row by itself, or bundles would be in columns
+        const bits row = floor_bits<max_simd_width>(y);
+        const bits random =
+            mix_lanes<max_simd_width>(row * 0x85EBCA6BU + layer * 0xC2B2AE35U + (segment_.key ^ 0x2545F491U));
+        const floats radius = floats(0.5F * of.diameter / of.spacing) *
+                              multiply_add(fraction_of_bits(random, 0, 8), floats(0.4F), floats(0.6F));
+        const auto from_centre = [&](const floats& at, const bits& cell, int shift) {
+            return at - floats_of<max_simd_width>(cell) -
+                   multiply_add(floats(1.0F) - (radius + radius), fraction_of_bits(random, shift, 8), radius);
+        };
+        const floats dy = from_centre(y, row, 8), dz = from_centre(z, layer, 16);
+        const floats outside = (sqrt(dy * dy + dz * dz) - radius) * floats(1 / edge);
+        const floats inside = min(max(floats(0.5F) - outside, floats(0.0F)), floats(1.0F));
+        return multiply_add(inside, floats(amplitude_of_decibels(of.level_db) - 1), floats(1.0F));
+    }
+
+    // At a register full of distances.
+    INSONIFY_FN INSONIFY_INLINE floats at(float distance, float step) {
+        const float length = (max_simd_width - 1) * step;
+        if (count_ == 0 || (distance + length - begin_) * per_point_ > static_cast<float>(count_ - 2))
+            fill(distance - 2 * step,
+                 max(segment_.length, distance) + max_simd_width * step); // slabs overlap by a step
+        return interpolate(gain_, count_, (distance - begin_) * per_point_, step * per_point_);
+    }
+    // From the last point before a distance on. Points lie at whole multiples of their distance in the material.
+    INSONIFY_FN void fill(float from, float to) {
+        const float spacing = gain_spacing(tissue_.of), origin = segment_.place();
+        per_point_ = 1 / spacing;
+        begin_ = min(std::floor((origin + from) * per_point_) * spacing - origin, from);
+        count_ = static_cast<std::uint32_t>(min((to - begin_) * per_point_ + 3, static_cast<float>(max_points)));
+        compute({begin_, spacing, count_, gain_});
+    }
+
+    static constexpr std::uint32_t max_points = 256; // at a time
+
+    const placed_structure& tissue_;
+    object_segment segment_;
+    float begin_ = 0, per_point_ = 1; // of the points
+    std::uint32_t count_ = 0;
+    float gain_[max_points + max_simd_width];
+};
+
+/// Factors on the amplitude of speckle in the sheath of an object, below one surface of a segment of a line: see
+/// `structure::sheath_layer`.
+class sheath_gains {
+    using floats = wide_floats;
+
+  public:
+    /// @param surface    distance of the surface, metres from the origin of the segment
+    /// @param cosine     of the angle of incidence on it; negative where the line leaves the object, 0: no sheath
+    /// @param max_range  length of the line that the sheath may take, metres: to the middle of a thin object, where it
+    ///                   meets the sheath of the surface on the other side
+    INSONIFY_FN sheath_gains(const structure::sheath_layer& of, const object_segment& segment, float surface,
+                             float cosine, float max_range)
+        : of_{of}, segment_{segment}, surface_{surface}, cosine_{cosine} {
+        if (!(of.thickness > 0) || cosine == 0) return;
+        range_ = min(2 * of.thickness / max(std::fabs(cosine), 1e-3F), max_range);
+        begin_ = max(cosine > 0 ? surface : surface - range_, 0);
+        end_ = min(cosine > 0 ? surface + range_ : surface, segment.length);
+    }
+
+    /// Multiplies complex amplitudes at equal steps from a distance on; metres from the origin of the segment. The
+    /// arrays have room for whole registers.
+    INSONIFY_FN void multiply(float first, float step, std::uint32_t count, float* real, float* imaginary) {
+        const auto slot = [&](float distance) {
+            return static_cast<std::uint32_t>(clamp((distance - first) / step, 0, static_cast<float>(count)));
+        };
+        if (!(begin_ < end_)) return;
+        const std::uint32_t from = slot(begin_) / max_simd_width * max_simd_width,
+                            to = slot(end_ + 1.5F * step); // past the slot that the end cuts
+        if (from >= to) return;
+        if (!prepared_) prepare();
+        const floats per_width(1 / min(0.12e-3F / of_.thickness, 0.25F)); // standard deviation of a line
+        for (std::uint32_t i = from; i < to; i += max_simd_width) {
+            const float here = first + static_cast<float>(i) * step;
+            const floats distance = floats(here - surface_) + whole_numbers(0) * floats(step);
+            const floats within = distance * floats(cosine_ / of_.thickness) / thickness_.at(here, step);
+            const auto line = [&](float place) {
+                const floats away = (within - floats(place)) * per_width;
+                return power_of_two<max_simd_width>(away * away * floats(-0.72134752F));
+            };
+            const floats both = multiply_add(line(0.85F), other_.at(here, step), line(0.1F)), one(1.0F);
+            const floats gain =
+                select(abs(distance) < floats(range_), multiply_add(level_.at(here, step), both, one), one);
+            store(load<max_simd_width>(real + i) * gain, real + i);
+            store(load<max_simd_width>(imaginary + i) * gain, imaginary + i);
+        }
+    }
+
+  private:
+    INSONIFY_FN void prepare() {
+        const auto evaluate = [&](line_nodes& nodes, float size, std::uint32_t number, float factor, float offset) {
+            const auto place = [&](int i, const floats& distance) {
+                return linear_along{segment_.origin[i] / size, segment_.along[i] / size}.at(distance);
+            };
+            nodes.evaluate(begin_, end_, 0.2F * size, segment_.place(), [&](const floats& distance) {
+                const floats noise =
+                    value_noise<max_simd_width>(mix_bits(segment_.key ^ (number * 0x632BE5ABU)), place(0, distance),
+                                                place(1, distance), place(2, distance));
+                return power_of_two<max_simd_width>(multiply_add(noise, floats(factor), floats(offset)));
+            });
+        };
+        const float sine_squared = 1 - min(cosine_ * cosine_, 1), diffuse = amplitude_of_decibels(of_.diffuse_db);
+        const float lobe = lobe_of(of_.waviness, segment_.fnumber);
+        const float echo = diffuse + (1 - diffuse) * std::exp2(-sine_squared / (lobe * lobe));
+        evaluate(thickness_, 6e-3F, 1, 0.3F, 0);
+        evaluate(level_, 3e-3F, 2, bits_per_decibel * of_.spread_db,
+                 bits_per_decibel * of_.level_db + std::log2(max(echo, 1e-12F)));
+        evaluate(other_, 4e-3F, 3, 1, -0.5F);
+        prepared_ = true;
+    }
+
+    const structure::sheath_layer& of_;
+    const object_segment& segment_;
+    float surface_, cosine_;
+    float range_ = 0;           // length of the sheath, metres along the line
+    float begin_ = 0, end_ = 0; // of it, metres from the origin
+    bool prepared_ = false;
+    // Thickness relative to the mean; amplitude of the first line, and of the other relative to it.
+    line_nodes thickness_, level_, other_;
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+
+#endif
+#include <cfloat>
+#include <cmath>
+#include <cstdint>
 
 namespace insonify::inline INSONIFY_ABI {
+
+namespace detail {
+
+/// The contents of cells of a `cell_field`: one complex random number per lane, of mean power 1, computed from an
+/// index.
+template <int N>
+struct complex_lanes {
+    lanes<N> real{};      ///< real parts
+    lanes<N> imaginary{}; ///< imaginary parts
+};
+
+} // namespace detail
+
+/// Fully developed speckle: many scatterers per resolution cell, whose sum is complex Gaussian and whose envelope is
+/// Rayleigh distributed.
+/// Source: Goodman, Speckle Phenomena in Optics, 2007, chapter 3.
+struct gaussian_numbers {
+    /// @param index  hashes of the cells
+    template <int N>
+    INSONIFY_FN INSONIFY_INLINE detail::complex_lanes<N> operator()(const bit_lanes<N>& index, float, float) const {
+        // Each part is the sum of four uniform 4-bit numbers, with mean 0 and variance 1/2; interpolation and
+        // convolution make the distribution Gaussian. Both sums are computed at once, in the halves of a word.
+        constexpr float scale = 0.076696499F; // sqrt(1/2) / sqrt(4 (16^2 - 1) / 12)
+        constexpr std::uint32_t nibbles = 0x0F0F0F0FU, bytes = 0x00FF00FFU;
+        const bit_lanes<N> bits = mix_lanes<N>(index), pairs = (bits & nibbles) + ((bits >> 4) & nibbles),
+                           sums = (pairs & bytes) + ((pairs >> 8) & bytes);
+        const auto part = [&](const bit_lanes<N>& sum) {
+            return multiply_add(floats_of<N>(sum), lanes<N>(scale), lanes<N>(-30 * scale));
+        };
+        return {part(sums & 0xFFFFU), part(sums >> 16)};
+    }
+
+    friend bool operator==(const gaussian_numbers&, const gaussian_numbers&) = default;
+};
+
+/// Sparse speckle: a Poisson distributed number of scatterers per cell, with normally distributed amplitude and
+/// uniformly distributed phase.
+///
+///     (A_1 exp(j theta_1) + ... + A_n exp(j theta_n)) / sqrt(mean),   n ~ Poisson(mean),   mean = density * volume
+///
+/// density is in 1/m^3, volume that of a cell in m^3; the A are standard normal, so the mean power is 1.
+/// Source: a marked Poisson process; Wagner et al., "Statistics of speckle in ultrasound B-scans", 1983.
+struct poisson_numbers {
+    float density = 20e9F; ///< scatterers per m^3 in media without `scatterer_density`; 20 per mm^3
+
+    /// @throws usage_error  if `density` is out of range
+    void check() const {
+        if (!is_finite(density) || !(density > 0))
+            throw usage_error{
+                "poisson_numbers: `density` must be a finite number above 0; use `no_scatterers` for no speckle"};
+    }
+
+    /// @param index              hashes of the cells
+    /// @param volume             of a cell, m^3
+    /// @param scatterer_density  of the medium, per m^3; 0: `density`
+    template <int N>
+    INSONIFY_FN detail::complex_lanes<N> operator()(const bit_lanes<N>& index, float volume,
+                                                    float scatterer_density) const {
+        const float mean = (scatterer_density > 0 ? scatterer_density : density) * volume;
+        if (mean > 32) return gaussian_numbers{}.operator()<N>(index, volume, scatterer_density); // indistinguishable
+        std::uint32_t each[N];
+        store_bits<N>(index, each);
+        float real[N], imaginary[N];
+        for (int i = 0; i < N; ++i) {
+            const vec2 sum = cell_sum(each[i], mean);
+            real[i] = sum.x;
+            imaginary[i] = sum.y;
+        }
+        return {load<N>(real), load<N>(imaginary)};
+    }
+
+    friend bool operator==(const poisson_numbers&, const poisson_numbers&) = default;
+
+  private:
+    // Sum of the scatterers of one cell; their number by inversion of the cumulative distribution.
+    INSONIFY_FN static vec2 cell_sum(std::uint32_t index, float mean) {
+        const float uniform = static_cast<float>(mix_bits(index) >> 8U) * 0x1p-24F;
+        float probability = std::exp(-mean), cumulative = probability; // of 0 scatterers
+        vec2 sum{0, 0};
+        for (std::uint32_t count = 1; uniform >= cumulative && count < 64; ++count) {
+            const float angle = 2 * pi * static_cast<float>(mix_bits(index + count * 0x632BE5ABU) >> 8U) * 0x1p-24F;
+            sum += hash_normal(index, count).x * vec2{std::cos(angle), std::sin(angle)};
+            probability *= mean / static_cast<float>(count);
+            cumulative += probability;
+        }
+        return sum / std::sqrt(mean);
+    }
+};
+
+namespace detail {
+
+/// The grid of a `cell_field` is fine along the viewing direction and coarse across it. Grids exist for a lattice of
+/// directions; each line uses, slab by slab, a random one of the four around its own. Thus speckle persists while a
+/// probe turns a little, and decorrelates gradually as it turns further.
+///
+/// Lattice directions lie on the six faces of a cube, an eighth of half an edge apart: 7 degrees in the middle of a
+/// face.
+inline constexpr float view_steps = 8;
+
+/// Probability that two lines at this angle, radians, choose the same direction in a slab. Exact in the middle of a
+/// face; an upper bound towards the edges of the cube, where directions are closer.
+INSONIFY_FN inline float same_view_probability(float angle) { return max(0, 1 - view_steps * std::fabs(angle)); }
+
+/// One of the four lattice directions around `towards`, chosen with bilinear weights: its mean is `towards`.
+/// @param towards  not 0
+/// @param bits     32 random bits
+/// @return         whole numbers from -view_steps to view_steps; for the opposite direction, the opposite
+INSONIFY_FN inline vec3 lattice_direction(vec3 towards, std::uint32_t bits) {
+    const vec3 size = abs(towards);
+    const float scale = view_steps / max(max(size.x, size.y), size.z);
+    const auto rounded = [&](float coordinate, std::uint32_t random) { // the largest is a whole number already
+        const float fraction = (static_cast<float>(random & 0x3FFU) + 0.5F) * 0x1p-10F;
+        return std::copysign(std::floor(std::fabs(coordinate) * scale + fraction), coordinate);
+    };
+    return {rounded(towards.x, bits), rounded(towards.y, bits >> 10U), rounded(towards.z, bits >> 20U)};
+}
+
+/// A number for each lattice direction.
+INSONIFY_FN inline std::uint32_t lattice_index(vec3 direction) {
+    const auto digit = [](float coordinate) {
+        return static_cast<std::uint32_t>(static_cast<std::int32_t>(coordinate) + 64);
+    };
+    return (digit(direction.x) << 16U) + (digit(direction.y) << 8U) + digit(direction.z);
+}
+
+/// Parallel oblique slabs that fill space; the view direction is chosen once for each.
+struct view_slabs {
+    static constexpr float thickness = 2e-3F; ///< metres
+
+    /// Position of a point in slabs; its floor is the index of the slab.
+    INSONIFY_FN static float position(vec3 point) { return dot(point, vec3{0.48F, 0.6F, 0.64F}) / thickness; }
+};
+
+/// A straight segment of a line in the undeformed material: per metre of the line now, or across it.
+struct rest_line : material_line {
+    vec3 lateral{1, 0, 0}; ///< metres of material per metre across the line in the slice plane
+};
+
+/// The normal of the slots of a segment that deformation shears out of the slice plane: slots lie in wave fronts there,
+/// since no other lines show how echoes change out of the plane, and their phase must follow what moves in that
+/// direction.
+/// @param normal  along the line, of tissue that is not sheared
+/// @return        no more than 60 degrees from it, so that the line traverses the slots
+INSONIFY_FN inline vec3 sheared_normal(vec3 normal, vec3 elevation) {
+    const float size = dot(elevation, elevation);
+    const vec3 sheared = size > 0 ? normal - (dot(normal, elevation) / size) * elevation : normal;
+    if (4 * dot(sheared, sheared) >= dot(normal, normal)) return sheared;
+    constexpr float steepest = 1.732F; // tan 60 degrees
+    const vec3 forward = normalize(normal), aside = sheared - dot(sheared, forward) * forward;
+    return dot(aside, aside) > 0 ? forward + steepest * normalize(aside) : forward;
+}
+
+/// The slots and cells that one segment of a line traverses.
+struct cell_layout {
+    double slot = 0;             ///< at the origin of the segment
+    double slots_per_metre = 1;  ///< of the line
+    vec2 across{0, 0};           ///< position of the origin in the slice plane and out of it, in cells
+    vec2 across_per_slot{0, 0};  ///< its change from slot to slot, in cells
+    std::uint32_t key = 0;       ///< hash of seed, object and layout direction
+    float volume = 0;            ///< of a cell, m^3
+    float scatterer_density = 0; ///< of the medium, per m^3
+    vec2 slope{0, 0};            ///< see `scatterer_run`
+    float level = 1;             ///< root of the slots' length along the segment over their spacing
+    /// Phase over the height of a cell: rms over the slots, turns, at the origin; and its change from slot to slot.
+    vec2 turns{0, 0};
+
+    /// Sets `turns` for a segment that begins at a distance along the line, metres.
+    INSONIFY_FN void set_phase_spread(const material_line& line, float begin) {
+        constexpr float ahead = 2e-3F;
+        const float first = line.phase_spread(begin), last = line.phase_spread(begin + ahead);
+        const auto per_slot = static_cast<float>(1 / (static_cast<double>(ahead) * slots_per_metre));
+        turns = vec2{first, (last - first) * per_slot} * (line.height / (2 * pi));
+    }
+
+    /// Values of N consecutive slots, interpolated between the four cells around the line: linearly out of the slice
+    /// plane, and in it linearly too, or so that the field has the spectrum of white noise, as far as a beam can tell.
+    /// @tparam Linear     whether linearly
+    /// @param first_slot  index of the first slot
+    /// @param offset      slots from the origin to the centre of each
+    /// @param numbers     the contents of the cells, such as `gaussian_numbers`
+    template <int N, bool Linear = false, class Numbers>
+    INSONIFY_FN INSONIFY_INLINE complex_lanes<N> values(std::uint32_t first_slot, const lanes<N>& offset,
+                                                        const Numbers& numbers) const {
+        using floats = lanes<N>;
+        using bits = bit_lanes<N>;
+        constexpr std::uint32_t next_column = 0x85EBCA6BU, next_row = 0xC2B2AE35U;
+        // Its upper and its lower half displace the cells of each slot. From slot to slot the upper one grows by the
+        // golden section, so that the few slots of a pulse cut cells in places that are spread evenly.
+        const bits slot_hash = steps_of_bits<N>(key + first_slot * 0x9E3779B9U, 0x9E3779B9U);
+        const floats one(1.0F), to_cells(0x1p-16F);
+        const floats x =
+            floats(across.x) + offset * floats(across_per_slot.x) + floats_of<N>(slot_hash >> 16) * to_cells;
+        const floats y =
+            floats(across.y) + offset * floats(across_per_slot.y) + floats_of<N>(slot_hash & 0xFFFFU) * to_cells;
+        const bits column = floor_bits<N>(x), row = floor_bits<N>(y);
+        const floats past_column = x - floats_of<N>(column), upper = y - floats_of<N>(row), lower = one - upper;
+        const floats left = lateral_weight<N, Linear>(past_column),
+                     right = lateral_weight<N, Linear>(one - past_column);
+        const bits index = slot_hash + column * next_column + row * next_row + 0x51ED270BU;
+        const floats scale = (Linear ? unit_power_scale<N>(past_column) : floats(level)) * unit_power_scale<N>(upper);
+        const auto row_of = [&](std::uint32_t cells, const floats& weight) {
+            const auto number = [&](std::uint32_t cell) {
+                return numbers.template operator()<N>(index + (cells + cell), volume, scatterer_density);
+            };
+            const complex_lanes<N> at_left = number(0), at_right = number(next_column);
+            return complex_lanes<N>{weight * (left * at_left.real + right * at_right.real),
+                                    weight * (left * at_left.imaginary + right * at_right.imaginary)};
+        };
+        complex_lanes<N> one_row = row_of(0, lower), next = row_of(next_row, upper);
+        if (!Linear && (turns.x != 0 || turns.y != 0)) {
+            // Phases of rms 1 whose mean of cos(q x) is exp(-x^2 / 2) within 0.02: a normal distribution's, from
+            // uniform numbers.
+            const floats uniform = floats_of<N>(slot_hash >> 16) * floats(0x1p-15F) - one, squared = uniform * uniform;
+            const floats spread = max(floats(turns.x) + offset * floats(turns.y), floats(0.0F)) * uniform *
+                                  polynomial<N>(squared * squared, 1.11F, 1.2243671F);
+            one_row = turned<N>(one_row, upper * spread);
+            next = turned<N>(next, floats(0.0F) - lower * spread);
+        }
+        return {(one_row.real + next.real) * scale, (one_row.imaginary + next.imaginary) * scale};
+    }
+
+  private:
+    // Keeps the power of linear interpolation: 1 / sqrt(w^2 + (1 - w)^2) = sqrt(2 / (1 + u)), u = (2 w - 1)^2, as a
+    // polynomial in u within 1e-4.
+    template <int N>
+    INSONIFY_FN INSONIFY_INLINE static lanes<N> unit_power_scale(const lanes<N>& weight) {
+        const lanes<N> twice = weight + weight - lanes<N>(1.0F);
+        return polynomial<N>(twice * twice, 0.070276911F, -0.26038293F, 0.47710252F, -0.70102729F, 1.4140941F);
+    }
+
+    // A number times exp(2 pi j turns), by the half angle within a quarter turn, to 5e-5.
+    template <int N>
+    INSONIFY_FN INSONIFY_INLINE static complex_lanes<N> turned(const complex_lanes<N>& value, const lanes<N>& turns) {
+        const lanes<N> part = turns - floats_of<N>(floor_bits<N>(turns + lanes<N>(0.5F))), squared = part * part;
+        const lanes<N> sine =
+                           part * polynomial<N>(squared, 0.0821459F, -0.5992645F, 2.5501640F, -5.1677128F, 3.1415927F),
+                       cosine = polynomial<N>(squared, 0.2353306F, -1.3352628F, 4.0587121F, -4.9348022F, 1.0F);
+        const lanes<N> x = cosine * cosine - sine * sine, y = (sine + sine) * cosine;
+        return {value.real * x - value.imaginary * y, value.real * y + value.imaginary * x};
+    }
+
+    // Weight of a cell at a lateral distance of 0 to 1 cells from its centre: 1.26 (1 - d^2) (1 - 7/3 d^2), of mean
+    // power 1 and without a second moment. Positive weights would smooth the field, and speckle would be wider than the
+    // beam.
+    template <int N, bool Linear>
+    INSONIFY_FN INSONIFY_INLINE static lanes<N> lateral_weight(const lanes<N>& distance) {
+        if constexpr (Linear) return lanes<N>(1.0F) - distance;
+        const lanes<N> squared = distance * distance;
+        return polynomial<N>(squared, 2.9348392F, -4.1926275F, 1.2577882F);
+    }
+};
+
+/// The layout of cells for one segment of a line in one slab.
+/// @param cell     size of a cell in the slice plane, metres; out of it, it is as high as the line's tissue
+/// @param spacing  length of a slot, metres
+INSONIFY_FN inline cell_layout make_cell_layout(std::uint32_t seed, float cell, const rest_line& line, double slab,
+                                                float spacing) {
+    const std::uint32_t object_hash =
+        mix_bits(seed * 0x9E3779B9U + line.object + line.plane * 0x85EBCA6BU + line.frame_number * 0xC2B2AE35U);
+    const auto slab_index = static_cast<std::uint32_t>(static_cast<std::int64_t>(slab));
+    const std::uint32_t random = mix_bits(object_hash + slab_index * 0x9E3779B9U);
+    // The axes of the grid: along the line and along its elevation, whose sign does not matter. Steered lines
+    // use the grid of straight ones, so that the looks of a compounded image see the same scatterers.
+    const vec3 along = line.along - line.tilt * line.elevation - line.steering,
+               normal = line.displacement != nullptr ? sheared_normal(along, line.elevation) : along;
+    const vec3 towards = lattice_direction(normal, random), view = normalize(towards);
+    const vec3 chosen = lattice_direction(line.elevation, mix_bits(random + 1));
+    const bool down = chosen.x != 0 ? chosen.x < 0 : chosen.y != 0 ? chosen.y < 0 : chosen.z < 0;
+    const vec3 upwards = down ? -chosen : chosen;
+    const vec3 upright = upwards - dot(upwards, view) * view;
+    const vec3 up = dot(upright, upright) > 1 ? normalize(upright) : orthonormal_basis{view}.second;
+    const vec3 right = cross(up, view);
+    const vec2 to_cells{1 / cell, 1 / (line.height > 0 ? line.height : cell)};
+    const float advance = dot(line.along, view);
+    cell_layout cells;
+    cells.slot = static_cast<double>(dot(line.origin, view)) / spacing;
+    cells.slots_per_metre = static_cast<double>(advance) / spacing;
+    cells.across = vec2{dot(line.origin, right), dot(line.origin, up)} * to_cells;
+    cells.across_per_slot = vec2{dot(line.along, right), dot(line.along, up)} * to_cells * (spacing / advance);
+    cells.key = mix_bits(mix_bits(object_hash ^ lattice_index(towards)) ^ lattice_index(upwards));
+    cells.volume = spacing / (to_cells.x * to_cells.y);
+    cells.scatterer_density = line.scatterer_density;
+    cells.level = std::sqrt(length(line.along) / advance);
+    cells.slope = vec2{dot(line.lateral, view), dot(line.elevation, view)} / -advance;
+    return cells;
+}
+
+/// The point itself, or the origin for points so far away (about 100 km) that floats do not resolve the cells, or that
+/// integers do not count the slots.
+INSONIFY_FN inline vec3 resolvable(vec3 point, float cell, float spacing) {
+    const vec3 size = abs(point);
+    const float max_coordinate = min(0x1p29F * min(cell, 1e-3F), 0x1p50F * spacing);
+    return size.x < max_coordinate && size.y < max_coordinate && size.z < max_coordinate ? point : vec3{0, 0, 0};
+}
+
+/// Part of a line as it was at rest, which is curved where tissue is deformed: points at equal steps, of which the last
+/// may be up to half a step shorter or longer.
+class rest_curve {
+  public:
+    /// @param line   with a displacement
+    /// @param begin  metres along the line
+    /// @param end    metres along the line; the curve ends before it where it would have too many points
+    INSONIFY_FN rest_curve(const material_line& line, float begin, float end)
+        : begin_{begin}, step_{line.displacement->straight_length / length(line.along)} {
+        const float steps = (end - begin) / step_;
+        last_ = static_cast<std::uint32_t>(clamp(steps + 0.5F, 1, max_steps));
+        end_ = steps < static_cast<float>(max_steps) + 0.5F ? end : begin + static_cast<float>(max_steps) * step_;
+        for (std::uint32_t i = 0; i <= last_; ++i) point_[i] = line.displacement->rest(line.at(distance(i)));
+    }
+
+    INSONIFY_FN std::uint32_t last() const { return last_; }
+    /// Of a point, metres along the line.
+    INSONIFY_FN float distance(std::uint32_t i) const {
+        return i == last_ ? end_ : begin_ + static_cast<float>(i) * step_;
+    }
+    /// In tissue at rest.
+    INSONIFY_FN vec3 point(std::uint32_t i) const { return point_[i]; }
+    /// Metres of tissue at rest per metre of the line, from one point straight to another.
+    INSONIFY_FN vec3 along(std::uint32_t from, std::uint32_t to) const {
+        return (point_[to] - point_[from]) * (1 / (distance(to) - distance(from)));
+    }
+
+    /// The end of a straight piece from a point on: no point of the curve between is further from it than `tolerance`,
+    /// metres.
+    /// @param largest  the last point that it may reach
+    INSONIFY_FN std::uint32_t straight_until(std::uint32_t from, std::uint32_t largest, float tolerance) const {
+        std::uint32_t to = from + 1;
+        while (to < largest && is_straight(from, to + 1, tolerance)) ++to;
+        return to;
+    }
+
+  private:
+    static constexpr std::uint32_t max_steps = 32;
+
+    INSONIFY_FN bool is_straight(std::uint32_t from, std::uint32_t to, float tolerance) const {
+        const vec3 step = along(from, to);
+        for (std::uint32_t i = from + 1; i < to; ++i) {
+            const vec3 aside = point_[i] - point_[from] - (distance(i) - distance(from)) * step;
+            if (dot(aside, aside) > tolerance * tolerance) return false;
+        }
+        return true;
+    }
+
+    float begin_, step_, end_ = 0; // metres along the line
+    std::uint32_t last_ = 0;
+    vec3 point_[max_steps + 1];
+};
+
+/// What the structure of its medium does to the speckle along one straight segment of a line.
+class structured_line {
+  public:
+    /// @param line        the segment, in a medium that has a structure
+    /// @param begin, end  of the segment, metres along the line
+    INSONIFY_FN structured_line(const rest_line& line, float begin, float end, std::uint32_t key)
+        : begin_{begin}, segment_{.origin = line.origin,
+                                  .along = line.along,
+                                  .propagation = normalize(line.along - line.tilt * line.elevation),
+                                  .fnumber = line.fnumber,
+                                  .key = key,
+                                  .length = end - begin},
+          gains_{*line.structure, segment_}, behind_entry_{sheath_at(line, line.surfaces.x, line.own_surfaces.x)},
+          before_exit_{sheath_at(line, line.surfaces.y, -line.own_surfaces.y)} {}
+    structured_line(const structured_line&) = delete;
+
+    /// Multiplies `count` complex amplitudes, at equal steps from a distance on, metres along the line; distances never
+    /// decrease. The arrays have room for whole registers.
+    INSONIFY_FN void multiply(float first, float step, std::uint32_t count, float* real, float* imaginary) {
+        gains_.multiply(first - begin_, step, count, real, imaginary);
+        behind_entry_.multiply(first - begin_, step, count, real, imaginary);
+        before_exit_.multiply(first - begin_, step, count, real, imaginary);
+    }
+
+  private:
+    INSONIFY_FN sheath_gains sheath_at(const rest_line& line, float surface, float cosine) const {
+        const bool both_own = line.own_surfaces.x != 0 && line.own_surfaces.y != 0;
+        return {line.structure->of.sheath, segment_, surface - begin_, cosine,
+                both_own ? 0.5F * (line.surfaces.y - line.surfaces.x) : FLT_MAX};
+    }
+
+    float begin_; // metres along the line
+    object_segment segment_;
+    structure_gains gains_;
+    sheath_gains behind_entry_, before_exit_;
+};
+
+} // namespace detail
+
+/// A random scatterer field on a grid that is fixed in the material, so that speckle moves with the tissue.
+///
+/// Along the line the grid consists of slots, each with one scatterer; across the line it consists of cells, with
+/// interpolation between them. The cells of each slot are displaced at random, so no line spacing coincides with their
+/// period. The grid is aligned with one of a fixed set of directions, close to that of the line.
+/// Source: the convolution model of speckle, Bamber & Dickinson 1980; the grid is the library's own.
+/// @tparam Numbers  the contents of a cell: `gaussian_numbers` or `poisson_numbers`
+template <class Numbers>
+struct cell_field {
+    std::uint32_t seed = 1; ///< each seed gives an independent field of the same statistics
+    /// Size of a cell across the line, metres: 1.25 times the spacing of the lines or more, and no more than twice the
+    /// standard deviation of the beam; else speckle decorrelates too fast between lines (by 6 % of its width where the
+    /// two are equal), or too slowly.
+    float cell = 0.22e-3F;
+    Numbers numbers{}; ///< contents of the cells
+
+    /// Each elevation plane of a frame has scatterers of its own.
+    static constexpr bool independent_planes = true;
+
+    /// @throws usage_error  if a setting is out of range
+    void check() const {
+        if (!is_finite(cell) || !(cell > 0))
+            throw usage_error{"cell_field: `cell` must be a finite number of metres above 0, such as 0.2_mm"};
+        if constexpr (requires { numbers.check(); }) numbers.check();
+    }
+
+    /// Covariance of the scatterers of two lines, 1 at most, averaged over the positions of the lines in their cells.
+    /// @param distance  between the lines, metres
+    /// @param angle     between their directions, radians
+    INSONIFY_FN float covariance(float distance, float angle) const {
+        const float cells = std::fabs(distance) / cell;
+        if (!(cells < 2)) return 0;
+        // The weights of `cell_layout` correlated with themselves.
+        const float end = 1 - 0.5F * cells;
+        const float factor =
+            1 + cells * (1.5F +
+                         cells * (-2.25F + cells * (-2.5F + cells * (0.75F + cells * (0.65625F + cells * 0.109375F)))));
+        return end * end * end * factor * detail::same_view_probability(angle);
+    }
+    /// The same of `surface_values`.
+    INSONIFY_FN float value_covariance(float distance, float angle) const {
+        return linear_covariance(distance / cell) * detail::same_view_probability(angle);
+    }
+    /// Emits the scatterers from `begin` to `end`, metres along the line: see `scattering_field`.
+    template <class Emit>
+    INSONIFY_FN void scatter(const material_line& line, float begin, float end, float spacing, Emit&& emit) const {
+        // More slots than any line has samples: the sound speed is close to 0, and floats barely resolve the interval.
+        if (!(end - begin < 0x1p25F * spacing)) return;
+        if (line.displacement == nullptr) {
+            const detail::rest_line rest = rest_at(line, begin, spacing);
+            return with_structure(rest, begin, end, [&](detail::structured_line* structure) {
+                scatter_slabs(rest, begin, end, spacing, structure, emit);
+            });
+        }
+        for (float from = begin; from < end;) {
+            const detail::rest_curve curve{line, from, end};
+            scatter_curved(line, curve, spacing, emit);
+            from = curve.distance(curve.last());
+        }
+    }
+
+    /// Values of the field at points of one line, interpolated between slots too: for surfaces, which have no volume.
+    /// Within the few millimetres that a surface takes of it, the line counts as straight in tissue at rest.
+    class surface_values {
+      public:
+        /// Of a line, around a distance along it, metres; the spacing of scatterers is in metres.
+        INSONIFY_FN surface_values(const cell_field& field, const material_line& line, float around, float spacing)
+            : field_{field}, around_{around}, spacing_{spacing}, line_{field.rest_at(line, around, spacing)} {}
+
+        /// At a distance along the line, metres.
+        INSONIFY_FN vec2 operator()(float distance) {
+            detail::rest_line line = line_;
+            line.origin = line_.at(distance - around_);
+            const double slab = std::floor(static_cast<double>(detail::view_slabs::position(line.origin)));
+            if (slab != slab_) { // points of one slab have one layout
+                cells_ = detail::make_cell_layout(field_.seed, field_.cell, line, slab, spacing_);
+                slab_ = slab;
+                origin_ = distance;
+                first_ = INT64_MAX;
+            }
+            const double slot = cells_.slot + static_cast<double>(distance - origin_) * cells_.slots_per_metre,
+                         below = std::floor(slot);
+            const auto number = static_cast<std::int64_t>(below);
+            if (number < first_ || number - first_ > room - 2) compute_from(number);
+            const auto i = static_cast<std::size_t>(number - first_);
+            const auto weight = static_cast<float>(slot - below);
+            const vec2 sum =
+                (1 - weight) * vec2{real_[i], imaginary_[i]} + weight * vec2{real_[i + 1], imaginary_[i + 1]};
+            return sum / std::sqrt((1 - weight) * (1 - weight) + weight * weight);
+        }
+
+      private:
+        const cell_field& field_;
+        float around_, spacing_;
+        detail::rest_line line_;
+        double slab_ = FLT_MAX; // none yet
+        float origin_ = 0;      // of the layout, metres along the line
+        detail::cell_layout cells_{};
+        // Values are computed for some slots at a time: points follow each other closely.
+        static constexpr int room = max_simd_width > 4 ? max_simd_width : 4;
+        std::int64_t first_ = 0;
+        float real_[room] = {}, imaginary_[room] = {};
+
+        INSONIFY_FN void compute_from(std::int64_t slot) {
+            first_ = slot;
+            const auto offset = static_cast<float>(static_cast<double>(slot) + 0.5 - cells_.slot);
+            const detail::complex_lanes<room> some = cells_.template values<room, true>(
+                static_cast<std::uint32_t>(slot), floats_of<room>(steps_of_bits<room>(0, 1)) + lanes<room>(offset),
+                field_.numbers);
+            store(some.real, real_);
+            store(some.imaginary, imaginary_);
+        }
+    };
+
+    friend bool operator==(const cell_field&, const cell_field&) = default;
+
+  private:
+    static constexpr std::uint32_t run_length = 96;
+
+    // The line in tissue at rest, straight as it is at a distance along it, where its origin is.
+    INSONIFY_FN detail::rest_line rest_at(const material_line& line, float distance, float spacing) const {
+        detail::rest_line rest{line, cross(line.elevation, line.along)};
+        rest.origin = line.at(distance);
+        if (line.displacement != nullptr) {
+            const mat3 gradient = line.displacement->gradient(rest.origin);
+            rest.origin = line.displacement->rest(rest.origin);
+            for (vec3* each : {&rest.along, &rest.elevation, &rest.lateral, &rest.steering}) *each = gradient * *each;
+        }
+        rest.origin = detail::resolvable(rest.origin, cell, spacing);
+        return rest;
+    }
+
+    // Covariance of linear interpolation that keeps the power, by distance in cells.
+    INSONIFY_FN static float linear_covariance(float cells) {
+        // At distances of eighths of a cell, by numerical integration; linear in between.
+        constexpr float eighths[] = {1,        0.9804F,  0.9248F,  0.84031F, 0.73599F, 0.62104F,
+                                     0.50348F, 0.38981F, 0.2854F,  0.19486F, 0.12178F, 0.06792F,
+                                     0.03254F, 0.01253F, 0.00333F, 0.00037F, 0};
+        const float position = 8 * std::fabs(cells);
+        if (!(position < 16)) return 0;
+        const auto below = static_cast<int>(position);
+        const float weight = position - static_cast<float>(below);
+        return (1 - weight) * eighths[below] + weight * eighths[below + 1];
+    }
+
+    // Calls use(what the structure does along a segment), or use(nullptr) in a medium without one.
+    template <class Use>
+    INSONIFY_FN void with_structure(const detail::rest_line& line, float begin, float end, const Use& use) const {
+        if (line.structure == nullptr) return use(nullptr);
+        if (line.along == vec3{0, 0, 0}) return;
+        detail::structured_line structure{line, begin, end, mix_bits(seed + line.object)};
+        use(&structure);
+    }
+
+    // Straight from point to point of a curve: over short pieces for the scatterers, whose phases count, and over
+    // longer ones for the structure, which is displaced by less than 0.07 mm between their ends.
+    template <class Emit>
+    INSONIFY_FN void scatter_curved(const material_line& line, const detail::rest_curve& curve, float spacing,
+                                    Emit&& emit) const {
+        const auto segment = [&](std::uint32_t from, std::uint32_t to) {
+            detail::rest_line rest = rest_at(line, 0.5F * (curve.distance(from) + curve.distance(to)), spacing);
+            rest.origin = detail::resolvable(curve.point(from), cell, spacing);
+            rest.along = curve.along(from, to);
+            return rest;
+        };
+        for (std::uint32_t first = 0; first < curve.last();) {
+            const std::uint32_t last =
+                line.structure == nullptr
+                    ? curve.last()
+                    : curve.straight_until(first, curve.last(), 0.5F * detail::gain_spacing(line.structure->of));
+            with_structure(segment(first, last), curve.distance(first), curve.distance(last),
+                           [&](detail::structured_line* structure) {
+                               for (std::uint32_t from = first; from < last;) {
+                                   const std::uint32_t to = curve.straight_until(from, last, spacing / 16);
+                                   const detail::rest_line rest = segment(from, to);
+                                   if (rest.along != vec3{0, 0, 0})
+                                       scatter_slabs(rest, curve.distance(from), curve.distance(to), spacing, structure,
+                                                     emit);
+                                   from = to;
+                               }
+                           });
+            first = last;
+        }
+    }
+
+    // Divides a straight segment where it leaves a slab: each slab has its own layout.
+    template <class Emit>
+    INSONIFY_FN void scatter_slabs(const detail::rest_line& line, float begin, float end, float spacing,
+                                   detail::structured_line* structure, Emit&& emit) const {
+        const double position = static_cast<double>(detail::view_slabs::position(line.origin));
+        const double slabs_per_metre = static_cast<double>(detail::view_slabs::position(line.along));
+        const bool ascending = slabs_per_metre > 0;
+        const auto end_of = [&](double slab, float from) {
+            if (!(std::fabs(slabs_per_metre) > 1e-3)) return end;
+            const double border = slab + (ascending ? 1 : 0);
+            return clamp(static_cast<float>(static_cast<double>(begin) + (border - position) / slabs_per_metre), from,
+                         end);
+        };
+        const auto layout_at = [&](float from, double slab) {
+            detail::rest_line rest = line;
+            rest.origin = line.at(from - begin);
+            detail::cell_layout cells = detail::make_cell_layout(seed, cell, rest, slab, spacing);
+            cells.set_phase_spread(line, from);
+            return cells;
+        };
+        // Where slots are of one layout in one layer, metres along the line.
+        vec2 whole = line.surfaces.x < line.surfaces.y ? line.surfaces : vec2{-FLT_MAX, FLT_MAX};
+        const float surface = whole.y;
+        double slab = std::floor(position);
+        detail::cell_layout cells{};
+        for (float from = begin, to = begin;; slab += ascending ? 1 : -1) { // from the slab before to the next one
+            const bool last = !(to < end);
+            const detail::cell_layout next = last ? cells : layout_at(to, slab);
+            const bool divided = next.key != cells.key;
+            whole.y = divided ? to : surface;
+            if (to > from) scatter_slab(cells, structure, from, to, whole, emit);
+            if (last) return;
+            if (divided && to > begin) whole.x = to;
+            cells = next;
+            from = to;
+            to = end_of(slab, from);
+        }
+    }
+
+    template <class Emit>
+    INSONIFY_FN void scatter_slab(const detail::cell_layout& cells, detail::structured_line* structure, float begin,
+                                  float end, vec2 whole, Emit&& emit) const {
+        const double from = cells.slot;
+        const auto slot_at = [&](float distance) {
+            return from + static_cast<double>(distance - begin) * cells.slots_per_metre;
+        };
+        const double to = slot_at(end), whole_begin = slot_at(whole.x), whole_end = slot_at(whole.y);
+        const auto first_slot = static_cast<std::int64_t>(std::floor(from));
+        const auto end_slot = static_cast<std::int64_t>(std::floor(to)) + 1;
+        float real[run_length], imaginary[run_length];
+        for (std::int64_t slot = first_slot; slot < end_slot;) {
+            const std::int64_t remaining = end_slot - slot;
+            const auto count = static_cast<std::uint32_t>(remaining < run_length ? remaining : run_length);
+            const double offset = static_cast<double>(slot) + 0.5 - from;
+            for (std::uint32_t i = 0; i < count; i += max_simd_width) {
+                const auto value =
+                    cells.values<max_simd_width>(static_cast<std::uint32_t>(slot) + i,
+                                                 floats_of<max_simd_width>(steps_of_bits<max_simd_width>(i, 1)) +
+                                                     lanes<max_simd_width>(static_cast<float>(offset)),
+                                                 numbers);
+                store(value.real, real + i);
+                store(value.imaginary, imaginary + i);
+            }
+            if (structure != nullptr)
+                structure->multiply(begin + static_cast<float>(offset / cells.slots_per_metre),
+                                    static_cast<float>(1 / cells.slots_per_metre), count, real, imaginary);
+            // A slot that is cut is weighted by its part inside, so that its parts add up to it; where other scatterers
+            // follow, at a surface or in another layout, by the root of that, which keeps the power.
+            const auto weight = [&](std::uint32_t i) {
+                const double own = static_cast<double>(slot + i),
+                             inside = std::fmin(to, own + 1) - std::fmax(from, own),
+                             left = std::fmin(whole_end, own + 1) - std::fmax(whole_begin, own);
+                const auto factor = static_cast<float>(left < 1 ? inside / std::sqrt(std::fmax(left, 1e-12)) : inside);
+                real[i] *= factor;
+                imaginary[i] *= factor;
+            };
+            if (slot == first_slot) weight(0);
+            if (slot + count == end_slot && end_slot > first_slot + 1) weight(count - 1);
+            emit(scatterer_run{.first = begin + static_cast<float>(offset / cells.slots_per_metre),
+                               .step = static_cast<float>(1 / cells.slots_per_metre),
+                               .count = count,
+                               .real = real,
+                               .imaginary = imaginary,
+                               .slope = cells.slope});
+            slot += count;
+        }
+    }
+};
+
+/// Fully developed speckle, as in most tissue.
+using gaussian_field = cell_field<gaussian_numbers>;
+
+/// Sparse scatterers, whose speckle statistics depend on their number: `medium::scatterer_density`, or for media
+/// without one `{.numbers = {.density = 5e9F}}`.
+using poisson_scatterers = cell_field<poisson_numbers>;
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+
+namespace insonify::inline INSONIFY_ABI {
+namespace detail {
+
+/// The surface at which the present layer began.
+struct layer_entry {
+    float reflected = 0;             ///< there, from outside; 0: the probe's face
+    float shown = 0;                 ///< displayed depth, metres
+    float loss_db = 0;               ///< attenuation up to there, there and back, of the peak of the pulse, dB
+    const layer* present = nullptr;  ///< which begins there
+    const medium* outside = nullptr; ///< before it
+};
+
+/// Where the far surface of a layer is nearest to the probe, metres across the line; at most half of the thickness
+/// away.
+INSONIFY_FN inline vec2 nearest_of(vec2 slope, vec2 curvature, float thickness) {
+    const auto along = [&](float s, float bend) {
+        return bend == 0 ? 0.0F : clamp(s / bend, -0.5F * thickness, 0.5F * thickness);
+    };
+    return {along(slope.x, curvature.x), along(slope.y, curvature.y)};
+}
+
+} // namespace detail
 
 /// The pulse-echo model: complex pressure amplitudes at baseband, as input for `convolve`.
 ///
@@ -11731,9 +11324,10 @@ namespace insonify::inline INSONIFY_ABI {
 ///     diffuse    T A sqrt(r^2 (1 - exp(-4 k^2 h^2 cos^2 i)) 0.166 / (Fx Fy)) cos i, rms
 ///     speckle    T A backscatter 10^(texture_db / 20), rms                   `gaussian_field`
 ///
-/// T is the product of the interfaces' transmission there and back, A = 10^(-loss / 20) the attenuation of the peak of the
-/// pulse there and back (`echo_loss`, `attenuated`). r is the pressure reflection at the angle of incidence i, k the wave number
-/// in 1/m, h the rms height in m; phi and F are tilt and F-number in the slice plane (x) and out of it (y).
+/// T is the product of the interfaces' transmission there and back, A = 10^(-loss / 20) the attenuation of the peak of
+/// the pulse there and back (`echo_loss`, `attenuated`). r is the pressure reflection at the angle of incidence i, k
+/// the wave number in 1/m, h the rms height in m; phi and F are tilt and F-number in the slice plane (x) and out of it
+/// (y).
 ///
 /// Amplitude 1 is the echo of a perfect mirror at normal incidence without attenuation. `echo_line` defines how an echo
 /// is written to the samples. Source: see each law.
@@ -11764,28 +11358,23 @@ struct physical {
               ///< where each repetition has at least this fraction of the one before; 1: none rings
 
     /// The same model with another interface law.
-    template <interface_law Law>
-    physical<Law, Scattering, Specular, Roughness, Attenuation> with_boundary(const Law& law) const {
+    auto with_boundary(const interface_law auto& law) const {
         return with(law, scattering, specular, roughness, attenuation);
     }
     /// The same model with another scatterer field.
-    template <scattering_field Field>
-    physical<Boundary, Field, Specular, Roughness, Attenuation> with_scattering(const Field& field) const {
+    auto with_scattering(const scattering_field auto& field) const {
         return with(boundary, field, specular, roughness, attenuation);
     }
     /// The same model with another specular law.
-    template <specular_law Law>
-    physical<Boundary, Scattering, Law, Roughness, Attenuation> with_specular(const Law& law) const {
+    auto with_specular(const specular_law auto& law) const {
         return with(boundary, scattering, law, roughness, attenuation);
     }
     /// The same model with another roughness law.
-    template <roughness_law Law>
-    physical<Boundary, Scattering, Specular, Law, Attenuation> with_roughness(const Law& law) const {
+    auto with_roughness(const roughness_law auto& law) const {
         return with(boundary, scattering, specular, law, attenuation);
     }
     /// The same model with another attenuation law.
-    template <attenuation_law Law>
-    physical<Boundary, Scattering, Specular, Roughness, Law> with_attenuation(const Law& law) const {
+    auto with_attenuation(const attenuation_law auto& law) const {
         return with(boundary, scattering, specular, roughness, law);
     }
 
@@ -11804,7 +11393,7 @@ struct physical {
 
     /// Default number of samples of a line, for a pulse of 2.5 cycles: see `samples_for`.
     INSONIFY_FN std::uint32_t samples(float depth, float frequency) const {
-        return samples_for(depth, detail::nominal_sigma(frequency));
+        return samples_for(depth, nominal_sigma(frequency));
     }
 
     /// Length of the line to trace, metres: at least as far as sound in the fastest medium travels in the time of the
@@ -11833,21 +11422,30 @@ struct physical {
         normal.cosine = 1;
         return boundary(normal);
     }
-    /// The direction of sound behind an interface, by the interface law's own `refracted` or by Snell's law; {0, 0, 0} where
-    /// it is totally reflected. Unchanged where all media have one speed (`timing::uniform`) or all incidence is normal.
+    /// The direction of sound behind an interface, by the interface law's own `refracted` or by Snell's law; {0, 0, 0}
+    /// where it is totally reflected. Unchanged where all media have one speed (`timing::uniform`) or all incidence is
+    /// normal.
     INSONIFY_FN vec3 refracted(vec3 direction, vec3 normal, const medium& before, const medium& after) const {
         if (timing == insonify::timing::uniform || angle == insonify::angle::normal) return direction;
-        return detail::refracted_by(boundary, direction, normal, before, after);
+        if constexpr (requires { boundary.refracted(direction, normal, before, after); })
+            return boundary.refracted(direction, normal, before, after);
+        else
+            return insonify::refracted(direction, normal, before, after);
     }
     /// Attenuation of an echo per metre of a medium, there and back, dB/m; the frequency is in hertz.
     INSONIFY_FN float loss(const medium& m, float frequency) const { return attenuation(m, frequency); }
-    /// What the peak of the pulse of a line loses, dB. @param loss_db  what its carrier would lose alone
+    /// What the peak of the pulse of a line loses, dB; that of its carrier if the line states neither bandwidth nor
+    /// pulse.
+    /// @param loss_db  what its carrier would lose alone
     INSONIFY_FN float pulse_loss(const traced_line& line, float loss_db) const {
-        return detail::peak_loss(bandwidth, line, loss_db);
+        if (bandwidth == pulse_bandwidth::narrow || !(max(line.bandwidth, line.pulse_sigma) > 0)) return loss_db;
+        const float fractional =
+            line.bandwidth > 0 ? line.bandwidth : axial_sigma(line.pulse_sigma, line.frequency); // its own inverse
+        return attenuated(loss_db, line.frequency, fractional).loss_db;
     }
 
-    /// What arrives along a line, at equal steps of depth: x, the amplitude there and back, 1 at the probe face, and y, the
-    /// displayed depth; element k at (k + 1) * spacing. From these, tracers compute `aperture_gains`.
+    /// What arrives along a line, at equal steps of depth: x, the amplitude there and back, 1 at the probe face, and y,
+    /// the displayed depth; element k at (k + 1) * spacing. From these, tracers compute `aperture_gains`.
     INSONIFY_FN void arrivals(const traced_line& line, float spacing, view<vec2> out) const {
         std::size_t k = 0;
         const auto transmitted = [&](std::size_t i, const layer& here, const echo_path&) {
@@ -11903,7 +11501,7 @@ struct physical {
         };
         detail::follow_sound(*this, line, add_surface, [&](std::size_t, const layer& here, const echo_path& path) {
             if (path.shown + path.gains.min_deeper() >= echoes.depth()) return false;
-            detail::emit_speckle(*this, line, here, path, echoes);
+            emit_speckle(line, here, path, echoes);
             return true;
         });
     }
@@ -11912,7 +11510,7 @@ struct physical {
     template <class Echoes>
     INSONIFY_FN void add_layer(const traced_line& line, const layer& here, echo_path& path,
                                const Echoes& echoes) const {
-        detail::emit_speckle(*this, line, here, path, echoes);
+        emit_speckle(line, here, path, echoes);
         detail::pass(*this, line, here, path);
     }
 
@@ -11929,46 +11527,32 @@ struct physical {
         const vec2 tangent = normal_incidence ? vec2{0, 0} : below.slope;
         const incidence at{before, after, cosine, line.frequency, below.roughness};
         const response wave = at_interface(at);
-        const float elevation_fnumber = line.aperture.elevation_fnumber;
         const float loss_db = pulse_loss(line, path.loss_db);
         const float arrived =
             line.gains.amplitude(path.passed * amplitude_of_decibels(-loss_db), path.gains.last().surfaces);
         const float shown = path.shown + path.gains.last().deeper;
 
-        const float fnumber = line.aperture.fnumber(shown);
-        const float wavelengths = max(shown, 1e-4F) * line.frequency / display_speed;
         constexpr float steepest = 5.8F; // 80 degrees
-        const vec2 slope = detail::displayed_stretch(timing, before) *
-                           vec2{clamp(tangent.x, -steepest, steepest), clamp(tangent.y, -steepest, steepest)};
-        const auto collected_by = [&](vec2 of) -> vec2 {
-            return {specular(std::atan(of.x), fnumber, wavelengths),
-                    specular(std::atan(of.y), elevation_fnumber, wavelengths)};
-        };
-        const vec3 curvature = normal_incidence ? vec3{0, 0, 0} : below.curvature;
+        const float stretch = detail::displayed_stretch(timing, before);
+        const vec2 slope = stretch * vec2{clamp(tangent.x, -steepest, steepest), clamp(tangent.y, -steepest, steepest)};
         curved_echo coherent{.depth = shown,
                              .amplitude = arrived * wave.reflected * roughness.coherent(at),
-                             .collected = collected_by(tangent),
+                             .collected = collected(line, shown, tangent),
                              .slope = slope,
-                             .curvature = detail::displayed_stretch(timing, before) * curvature};
-        if (min_ringing < 1)
-            detail::add_repetitions(coherent, entry, below, before, after, detail::displayed_stretch(timing, before),
-                                    path.shown, loss_db, wave.reflected, min_ringing, collected_by,
-                                    [&](const medium& from, const medium& to, float cosine_there) {
-                                        return at_interface({from, to, cosine_there, line.frequency}).reflected;
-                                    });
+                             .curvature = normal_incidence ? vec3{0, 0, 0} : stretch * below.curvature};
+        if (min_ringing < 1) add_repetitions(coherent, line, entry, above, below, path.shown, loss_db, wave.reflected);
         add_specular(echoes, coherent);
 
         // Lambert's law over the solid angle of the array: 0.166 / (Fx Fy), calibrated by an independent simulation.
         const float scattered = wave.reflected * wave.reflected * roughness.diffuse(at);
-        const float diffuse =
-            std::fabs(arrived) * std::sqrt(scattered * 0.166F / (fnumber * elevation_fnumber)) * cosine;
+        const float fnumbers = line.aperture.fnumber(shown) * line.aperture.elevation_fnumber;
+        const float diffuse = std::fabs(arrived) * std::sqrt(scattered * 0.166F / fnumbers) * cosine;
         if (diffuse > 0) {
             const pose at_place = line.places.empty() ? pose{} : line.places[below.place];
             material_line inside = in_object(line.frame, at_place, below.object);
             inside.displacement = line.displacement(below.place);
             const gaussian_field field = surface_field();
-            gaussian_field::surface_values values{field, inside, detail::surface_grain(line.frequency)};
-            const float stretch = detail::displayed_stretch(timing, before);
+            gaussian_field::surface_values values{field, inside, below.begin, detail::surface_grain(line.frequency)};
             echoes.rough_surface(shown, diffuse, slope, coherent.curvature,
                                  [&](float x) { return values(below.begin + x / stretch); });
         }
@@ -11981,6 +11565,66 @@ struct physical {
     template <class A, class B, class C, class D, class E>
     physical<A, B, C, D, E> with(const A& a, const B& b, const C& c, const D& d, const E& e) const {
         return {a, b, c, timing, angle, bandwidth, texture_db, shadow_floor_db, seed, d, e, min_ringing};
+    }
+
+    // Of a pulse of 2.5 cycles, whose fractional bandwidth is 1.61 / 2.5.
+    INSONIFY_FN static float nominal_sigma(float frequency) { return axial_sigma(0.644F, frequency); }
+
+    // Fractions that the aperture collects of the specular echo of a surface of this slope, as in `curved_echo`.
+    INSONIFY_FN vec2 collected(const traced_line& line, float shown, vec2 slope) const {
+        const float wavelengths = max(shown, 1e-4F) * line.frequency / display_speed;
+        return {specular(std::atan(slope.x), line.aperture.fnumber(shown), wavelengths),
+                specular(std::atan(slope.y), line.aperture.elevation_fnumber, wavelengths)};
+    }
+
+    // Sound reverberates in a thin hard layer, such as a needle, and each time part of it leaves towards the probe: the
+    // echo of the layer's far surface repeats at its thickness, a ladder of lines that grow fainter.
+    //
+    //     ratio = r' r 10^(-loss / 20),   r' = -r of the near surface from outside
+    //
+    // for each time that sound crosses the layer and returns. Where the surfaces are not parallel, each reflection
+    // turns it further: the ratio takes the fraction of the first repetition that the aperture collects. The echo of a
+    // curved surface comes from where that is nearest to the probe, so slopes, angles and thickness are those of that
+    // place: a needle rings alike in all planes that cut it.
+    // @param far        the layer that begins at the far surface
+    // @param shown      displayed depth of the far surface, metres
+    // @param loss_db    attenuation down to it, there and back, of the peak of the pulse, dB
+    // @param reflected  r of the far surface
+    INSONIFY_FN void add_repetitions(curved_echo& one, const traced_line& line, const detail::layer_entry& near,
+                                     const layer& present, const layer& far, float shown, float loss_db,
+                                     float reflected) const {
+        constexpr float thickest = 2e-3F; // displayed: beyond, the beam has widened
+        float step = shown - near.shown;
+        if (near.reflected == 0 || !(step > 0) || step > thickest) return;
+        const medium &inside = line.media[present.medium], &behind = line.media[far.medium];
+        const float stretch = detail::displayed_stretch(timing, inside);
+        const float speeds = inside.sound_speed / near.outside->sound_speed;
+        vec2 near_slope = near.present->slope, far_slope = far.slope, whole = one.collected;
+        float near_reflected = near.reflected;
+        const vec2 near_bend{near.present->curvature.x, near.present->curvature.y},
+            bend{far.curvature.x, far.curvature.y}, nearest = detail::nearest_of(far_slope, bend, step / stretch);
+        if (nearest != vec2{0, 0}) {
+            step += stretch * dot(near_slope - far_slope + 0.5F * (bend - near_bend) * nearest, nearest);
+            near_slope -= near_bend * nearest;
+            far_slope -= bend * nearest;
+            const float sine = std::sqrt(dot(near_slope, near_slope) / (1 + dot(near_slope, near_slope))),
+                        sine_inside = speeds * sine;
+            if (sine_inside >= 1) return;
+            const auto reflects = [&](const medium& from, const medium& to, float cosine) {
+                return at_interface({from, to, cosine, line.frequency}).reflected;
+            };
+            near_reflected = reflects(*near.outside, inside, std::sqrt(1 - sine * sine));
+            reflected = reflects(inside, behind, std::sqrt(1 - sine_inside * sine_inside));
+            whole = collected(line, one.depth, far_slope);
+        }
+        const float ratio = -near_reflected * reflected * amplitude_of_decibels(min(near.loss_db - loss_db, 0));
+        if (!(std::fabs(ratio) >= min_ringing)) return;
+        // A wedge turns sound in the layer by twice its angle, and refraction changes that outside.
+        const vec2 by = (far_slope - near_slope) / speeds;
+        const vec2 turned = dot(by, by) < 1e-8F ? whole : collected(line, one.depth, far_slope + by);
+        const float first = whole.x * whole.y;
+        one.repeat_ratio = ratio * (first > 0 ? min(turned.x * turned.y / first, 1) : 0);
+        one.repeat_step = step;
     }
 
     // At normal incidence throughout, no surface turns from line to line.
@@ -11996,6 +11640,68 @@ struct physical {
     }
 
     INSONIFY_FN gaussian_field surface_field() const { return {.seed = seed}; }
+
+    // Emits the speckle of one layer, from `path` at its beginning on.
+    template <class Echoes>
+    INSONIFY_FN void emit_speckle(const traced_line& line, const layer& here, const echo_path& path,
+                                  const Echoes& echoes) const {
+        const medium& m = line.media[here.medium];
+        const float begin = path.shown + path.gains.min_deeper();
+        if (!(m.backscatter > 0) || begin >= echoes.depth()) return;
+        const float displayed = detail::displayed_stretch(timing, m);
+        const float per_metre = attenuation(m, line.frequency);
+        const float sigma = line.pulse_sigma > 0 ? line.pulse_sigma : nominal_sigma(line.frequency);
+        float slot = scatterer_spacing(sigma / displayed); // shorter in slow media
+        if (m.flowing) slot = min(slot, scatterer_spacing_in_flow(line.frequency));
+        // The pulse sums the power of the slots that it covers: sqrt(pi) sigma over the displayed length of a slot.
+        const float pulse_gain = std::sqrt(std::sqrt(pi) * sigma / (slot * displayed));
+        float level = m.backscatter * amplitude_of_decibels(texture_db) / pulse_gain;
+        const pose place = line.places.empty() ? pose{} : line.places[here.place];
+        const float end = min(here.end, here.begin + (echoes.depth() - begin) / displayed + slot);
+        material_line within = in_object(line.frame, place, here.object, m.scatterer_density);
+        within.height = line.aperture.height;
+        within.plane = line.plane;
+        within.aperture = &line.aperture;
+        within.displayed = {path.shown - here.begin * displayed, displayed};
+        within.tilt = line.frame.tilt;
+        within.surfaces = {here.begin, here.end};
+        within.flowing = m.flowing;
+        within.frame_number = m.flowing ? line.frame_number : 0;
+        within.displacement = line.displacement(here.place);
+        within.steering = place.local_direction(line.frame.steering);
+        if (!m.structure.empty() && here.place < line.structures.size() &&
+            line.structures[here.place].of == m.structure) {
+            within.fnumber = line.aperture.fnumber(path.shown + 0.5F * (here.end - here.begin) * displayed);
+            within.structure = &line.structures[here.place];
+            within.own_surfaces = here.own_surfaces;
+            level /= within.structure->rms(within.fnumber);
+        }
+        detail::scatter_along_fibres(scattering, within, here.begin, end, slot, [&](const scatterer_run& run) {
+            const auto length = static_cast<float>(run.count) * run.step;
+            const aperture_gain first = path.gains.at(run.first), last = path.gains.at(run.first + length);
+            const auto shown_at = [&](float distance, const aperture_gain& gain) {
+                return path.shown + (distance - here.begin) * displayed + gain.deeper;
+            };
+            const auto level_at = [&](float distance, const aperture_gain& gain) {
+                const float loss_db = pulse_loss(line, path.lost_at(distance - here.begin, per_metre));
+                float arrived = line.gains.amplitude(path.passed * amplitude_of_decibels(-loss_db), gain.speckle);
+                if (shadow_floor_db != -FLT_MAX) {
+                    const float background = shown_at(distance, gain) * attenuation(line.media[0], line.frequency);
+                    arrived = max(arrived, amplitude_of_decibels(shadow_floor_db - background));
+                }
+                return min(level * arrived, 1e20F); // keeps sums finite
+            };
+            const float longer = (last.deeper - first.deeper) / static_cast<float>(run.count > 0 ? run.count : 1);
+            echoes.scatterers({.depth = shown_at(run.first, first),
+                               .step = max(run.step * displayed + longer, 0),
+                               .count = run.count,
+                               .real = run.real,
+                               .imaginary = run.imaginary,
+                               .first_level = level_at(run.first, first),
+                               .last_level = level_at(run.first + length, last),
+                               .slope = run.slope * displayed});
+        });
+    }
 };
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -12010,26 +11716,6 @@ struct physical {
 #define INSONIFY_SIGNAL_KERNEL_CONVOLVE_HPP
 
 
-#ifndef INSONIFY_PROBE_ACQUISITION_HPP
-#define INSONIFY_PROBE_ACQUISITION_HPP
-
-
-#include <cstdint>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Depth and sampling of the scan lines.
-struct acquisition {
-    float depth = 0.08F;       ///< metres, at most 10
-    std::uint32_t samples = 0; ///< depth samples of each line; 0: chosen by the model
-    std::uint32_t planes = 1;  ///< 1, 3, 5 or 7 elevation planes, which sample the slice thickness
-    std::uint32_t frame = 0;   ///< number of the frame: speckle of flowing media (`medium::flowing`) depends on it
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
 #ifndef INSONIFY_SIGNAL_PULSE_HPP
 #define INSONIFY_SIGNAL_PULSE_HPP
 
@@ -12146,7 +11832,7 @@ struct beam_model {
     /// Lateral -6 dB width, metres: k lambda F#(z), where
     ///
     ///     k = 1.26 - 0.41 (1 - 1.05 s^2) exp(-s^2),   s = (q + 2.2) / 3.4 below q = -2.2, (q + 2.2) / 7.2 above
-    ///     q = (1 - z_f / z) z_f / (lambda F#(z_f)^2)  defocus at the edge of the transmit aperture, eighths of a wavelength
+    ///     q = (1 - z_f / z) z_f / (lambda F#(z_f)^2)  defocus at the edge of the transmit aperture, wavelengths / 8
     ///
     /// The beam is narrowest before the focus, where the near side of the transmitted wave meets the growing aperture.
     /// Source: fit to simulated fields of an array that receives at constant F#: 3.5 to 7.5 MHz, F/2 to F/4, foci of 20
@@ -12904,7 +12590,8 @@ class elevation_planes {
     ///
     /// The echoes of a Gaussian beam of standard deviation sigma have the correlation
     ///
-    ///     rho(d) = integral of w(y) w(y + d) dy / integral of w(y)^2 dy = exp(-d^2 / (4 sigma^2)),   w = exp(-y^2 / (2 sigma^2))
+    ///     rho(d) = integral of w(y) w(y + d) dy / integral of w(y)^2 dy = exp(-d^2 / (4 sigma^2))
+    ///     w(y) = exp(-y^2 / (2 sigma^2))
     ///
     /// after a shift by d. Cells of height H, linear from one to the next, have exp(-2.5 d^2 / (2 H^2)); phases of rms
     /// s a metre have exp(-s^2 d^2 / 2). The product is rho where s^2 = 1 / (2 sigma^2) - 2.5 / H^2. A single plane has
@@ -13104,6 +12791,8 @@ class planes_of_lines {
 
 #endif
 #include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <utility>
 #include <vector>
 
@@ -13116,7 +12805,8 @@ namespace insonify::inline INSONIFY_ABI::detail {
 
 /// The specular echo of a curved surface through a Gaussian kernel, in one direction across the line:
 ///
-///     V = integral of G(x; sigma) exp(-i K (x - x0)^2 / (2 a)) dx = (1 + i q)^(-1/2) exp(-(x0 / sigma)^2 i q / (1 + i q) / 2)
+///     V = integral of G(x; sigma) exp(-i K (x - x0)^2 / (2 a)) dx
+///       = (1 + i q)^(-1/2) exp(-(x0 / sigma)^2 i q / (1 + i q) / 2)
 ///     q = K sigma^2 / a
 ///
 /// relative to a plane, where G has the integral 1, K is the phase per metre of displayed depth, a the radius of the
@@ -13132,9 +12822,9 @@ class curved_kernel {
         : phase_per_metre_{phase_per_metre}, cosine_{1 / std::sqrt(1 + slope * slope)}, sine_{slope * cosine_},
           bend_{curvature * cosine_ * cosine_ * cosine_}, sigma_{sigma} {}
 
-    /// How much the surface counts as curved, 0 to 1. One that turns little within the kernel is a plane of its own slope
-    /// on every line: then the law of plane surfaces is more accurate. So it is where the nearest place is far away. Its
-    /// constants and that of `of_line` were chosen by hand, within the limits of `tests/tracing/curved_surfaces.cpp`.
+    /// How much the surface counts as curved, 0 to 1. One that turns little within the kernel is a plane of its own
+    /// slope on every line: then the law of plane surfaces is more accurate. So it is where the nearest place is far
+    /// away. Constants here and in `of_line`: by hand, within the limits of `tests/tracing/curved_surfaces.cpp`.
     INSONIFY_FN float strength() const {
         const float q = phase(), curved = q * q / (q * q + 0.4F * 0.4F);
         if (!(curved > 0.01F)) return 0;
@@ -17171,33 +16861,33 @@ struct pixel_grid {
     uvec2 size{0, 0};          ///< columns, rows
     std::vector<Pixel> pixels; ///< row by row
 
+    /// No pixels.
     pixel_grid() = default;
     /// All pixels have one value.
     explicit pixel_grid(uvec2 columns_rows, Pixel value = {})
         : size{columns_rows}, pixels(static_cast<std::size_t>(columns_rows.x) * columns_rows.y, value) {}
 
     /// One pixel; indices are not checked.
-    /// @{
     Pixel& operator()(std::uint32_t column, std::uint32_t row) {
         return pixels[static_cast<std::size_t>(row) * size.x + column];
     }
+    /// The same, to be read.
     const Pixel& operator()(std::uint32_t column, std::uint32_t row) const {
         return pixels[static_cast<std::size_t>(row) * size.x + column];
     }
-    /// @}
 
     friend bool operator==(const pixel_grid&, const pixel_grid&) = default;
 };
 
 /// A greyscale image: 0 black to 1 white.
 struct image : pixel_grid<float> {
-    using pixel_grid::pixel_grid;
+    using pixel_grid::pixel_grid; ///< of no pixels, or all of one value
     friend bool operator==(const image&, const image&) = default;
 };
 
 /// A colour image: red, green and blue from 0 to 1, as displays take them.
 struct colour_image : pixel_grid<vec3> {
-    using pixel_grid::pixel_grid;
+    using pixel_grid::pixel_grid; ///< of no pixels, or all of one value
     friend bool operator==(const colour_image&, const colour_image&) = default;
 };
 
@@ -17560,41 +17250,6 @@ inline outline_measure measure_outline(const scan_map& map, view<const vec2> out
 
 
 #endif
-#ifndef INSONIFY_PROBE_PROBE_SECTION_HPP
-#define INSONIFY_PROBE_PROBE_SECTION_HPP
-
-
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Some neighbouring lines of a probe, with its face, field of view and beam.
-template <transducer Probe>
-struct probe_section : Probe {
-    std::uint32_t lines = 1; ///< hides the member of the probe
-    std::uint32_t first = 0; ///< line of the probe that is line 0 here
-
-    /// @param begin, end  lines of the probe, without `end`
-    probe_section(const Probe& probe, std::uint32_t begin, std::uint32_t end)
-        : Probe{probe}, lines{end - begin}, first{begin} {}
-
-    /// The line as a ray in the probe frame.
-    INSONIFY_FN ray beam(float line) const { return Probe::beam(line + static_cast<float>(first)); }
-    /// Of a probe that is `steered`: see there.
-    INSONIFY_FN vec3 scatterer_axis(float line) const requires requires(const Probe& probe) {
-        probe.scatterer_axis(0.0F);
-    }
-    { return Probe::scatterer_axis(line + static_cast<float>(first)); }
-    /// From {x, z} to {line, depth along it}.
-    INSONIFY_FN vec2 locate(vec2 point) const { return Probe::locate(point) - vec2{static_cast<float>(first), 0}; }
-
-    friend bool operator==(const probe_section&, const probe_section&) requires detail::comparable<Probe>
-    = default;
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
 #include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -17665,12 +17320,14 @@ std::uint32_t beam_margin(const Probe& probe, float depth) {
     return static_cast<std::uint32_t>(kernel.half_width());
 }
 
-/// Velocity and power of each pixel, 0 outside the field of view. Interpolates phasors, so aliased velocities do not
-/// pass through 0 on their way from one end of the range to the other.
-template <exec::policy Policy, class Pixel>
-void for_each_flow_pixel(const Policy& policy, const flow_lines& lines, const scan_map& map, const Pixel& pixel) {
+/// Velocity and power of each pixel, 0 outside the field of view and where `settings` show no flow. Interpolates
+/// phasors, so aliased velocities do not pass through 0 on their way from one end of the range to the other.
+template <exec::policy Policy, class Settings, class Pixel>
+void for_each_flow_pixel(const Policy& policy, const flow_lines& lines, const scan_map& map, const Settings& settings,
+                         const Pixel& pixel) {
     check_lines_of_map(lines, map);
     const float turn = lines.max_velocity > 0 ? pi / lines.max_velocity : 0, scale = lines.max_velocity / pi;
+    const float min_amplitude = amplitude_of_decibels(settings.min_power_db);
     const std::size_t next = map.samples > 1 ? 1 : 0;
     exec::for_each_block(policy, map.size.y, 1, 40 * static_cast<float>(map.size.x), [&](std::size_t y, std::size_t) {
         for (std::size_t i = y * map.size.x; i < (y + 1) * map.size.x; ++i) {
@@ -17691,14 +17348,12 @@ void for_each_flow_pixel(const Policy& policy, const flow_lines& lines, const sc
             add(lines.values[here + next], (1 - across) * along);
             add(lines.values[beside], across * (1 - along));
             add(lines.values[beside + next], across * along);
-            pixel(i, flow_sample{.velocity = power > 0 ? scale * std::atan2(phasor.y, phasor.x) : 0, .power = power});
+            const flow_sample found{.velocity = power > 0 ? scale * std::atan2(phasor.y, phasor.x) : 0, .power = power};
+            const bool shown =
+                power > 0 && std::sqrt(power) >= min_amplitude && std::fabs(found.velocity) >= settings.min_velocity;
+            pixel(i, shown ? found : flow_sample{});
         }
     });
-}
-
-/// Whether a pixel shows flow.
-INSONIFY_FN inline bool shows_flow(const flow_sample& of, float min_amplitude, float min_velocity) {
-    return of.power > 0 && std::sqrt(of.power) >= min_amplitude && std::fabs(of.velocity) >= min_velocity;
 }
 
 } // namespace detail
@@ -17789,7 +17444,7 @@ class colour_scanner {
 /// The result has the lines of the probe and an eighth of the samples of a B-mode; 0 outside the box. Velocities are
 /// those that a scanner displays: along the line, for the sound speed c0, and aliased above c0 prf / (4 f0).
 ///
-///     const flow_lines seen = colour_doppler(exec::par_unseq, body, probe, at, stream, {.depth = 40_mm, .prf = 6_kHz});
+///     const flow_lines seen = colour_doppler(exec::par, body, probe, at, stream, {.depth = 40_mm, .prf = 6_kHz});
 ///
 /// @param field  velocities of blood and tissue, such as `poiseuille`
 /// @param model  acoustics of interfaces and media
@@ -17867,10 +17522,8 @@ image doppler_picture(const Policy& policy, const flow_lines& lines, const Probe
     settings.check();
     const scan_map map = make_scan_map(policy, probe, detail::acquisition_of(lines), {.size = settings.size});
     image picture{map.size};
-    const float min_amplitude = amplitude_of_decibels(settings.min_power_db);
-    detail::for_each_flow_pixel(policy, lines, map, [&](std::size_t i, const flow_sample& of) {
-        if (detail::shows_flow(of, min_amplitude, settings.min_velocity)) picture.pixels[i] = of.velocity;
-    });
+    detail::for_each_flow_pixel(policy, lines, map, settings,
+                                [&](std::size_t i, const flow_sample& of) { picture.pixels[i] = of.velocity; });
     return picture;
 }
 
@@ -17891,11 +17544,10 @@ colour_image colour_overlay(const Policy& policy, const image& grey, const flow_
     if (grey.pixels.size() != map.first.size())
         throw usage_error{"colour_overlay: the image has no pixels, or not as many as its size says"};
     colour_image picture{grey.size};
-    const float min_amplitude = amplitude_of_decibels(settings.min_power_db);
     const float fastest = settings.max_velocity > 0 ? settings.max_velocity : max(lines.max_velocity, 1e-9F);
-    detail::for_each_flow_pixel(policy, lines, map, [&](std::size_t i, const flow_sample& of) {
+    detail::for_each_flow_pixel(policy, lines, map, settings, [&](std::size_t i, const flow_sample& of) {
         const float level = clamp(grey.pixels[i], 0, 1);
-        if (level > settings.max_grey || !detail::shows_flow(of, min_amplitude, settings.min_velocity))
+        if (level > settings.max_grey || of.power == 0)
             picture.pixels[i] = vec3{level};
         else if (settings.map == doppler_map::velocity)
             picture.pixels[i] = velocity_colour(of.velocity / fastest);
@@ -18502,105 +18154,6 @@ scan_lines map_grey(const Policy& policy, scan_lines lines, const grey_map& map)
 #define INSONIFY_SIGNAL_COMPOUND_HPP
 
 
-#ifndef INSONIFY_PROBE_STEERED_HPP
-#define INSONIFY_PROBE_STEERED_HPP
-
-
-#include <cmath>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// A probe whose lines are all turned in the slice plane by one angle, each about its origin on the face: one look of a
-/// compounded image. The lines of a linear array fill a parallelogram.
-///
-/// The probe must have parallel lines, or lines that diverge from one point behind its face, as all probes of the
-/// library have. A line at an angle sees the face foreshortened: `fnumber` and `aperture` are those of the steered line,
-/// F / cos(angle) and width * cos(angle). Depth is measured along the lines.
-template <transducer Probe>
-struct steered : Probe {
-    float steering = 0; ///< angle of every line to that of the probe, radians; positive towards +x
-
-    /// @param radians  -45_deg to 45_deg
-    explicit steered(const Probe& probe, float radians = 0)
-        : Probe{probe}, steering{radians}, sine_{std::sin(radians)}, cosine_{std::cos(radians)} {
-        if constexpr (requires { this->fnumber; }) this->fnumber /= cosine_;
-        if (probe.lines == 0) return; // `check` refuses it
-        // Two lines that are neither the same nor opposite, also in a full circle.
-        const ray first = probe.beam(-0.5F), second = probe.beam(0.25F * static_cast<float>(probe.lines) - 0.5F);
-        const vec2 from{first.origin.x, first.origin.z}, to{second.origin.x, second.origin.z};
-        const vec2 down{first.direction.x, first.direction.z}, other{second.direction.x, second.direction.z};
-        const float turn = down.x * other.y - down.y * other.x;
-        if (std::fabs(turn) < 1e-6F) return; // parallel
-        diverging_ = true;
-        const float to_apex = ((to.x - from.x) * other.y - (to.y - from.y) * other.x) / turn;
-        apex_ = from + to_apex * down;
-        radius_ = std::fabs(to_apex);
-    }
-
-    /// The line as a ray in the probe frame.
-    INSONIFY_FN ray beam(float line) const {
-        ray turned = Probe::beam(line);
-        turned.direction = rotated(turned.direction, sine_, cosine_);
-        return turned;
-    }
-    /// The direction along which a line sees the grid of scatterers: that of the line without steering, or of the line
-    /// turned back by 10 degrees where it is steered further. So looks of a compounded image see the same scatterers; at
-    /// larger angles to the grid their level would fall.
-    INSONIFY_FN vec3 scatterer_axis(float line) const {
-        const float rest = steering - clamp(steering, -10_deg, 10_deg);
-        return rotated(Probe::beam(line).direction, std::sin(rest), std::cos(rest));
-    }
-    /// From {x, z} to {line, depth along it}.
-    INSONIFY_FN vec2 locate(vec2 point) const {
-        if (steering == 0) return Probe::locate(point);
-        if (!diverging_) { // the face is plane, and a line reaches the depth z after z / cos(angle)
-            const vec2 straight = Probe::locate(point);
-            const float back = straight.y * sine_ / cosine_;
-            const vec3 along = Probe::beam(straight.x).direction; // {along.z, -along.x} runs along the face
-            return {Probe::locate(point - back * vec2{along.z, -along.x}).x, straight.y / cosine_};
-        }
-        // A line leaves the face, a circle of radius R, at `steering` to its radius. At the distance d from the apex its
-        // angle to the radius is asin(R sine / d), so it has turned about the apex by the difference.
-        const vec2 from_apex = point - apex_;
-        const float distance = length(from_apex), offset = radius_ * sine_;
-        const float along = std::sqrt(max(distance * distance - offset * offset, 0));
-        const float sine = (sine_ * along - cosine_ * offset) / max(distance, 1e-9F),
-                    cosine = (cosine_ * along + sine_ * offset) / max(distance, 1e-9F);
-        const vec2 origin{cosine * from_apex.x - sine * from_apex.y, sine * from_apex.x + cosine * from_apex.y};
-        return {Probe::locate(apex_ + (1 + radius_ / max(distance, 1e-9F)) * origin).x, along - radius_ * cosine_};
-    }
-
-    /// The largest active aperture, seen from a steered line, metres.
-    INSONIFY_FN float aperture() const requires requires(const Probe& probe) { probe.aperture(); }
-    { return Probe::aperture() * cosine_; }
-
-    /// @throws usage_error  naming a setting that is out of range
-    void check() const {
-        Probe::check();
-        if (!(std::fabs(steering) <= 45_deg))
-            throw usage_error{"steered: the angle is " + detail::number_text(steering * 180 / pi) +
-                              "_deg; it must be from -45_deg to 45_deg"};
-    }
-
-    friend bool operator==(const steered&, const steered&) requires detail::comparable<Probe>
-    = default;
-
-  private:
-    // In the slice plane, towards +x.
-    INSONIFY_FN static vec3 rotated(vec3 along, float sine, float cosine) {
-        return {cosine * along.x + sine * along.z, along.y, cosine * along.z - sine * along.x};
-    }
-
-    float sine_ = 0, cosine_ = 1;
-    bool diverging_ = false;
-    vec2 apex_{0, 0};  // of the lines of the probe, {x, z}
-    float radius_ = 0; // of the face, metres
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
 #include <algorithm>
 #include <optional>
 #include <string>
@@ -18609,16 +18162,17 @@ struct steered : Probe {
 
 namespace insonify::inline INSONIFY_ABI {
 
+/// How many looks are acquired for a frame.
+enum class compound_update {
+    all, ///< every look
+    one, ///< one, which replaces the oldest look; the first frame has the look nearest to straight alone
+};
+
 /// Spatial compounding: looks that are steered to several angles are averaged.
 struct compound_settings {
-    /// How many looks are acquired for a frame.
-    enum class update {
-        all, ///< every look
-        one, ///< one, which replaces the oldest look; the first frame has the look nearest to straight alone
-    };
-    std::uint32_t angles = 1;         ///< number of looks, 1 to 31; 1: no compounding
-    float spread = 20_deg;            ///< angle between the outermost looks, radians, at most 90_deg
-    enum update update = update::all; ///< of a clip
+    std::uint32_t angles = 1;                      ///< number of looks, 1 to 31; 1: no compounding
+    float spread = 20_deg;                         ///< angle between the outermost looks, radians, at most 90_deg
+    compound_update update = compound_update::all; ///< of a clip
 
     /// Angle of a look, radians: from -spread / 2 to spread / 2, at equal steps.
     float steering(std::uint32_t look) const {
@@ -18663,7 +18217,7 @@ class compounding {
                                std::move(recycled));
             if (settings.angles > 1) add(policy, looks_[number], recycled);
         };
-        if (settings.update == compound_settings::update::one)
+        if (settings.update == compound_update::one)
             one(next());
         else
             for (std::uint32_t number = 0; number < settings.angles; ++number) one(number);
@@ -19272,16 +18826,17 @@ float automatic_tgc(const Policy& policy, const scene& body, const Probe& probe,
 
 namespace insonify::inline INSONIFY_ABI {
 
+/// What the depth of a sample means.
+enum class label_grid {
+    geometric, ///< metres along the line: where things are
+    displayed, ///< c0 t / 2, where t is the travel time there and back: where a picture by `physical` shows them
+};
+
 /// Depth and sampling of labels, and the meaning of depth.
 struct label_settings {
-    /// What the depth of a sample means.
-    enum class grid {
-        geometric, ///< metres along the line: where things are
-        displayed, ///< c0 t / 2, where t is the travel time there and back: where a picture by `physical` shows them
-    };
-    float depth = 0.08F;              ///< metres, of the grid
-    std::uint32_t samples = 0;        ///< along each line; 0: as many as a picture by `physical` has
-    enum grid grid = grid::geometric; ///< what a depth means
+    float depth = 0.08F;                     ///< metres, of the grid
+    std::uint32_t samples = 0;               ///< along each line; 0: as many as a picture by `physical` has
+    label_grid grid = label_grid::geometric; ///< what a depth means
 };
 
 namespace detail {
@@ -19309,21 +18864,20 @@ std::uint32_t check_labels(const scene& body, const Probe& probe, const pose& at
 inline float max_depth_of(const label_settings& settings, view<const medium> media) {
     float fastest = display_speed;
     for (const medium& m : media) fastest = max(fastest, m.sound_speed);
-    return settings.grid == label_settings::grid::displayed ? settings.depth * (fastest / display_speed)
-                                                            : settings.depth;
+    return settings.grid == label_grid::displayed ? settings.depth * (fastest / display_speed) : settings.depth;
 }
 
 /// Maps the layers of a line to a grid: calls visit(i, stretch) for layer i, starting at the face.
 ///
 /// Each sample, at (k + 1/2) * spacing metres, is in one stretch; the last layer takes all that are left.
 template <class Visit>
-void for_each_stretch(view<const layer> layers, view<const medium> media, enum label_settings::grid grid,
-                      std::size_t samples, float spacing, const Visit& visit) {
+void for_each_stretch(view<const layer> layers, view<const medium> media, label_grid grid, std::size_t samples,
+                      float spacing, const Visit& visit) {
     std::size_t next = 0;
     float begin = 0;
     for (std::size_t i = 0; i < layers.size(); ++i) {
         const layer& here = layers[i];
-        const bool displayed = grid == label_settings::grid::displayed;
+        const bool displayed = grid == label_grid::displayed;
         const float scale = displayed ? displayed_stretch(media[here.medium]) : 1.0F;
         const float end = begin + scale * (here.end - here.begin);
         const float before_end = clamp(std::ceil(end / spacing - 0.5F), 0, static_cast<float>(samples));
@@ -19406,117 +18960,6 @@ label_lines label(const Policy& policy, const scene& body, const Probe& probe, c
 #define INSONIFY_ACOUSTICS_TISSUE_HPP
 
 
-#ifndef INSONIFY_TISSUE_TISSUE_STRUCTURE_HPP
-#define INSONIFY_TISSUE_TISSUE_STRUCTURE_HPP
-
-
-
-/// The structure of the tissues that have one above the scale of speckle.
-///
-/// Sources: sizes of fascicles, lobules and bundles are those of anatomy textbooks (Standring, Gray's Anatomy, 41st
-/// edition). Levels and spacings of muscle were chosen so that images resemble 300 frames of calf and thigh from four
-/// scanners in the spacing, length, thickness and contrast of streaks. All other levels are convention, after the clinical
-/// appearance.
-namespace insonify::inline INSONIFY_ABI::tissue {
-
-/// Skeletal muscle: the walls of its fascicles, the perimysium, are short bright sheets along the fibres, 2 to 3 mm apart;
-/// brightness varies over 3 to 10 mm. Epimysium and aponeuroses are 0.7 to 1.5 mm thick.
-inline constexpr structure muscle_structure{
-    .mottling = {3.5F, {8_mm, 4_mm, 4_mm}},
-    .grain = {1.8F, {4_mm, 1.5_mm, 1.5_mm}},
-    .wave = 0.2_mm,
-    .sheets = {.fill = 0.5F,
-               .lattices = 6,
-               .cell = {22_mm, 2.4_mm, 2.4_mm},
-               .thickness = 0.15_mm,
-               .level_db = 24,
-               .spread_db = 7.8F,
-               .waviness = 0.35F},
-    .sheath = {.thickness = 1_mm},
-};
-
-/// Myocardium: as skeletal muscle, with finer and fainter sheets. Convention.
-inline constexpr structure heart_structure{
-    .mottling = {2, {8_mm, 5_mm, 5_mm}},
-    .grain = {1.5F, {4_mm, 1.5_mm, 1.5_mm}},
-    .wave = 0.2_mm,
-    .sheets = {.fill = 0.5F,
-               .lattices = 4,
-               .cell = {8_mm, 1.6_mm, 1.6_mm},
-               .thickness = 0.12_mm,
-               .level_db = 12,
-               .spread_db = 6,
-               .waviness = 0.4F},
-};
-
-/// Subcutaneous fat: one to three wavy septa, 0.3 to 0.6 mm thick, which run nearly parallel to the skin over 20 to 50 mm.
-/// Along the beam they cannot be seen.
-inline constexpr structure fat_structure{
-    .mottling = {1.5F, {8_mm, 8_mm, 4_mm}},
-    .wave = 0.7_mm,
-    .wave_length = 18_mm,
-    .septa = {.fill = 0.9F,
-              .lattices = 3,
-              .cell = {50_mm, 40_mm, 5_mm},
-              .thickness = 0.16_mm,
-              .level_db = 20,
-              .spread_db = 4,
-              .turn = 0.05F,
-              .tilt = 0.05F,
-              .waviness = 0.2F,
-              .diffuse_db = -30},
-};
-
-/// Tendon and ligament: parallel fibrils, 0.2 to 0.5 mm apart, 10 to 30 mm long. Their sheets hardly wave, so the echo
-/// falls within a few degrees of tilt.
-/// Source of the anisotropy: Crass, van de Vegte & Harkavy, Radiology 1988 (loss of echoes within 2 to 7 degrees).
-inline constexpr structure tendon_structure{
-    .mottling = {1, {12_mm, 3_mm, 3_mm}},
-    .wave = 0.05_mm,
-    .wave_length = 12_mm,
-    .sheets = {.fill = 0.95F,
-               .lattices = 6,
-               .cell = {26_mm, 0.7_mm, 0.7_mm},
-               .thickness = 0.06_mm,
-               .level_db = 34,
-               .spread_db = 3.5F,
-               .tilt = 0.005F,
-               .waviness = 0.01F,
-               .diffuse_db = -30},
-};
-
-/// Peripheral nerve: round dark bundles of 0.3 to 1 mm, the fascicles, in the bright net of the epineurium.
-inline constexpr structure nerve_structure{
-    .mottling = {1, {8_mm, 2_mm, 2_mm}},
-    .wave = 0.15_mm,
-    .wave_length = 15_mm,
-    .bundles = {.spacing = 1.2_mm, .diameter = 1_mm, .level_db = -18},
-};
-
-/// Skin: two or three fine layers parallel to its surface.
-inline constexpr structure skin_structure{
-    .mottling = {1, {4_mm, 4_mm, 1_mm}},
-    .wave = 0.05_mm,
-    .sheets = {.fill = 0.7F,
-               .cell = {30_mm, 30_mm, 0.6_mm},
-               .thickness = 0.08_mm,
-               .level_db = 9,
-               .spread_db = 3,
-               .turn = 0.02F,
-               .tilt = 0.01F,
-               .waviness = 0.3F},
-};
-
-/// Liver, spleen, brain: even, with mottling over 5 to 15 mm, 1 to 2 dB. Convention.
-inline constexpr structure parenchyma_structure{.mottling = {1.2F, {9_mm, 9_mm, 9_mm}}};
-
-/// Renal cortex: the same, finer. Convention.
-inline constexpr structure kidney_structure{.mottling = {1.5F, {5_mm, 5_mm, 5_mm}}};
-
-} // namespace insonify::inline INSONIFY_ABI::tissue
-
-
-#endif
 #include <optional>
 #include <string_view>
 
@@ -19535,11 +18978,64 @@ namespace insonify::inline INSONIFY_ABI {
 /// laboratories by a factor of 2, and by more where an entry says so; sound speed varies by a few percent.
 ///
 /// Roughness is by convention: 30 um for bone, 20 um for soft solids, 2 um for polished metal, 0 for liquids and gases.
-/// Structure: see tissue_structure.hpp. Phantoms, liquids, walls and what scatters little have none.
+/// Phantoms, liquids, walls and what scatters little have no structure.
+///
+/// Sources of structure: sizes of fascicles, lobules and bundles are those of anatomy textbooks (Standring, Gray's
+/// Anatomy, 41st edition). Levels and spacings of muscle were chosen so that images resemble 300 frames of calf and
+/// thigh from four scanners in the spacing, length, thickness and contrast of streaks. All other levels are convention,
+/// after the clinical appearance.
 namespace tissue {
 
 // clang-format off
-// density, sound speed, attenuation at 1 MHz, exponent of frequency, backscatter, roughness, density of scatterers, structure
+
+/// Skeletal muscle: the walls of its fascicles, the perimysium, are short bright sheets along the fibres, 2 to 3 mm
+/// apart; brightness varies over 3 to 10 mm. Epimysium and aponeuroses are 0.7 to 1.5 mm thick.
+inline constexpr structure muscle_structure{
+    .mottling = {3.5F, {8_mm, 4_mm, 4_mm}}, .grain = {1.8F, {4_mm, 1.5_mm, 1.5_mm}}, .wave = 0.2_mm,
+    .sheets = {.fill = 0.5F, .lattices = 6, .cell = {22_mm, 2.4_mm, 2.4_mm}, .thickness = 0.15_mm, .level_db = 24,
+               .spread_db = 7.8F, .waviness = 0.35F},
+    .sheath = {.thickness = 1_mm}};
+
+/// Myocardium: as skeletal muscle, with finer and fainter sheets. Convention.
+inline constexpr structure heart_structure{
+    .mottling = {2, {8_mm, 5_mm, 5_mm}}, .grain = {1.5F, {4_mm, 1.5_mm, 1.5_mm}}, .wave = 0.2_mm,
+    .sheets = {.fill = 0.5F, .lattices = 4, .cell = {8_mm, 1.6_mm, 1.6_mm}, .thickness = 0.12_mm, .level_db = 12,
+               .spread_db = 6, .waviness = 0.4F}};
+
+/// Subcutaneous fat: one to three wavy septa, 0.3 to 0.6 mm thick, which run nearly parallel to the skin over 20 to 50
+/// mm. Along the beam they cannot be seen.
+inline constexpr structure fat_structure{
+    .mottling = {1.5F, {8_mm, 8_mm, 4_mm}}, .wave = 0.7_mm, .wave_length = 18_mm,
+    .septa = {.fill = 0.9F, .lattices = 3, .cell = {50_mm, 40_mm, 5_mm}, .thickness = 0.16_mm, .level_db = 20,
+              .spread_db = 4, .turn = 0.05F, .tilt = 0.05F, .waviness = 0.2F, .diffuse_db = -30}};
+
+/// Tendon and ligament: parallel fibrils, 0.2 to 0.5 mm apart, 10 to 30 mm long. Their sheets hardly wave, so the echo
+/// falls within a few degrees of tilt.
+/// Source of the anisotropy: Crass, van de Vegte & Harkavy, Radiology 1988 (loss of echoes within 2 to 7 degrees).
+inline constexpr structure tendon_structure{
+    .mottling = {1, {12_mm, 3_mm, 3_mm}}, .wave = 0.05_mm, .wave_length = 12_mm,
+    .sheets = {.fill = 0.95F, .lattices = 6, .cell = {26_mm, 0.7_mm, 0.7_mm}, .thickness = 0.06_mm, .level_db = 34,
+               .spread_db = 3.5F, .tilt = 0.005F, .waviness = 0.01F, .diffuse_db = -30}};
+
+/// Peripheral nerve: round dark bundles of 0.3 to 1 mm, the fascicles, in the bright net of the epineurium.
+inline constexpr structure nerve_structure{
+    .mottling = {1, {8_mm, 2_mm, 2_mm}}, .wave = 0.15_mm, .wave_length = 15_mm,
+    .bundles = {.spacing = 1.2_mm, .diameter = 1_mm, .level_db = -18}};
+
+/// Skin: two or three fine layers parallel to its surface.
+inline constexpr structure skin_structure{
+    .mottling = {1, {4_mm, 4_mm, 1_mm}}, .wave = 0.05_mm,
+    .sheets = {.fill = 0.7F, .cell = {30_mm, 30_mm, 0.6_mm}, .thickness = 0.08_mm, .level_db = 9, .spread_db = 3,
+               .turn = 0.02F, .tilt = 0.01F, .waviness = 0.3F}};
+
+/// Liver, spleen, brain: even, with mottling over 5 to 15 mm, 1 to 2 dB. Convention.
+inline constexpr structure parenchyma_structure{.mottling = {1.2F, {9_mm, 9_mm, 9_mm}}};
+
+/// Renal cortex: the same, finer. Convention.
+inline constexpr structure kidney_structure{.mottling = {1.5F, {5_mm, 5_mm, 5_mm}}};
+
+// density, sound speed, attenuation at 1 MHz, exponent of frequency, backscatter, roughness, density of scatterers,
+// structure
 
 /// Degassed, at 20 degrees Celsius. Sources: IT'IS, raysim, Sensors, Diagnostics, k-Wave (attenuation).
 inline constexpr medium water{998, 1482, 0.00217_dB_per_cm, 2, 0, 0};
@@ -19549,12 +19045,8 @@ inline constexpr medium saline{1004, 1505, 0.0022_dB_per_cm, 2, 0, 0};
 
 /// At 37 degrees. Sources: IT'IS (0.206 f^1.05), raysim (0.18 f), Buerger, Diagnostics, Szabo (0.14 f^1.21, adopted).
 /// Backscatter at 5 to 8 MHz, flowing: about 30 dB below liver, after Shung et al., J. Acoust. Soc. Am. 1976.
-inline constexpr medium blood{.density = 1055,
-                              .sound_speed = 1575,
-                              .attenuation = 0.15_dB_per_cm,
-                              .attenuation_power = 1.2F,
-                              .backscatter = amplitude_of_decibels(-30),
-                              .flowing = true};
+inline constexpr medium blood{.density = 1055, .sound_speed = 1575, .attenuation = 0.15_dB_per_cm, .attenuation_power = 1.2F,
+                              .backscatter = amplitude_of_decibels(-30), .flowing = true};
 
 /// Subcutaneous. Sources: IT'IS (0.38 to 0.61 dB/cm), Fernandes, raysim (0.63), Sensors (0.8), Diagnostics,
 /// Mech. Mater.
@@ -19870,6 +19362,14 @@ line_grid<typename Model::sample_type> trace(const Policy& policy, const scene& 
 
 namespace insonify::inline INSONIFY_ABI {
 
+/// How finely a picture is sampled. `fast` and `draft` have the levels and the places of `full` in a fraction of
+/// the time; `sampling_of` says what they trace.
+enum class b_mode_quality {
+    full,  ///< lines at most half a beam width apart, two samples per standard deviation of the pulse envelope
+    fast,  ///< lines 1.5 beam widths apart, one sample per standard deviation, at most 3 planes, one look
+    draft, ///< lines 2 beam widths apart, one sample per standard deviation, 1 plane, one look
+};
+
 /// Settings of a B-mode image, as on a scanner.
 struct b_mode_settings {
     /// Time-gain compensation beside `tgc`; see `tgc_settings`.
@@ -19883,13 +19383,6 @@ struct b_mode_settings {
         std::vector<tgc_point> curve{};      ///< replaces the automatic gain; points in order of depth, linear between
 
         friend bool operator==(const time_gain_settings&, const time_gain_settings&) = default;
-    };
-    /// How finely a picture is sampled. `fast` and `draft` have the levels and the places of `full` in a fraction of
-    /// the time; `sampling_of` says what they trace.
-    enum class quality {
-        full,  ///< lines at most half a beam width apart, two samples per standard deviation of the pulse envelope
-        fast,  ///< lines 1.5 beam widths apart, one sample per standard deviation, at most 3 planes, one look
-        draft, ///< lines 2 beam widths apart, one sample per standard deviation, 1 plane, one look
     };
     /// Electronic noise; see `electronic_noise_settings`.
     struct noise_level {
@@ -19917,12 +19410,12 @@ struct b_mode_settings {
     near_field_settings near_field{}; ///< echoes of the probe itself
     compound_settings compound{};     ///< looks at several angles, averaged; none by default
     /// Movement of the probe from frame to frame, metres, at any corner of the field of view, above which `persistence`
-    /// and compounding with `update::one` start anew; 0: at every movement.
+    /// and compounding with `compound_update::one` start anew; 0: at every movement.
     float max_motion = 0.001F;
     /// Whether a probe with more lines than its beam needs traces fewer, at least a quarter, and interpolates the
     /// others: see `resample_lines`. Objects narrower than the distance of the lines that are traced may be missed.
     bool interpolates_lines = false;
-    enum quality quality = quality::full; ///< lines, samples, planes and looks that are traced
+    b_mode_quality quality = b_mode_quality::full; ///< lines, samples, planes and looks that are traced
 
     /// @throws usage_error  for a setting out of range; the stages check the others
     void check() const {
@@ -19953,8 +19446,7 @@ struct b_mode_sampling {
 template <transducer Probe>
 b_mode_sampling sampling_of(const Probe& probe, const b_mode_settings& settings) {
     settings.check();
-    using quality = enum b_mode_settings::quality;
-    const bool full = settings.quality == quality::full, draft = settings.quality == quality::draft;
+    const bool full = settings.quality == b_mode_quality::full, draft = settings.quality == b_mode_quality::draft;
     const auto lines = static_cast<float>(probe.lines);
     const float rays = full ? rays_per_line(probe, settings.depth)
                             : rays_per_line(probe, settings.depth, 1 / lines, draft ? 1 / 2.0F : 1 / 1.5F);
@@ -20147,7 +19639,7 @@ struct stage_times {
 ///
 /// The public members may change between any two frames. Tables and memory are kept from frame to frame: only what a
 /// change affects is computed again, and memory is allocated only while buffers grow. Without `persistence` and
-/// compounding with `update::one`, which depend on earlier frames, and with a `tgc` other than 0 or chosen at every
+/// compounding with `compound_update::one`, which depend on earlier frames, and with a `tgc` other than 0 or chosen at every
 /// frame, a picture is that of `b_mode` to the bit, whatever came before.
 ///
 /// The last `cine_length` frames are stored. After `freeze`, `scan` no longer acquires: it shows the stored frame with
@@ -20245,7 +19737,7 @@ class scanner {
     /// Complex echoes of the last frame acquired, after noise, before time gain, on the lines of `echo_probe`.
     ///
     /// Of several looks, those of the look that is steered least: the straight one where their number is odd, else the
-    /// one next to it towards -x. With `update::one`, those of the look that this frame acquired.
+    /// one next to it towards -x. With `compound_update::one`, those of the look that this frame acquired.
     const iq_lines& echoes() const { return echoes_; }
     /// The lines of `echoes`: usually more than those of the probe, see `rays_per_line`.
     ///
@@ -20294,7 +19786,7 @@ class scanner {
     const label_image& labels(const Policy& policy, const scene& body) {
         check_picture();
         const stored_frame<Probe>& frame = cine_[shown_];
-        const label_settings grid{frame.amplitudes.depth, frame.amplitudes.samples, label_settings::grid::displayed};
+        const label_settings grid{frame.amplitudes.depth, frame.amplitudes.samples, label_grid::displayed};
         const detail::any_policy<false> any{policy};
         if (shown_ == 0 && label_look_)
             label_lines_ = label(any, tracers_[*label_look_].layers(), grid, std::move(label_lines_));
@@ -20387,8 +19879,8 @@ class scanner {
         last_look_ = number;
         layers_probe_.emplace(traced);
         constexpr bool finds_layers = std::same_as<Tracer, straight_lines>;
-        const float labelled = detail::max_depth_of(
-            label_settings{.depth = settings.depth, .grid = label_settings::grid::displayed}, body.media());
+        const float labelled =
+            detail::max_depth_of(label_settings{.depth = settings.depth, .grid = label_grid::displayed}, body.media());
         const bool reaches_labels = detail::max_depth_of(model, settings.depth, body.media()) >= labelled;
         if (finds_layers && traced.lines == look.lines && look.steering == 0 && reaches_labels) label_look_ = number;
         choose_time_gain(policy, body, at, look.steering == 0 && found.lines > 0 ? &found : nullptr);
@@ -20412,7 +19904,7 @@ class scanner {
     // Whether a look of a frame is that of `echoes`.
     bool keeps_echoes(std::uint32_t look) const {
         const compound_settings& looks = settings.compound;
-        return looks.update == compound_settings::update::one || look == (looks.angles - 1) / 2;
+        return looks.update == compound_update::one || look == (looks.angles - 1) / 2;
     }
     // The automatic attenuation is chosen at the first frame, and again where the probe or the depth has changed.
     // `found` are the layers of the first look; where that is steered or has none it is null, and those along the lines
@@ -20470,8 +19962,8 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// Simulates a B-mode image: the whole chain in one call, the first picture of a `scanner`, which a clip is made by.
 ///
-///     find_layers -> trace (physical) -> add_near_field -> convolve (the probe's pulse and beam) -> add_electronic_noise
-///         -> envelope -> tgc -> compounding -> log_compress -> map_grey -> scan_convert
+///     find_layers -> trace (physical) -> add_near_field -> convolve (the probe's pulse and beam)
+///         -> add_electronic_noise -> envelope -> tgc -> compounding -> log_compress -> map_grey -> scan_convert
 ///
 /// @param at  probe to world
 /// @throws usage_error     for a scene that is not built, or a setting out of range
@@ -20769,7 +20261,7 @@ inline void check_ray(const ray& r, const char* caller) {
     if (!is_finite(r.origin) || !is_finite(r.direction) || !(max(along.x, max(along.y, along.z)) > 1e-30F) ||
         !is_number(r.min_distance) || !is_number(r.max_distance))
         throw usage_error{std::string{caller} +
-                          ": the ray needs a finite origin, a finite direction that is not 0, and "
+                          ": the ray needs a finite origin, a finite direction that is not 0, and " +
                           "limits that are not NaN"};
 }
 
@@ -20794,12 +20286,12 @@ inline medium medium_at(const scene& body, vec3 point) {
 
 /// The first surface along a ray, within its limits, from either side; none where there is none.
 ///
-///     const auto skin = first_surface(body, {.origin = tip, .direction = {0, 0, 1}}, [&](object_id id) { return id != needle; });
+///     const auto skin = first_surface(body, {tip, {0, 0, 1}}, [&](object_id id) { return id != needle; });
 ///
 /// Of surfaces that touch, any may be reported: their distances differ by rounding errors.
 /// @param accepts  bool(object_id): objects for which it returns false are passed through
-/// @throws usage_error  for an origin or a direction that is not finite, a direction of length 0, a limit that is NaN, or a
-///                      scene that was not built
+/// @throws usage_error  for an origin or a direction that is not finite, a direction of length 0, a limit that is NaN,
+///                      or a scene that was not built
 template <std::predicate<object_id> Filter = any_object>
 std::optional<surface_point> first_surface(const scene& body, const ray& r, const Filter& accepts = {}) {
     detail::check_ray(r, "first_surface");
@@ -20838,8 +20330,8 @@ inline std::optional<surface_point> nearest_surface(const scene& body, object_id
 
 namespace detail {
 
-/// Follows a straight line through the media of a scene: in_layer(length, stretch) is called for each layer, metres and displayed
-/// metres per metre, until it returns false.
+/// Follows a straight line through the media of a scene: in_layer(length, stretch) is called for each layer, metres and
+/// displayed metres per metre, until it returns false.
 template <class InLayer>
 void follow_displayed(const scene& body, const ray& line, float depth, const char* caller, const InLayer& in_layer) {
     const float size = length(line.direction);
@@ -20867,8 +20359,8 @@ void follow_displayed(const scene& body, const ray& line, float depth, const cha
 
 } // namespace detail
 
-/// Depth at which an echo is displayed, metres: c0 t / 2 with c0 = 1540 m/s, as `physical` does, from the true depth along a
-/// straight line.
+/// Depth at which an echo is displayed, metres: c0 t / 2 with c0 = 1540 m/s, as `physical` does, from the true depth
+/// along a straight line.
 ///
 ///     shown = sum over the media along the line of d c0 / c
 ///
@@ -21026,7 +20518,7 @@ inline std::string unit_fault(float size, float depth) {
 /// Finds why a picture is empty, and explains it in plain sentences; `explain` does so for a single mesh.
 ///
 ///     std::puts(diagnose(body, probe, at, {.depth = 40_mm}).sentence.c_str());
-///     // No line meets any object: the nearest surface is 43 mm outside the field of view; move the probe or the objects.
+///     // No line meets any object: they are behind the probe, which looks away from them; turn it round ...
 ///
 /// Throws only for lack of memory. Cost: up to some seconds for a million faces.
 /// @param at  probe to world
@@ -21150,36 +20642,6 @@ diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const 
 #define INSONIFY_PROBE_CONVEX_ARRAY_HPP
 
 
-#ifndef INSONIFY_PROBE_SECTOR_HPP
-#define INSONIFY_PROBE_SECTOR_HPP
-
-
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Lines that diverge from an apex, which lies `radius` behind the face.
-struct sector {
-    std::uint32_t lines = 1;
-    float radius = 0;        ///< radius of the face, metres
-    float field_of_view = 1; ///< angle between the ends of the sector, radians
-
-    /// From (R sin t, 0, R cos t - R) towards (sin t, 0, cos t).
-    INSONIFY_FN ray beam(float line) const {
-        const float angle = aperture_fraction(line, lines) * field_of_view;
-        const vec3 direction{std::sin(angle), 0, std::cos(angle)};
-        return {.origin = radius * (direction - vec3{0, 0, 1}), .direction = direction};
-    }
-    INSONIFY_FN vec2 locate(vec2 point) const {
-        const float along = point.y + radius;
-        const float from_apex = std::sqrt(point.x * point.x + along * along);
-        return {line_at_fraction(std::atan2(point.x, along) / field_of_view, lines), from_apex - radius};
-    }
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -21307,71 +20769,49 @@ struct phased_array {
 
 #endif
 
-/// Real probes, with one line for each element (the phased array: 128 lines over 90 degrees). They have the bandwidth of
-/// the transducer, and F/2; `in_use` gives them the pulse and the aperture of a scanner in use.
+/// Real probes, with one line for each element (the phased array: 128 lines over 90 degrees). They have the bandwidth
+/// of the transducer, and F/2; `in_use` gives them the pulse and the aperture of a scanner in use.
 ///
 /// Source: `getparam` of PyMUST (Garcia 2021), after Verasonics: pitch, elements, frequency, bandwidth, elevation.
 namespace insonify::inline INSONIFY_ABI::presets {
 
+// clang-format off
+
 /// Vessels, nerves, muscles: 128 elements with a pitch of 0.30 mm.
-inline constexpr linear_array l11_5v{.lines = 128,
-                                     .width = 128 * 0.30_mm,
-                                     .frequency = 7.6_MHz,
-                                     .elevation_height = 5_mm,
-                                     .elevation_focus = 18_mm,
-                                     .bandwidth = 0.77F};
+inline constexpr linear_array l11_5v{.lines = 128, .width = 128 * 0.30_mm, .frequency = 7.6_MHz,
+                                     .elevation_height = 5_mm, .elevation_focus = 18_mm, .bandwidth = 0.77F};
 
 /// Superficial structures: 192 elements with a pitch of 0.20 mm.
-inline constexpr linear_array l12_3v{.lines = 192,
-                                     .width = 192 * 0.20_mm,
-                                     .frequency = 7.54_MHz,
-                                     .elevation_height = 5_mm,
-                                     .elevation_focus = 20_mm,
-                                     .bandwidth = 0.93F};
+inline constexpr linear_array l12_3v{.lines = 192, .width = 192 * 0.20_mm, .frequency = 7.54_MHz,
+                                     .elevation_height = 5_mm, .elevation_focus = 20_mm, .bandwidth = 0.93F};
 
 /// Abdomen: 128 elements with a pitch of 0.508 mm on an arc with a radius of 49.57 mm.
-inline constexpr convex_array c5_2v{.lines = 128,
-                                    .radius = 49.57_mm,
-                                    .field_of_view = 128 * 0.508F / 49.57F,
-                                    .frequency = 3.57_MHz,
-                                    .elevation_height = 13.5_mm,
-                                    .elevation_focus = 60_mm,
+inline constexpr convex_array c5_2v{.lines = 128, .radius = 49.57_mm, .field_of_view = 128 * 0.508F / 49.57F,
+                                    .frequency = 3.57_MHz, .elevation_height = 13.5_mm, .elevation_focus = 60_mm,
                                     .bandwidth = 0.79F};
 
 /// Heart: 64 elements with a pitch of 0.30 mm.
-inline constexpr phased_array p4_2v{.lines = 128,
-                                    .width = 64 * 0.30_mm,
-                                    .field_of_view = 90_deg,
-                                    .frequency = 2.72_MHz,
-                                    .elevation_height = 14_mm,
-                                    .elevation_focus = 60_mm,
-                                    .bandwidth = 0.74F};
+inline constexpr phased_array p4_2v{.lines = 128, .width = 64 * 0.30_mm, .field_of_view = 90_deg, .frequency = 2.72_MHz,
+                                    .elevation_height = 14_mm, .elevation_focus = 60_mm, .bandwidth = 0.74F};
 
-namespace detail {
+// clang-format on
 
-/// The pulse after the receive filter, and the aperture after apodization.
-template <class Array>
-constexpr Array in_use(Array array, float fnumber) {
-    constexpr float filter = 3.1_MHz;
-    if (filter < array.bandwidth * array.frequency) array.bandwidth = filter / array.frequency;
-    if (array.fnumber < fnumber) array.fnumber = fnumber;
-    return array;
-}
-
-} // namespace detail
-
-/// A transducer as a scanner uses it: with a receive filter of 3.1 MHz at -6 dB and an apodized aperture of F/2.5, which give
-/// images of muscle as coarse as clinical ones. A narrower `bandwidth` or a larger `fnumber` of the transducer stays.
+/// A transducer as a scanner uses it: with a receive filter of 3.1 MHz at -6 dB and an apodized aperture of F/2.5,
+/// which give images of muscle as coarse as clinical ones. A narrower `bandwidth` or a larger `fnumber` of the
+/// transducer stays.
 ///
 ///     b_mode(exec::par_unseq, body, presets::in_use(presets::l11_5v), at)
 ///
 /// `tests/in_use.cpp` measures the cells of muscle, along its fibres, as was done on 300 clinical
 /// pictures of muscle by four scanners: 0.23 to 0.33 mm along the lines, 0.7 to 1.1 mm across them.
-constexpr linear_array in_use(const linear_array& transducer) { return detail::in_use(transducer, 2.5F); }
-/// The same. Convention.
-constexpr convex_array in_use(const convex_array& transducer) { return detail::in_use(transducer, 2.5F); }
-/// The same. Convention.
-constexpr phased_array in_use(const phased_array& transducer) { return detail::in_use(transducer, 2.5F); }
+/// @tparam Array  a `linear_array`, `convex_array` or `phased_array`
+template <transducer Array>
+constexpr Array in_use(Array array) {
+    constexpr float filter = 3.1_MHz, fnumber = 2.5F;
+    if (filter < array.bandwidth * array.frequency) array.bandwidth = filter / array.frequency;
+    if (array.fnumber < fnumber) array.fnumber = fnumber;
+    return array;
+}
 
 } // namespace insonify::inline INSONIFY_ABI::presets
 
@@ -21765,8 +21205,8 @@ struct needle_settings {
     std::uint32_t segments_along = 1; ///< along the shaft, 1 to 4096: more for a needle that bends
 };
 
-/// A solid needle along the z axis that points to +z: its tip is at (-diameter / 2, 0, 0), its other end at z = -length, and
-/// its bevel faces +x.
+/// A solid needle along the z axis that points to +z. Its tip is at (-diameter / 2, 0, 0), its other end at -length,
+/// and its bevel faces +x.
 ///
 ///     const mesh needle = make_needle(needle_diameter(22), 80_mm);
 ///     body.add(needle, tissue::steel, {.priority = 2, .at = look_at(tip, beyond, {0, 1, 0}), .crease_angle = 12_deg});
@@ -21816,7 +21256,7 @@ inline mesh make_needle(float diameter, float length, const needle_settings& set
 ///
 ///     body.place(needle, needle_pose(tip, target - tip, {0, 0, -1})); // the bevel up, towards a probe above
 ///
-/// @param tip        of its axis, in the world, metres: the sharp point lies half a diameter beside it, away from the bevel
+/// @param tip        of its axis, in the world, metres: the sharp point lies half a diameter beside it
 /// @param direction  in which it points, of any length above 0
 /// @param bevel      to which its bevel faces, as far as it is across the needle
 /// @throws geometry_error  where `bevel` is parallel to `direction`, or one of them is 0
@@ -22329,10 +21769,6 @@ struct displacement_grid {
 
 
 #endif
-#ifndef INSONIFY_MOTION_COMPOSE_HPP
-#define INSONIFY_MOTION_COMPOSE_HPP
-
-
 #ifndef INSONIFY_MOTION_PRESS_HPP
 #define INSONIFY_MOTION_PRESS_HPP
 
@@ -22342,6 +21778,7 @@ struct displacement_grid {
 #include <concepts>
 #include <iterator>
 #include <span>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -22674,15 +22111,6 @@ contact press(const scene& body, const Probe& probe, const pose& at, const press
     return presser{}.press(body, probe, at, settings, accepts);
 }
 
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#include <type_traits>
-#include <utility>
-
-namespace insonify::inline INSONIFY_ABI {
-
 /// Two maps for `scene::deform`, one after the other: see `compose`.
 template <deformation_map First, deformation_map Then>
 struct composed {
@@ -22770,7 +22198,8 @@ class kept_contact {
 /// A map that contains a pressed face, followed by what keeps the skin that the face touches on it, whatever the rest
 /// of the map does there. `compose` does this by itself; it is needed for a map of your own:
 ///
-///     body.deform(exec::par, keep_contact([&](vec3 rest) { return drag(touch.deformation(rest)); }, touch.deformation));
+///     const auto both = [&](vec3 rest) { return drag(touch.deformation(rest)); };
+///     body.deform(exec::par, keep_contact(both, touch.deformation));
 ///
 /// @param face  of `press`: where its depth is 0, it does not touch
 template <deformation_map Map>

@@ -1,7 +1,7 @@
 #ifndef INSONIFY_TESTS_ACOUSTICS_LOBE_ANGLES_HPP
 #define INSONIFY_TESTS_ACOUSTICS_LOBE_ANGLES_HPP
 
-#include <insonify/acoustics/specular.hpp>
+#include <insonify/acoustics/laws.hpp>
 #include <cmath>
 
 /// Levels and angles of specular lobes.

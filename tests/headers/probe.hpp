@@ -20,22 +20,16 @@ bool call(scan_lines& lines, iq_lines& echoes, label_lines& labels) {
 #ifdef CALL_probe_presets
 float call(const linear_array& probe) { return presets::in_use(probe).bandwidth; }
 #endif
-#ifdef CALL_probe_refined
+#ifdef CALL_probe_transducer
+bool call(const pencil& probe) { return is_full_circle(probe) && line_at_fraction(aperture_fraction(0, 1), 1) == 0; }
 vec2 call(const refined<pencil>& probe) {
     probe.check();
     return probe == refined<pencil>{probe} ? probe.locate({0, probe.beam(0).at(1).z}) : vec2{};
 }
-#endif
-#ifdef CALL_probe_steered
 vec2 call(const steered<pencil>& probe) {
     probe.check();
     return probe == steered<pencil>{probe} ? probe.locate({0, probe.scatterer_axis(0).z}) : vec2{};
 }
-#endif
-#ifdef CALL_probe_transducer
-bool call(const pencil& probe) { return is_full_circle(probe) && line_at_fraction(aperture_fraction(0, 1), 1) == 0; }
-#endif
-#ifdef CALL_probe_probe_section
 vec2 call(const probe_section<pencil>& probe) {
     probe.check();
     return probe == probe_section<pencil>{probe, 0, 1} ? probe.locate({0, probe.beam(0).at(1).z}) : vec2{};

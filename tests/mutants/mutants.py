@@ -19,16 +19,16 @@ project = pathlib.Path(__file__).resolve().parents[2]
 # Name, header, pattern where the code begins, pattern of the line where it ends, tests.
 functions = [
     ("triangle test", "geometry/triangle.hpp", r"double edge_side", r"^inline hit|^INSONIFY_FN inline hit intersect\(const ray", ["geometry/triangle"]),
-    ("fresnel", "acoustics/fresnel.hpp", r"^struct fresnel", r"^};", ["acoustics/fresnel"]),
-    ("Snell", "acoustics/fresnel.hpp", r"float refracted_cosine", r"^struct fresnel", ["acoustics/fresnel"]),
+    ("fresnel", "acoustics/laws.hpp", r"^struct fresnel", r"^};", ["acoustics/laws_fresnel"]),
+    ("Snell", "acoustics/laws.hpp", r"float refracted_cosine", r"^struct fresnel", ["acoustics/laws_fresnel"]),
     ("medium stack", "scene/layers.hpp", r"^struct media_stack", r"^};", ["scene/layers_media_stack"]),
     ("layers of a line", "scene/layers.hpp", r"class layer_walk", r"^};", ["scene/layers", "scene/scene_layers"]),
     ("SAH split", "bvh/build_sah.hpp", r"sah_plane cheapest", r"^};", ["bvh/build_sah"]),
     ("refit", "bvh/storage.hpp", r"box_areas refit_part", r"^/// Recomputes all boxes", ["bvh/storage_refit"]),
     ("pulse", "signal/pulse.hpp", r"^struct pulse_envelope", r"^template", ["signal/pulse"]),
     ("scan conversion", "image/scan_convert.hpp", r"const bool full_circle = ", r"^/// The same for a single frame", ["image/scan_convert"]),
+    ("attenuation", "acoustics/laws.hpp", r"float echo_loss", r"^/// A wave incident", ["acoustics/laws_attenuation"]),
     ("progressive mean", "paper/picture.hpp", r"const image& add", r"^    /// The mean after", ["paper/picture_progressive"]),
-    ("attenuation", "acoustics/attenuation.hpp", r"float echo_loss", r"^} // namespace", ["acoustics/attenuation"]),
 ]
 
 # Header, mutated code, reason.
@@ -38,8 +38,8 @@ spare = "room that nothing uses"
 equivalent = [
     ("geometry/triangle.hpp", "if (side != 0) return side <= 0 ? 1 : -1;", stands_aside),
     ("geometry/triangle.hpp", "if (p.y != q.y) return p.y <= q.y ? 1 : -1;", stands_aside),
-    ("acoustics/fresnel.hpp", "float incident = 1;", never_read),
-    ("acoustics/fresnel.hpp", "float transmitted = 1;", never_read),
+    ("acoustics/laws.hpp", "float incident = 1;", never_read),
+    ("acoustics/laws.hpp", "float transmitted = 1;", never_read),
     ("scene/layers.hpp", "static constexpr std::uint32_t none = ~1U;", "no rank is that high either"),
     ("bvh/build_sah.hpp", "float size[5];", spare),
     ("bvh/build_sah.hpp", "side low[4], high[3];", spare),

@@ -15,10 +15,10 @@ constexpr float fnumber = 3;
 // The factor on amplitude at steps of 0.1 mm along a line in the material.
 std::vector<float> gains_along(const placed_structure& tissue, vec3 origin, vec3 along, std::uint32_t count = 400,
                                std::uint32_t key = 7) {
-    std::vector<float> real(count, 1.0F), imaginary(count, 1.0F);
-    const detail::structure_gains gains{tissue, origin, along, along, fnumber, key};
-    detail::gain_window{gains, 0.1_mm * static_cast<float>(count)}.multiply(0, 0.1_mm, count, real.data(),
-                                                                            imaginary.data());
+    std::vector<float> real(count + max_simd_width, 1.0F), imaginary = real;
+    detail::structure_gains gains{tissue, {origin, along, along, fnumber, key, 0.1_mm * static_cast<float>(count)}};
+    gains.multiply(0, 0.1_mm, count, real.data(), imaginary.data());
+    real.resize(count);
     return real;
 }
 
@@ -122,7 +122,7 @@ TEST_CASE("structure: multiplies the scatterers of the field by its gains, and m
     const auto gain_at = [&](float distance) { // a point of its own, without interpolation
         float gain[1 + max_simd_width];
         const detail::structure_gains gains{
-            muscle, line.origin, {0, 0, 1}, {0, 0, 1}, structure_test::fnumber, mix_bits(field.seed + line.object)};
+            muscle, {line.origin, {0, 0, 1}, {0, 0, 1}, structure_test::fnumber, mix_bits(field.seed + line.object)}};
         gains.compute({distance, 0.1_mm, 1, gain});
         return gain[0];
     };
@@ -162,9 +162,10 @@ TEST_CASE("structure: a sheath lies below the surface, 0.7 to 1.5 mm thick, and 
         std::vector<double> power(80);
         for (std::uint32_t key = 0; key < 400; ++key) {
             std::vector<float> real(80, 1.0F), imaginary(80, 1.0F);
-            detail::sheath_gains{
-                sheath, {0.3_mm, 0.2_mm, 0}, {0, 0, 1}, structure_test::fnumber, key, 8_mm, 2_mm, cosine, 1}
-                .apply(0, 0.1_mm, 80, real.data(), imaginary.data());
+            const detail::object_segment segment{{0.3_mm, 0.2_mm, 0},     {0, 0, 1}, {0, 0, 1},
+                                                 structure_test::fnumber, key,       8_mm};
+            detail::sheath_gains{sheath, segment, 2_mm, cosine, 1}.multiply(0, 0.1_mm, 80, real.data(),
+                                                                            imaginary.data());
             for (std::size_t i = 0; i < power.size(); ++i)
                 power[i] += static_cast<double>(real[i]) * static_cast<double>(real[i]) / 400;
         }
@@ -192,8 +193,9 @@ TEST_CASE("structure: the scatterer whose slot a surface cuts is in the sheath, 
     const float surface = 3.27_mm; // in the slot around 3.3 mm
     const auto gain_of_last = [&](std::uint32_t count) {
         std::vector<float> real(64, 1.0F), imaginary(64, 1.0F);
-        detail::sheath_gains{sheath, {0, 0, 0}, {0, 0, 1}, structure_test::fnumber, 5, surface, surface, -1, 1}.apply(
-            3.3_mm - 0.1_mm * static_cast<float>(count - 1), 0.1_mm, count, real.data(), imaginary.data());
+        const detail::object_segment segment{{0, 0, 0}, {0, 0, 1}, {0, 0, 1}, structure_test::fnumber, 5, surface};
+        detail::sheath_gains{sheath, segment, surface, -1, 1}.multiply(3.3_mm - 0.1_mm * static_cast<float>(count - 1),
+                                                                       0.1_mm, count, real.data(), imaginary.data());
         return real[count - 1];
     };
     const float alone = gain_of_last(1);

@@ -1,4 +1,4 @@
-#include <insonify/acoustics/specular.hpp>
+#include <insonify/acoustics/laws.hpp>
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/geometry/needle.hpp>
 #include <insonify/probe/convex_array.hpp>

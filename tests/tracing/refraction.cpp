@@ -1,4 +1,3 @@
-// Covers acoustics/echo_path.hpp, acoustics/line_refraction.hpp.
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/probe/linear_array.hpp>

@@ -1,4 +1,3 @@
-// Covers acoustics/ringing.hpp.
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/geometry/needle.hpp>
 #include <insonify/probe/linear_array.hpp>

@@ -1,4 +1,3 @@
-// Covers acoustics/emit_speckle.hpp.
 #include <insonify/acoustics/physical.hpp>
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>

@@ -67,10 +67,10 @@ void bind_probes(py::module_& module) {
                                       [](const py::object&) { return pair_of(presets::intravascular); })
         .def_property_readonly_static("clinical_grey",
                                       [](const py::object&) { return constant(presets::clinical_grey); })
-        .def_static("in_use", py::overload_cast<const linear_array&>(&presets::in_use), py::arg("transducer"),
+        .def_static("in_use", &presets::in_use<linear_array>, py::arg("transducer"),
                     "A transducer with the pulse and the aperture of a scanner in use.")
-        .def_static("in_use", py::overload_cast<const convex_array&>(&presets::in_use), py::arg("transducer"))
-        .def_static("in_use", py::overload_cast<const phased_array&>(&presets::in_use), py::arg("transducer"))
+        .def_static("in_use", &presets::in_use<convex_array>, py::arg("transducer"))
+        .def_static("in_use", &presets::in_use<phased_array>, py::arg("transducer"))
         .def_static("settings_for", py::overload_cast<const linear_array&>(&presets::settings_for), copied,
                     py::arg("probe"), "Settings of the examination for which a kind of probe is made: a copy.")
         .def_static("settings_for", py::overload_cast<const convex_array&>(&presets::settings_for), copied,

@@ -7,7 +7,7 @@
 #include <insonify/core/view.hpp>
 #include <insonify/geometry/pose.hpp>
 #include <insonify/tissue/displacement_view.hpp>
-#include <insonify/tissue/placed_structure.hpp>
+#include <insonify/tissue/structure.hpp>
 #include <cstdint>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -29,8 +29,8 @@ struct layer {
                           ///< sides: across the line in the slice plane, out of it, and mixed
     float roughness = -1; ///< of that surface: rms height, metres; below 0: the larger one of the two media
     std::uint32_t place = 0; ///< index into the poses of the line
-    /// Cosines of the angles of incidence on the surfaces at `begin` and `end`, where these are the object's own; 0 where there
-    /// is none, or where it belongs to the object on its other side.
+    /// Cosines of the angles of incidence on the surfaces at `begin` and `end`, where these are the object's own; 0
+    /// where there is none, or where it belongs to the object on its other side.
     vec2 own_surfaces{0, 0};
 };
 
@@ -63,11 +63,11 @@ struct line_aperture {
         if (fnumbers.empty()) return 2;
         return fnumbers[static_cast<std::size_t>(clamp(depth / spacing, 0, static_cast<float>(fnumbers.size() - 1)))];
     }
-    /// Half height s of the strip of the beam that the line stands for, out of the slice plane, metres: the power of the strip
-    /// falls as exp(-y^2 / s^2). 0 if none is given: the line stands for itself alone.
+    /// Half height s of the strip of the beam that the line stands for, out of the slice plane, metres: the power of
+    /// the strip falls as exp(-y^2 / s^2). 0 if none is given: the line stands for itself alone.
     INSONIFY_FN float strip(float depth) const { return interpolated(strips, depth); }
-    /// How fast the phases of the scatterers of one place come apart as the line moves out of the slice: rms, rad/m. See
-    /// `elevation_planes::phase_spread`. 0 if none is given: `height` alone decides.
+    /// How fast the phases of the scatterers of one place come apart as the line moves out of the slice: rms, rad/m.
+    /// See `elevation_planes::phase_spread`. 0 if none is given: `height` alone decides.
     INSONIFY_FN float phase_spread(float depth) const { return interpolated(phase_spreads, depth); }
 
   private:
@@ -86,11 +86,11 @@ struct aperture_gain {
     float deeper = 0;   ///< metres by which echoes are displayed deeper
 };
 
-/// Sound reaches a point of a line from the whole width of the aperture. Behind an obstacle it also arrives past it, earlier
-/// or later than through it; beside an obstacle, part of it is blocked.
+/// Sound reaches a point of a line from the whole width of the aperture. Behind an obstacle it also arrives past it,
+/// earlier or later than through it; beside an obstacle, part of it is blocked.
 ///
-/// Factors on the amplitude that arrives there and returns along the line alone, at equal steps of depth. Amplitudes below
-/// `min_amplitude` are taken as `min_amplitude`. Empty: the line alone counts.
+/// Factors on the amplitude that arrives there and returns along the line alone, at equal steps of depth. Amplitudes
+/// below `min_amplitude` are taken as `min_amplitude`. Empty: the line alone counts.
 struct aperture_gains {
     static constexpr float min_amplitude = 1e-12F; ///< smallest amplitude that a factor belongs to
 
@@ -105,12 +105,12 @@ struct aperture_gains {
 
 namespace detail {
 
-/// The `aperture_gains` of one layer. Steps within `clearance` of a surface are left out, since rounding decides on which side
-/// they lie. At the first surface of the layer, those of the layer above apply.
+/// The `aperture_gains` of one layer. Steps within `clearance` of a surface are left out, since rounding decides on
+/// which side they lie. At the first surface of the layer, those of the layer above apply.
 struct layer_gains {
     static constexpr float clearance = 2e-6F; ///< from the surfaces, metres
-    /// Layers thinner than this, in metres of displayed depth, take the gains of the layer above, unless that is in shadow:
-    /// what arrives in a needle comes through it, not past it. In steel that is 3.8 mm.
+    /// Layers thinner than this, in metres of displayed depth, take the gains of the layer above, unless that is in
+    /// shadow: what arrives in a needle comes through it, not past it. In steel that is 3.8 mm.
     static constexpr float thinnest = 1e-3F;
 
     view<const aperture_gain> at_steps{}; ///< those within the layer

@@ -3,20 +3,37 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/acoustics/echo_line.hpp>
-#include <insonify/acoustics/echo_path.hpp>
-#include <insonify/acoustics/emit_speckle.hpp>
+#include <insonify/acoustics/acoustic_model.hpp>
 #include <insonify/acoustics/follow_sound.hpp>
-#include <insonify/acoustics/fresnel.hpp>
-#include <insonify/acoustics/ringing.hpp>
-#include <insonify/acoustics/roughness.hpp>
+#include <insonify/acoustics/laws.hpp>
 #include <insonify/acoustics/scatterers/cell_field.hpp>
-#include <insonify/acoustics/specular.hpp>
-#include <insonify/core/units.hpp>
+#include <insonify/acoustics/scatterers/scattering.hpp>
 #include <insonify/core/error.hpp>
+#include <insonify/core/units.hpp>
 #include <insonify/execution/policy.hpp>
 
 namespace insonify::inline INSONIFY_ABI {
+namespace detail {
+
+/// The surface at which the present layer began.
+struct layer_entry {
+    float reflected = 0;             ///< there, from outside; 0: the probe's face
+    float shown = 0;                 ///< displayed depth, metres
+    float loss_db = 0;               ///< attenuation up to there, there and back, of the peak of the pulse, dB
+    const layer* present = nullptr;  ///< which begins there
+    const medium* outside = nullptr; ///< before it
+};
+
+/// Where the far surface of a layer is nearest to the probe, metres across the line; at most half of the thickness
+/// away.
+INSONIFY_FN inline vec2 nearest_of(vec2 slope, vec2 curvature, float thickness) {
+    const auto along = [&](float s, float bend) {
+        return bend == 0 ? 0.0F : clamp(s / bend, -0.5F * thickness, 0.5F * thickness);
+    };
+    return {along(slope.x, curvature.x), along(slope.y, curvature.y)};
+}
+
+} // namespace detail
 
 /// The pulse-echo model: complex pressure amplitudes at baseband, as input for `convolve`.
 ///
@@ -24,9 +41,10 @@ namespace insonify::inline INSONIFY_ABI {
 ///     diffuse    T A sqrt(r^2 (1 - exp(-4 k^2 h^2 cos^2 i)) 0.166 / (Fx Fy)) cos i, rms
 ///     speckle    T A backscatter 10^(texture_db / 20), rms                   `gaussian_field`
 ///
-/// T is the product of the interfaces' transmission there and back, A = 10^(-loss / 20) the attenuation of the peak of the
-/// pulse there and back (`echo_loss`, `attenuated`). r is the pressure reflection at the angle of incidence i, k the wave number
-/// in 1/m, h the rms height in m; phi and F are tilt and F-number in the slice plane (x) and out of it (y).
+/// T is the product of the interfaces' transmission there and back, A = 10^(-loss / 20) the attenuation of the peak of
+/// the pulse there and back (`echo_loss`, `attenuated`). r is the pressure reflection at the angle of incidence i, k
+/// the wave number in 1/m, h the rms height in m; phi and F are tilt and F-number in the slice plane (x) and out of it
+/// (y).
 ///
 /// Amplitude 1 is the echo of a perfect mirror at normal incidence without attenuation. `echo_line` defines how an echo
 /// is written to the samples. Source: see each law.
@@ -57,28 +75,23 @@ struct physical {
               ///< where each repetition has at least this fraction of the one before; 1: none rings
 
     /// The same model with another interface law.
-    template <interface_law Law>
-    physical<Law, Scattering, Specular, Roughness, Attenuation> with_boundary(const Law& law) const {
+    auto with_boundary(const interface_law auto& law) const {
         return with(law, scattering, specular, roughness, attenuation);
     }
     /// The same model with another scatterer field.
-    template <scattering_field Field>
-    physical<Boundary, Field, Specular, Roughness, Attenuation> with_scattering(const Field& field) const {
+    auto with_scattering(const scattering_field auto& field) const {
         return with(boundary, field, specular, roughness, attenuation);
     }
     /// The same model with another specular law.
-    template <specular_law Law>
-    physical<Boundary, Scattering, Law, Roughness, Attenuation> with_specular(const Law& law) const {
+    auto with_specular(const specular_law auto& law) const {
         return with(boundary, scattering, law, roughness, attenuation);
     }
     /// The same model with another roughness law.
-    template <roughness_law Law>
-    physical<Boundary, Scattering, Specular, Law, Attenuation> with_roughness(const Law& law) const {
+    auto with_roughness(const roughness_law auto& law) const {
         return with(boundary, scattering, specular, law, attenuation);
     }
     /// The same model with another attenuation law.
-    template <attenuation_law Law>
-    physical<Boundary, Scattering, Specular, Roughness, Law> with_attenuation(const Law& law) const {
+    auto with_attenuation(const attenuation_law auto& law) const {
         return with(boundary, scattering, specular, roughness, law);
     }
 
@@ -97,7 +110,7 @@ struct physical {
 
     /// Default number of samples of a line, for a pulse of 2.5 cycles: see `samples_for`.
     INSONIFY_FN std::uint32_t samples(float depth, float frequency) const {
-        return samples_for(depth, detail::nominal_sigma(frequency));
+        return samples_for(depth, nominal_sigma(frequency));
     }
 
     /// Length of the line to trace, metres: at least as far as sound in the fastest medium travels in the time of the
@@ -126,21 +139,30 @@ struct physical {
         normal.cosine = 1;
         return boundary(normal);
     }
-    /// The direction of sound behind an interface, by the interface law's own `refracted` or by Snell's law; {0, 0, 0} where
-    /// it is totally reflected. Unchanged where all media have one speed (`timing::uniform`) or all incidence is normal.
+    /// The direction of sound behind an interface, by the interface law's own `refracted` or by Snell's law; {0, 0, 0}
+    /// where it is totally reflected. Unchanged where all media have one speed (`timing::uniform`) or all incidence is
+    /// normal.
     INSONIFY_FN vec3 refracted(vec3 direction, vec3 normal, const medium& before, const medium& after) const {
         if (timing == insonify::timing::uniform || angle == insonify::angle::normal) return direction;
-        return detail::refracted_by(boundary, direction, normal, before, after);
+        if constexpr (requires { boundary.refracted(direction, normal, before, after); })
+            return boundary.refracted(direction, normal, before, after);
+        else
+            return insonify::refracted(direction, normal, before, after);
     }
     /// Attenuation of an echo per metre of a medium, there and back, dB/m; the frequency is in hertz.
     INSONIFY_FN float loss(const medium& m, float frequency) const { return attenuation(m, frequency); }
-    /// What the peak of the pulse of a line loses, dB. @param loss_db  what its carrier would lose alone
+    /// What the peak of the pulse of a line loses, dB; that of its carrier if the line states neither bandwidth nor
+    /// pulse.
+    /// @param loss_db  what its carrier would lose alone
     INSONIFY_FN float pulse_loss(const traced_line& line, float loss_db) const {
-        return detail::peak_loss(bandwidth, line, loss_db);
+        if (bandwidth == pulse_bandwidth::narrow || !(max(line.bandwidth, line.pulse_sigma) > 0)) return loss_db;
+        const float fractional =
+            line.bandwidth > 0 ? line.bandwidth : axial_sigma(line.pulse_sigma, line.frequency); // its own inverse
+        return attenuated(loss_db, line.frequency, fractional).loss_db;
     }
 
-    /// What arrives along a line, at equal steps of depth: x, the amplitude there and back, 1 at the probe face, and y, the
-    /// displayed depth; element k at (k + 1) * spacing. From these, tracers compute `aperture_gains`.
+    /// What arrives along a line, at equal steps of depth: x, the amplitude there and back, 1 at the probe face, and y,
+    /// the displayed depth; element k at (k + 1) * spacing. From these, tracers compute `aperture_gains`.
     INSONIFY_FN void arrivals(const traced_line& line, float spacing, view<vec2> out) const {
         std::size_t k = 0;
         const auto transmitted = [&](std::size_t i, const layer& here, const echo_path&) {
@@ -196,7 +218,7 @@ struct physical {
         };
         detail::follow_sound(*this, line, add_surface, [&](std::size_t, const layer& here, const echo_path& path) {
             if (path.shown + path.gains.min_deeper() >= echoes.depth()) return false;
-            detail::emit_speckle(*this, line, here, path, echoes);
+            emit_speckle(line, here, path, echoes);
             return true;
         });
     }
@@ -205,7 +227,7 @@ struct physical {
     template <class Echoes>
     INSONIFY_FN void add_layer(const traced_line& line, const layer& here, echo_path& path,
                                const Echoes& echoes) const {
-        detail::emit_speckle(*this, line, here, path, echoes);
+        emit_speckle(line, here, path, echoes);
         detail::pass(*this, line, here, path);
     }
 
@@ -222,46 +244,32 @@ struct physical {
         const vec2 tangent = normal_incidence ? vec2{0, 0} : below.slope;
         const incidence at{before, after, cosine, line.frequency, below.roughness};
         const response wave = at_interface(at);
-        const float elevation_fnumber = line.aperture.elevation_fnumber;
         const float loss_db = pulse_loss(line, path.loss_db);
         const float arrived =
             line.gains.amplitude(path.passed * amplitude_of_decibels(-loss_db), path.gains.last().surfaces);
         const float shown = path.shown + path.gains.last().deeper;
 
-        const float fnumber = line.aperture.fnumber(shown);
-        const float wavelengths = max(shown, 1e-4F) * line.frequency / display_speed;
         constexpr float steepest = 5.8F; // 80 degrees
-        const vec2 slope = detail::displayed_stretch(timing, before) *
-                           vec2{clamp(tangent.x, -steepest, steepest), clamp(tangent.y, -steepest, steepest)};
-        const auto collected_by = [&](vec2 of) -> vec2 {
-            return {specular(std::atan(of.x), fnumber, wavelengths),
-                    specular(std::atan(of.y), elevation_fnumber, wavelengths)};
-        };
-        const vec3 curvature = normal_incidence ? vec3{0, 0, 0} : below.curvature;
+        const float stretch = detail::displayed_stretch(timing, before);
+        const vec2 slope = stretch * vec2{clamp(tangent.x, -steepest, steepest), clamp(tangent.y, -steepest, steepest)};
         curved_echo coherent{.depth = shown,
                              .amplitude = arrived * wave.reflected * roughness.coherent(at),
-                             .collected = collected_by(tangent),
+                             .collected = collected(line, shown, tangent),
                              .slope = slope,
-                             .curvature = detail::displayed_stretch(timing, before) * curvature};
-        if (min_ringing < 1)
-            detail::add_repetitions(coherent, entry, below, before, after, detail::displayed_stretch(timing, before),
-                                    path.shown, loss_db, wave.reflected, min_ringing, collected_by,
-                                    [&](const medium& from, const medium& to, float cosine_there) {
-                                        return at_interface({from, to, cosine_there, line.frequency}).reflected;
-                                    });
+                             .curvature = normal_incidence ? vec3{0, 0, 0} : stretch * below.curvature};
+        if (min_ringing < 1) add_repetitions(coherent, line, entry, above, below, path.shown, loss_db, wave.reflected);
         add_specular(echoes, coherent);
 
         // Lambert's law over the solid angle of the array: 0.166 / (Fx Fy), calibrated by an independent simulation.
         const float scattered = wave.reflected * wave.reflected * roughness.diffuse(at);
-        const float diffuse =
-            std::fabs(arrived) * std::sqrt(scattered * 0.166F / (fnumber * elevation_fnumber)) * cosine;
+        const float fnumbers = line.aperture.fnumber(shown) * line.aperture.elevation_fnumber;
+        const float diffuse = std::fabs(arrived) * std::sqrt(scattered * 0.166F / fnumbers) * cosine;
         if (diffuse > 0) {
             const pose at_place = line.places.empty() ? pose{} : line.places[below.place];
             material_line inside = in_object(line.frame, at_place, below.object);
             inside.displacement = line.displacement(below.place);
             const gaussian_field field = surface_field();
-            gaussian_field::surface_values values{field, inside, detail::surface_grain(line.frequency)};
-            const float stretch = detail::displayed_stretch(timing, before);
+            gaussian_field::surface_values values{field, inside, below.begin, detail::surface_grain(line.frequency)};
             echoes.rough_surface(shown, diffuse, slope, coherent.curvature,
                                  [&](float x) { return values(below.begin + x / stretch); });
         }
@@ -274,6 +282,66 @@ struct physical {
     template <class A, class B, class C, class D, class E>
     physical<A, B, C, D, E> with(const A& a, const B& b, const C& c, const D& d, const E& e) const {
         return {a, b, c, timing, angle, bandwidth, texture_db, shadow_floor_db, seed, d, e, min_ringing};
+    }
+
+    // Of a pulse of 2.5 cycles, whose fractional bandwidth is 1.61 / 2.5.
+    INSONIFY_FN static float nominal_sigma(float frequency) { return axial_sigma(0.644F, frequency); }
+
+    // Fractions that the aperture collects of the specular echo of a surface of this slope, as in `curved_echo`.
+    INSONIFY_FN vec2 collected(const traced_line& line, float shown, vec2 slope) const {
+        const float wavelengths = max(shown, 1e-4F) * line.frequency / display_speed;
+        return {specular(std::atan(slope.x), line.aperture.fnumber(shown), wavelengths),
+                specular(std::atan(slope.y), line.aperture.elevation_fnumber, wavelengths)};
+    }
+
+    // Sound reverberates in a thin hard layer, such as a needle, and each time part of it leaves towards the probe: the
+    // echo of the layer's far surface repeats at its thickness, a ladder of lines that grow fainter.
+    //
+    //     ratio = r' r 10^(-loss / 20),   r' = -r of the near surface from outside
+    //
+    // for each time that sound crosses the layer and returns. Where the surfaces are not parallel, each reflection
+    // turns it further: the ratio takes the fraction of the first repetition that the aperture collects. The echo of a
+    // curved surface comes from where that is nearest to the probe, so slopes, angles and thickness are those of that
+    // place: a needle rings alike in all planes that cut it.
+    // @param far        the layer that begins at the far surface
+    // @param shown      displayed depth of the far surface, metres
+    // @param loss_db    attenuation down to it, there and back, of the peak of the pulse, dB
+    // @param reflected  r of the far surface
+    INSONIFY_FN void add_repetitions(curved_echo& one, const traced_line& line, const detail::layer_entry& near,
+                                     const layer& present, const layer& far, float shown, float loss_db,
+                                     float reflected) const {
+        constexpr float thickest = 2e-3F; // displayed: beyond, the beam has widened
+        float step = shown - near.shown;
+        if (near.reflected == 0 || !(step > 0) || step > thickest) return;
+        const medium &inside = line.media[present.medium], &behind = line.media[far.medium];
+        const float stretch = detail::displayed_stretch(timing, inside);
+        const float speeds = inside.sound_speed / near.outside->sound_speed;
+        vec2 near_slope = near.present->slope, far_slope = far.slope, whole = one.collected;
+        float near_reflected = near.reflected;
+        const vec2 near_bend{near.present->curvature.x, near.present->curvature.y},
+            bend{far.curvature.x, far.curvature.y}, nearest = detail::nearest_of(far_slope, bend, step / stretch);
+        if (nearest != vec2{0, 0}) {
+            step += stretch * dot(near_slope - far_slope + 0.5F * (bend - near_bend) * nearest, nearest);
+            near_slope -= near_bend * nearest;
+            far_slope -= bend * nearest;
+            const float sine = std::sqrt(dot(near_slope, near_slope) / (1 + dot(near_slope, near_slope))),
+                        sine_inside = speeds * sine;
+            if (sine_inside >= 1) return;
+            const auto reflects = [&](const medium& from, const medium& to, float cosine) {
+                return at_interface({from, to, cosine, line.frequency}).reflected;
+            };
+            near_reflected = reflects(*near.outside, inside, std::sqrt(1 - sine * sine));
+            reflected = reflects(inside, behind, std::sqrt(1 - sine_inside * sine_inside));
+            whole = collected(line, one.depth, far_slope);
+        }
+        const float ratio = -near_reflected * reflected * amplitude_of_decibels(min(near.loss_db - loss_db, 0));
+        if (!(std::fabs(ratio) >= min_ringing)) return;
+        // A wedge turns sound in the layer by twice its angle, and refraction changes that outside.
+        const vec2 by = (far_slope - near_slope) / speeds;
+        const vec2 turned = dot(by, by) < 1e-8F ? whole : collected(line, one.depth, far_slope + by);
+        const float first = whole.x * whole.y;
+        one.repeat_ratio = ratio * (first > 0 ? min(turned.x * turned.y / first, 1) : 0);
+        one.repeat_step = step;
     }
 
     // At normal incidence throughout, no surface turns from line to line.
@@ -289,6 +357,68 @@ struct physical {
     }
 
     INSONIFY_FN gaussian_field surface_field() const { return {.seed = seed}; }
+
+    // Emits the speckle of one layer, from `path` at its beginning on.
+    template <class Echoes>
+    INSONIFY_FN void emit_speckle(const traced_line& line, const layer& here, const echo_path& path,
+                                  const Echoes& echoes) const {
+        const medium& m = line.media[here.medium];
+        const float begin = path.shown + path.gains.min_deeper();
+        if (!(m.backscatter > 0) || begin >= echoes.depth()) return;
+        const float displayed = detail::displayed_stretch(timing, m);
+        const float per_metre = attenuation(m, line.frequency);
+        const float sigma = line.pulse_sigma > 0 ? line.pulse_sigma : nominal_sigma(line.frequency);
+        float slot = scatterer_spacing(sigma / displayed); // shorter in slow media
+        if (m.flowing) slot = min(slot, scatterer_spacing_in_flow(line.frequency));
+        // The pulse sums the power of the slots that it covers: sqrt(pi) sigma over the displayed length of a slot.
+        const float pulse_gain = std::sqrt(std::sqrt(pi) * sigma / (slot * displayed));
+        float level = m.backscatter * amplitude_of_decibels(texture_db) / pulse_gain;
+        const pose place = line.places.empty() ? pose{} : line.places[here.place];
+        const float end = min(here.end, here.begin + (echoes.depth() - begin) / displayed + slot);
+        material_line within = in_object(line.frame, place, here.object, m.scatterer_density);
+        within.height = line.aperture.height;
+        within.plane = line.plane;
+        within.aperture = &line.aperture;
+        within.displayed = {path.shown - here.begin * displayed, displayed};
+        within.tilt = line.frame.tilt;
+        within.surfaces = {here.begin, here.end};
+        within.flowing = m.flowing;
+        within.frame_number = m.flowing ? line.frame_number : 0;
+        within.displacement = line.displacement(here.place);
+        within.steering = place.local_direction(line.frame.steering);
+        if (!m.structure.empty() && here.place < line.structures.size() &&
+            line.structures[here.place].of == m.structure) {
+            within.fnumber = line.aperture.fnumber(path.shown + 0.5F * (here.end - here.begin) * displayed);
+            within.structure = &line.structures[here.place];
+            within.own_surfaces = here.own_surfaces;
+            level /= within.structure->rms(within.fnumber);
+        }
+        detail::scatter_along_fibres(scattering, within, here.begin, end, slot, [&](const scatterer_run& run) {
+            const auto length = static_cast<float>(run.count) * run.step;
+            const aperture_gain first = path.gains.at(run.first), last = path.gains.at(run.first + length);
+            const auto shown_at = [&](float distance, const aperture_gain& gain) {
+                return path.shown + (distance - here.begin) * displayed + gain.deeper;
+            };
+            const auto level_at = [&](float distance, const aperture_gain& gain) {
+                const float loss_db = pulse_loss(line, path.lost_at(distance - here.begin, per_metre));
+                float arrived = line.gains.amplitude(path.passed * amplitude_of_decibels(-loss_db), gain.speckle);
+                if (shadow_floor_db != -FLT_MAX) {
+                    const float background = shown_at(distance, gain) * attenuation(line.media[0], line.frequency);
+                    arrived = max(arrived, amplitude_of_decibels(shadow_floor_db - background));
+                }
+                return min(level * arrived, 1e20F); // keeps sums finite
+            };
+            const float longer = (last.deeper - first.deeper) / static_cast<float>(run.count > 0 ? run.count : 1);
+            echoes.scatterers({.depth = shown_at(run.first, first),
+                               .step = max(run.step * displayed + longer, 0),
+                               .count = run.count,
+                               .real = run.real,
+                               .imaginary = run.imaginary,
+                               .first_level = level_at(run.first, first),
+                               .last_level = level_at(run.first + length, last),
+                               .slope = run.slope * displayed});
+        });
+    }
 };
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -5,7 +5,7 @@
 
 #include <insonify/doppler/doppler_ensemble.hpp>
 #include <insonify/image/scan_convert.hpp>
-#include <insonify/probe/probe_section.hpp>
+#include <insonify/probe/transducer.hpp>
 #include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI {

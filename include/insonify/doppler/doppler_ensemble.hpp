@@ -5,7 +5,7 @@
 
 #include <insonify/doppler/slow_time.hpp>
 #include <insonify/doppler/velocity_field.hpp>
-#include <insonify/probe/refined.hpp>
+#include <insonify/probe/transducer.hpp>
 #include <insonify/signal/electronic_noise.hpp>
 #include <insonify/tracing/line_tracer.hpp>
 #include <utility>

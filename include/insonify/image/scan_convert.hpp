@@ -8,7 +8,6 @@
 #include <insonify/core/view.hpp>
 #include <insonify/execution/policy.hpp>
 #include <insonify/image/image.hpp>
-#include <insonify/probe/acquisition.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/signal/pulse.hpp>
 #include <concepts>

@@ -3,7 +3,7 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/acoustics/interface_law.hpp>
+#include <insonify/acoustics/laws.hpp>
 #include <insonify/acoustics/layer.hpp>
 #include <insonify/core/units.hpp>
 #include <insonify/execution/policy.hpp>

@@ -62,22 +62,21 @@ class line_fan {
             if (std::fabs(beam.origin.y) > 1e-7F || std::fabs(beam.direction.y) > 1e-6F) return false;
             lines_[i] = {{beam.origin.x, beam.origin.z}, {beam.direction.x, beam.direction.z}};
         }
-        return find_apex() && turn_upright() && number_gaps();
+        if (!find_apex()) return false;
+        turn_upright();
+        return number_gaps();
     }
 
     /// Takes over every `stride`-th line of another fan, from `first` on.
     void assign(const line_fan& other, std::uint32_t first, std::uint32_t stride) {
-        parallel_ = other.parallel_;
-        apex_ = other.apex_;
-        axis_ = other.axis_;
-        extent_ = other.extent_;
+        *this = other;
         lines_.clear();
         for (std::size_t i = first; i < other.lines_.size(); i += stride) lines_.push_back(other.lines_[i]);
         number_gaps();
     }
 
-    /// Adds up to `count` lines from the same point on either side, `angle` radians from line to line, within 89 degrees of the
-    /// middle line. @return how many on each side
+    /// Adds up to `count` lines from the same point on either side, `angle` radians from line to line, within 89
+    /// degrees of the middle line. @return how many on each side
     std::uint32_t extend(std::uint32_t count, float angle) {
         const line first = lines_.front(), last = lines_.back();
         const auto turned_by = [](line l, float by) { // to the right
@@ -208,7 +207,7 @@ class line_fan {
 
     // Rotates all coordinates so that the middle line, or the bisector of the middle two, runs along y. So no line runs
     // along -y, where keys are discontinuous.
-    bool turn_upright() {
+    void turn_upright() {
         const vec2 left = lines_[(lines_.size() - 1) / 2].along, right = lines_[lines_.size() / 2].along;
         const vec2 sum = left + right; // 0 for two opposite lines
         axis_ = dot(sum, sum) > 1e-6F ? normalize(sum) : vec2{left.y, -left.x};
@@ -221,7 +220,6 @@ class line_fan {
             }
             extent_.max_cosine = max(extent_.max_cosine, l.along.y);
         }
-        return true;
     }
     vec2 turned(vec2 v) const { return {v.x * axis_.y - v.y * axis_.x, v.x * axis_.x + v.y * axis_.y}; }
 

@@ -5,6 +5,7 @@
 
 #include <insonify/core/math.hpp>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -54,6 +55,14 @@ inline constexpr label_id background_label = ~0U;
 using scan_lines = line_grid<float>;     ///< real values: intensity, envelope, or brightness after `log_compress`
 using iq_lines = line_grid<vec2>;        ///< complex baseband values: x in phase, y in quadrature
 using label_lines = line_grid<label_id>; ///< the object at each sample
+
+/// Depth and sampling of the scan lines.
+struct acquisition {
+    float depth = 0.08F;       ///< metres, at most 10
+    std::uint32_t samples = 0; ///< depth samples of each line; 0: chosen by the model
+    std::uint32_t planes = 1;  ///< 1, 3, 5 or 7 elevation planes, which sample the slice thickness
+    std::uint32_t frame = 0;   ///< number of the frame: speckle of flowing media (`medium::flowing`) depends on it
+};
 
 } // namespace insonify::inline INSONIFY_ABI
 

@@ -4,7 +4,7 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/core/units.hpp>
-#include <insonify/probe/sector.hpp>
+#include <insonify/probe/transducer.hpp>
 
 namespace insonify::inline INSONIFY_ABI {
 

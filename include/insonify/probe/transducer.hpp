@@ -5,7 +5,10 @@
 
 #include <insonify/core/error.hpp>
 #include <insonify/core/math.hpp>
+#include <insonify/core/memo.hpp>
+#include <insonify/core/units.hpp>
 #include <insonify/geometry/ray.hpp>
+#include <cmath>
 #include <concepts>
 #include <cstdint>
 #include <string>
@@ -104,7 +107,8 @@ INSONIFY_FN bool is_full_circle(const Probe& probe) {
            length(end.origin - begin.origin) <= 1e-4F * length(begin.origin);
 }
 
-/// Fractional bandwidth of a probe at -6 dB: its `bandwidth`; that of a pulse of 2.5 cycles for a probe without that member.
+/// Fractional bandwidth of a probe at -6 dB: its `bandwidth`; that of a pulse of 2.5 cycles for a probe without that
+/// member.
 template <transducer Probe>
 INSONIFY_FN constexpr float fractional_bandwidth(const Probe& probe) {
     if constexpr (requires { probe.bandwidth; })
@@ -113,8 +117,8 @@ INSONIFY_FN constexpr float fractional_bandwidth(const Probe& probe) {
         return 0.644F;
 }
 
-/// Checks `lines`, `frequency` and, where the probe has them, `fnumber`, `focus`, `elevation_height`, `elevation_focus`,
-/// `bandwidth` and `side_lobes`.
+/// Checks `lines`, `frequency` and, where the probe has them, `fnumber`, `focus`, `elevation_height`,
+/// `elevation_focus`, `bandwidth` and `side_lobes`.
 /// @throws usage_error  naming a setting that is out of range
 template <class Array>
 void check_array(const Array& array) {
@@ -133,6 +137,176 @@ void check_array(const Array& array) {
                               "; it must be an amplitude of 0 (none) to 0.2, and 0.047 (-26.5 dB) is that of a "
                               "rectangular aperture"};
 }
+
+} // namespace insonify::inline INSONIFY_ABI
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Lines that diverge from an apex, which lies `radius` behind the face.
+struct sector {
+    std::uint32_t lines = 1;
+    float radius = 0;        ///< radius of the face, metres
+    float field_of_view = 1; ///< angle between the ends of the sector, radians
+
+    /// From (R sin t, 0, R cos t - R) towards (sin t, 0, cos t).
+    INSONIFY_FN ray beam(float line) const {
+        const float angle = aperture_fraction(line, lines) * field_of_view;
+        const vec3 direction{std::sin(angle), 0, std::cos(angle)};
+        return {.origin = radius * (direction - vec3{0, 0, 1}), .direction = direction};
+    }
+    INSONIFY_FN vec2 locate(vec2 point) const {
+        const float along = point.y + radius;
+        const float from_apex = std::sqrt(point.x * point.x + along * along);
+        return {line_at_fraction(std::atan2(point.x, along) / field_of_view, lines), from_apex - radius};
+    }
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// A probe whose lines are all turned in the slice plane by one angle, each about its origin on the face: one look of a
+/// compounded image. The lines of a linear array fill a parallelogram.
+///
+/// The probe must have parallel lines, or lines that diverge from one point behind its face, as all probes of the
+/// library have. A line at an angle sees the face foreshortened: `fnumber` and `aperture` are those of the steered
+/// line, F / cos(angle) and width * cos(angle). Depth is measured along the lines.
+template <transducer Probe>
+struct steered : Probe {
+    float steering = 0; ///< angle of every line to that of the probe, radians; positive towards +x
+
+    /// @param radians  -45_deg to 45_deg
+    explicit steered(const Probe& probe, float radians = 0)
+        : Probe{probe}, steering{radians}, sine_{std::sin(radians)}, cosine_{std::cos(radians)} {
+        if constexpr (requires { this->fnumber; }) this->fnumber /= cosine_;
+        if (probe.lines == 0) return; // `check` refuses it
+        // Two lines that are neither the same nor opposite, also in a full circle.
+        const ray first = probe.beam(-0.5F), second = probe.beam(0.25F * static_cast<float>(probe.lines) - 0.5F);
+        const vec2 from{first.origin.x, first.origin.z}, to{second.origin.x, second.origin.z};
+        const vec2 down{first.direction.x, first.direction.z}, other{second.direction.x, second.direction.z};
+        const float turn = down.x * other.y - down.y * other.x;
+        if (std::fabs(turn) < 1e-6F) return; // parallel
+        diverging_ = true;
+        const float to_apex = ((to.x - from.x) * other.y - (to.y - from.y) * other.x) / turn;
+        apex_ = from + to_apex * down;
+        radius_ = std::fabs(to_apex);
+    }
+
+    /// The line as a ray in the probe frame.
+    INSONIFY_FN ray beam(float line) const {
+        ray turned = Probe::beam(line);
+        turned.direction = rotated(turned.direction, sine_, cosine_);
+        return turned;
+    }
+    /// The direction along which a line sees the grid of scatterers: that of the line without steering, or of the line
+    /// turned back by 10 degrees where it is steered further. So looks of a compounded image see the same scatterers;
+    /// at larger angles to the grid their level would fall.
+    INSONIFY_FN vec3 scatterer_axis(float line) const {
+        const float rest = steering - clamp(steering, -10_deg, 10_deg);
+        return rotated(Probe::beam(line).direction, std::sin(rest), std::cos(rest));
+    }
+    /// From {x, z} to {line, depth along it}.
+    INSONIFY_FN vec2 locate(vec2 point) const {
+        if (steering == 0) return Probe::locate(point);
+        if (!diverging_) { // the face is plane, and a line reaches the depth z after z / cos(angle)
+            const vec2 straight = Probe::locate(point);
+            const float back = straight.y * sine_ / cosine_;
+            const vec3 along = Probe::beam(straight.x).direction; // {along.z, -along.x} runs along the face
+            return {Probe::locate(point - back * vec2{along.z, -along.x}).x, straight.y / cosine_};
+        }
+        // A line leaves the face, a circle of radius R, at `steering` to its radius. At the distance d from the apex
+        // its angle to the radius is asin(R sine / d), so it has turned about the apex by the difference.
+        const vec2 from_apex = point - apex_;
+        const float distance = length(from_apex), offset = radius_ * sine_;
+        const float along = std::sqrt(max(distance * distance - offset * offset, 0));
+        const float sine = (sine_ * along - cosine_ * offset) / max(distance, 1e-9F),
+                    cosine = (cosine_ * along + sine_ * offset) / max(distance, 1e-9F);
+        const vec2 origin{cosine * from_apex.x - sine * from_apex.y, sine * from_apex.x + cosine * from_apex.y};
+        return {Probe::locate(apex_ + (1 + radius_ / max(distance, 1e-9F)) * origin).x, along - radius_ * cosine_};
+    }
+
+    /// The largest active aperture, seen from a steered line, metres.
+    INSONIFY_FN float aperture() const requires requires(const Probe& probe) { probe.aperture(); }
+    { return Probe::aperture() * cosine_; }
+
+    /// @throws usage_error  naming a setting that is out of range
+    void check() const {
+        Probe::check();
+        if (!(std::fabs(steering) <= 45_deg))
+            throw usage_error{"steered: the angle is " + detail::number_text(steering * 180 / pi) +
+                              "_deg; it must be from -45_deg to 45_deg"};
+    }
+
+    friend bool operator==(const steered&, const steered&) requires detail::comparable<Probe>
+    = default;
+
+  private:
+    // In the slice plane, towards +x.
+    INSONIFY_FN static vec3 rotated(vec3 along, float sine, float cosine) {
+        return {cosine * along.x + sine * along.z, along.y, cosine * along.z - sine * along.x};
+    }
+
+    float sine_ = 0, cosine_ = 1;
+    bool diverging_ = false;
+    vec2 apex_{0, 0};  // of the lines of the probe, {x, z}
+    float radius_ = 0; // of the face, metres
+};
+
+/// A probe with another number of lines, usually more: the same face, field of view and beam with finer lateral
+/// sampling.
+template <transducer Probe>
+struct refined : Probe {
+    std::uint32_t lines = 1; ///< hides the member of the probe: about `rays` times as many
+    float rays = 1;          ///< lines for each line of the probe, need not be whole
+
+    /// @param rays_per_line  above 0; the number of lines is rounded
+    refined(const Probe& probe, float rays_per_line)
+        : Probe{probe}, lines{static_cast<std::uint32_t>(std::lround(static_cast<float>(probe.lines) * rays_per_line))},
+          rays{static_cast<float>(lines) / static_cast<float>(probe.lines)} {}
+
+    /// The line as a ray in the probe frame.
+    INSONIFY_FN ray beam(float line) const { return Probe::beam(coarse(line)); }
+    /// Of a probe that is `steered`: see there.
+    INSONIFY_FN vec3 scatterer_axis(float line) const requires requires(const Probe& probe) {
+        probe.scatterer_axis(0.0F);
+    }
+    { return Probe::scatterer_axis(coarse(line)); }
+    /// From {x, z} to {line, depth along it}.
+    INSONIFY_FN vec2 locate(vec2 point) const {
+        const vec2 place = Probe::locate(point);
+        return {(place.x + 0.5F) * rays - 0.5F, place.y};
+    }
+
+    friend bool operator==(const refined&, const refined&) requires detail::comparable<Probe>
+    = default;
+
+  private:
+    INSONIFY_FN float coarse(float line) const { return (line + 0.5F) / static_cast<float>(rays) - 0.5F; }
+};
+
+/// Some neighbouring lines of a probe, with its face, field of view and beam.
+template <transducer Probe>
+struct probe_section : Probe {
+    std::uint32_t lines = 1; ///< hides the member of the probe
+    std::uint32_t first = 0; ///< line of the probe that is line 0 here
+
+    /// @param begin, end  lines of the probe, without `end`
+    probe_section(const Probe& probe, std::uint32_t begin, std::uint32_t end)
+        : Probe{probe}, lines{end - begin}, first{begin} {}
+
+    /// The line as a ray in the probe frame.
+    INSONIFY_FN ray beam(float line) const { return Probe::beam(line + static_cast<float>(first)); }
+    /// Of a probe that is `steered`: see there.
+    INSONIFY_FN vec3 scatterer_axis(float line) const requires requires(const Probe& probe) {
+        probe.scatterer_axis(0.0F);
+    }
+    { return Probe::scatterer_axis(line + static_cast<float>(first)); }
+    /// From {x, z} to {line, depth along it}.
+    INSONIFY_FN vec2 locate(vec2 point) const { return Probe::locate(point) - vec2{static_cast<float>(first), 0}; }
+
+    friend bool operator==(const probe_section&, const probe_section&) requires detail::comparable<Probe>
+    = default;
+};
 
 } // namespace insonify::inline INSONIFY_ABI
 

@@ -6,7 +6,7 @@
 #include <insonify/acoustics/medium.hpp>
 #include <insonify/geometry/mesh.hpp>
 #include <insonify/geometry/pose.hpp>
-#include <insonify/tissue/fibre_directions.hpp>
+#include <insonify/tissue/fibres.hpp>
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>

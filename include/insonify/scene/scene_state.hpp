@@ -7,7 +7,7 @@
 #include <insonify/scene/layers.hpp>
 #include <insonify/scene/object.hpp>
 #include <insonify/scene/tetrahedra.hpp>
-#include <insonify/tissue/fibre_grid.hpp>
+#include <insonify/tissue/fibres.hpp>
 #include <algorithm>
 #include <atomic>
 #include <cmath>

@@ -5,9 +5,8 @@
 
 #include <insonify/core/error.hpp>
 #include <insonify/execution/policy.hpp>
-#include <insonify/probe/acquisition.hpp>
 #include <insonify/probe/line_grid.hpp>
-#include <insonify/probe/steered.hpp>
+#include <insonify/probe/transducer.hpp>
 #include <algorithm>
 #include <optional>
 #include <string>

@@ -3,9 +3,9 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/core/units.hpp>
 #include <insonify/core/error.hpp>
 #include <insonify/core/random.hpp>
+#include <insonify/core/units.hpp>
 #include <insonify/execution/policy.hpp>
 #include <insonify/probe/line_grid.hpp>
 

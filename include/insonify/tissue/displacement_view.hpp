@@ -9,8 +9,8 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Displacements of tissue from its present position to rest, on a regular grid and trilinear in between, as lines in one
-/// object read them. Beyond the grid they are those at its border. Trivially copyable.
+/// Displacements of tissue from its present position to rest, on a regular grid and trilinear in between, as lines in
+/// one object read them. Beyond the grid they are those at its border. Trivially copyable.
 struct displacement_view {
     view<const float> nodes{};     ///< x, y, z in axes of the grid and 0 of each node, metres; x first; empty: at rest
     uvec3 size{2, 2, 2};           ///< nodes along each axis, at least 2

@@ -4,6 +4,10 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/core/math.hpp>
+#include <insonify/core/units.hpp>
+#include <insonify/core/view.hpp>
+#include <cmath>
+#include <cstddef>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -29,9 +33,9 @@ struct structure {
         friend bool operator==(const variation&, const variation&) = default;
     };
 
-    /// Thin bright sheets of finite size, such as the perimysium between the fascicles of a muscle, or the septa of fat.
-    /// There is at most one in each cell of a lattice. Further lattices have cells of 0.8 times the size, and are turned
-    /// about the fibres. The echo of a sheet depends on its angle to the beam as that of an interface does.
+    /// Thin bright sheets of finite size, such as the perimysium between the fascicles of a muscle, or the septa of
+    /// fat. There is at most one in each cell of a lattice. Further lattices have cells of 0.8 times the size, and are
+    /// turned about the fibres. The echo of a sheet depends on its angle to the beam as that of an interface does.
     struct sheet_layer {
         float fill = 0;                      ///< fraction of the cells that contain a sheet; 0: none
         std::uint32_t lattices = 1;          ///< 1 to `max_lattices`
@@ -57,9 +61,10 @@ struct structure {
         friend bool operator==(const bundle_layer&, const bundle_layer&) = default;
     };
 
-    /// The sheath of an object, such as the epimysium and the aponeuroses of a muscle: a bright layer below its surface, of two
-    /// parallel lines with a dark slit between them, uneven in thickness and brightness. It adds to the echo power. It lies
-    /// where the surface is the object's own: not around a vessel within, and only once where two objects touch.
+    /// The sheath of an object, such as the epimysium and the aponeuroses of a muscle: a bright layer below its
+    /// surface, of two parallel lines with a dark slit between them, uneven in thickness and brightness. It adds to the
+    /// echo power. It lies where the surface is the object's own: not around a vessel within, and only once where two
+    /// objects touch.
     struct sheath_layer {
         float thickness = 0;    ///< mean, metres; 0: none
         float level_db = 24;    ///< amplitude at normal incidence, relative to the speckle of the medium
@@ -112,6 +117,200 @@ INSONIFY_FN inline bool is_valid(const structure& s) {
            within(s.sheath.spread_db, 0, 40) && within(s.sheath.waviness, 0, pi) &&
            within(s.sheath.diffuse_db, -200, 0);
 }
+
+namespace detail {
+
+inline constexpr float bits_per_decibel = 0.16609640F; // log2(10) / 20
+/// Largest value of the random numbers that sheets take their levels from: a sum of two uniform ones, of variance 1.
+inline constexpr float max_level_number = 2.4494897F;
+
+/// Sine of the angle at which the echo of a sheet has fallen to half its amplitude: the lobe of the aperture (see
+/// `specular_return`, whose half width is 0.53 of the edge's angle), widened by the waviness of the sheet.
+INSONIFY_FN inline float lobe_of(float waviness, float fnumber) {
+    const float aperture = 0.53F * std::atan(1 / (2 * fnumber)), facets = 1.1774F * waviness;
+    return std::sin(min(std::sqrt(aperture * aperture + facets * facets), pi / 2));
+}
+
+/// Angle between a lattice of sheets and the fibres, radians: to either side by turns, 0.3 to 1 of `tilt`.
+INSONIFY_FN inline float tilt_of_lattice(const structure::sheet_layer& layer, std::uint32_t k) {
+    const float steep = 0.3F + 0.7F * static_cast<float>(k * 5 % 6) / 5;
+    return (k % 2 == 0 ? steep : -steep) * layer.tilt;
+}
+
+/// Mean and mean square of a random factor.
+struct two_moments {
+    float mean = 1;
+    float square = 1;
+};
+
+/// Of 10^(n deviation_db / 20), n normally distributed.
+INSONIFY_FN inline two_moments moments_of(const structure::variation& v) {
+    const float neper = 0.115129255F * v.deviation_db;
+    return {std::exp(neper * neper / 2), std::exp(2 * neper * neper)};
+}
+
+/// Of the sum of a layer's sheets at one point, where the beam runs along z.
+///
+///     mean   = n p <level> V1 <echo>,   V1 = sqrt(2 pi) t <l w> (pi / 2)^2 / 4 / cell
+///     square = n p <level^2> V2 <echo^2> + (1 - 1 / n) mean^2,   V2 = sqrt(pi) t <l w> (4 / 3)^2 / 4 / cell
+///
+/// for n lattices with a fraction p of full cells, thickness t, length l and width w of the sheets. Source: integrals
+/// of the profile exp(-d^2 / 2 t^2) and of the outline sqrt((1 - x^2) (1 - y^2)) of `structure_gains::sheet`.
+INSONIFY_FN inline two_moments moments_of(const structure::sheet_layer& of, float fnumber) {
+    if (!(of.fill > 0)) return {0, 0};
+    // The level is 10^((level_db + spread_db n) / 20), n a sum of two uniform numbers: <exp(a n)> = (sinh(b) / b)^2.
+    const auto level = [&](float power) {
+        const float neper = 0.115129255F * power, b = 0.5F * neper * of.spread_db * max_level_number;
+        const float spread = b > 1e-3F ? std::sinh(b) / b : 1.0F;
+        return std::exp(neper * of.level_db) * spread * spread;
+    };
+    const float lobe = lobe_of(of.waviness, fnumber), diffuse = amplitude_of_decibels(of.diffuse_db);
+    // Over the angles of the normals, in a lattice that is tilted.
+    const auto echo_of = [&](float tilt) {
+        constexpr int angles = 16;
+        two_moments echo{0, 0};
+        for (int i = 0; i < angles; ++i) {
+            const float facing = std::cos((static_cast<float>(i) + 0.5F) / angles * of.turn) * std::cos(tilt);
+            const float one = diffuse + (1 - diffuse) * std::exp2((facing * facing - 1) / (lobe * lobe));
+            echo = {echo.mean + one / angles, echo.square + one * one / angles};
+        }
+        return echo;
+    };
+    constexpr float length = 0.75F * 0.725F, width = 0.8F * 0.8F; // means, in cells
+    two_moments sum{0, 0};
+    float scale = 1;
+    for (std::uint32_t k = 0; k < of.lattices; ++k, scale *= 0.8F) {
+        const float area = 0.25F * length * width * of.fill * of.thickness / (scale * of.cell.z);
+        const two_moments echo = echo_of(tilt_of_lattice(of, k));
+        const float mean = level(1) * 2.5066283F * area * 2.4674011F * echo.mean;
+        const float square = level(2) * 1.7724539F * area * 1.7777778F * echo.square;
+        sum = {sum.mean + mean, sum.square + square + 2 * sum.mean * mean};
+    }
+    return sum;
+}
+
+/// Of the factor of bundles. The edge of a bundle counts half.
+INSONIFY_FN inline two_moments moments_of(const structure::bundle_layer& of) {
+    if (!(of.spacing > 0)) return {};
+    const float relative = of.diameter / of.spacing, inside = 0.25F * pi * relative * relative * 0.65333F;
+    const float level = amplitude_of_decibels(of.level_db);
+    return {1 + inside * (level - 1), 1 + inside * (level * level - 1)};
+}
+
+/// The rms of `structure_gains` over a large volume, where the beam runs along z; waves do not change it.
+INSONIFY_FN inline float structure_rms(const structure& s, float fnumber) {
+    const two_moments all = moments_of(s.mottling), grain = moments_of(s.grain), bundles = moments_of(s.bundles),
+                      sheets = moments_of(s.sheets, fnumber), septa = moments_of(s.septa, fnumber);
+    const float between = grain.mean * bundles.mean;
+    return std::sqrt(all.square * (grain.square * bundles.square + sheets.square + septa.square +
+                                   2 * between * (sheets.mean + septa.mean) + 2 * sheets.mean * septa.mean));
+}
+
+} // namespace detail
+
+/// Coordinates in which curved fibres are straight: at the nodes of a grid, linear in between. Trivially copyable;
+/// refers to the scene's arrays. Fibres run along x, and layers are flat in z, as in `structure`.
+struct fibre_chart {
+    view<const vec3> nodes{}; ///< x varies fastest; metres
+    uvec3 count{0, 0, 0};     ///< of nodes along each axis, at least 2
+    vec3 origin{0, 0, 0};     ///< of the grid, in coordinates of the object
+    float spacing = 1;        ///< of the nodes, metres
+
+    /// Whether fibres are straight everywhere.
+    INSONIFY_FN bool empty() const { return nodes.empty(); }
+
+    /// The coordinates of a point of the object; metres. Beyond the grid those of its outermost cells go on.
+    INSONIFY_FN vec3 operator()(vec3 point) const {
+        const vec3 place = (point - origin) / spacing;
+        std::size_t first = 0, step[3] = {1, count.x, std::size_t{count.x} * count.y};
+        float part[3];
+        for (int i = 0; i < 3; ++i) {
+            const float below = std::floor(clamp(place[i], 0, static_cast<float>(count[i]) - 2));
+            part[i] = place[i] - below;
+            first += step[i] * static_cast<std::size_t>(below);
+        }
+        const auto along_x = [&](std::size_t at) { return nodes[at] + part[0] * (nodes[at + 1] - nodes[at]); };
+        const auto in_plane = [&](std::size_t at) {
+            const vec3 low = along_x(at);
+            return low + part[1] * (along_x(at + step[1]) - low);
+        };
+        const vec3 low = in_plane(first);
+        return low + part[2] * (in_plane(first + step[2]) - low);
+    }
+};
+
+/// A structure in the axes of one object, prepared for lines of any probe. Trivially copyable.
+struct placed_structure {
+    /// One lattice of sheets.
+    struct lattice {
+        mat3 axes{1};          ///< columns: along the fibres and across them, in coordinates of the object
+        vec3 cell{1, 1, 1};    ///< metres
+        mat3 cells{1};         ///< the axes divided by the cell: from metres to cells
+        vec3 aside{0, 0, 0};   ///< cells per metre along z of the structure
+        std::uint32_t key = 0; ///< of its random numbers
+    };
+    /// A layer of sheets.
+    struct sheets {
+        structure::sheet_layer of{};                    ///< as set
+        lattice lattices[structure::max_lattices] = {}; ///< each turned about the fibres
+        std::uint32_t count = 0;                        ///< of lattices; 0: no sheets
+        float diffuse = 0;                              ///< amplitude of `diffuse_db`
+    };
+
+    structure of{};        ///< as set
+    mat3 axes{1};          ///< columns x, y and z of `structure`, in coordinates of the object
+    sheets layers[2] = {}; ///< `structure::sheets` and `structure::septa`
+    fibre_chart chart{};   ///< where fibres are curved; the axes are those of its coordinates
+
+    placed_structure() = default; ///< none
+
+    /// @param s           of the medium
+    /// @param directions  orthonormal columns: along the fibres, across, and where the object is flattest
+    INSONIFY_FN placed_structure(const structure& s, const mat3& directions) : of{s}, axes{directions} {
+        place(s.sheets, 0x51ED270BU, layers[0]);
+        place(s.septa, 0xA3C59AC3U, layers[1]);
+        for (std::uint32_t i = 0; i < fnumbers; ++i)
+            rms_[i] = detail::structure_rms(s, std::exp2(static_cast<float>(i) / steps));
+    }
+
+    /// The rms of the factor on amplitude over a large volume, where the beam runs along z; the F-number is that of the
+    /// receiving aperture.
+    INSONIFY_FN float rms(float fnumber) const {
+        const float place = clamp(steps * std::log2(fnumber), 0, static_cast<float>(fnumbers - 1));
+        const auto above = static_cast<std::uint32_t>(place);
+        const std::uint32_t next = above + 1 < fnumbers ? above + 1 : above;
+        return rms_[above] + (place - static_cast<float>(above)) * (rms_[next] - rms_[above]);
+    }
+
+  private:
+    static constexpr float steps = 4;             // of the F-number, in each doubling
+    static constexpr std::uint32_t fnumbers = 17; // from 1 to 16
+    float rms_[fnumbers] = {};
+
+    // Lattices turn by 2.4 rad, the golden angle, from one to the next, where normals may have any direction across the
+    // fibres.
+    INSONIFY_FN void place(const structure::sheet_layer& layer, std::uint32_t key, sheets& to) const {
+        to.of = layer;
+        to.count = layer.fill > 0 ? layer.lattices : 0;
+        to.diffuse = amplitude_of_decibels(layer.diffuse_db);
+        float scale = 1;
+        for (std::uint32_t k = 0; k < to.count; ++k, scale *= 0.8F) {
+            const float turn = layer.turn < pi / 2 ? 0.0F : 2.4F * static_cast<float>(k);
+            const float tilt = detail::tilt_of_lattice(layer, k);
+            const float c = std::cos(turn), s = std::sin(turn);
+            const vec3 across = c * axes[1] - s * axes[2], upright = s * axes[1] + c * axes[2];
+            const float ct = std::cos(tilt), st = std::sin(tilt);
+            lattice& own = to.lattices[k];
+            own.axes = mat3{ct * axes[0] + st * upright, across, ct * upright - st * axes[0]};
+            own.cell = scale * layer.cell;
+            own.key = key + k * 0x632BE5ABU;
+            for (int i = 0; i < 3; ++i) {
+                own.cells[i] = own.axes[i] / own.cell[i];
+                own.aside[i] = dot(own.cells[i], axes[2]);
+            }
+        }
+    }
+};
 
 } // namespace insonify::inline INSONIFY_ABI
 

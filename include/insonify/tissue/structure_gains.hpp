@@ -5,12 +5,361 @@
 
 #include <insonify/core/random.hpp>
 #include <insonify/execution/simd.hpp>
-#include <insonify/tissue/sheet_crossings.hpp>
+#include <insonify/tissue/structure.hpp>
+#include <cstdint>
 
+/// Factors on the amplitude of speckle along a line, a register at a time.
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Value noise: random numbers at the points of the unit lattice, and cubic interpolation between them. Mean 0, variance 1,
-/// approximately normally distributed.
+using wide_floats = lanes<max_simd_width>;
+using wide_bits = bit_lanes<max_simd_width>;
+
+/// first, first + 1, first + 2, ...
+INSONIFY_FN INSONIFY_INLINE wide_floats whole_numbers(std::uint32_t first) {
+    return floats_of<max_simd_width>(steps_of_bits<max_simd_width>(first, 1));
+}
+
+/// Fraction 0 to 1 of some of the bits.
+INSONIFY_FN INSONIFY_INLINE wide_floats fraction_of_bits(const wide_bits& random, int shift, std::uint32_t count) {
+    return floats_of<max_simd_width>((random >> shift) & ((1U << count) - 1)) *
+           wide_floats(1 / static_cast<float>((1U << count) - 1));
+}
+
+/// A linear function of the distance along a line, metres.
+struct linear_along {
+    float first = 0; ///< at distance 0
+    float step = 0;  ///< per metre
+
+    INSONIFY_FN float at(float distance) const { return first + distance * step; }
+    INSONIFY_FN INSONIFY_INLINE wide_floats at(const wide_floats& distance) const {
+        return multiply_add(distance, wide_floats(step), wide_floats(first));
+    }
+};
+
+/// Linear interpolation between values at whole numbers, for a register full of places at equal steps. Within the
+/// register the slope changes at each whole number.
+/// @param count  of values, at least 2; before the first one and behind the last one the slope is that beside it
+/// @param first  of the places
+INSONIFY_FN INSONIFY_INLINE wide_floats interpolate(const float* values, std::uint32_t count, float first, float step) {
+    const auto whole = static_cast<std::uint32_t>(max(first, 0));
+    const std::uint32_t before = whole + 2 < count ? whole : count - 2;
+    const float part = first - static_cast<float>(before);
+    const float* const at = values + before;
+    const wide_floats away = whole_numbers(0) * wide_floats(step) + wide_floats(part);
+    wide_floats sum = multiply_add(away, wide_floats(at[1] - at[0]), wide_floats(at[0]));
+    for (std::uint32_t i = 1; static_cast<float>(i) < 1 + (max_simd_width - 1) * step && before + i + 1 < count; ++i)
+        sum = multiply_add(max(away - wide_floats(static_cast<float>(i)), wide_floats(0.0F)),
+                           wide_floats(at[i + 1] - 2 * at[i] + at[i - 1]), sum);
+    return sum;
+}
+
+/// A quantity that varies slowly along a line: its values at nodes, linear in between. Nodes lie at whole multiples of
+/// their distance in the material, so that neighbouring segments and lines share them.
+class line_nodes {
+  public:
+    /// Evaluates a field, lanes(lanes distances), between two distances along the line, metres.
+    /// @param apart   distance of the nodes, metres; more where they would be too many
+    /// @param origin  of the distances in the material, metres
+    template <class Field>
+    INSONIFY_FN void evaluate(float from, float to, float apart, float origin, const Field& field) {
+        step_ = max(apart, (to - from) / (max_count - 3));
+        first_ = std::floor((origin + from) / step_) * step_ - origin;
+        count_ = static_cast<std::uint32_t>(clamp((to - first_) / step_, 0, max_count - 3)) + 2;
+        for (std::uint32_t i = 0; i < count_; i += max_simd_width)
+            store(field(wide_floats(first_) + whole_numbers(i) * wide_floats(step_)), value_ + i);
+    }
+
+    /// The values at a register full of distances at equal steps, metres.
+    INSONIFY_FN INSONIFY_INLINE wide_floats at(float distance, float step) const {
+        return interpolate(value_, count_, min((distance - first_) / step_, static_cast<float>(count_ - 1)),
+                           step / step_);
+    }
+
+    /// Calls visit(begin, end, values) for every piece of a part of the line on which the quantity is linear.
+    template <class Visit>
+    INSONIFY_FN void for_each_piece(float from, float to, const Visit& visit) const {
+        for (std::uint32_t i = 0; i + 1 < count_; ++i) {
+            const float node = first_ + static_cast<float>(i) * step_;
+            const float begin = i == 0 ? from : max(node, from), end = i + 2 == count_ ? to : min(node + step_, to);
+            if (!(begin < end)) continue;
+            const float slope = (value_[i + 1] - value_[i]) / step_;
+            visit(begin, end, linear_along{value_[i] - slope * node, slope});
+        }
+    }
+
+  private:
+    static constexpr std::uint32_t max_count = 72;
+
+    float first_ = 0, step_ = 1; // metres
+    std::uint32_t count_ = 0;
+    float value_[max_count + max_simd_width];
+};
+
+/// Points at equal steps of a line, and their gains.
+struct gain_points {
+    float first = 0;         ///< metres
+    float spacing = 1;       ///< metres
+    std::uint32_t count = 0; ///< of points
+    float* gain = nullptr;   ///< with room for a register behind the last
+
+    INSONIFY_FN float distance(std::uint32_t i) const { return first + static_cast<float>(i) * spacing; }
+    INSONIFY_FN float last() const { return distance(count - 1); }
+    INSONIFY_FN INSONIFY_INLINE wide_floats distances(std::uint32_t i) const {
+        return wide_floats(first) + whole_numbers(i) * wide_floats(spacing);
+    }
+};
+
+/// A straight segment of a line in an object.
+struct object_segment {
+    vec3 origin{0, 0, 0};      ///< metres
+    vec3 along{0, 0, 1};       ///< metres of material per metre of the line
+    vec3 propagation{0, 0, 1}; ///< of sound, length 1
+    float fnumber = 2;         ///< of the receiving aperture
+    std::uint32_t key = 0;     ///< of the object
+    float length = 0;          ///< metres of the line
+
+    /// Distance of the origin in the material, metres along the line.
+    INSONIFY_FN float place() const { return dot(origin, along) / dot(along, along); }
+    /// The coordinate along an axis, in units of some metres.
+    INSONIFY_FN linear_along coordinate(vec3 axis, float unit) const {
+        return {dot(axis, origin) / unit, dot(axis, along) / unit};
+    }
+};
+
+/// One lattice of sheets along a segment of a line. Most points of a line are outside every sheet, so the cells that
+/// the line passes are listed, layer by layer and row by row, and only the points inside their sheets are evaluated.
+class sheet_crossings {
+    using floats = wide_floats;
+    using bits = wide_bits;
+
+  public:
+    /// @param all, k  the layer of sheets, and the number of the lattice
+    /// @param lobe    see `lobe_of`
+    INSONIFY_FN sheet_crossings(const placed_structure::sheets& all, std::uint32_t k, const object_segment& segment,
+                                float lobe)
+        : of_{all.of}, cell_{all.lattices[k].cell}, aside_{all.lattices[k].aside},
+          key_{all.lattices[k].key ^ segment.key}, facing_y_{dot(all.lattices[k].axes[1], segment.propagation)},
+          facing_z_{dot(all.lattices[k].axes[2], segment.propagation)}, per_lobe_{1 / (lobe * lobe)}, diffuse_{
+                                                                                                          all.diffuse} {
+        for (int i = 0; i < 3; ++i) place_[i] = segment.coordinate(all.lattices[k].cells[i], 1);
+        place_[2].first += static_cast<float>(key_ & 0xFFFFU) * 0x1p-16F; // of each object by itself
+    }
+
+    /// Adds the amplitudes of the sheets.
+    /// @param waves  displacement of the sheets along z of the structure, metres
+    INSONIFY_FN void add(const line_nodes& waves, const gain_points& points) const {
+        passage_list rows;
+        waves.for_each_piece(points.first, points.last() + 1e-3F * points.spacing,
+                             [&](float from, float to, const linear_along& wave) {
+                                 const linear_along y = displaced(1, wave), z = displaced(2, wave);
+                                 const float per_step = (z.step < 0 ? -1.0F : 1.0F) / max(std::fabs(z.step), 1e-3F);
+                                 for_each_cell(z.at(from), z.at(to), [&](float layer) {
+                                     const float a = (layer - z.first) * per_step, b = (layer + 1 - z.first) * per_step;
+                                     const float begin = max(from, min(a, b)), end = min(to, max(a, b));
+                                     if (!(begin < end)) return;
+                                     // Rows within a layer are shifted at random.
+                                     const auto number = static_cast<std::uint32_t>(static_cast<std::int64_t>(layer));
+                                     const std::uint32_t random = mix_bits(number * 0xC2B2AE35U + key_);
+                                     const float shift = static_cast<float>(random & 0xFFFFU) * (1.0F / 0xFFFF);
+                                     for_each_cell(y.at(begin) + shift, y.at(end) + shift, [&](float row) {
+                                         if (rows.count == passage_list::room) enter_cells(rows, points);
+                                         rows.push(begin, end, wave, layer, row, random);
+                                     });
+                                 });
+                             });
+        enter_cells(rows, points);
+    }
+
+  private:
+    static constexpr std::uint32_t max_cells = 256; // along one axis; of more, that many
+
+    // Values that are linear along the line, one in each lane.
+    struct linear_lanes {
+        floats first, step;
+
+        INSONIFY_FN INSONIFY_INLINE floats at(const floats& distance) const {
+            return multiply_add(distance, step, first);
+        }
+        // Shortens an interval to its part where smallest <= value < largest; never beyond its ends.
+        INSONIFY_FN INSONIFY_INLINE void clip(const floats& smallest, const floats& largest, floats& begin,
+                                              floats& end) const {
+            const floats zero(0.0F), one(1.0F);
+            const floats size = max(abs(step), floats(1e-3F)), // no select: compilers divide on both sides of it
+                per_step = select(step < zero, -one, one) / size;
+            const floats a = (smallest - first) * per_step, b = (largest - first) * per_step;
+            const floats from = min(max(begin, min(a, b)), end);
+            end = max(min(end, max(a, b)), begin);
+            begin = from;
+        }
+    };
+
+    // Parts of the line, metres, each within one row of cells of one layer, where the lattice is displaced by a linear
+    // wave.
+    struct passage_list {
+        static constexpr std::uint32_t room = 64;
+        float begin[room], end[room], wave[room], wave_step[room], layer[room], row[room];
+        std::uint32_t of_layer[room]; // random bits
+        std::uint32_t count = 0;
+
+        INSONIFY_FN void push(float from, float to, const linear_along& displaced, float in_layer, float in_row,
+                              std::uint32_t random) {
+            begin[count] = from;
+            end[count] = to;
+            wave[count] = displaced.first;
+            wave_step[count] = displaced.step;
+            layer[count] = in_layer;
+            row[count] = in_row;
+            of_layer[count++] = random;
+        }
+    };
+
+    // A coordinate in cells where the lattice is displaced.
+    INSONIFY_FN linear_along displaced(int axis, const linear_along& wave) const {
+        return {place_[axis].first + aside_[axis] * wave.first, place_[axis].step + aside_[axis] * wave.step};
+    }
+    INSONIFY_FN INSONIFY_INLINE linear_lanes displaced(int axis, const linear_lanes& wave) const {
+        const floats aside(aside_[axis]);
+        return {multiply_add(aside, wave.first, floats(place_[axis].first)),
+                multiply_add(aside, wave.step, floats(place_[axis].step))};
+    }
+    template <class Visit>
+    INSONIFY_FN static void for_each_cell(float from, float to, const Visit& visit) {
+        const float first = std::floor(min(from, to)), others = std::floor(max(from, to)) - first;
+        if (!is_finite(others)) return;
+        const float step = 1 + std::floor(others * (1.0F / max_cells));
+        for (std::uint32_t i = 0; static_cast<float>(i) * step <= others; ++i)
+            visit(first + static_cast<float>(i) * step);
+    }
+
+    // Cells within a row are shifted too.
+    INSONIFY_FN void enter_cells(passage_list& rows, const gain_points& points) const {
+        const floats zero(0.0F);
+        for (std::uint32_t i = 0; i < rows.count; i += max_simd_width) {
+            const auto listed = whole_numbers(i) < floats(static_cast<float>(rows.count));
+            const auto at = [&](const float* list) { // behind the end of the list all is 0, so that parts are empty
+                return select(listed, load<max_simd_width>(list + i), zero);
+            };
+            const linear_lanes wave{at(rows.wave), at(rows.wave_step)};
+            const bits of_layer = load_bits<max_simd_width>(rows.of_layer + i);
+            const floats row = at(rows.row);
+            cell_lanes in{{}, displaced(1, wave), displaced(2, wave), at(rows.begin), at(rows.end)};
+            in.y.first = in.y.first + fraction_of_bits(of_layer, 0, 16) - row;
+            in.y.clip(zero, floats(1.0F), in.begin, in.end);
+            in.z.first = in.z.first - at(rows.layer);
+            const bits column = mix_lanes<max_simd_width>(bits_of_whole<max_simd_width>(row) * 0x85EBCA6BU + of_layer);
+            linear_lanes x = displaced(0, wave);
+            x.first = x.first + fraction_of_bits(column, 0, 16);
+            const floats from = x.at(in.begin), to = x.at(in.end), lowest = min(from, to), highest = max(from, to);
+            const auto passed = in.begin < in.end;
+            bits number = floor_bits<max_simd_width>(lowest);
+            for (std::uint32_t tries = 0; tries < max_cells; ++tries, number = number + 1U) {
+                const auto entered = passed && floats_of<max_simd_width>(number) <= highest;
+                if (bits_of(entered) == 0) break;
+                const bits random = mix_lanes<max_simd_width>(column + number * 0x9E3779B9U);
+                const auto holds_sheet = entered && fraction_of_bits(random, 0, 8) < floats(of_.fill);
+                if (bits_of(holds_sheet) == 0) continue;
+                in.x = {x.first - floats_of<max_simd_width>(number), x.step};
+                cross(in, random, holds_sheet, points);
+            }
+        }
+        rows.count = 0;
+    }
+
+    // The line in cells: coordinates from their first corners, and where it passes them.
+    struct cell_lanes {
+        linear_lanes x, y, z;
+        floats begin, end;
+    };
+
+    // Size, angle and place of the sheet in each cell, within which it stays, and the part of the line inside it. Its
+    // profile ends at four standard deviations.
+    INSONIFY_FN void cross(const cell_lanes& in, const bits& a, const lane_mask<max_simd_width>& holds_sheet,
+                           const gain_points& points) const {
+        const floats one(1.0F), half(0.5F);
+        const bits b = mix_lanes<max_simd_width>(a + 0x51ED270BU);
+        const floats half_length =
+            floats(0.375F) * multiply_add(fraction_of_bits(a, 8, 8), floats(0.55F), floats(0.45F));
+        const floats half_width =
+            floats(0.4F * cell_.y) * multiply_add(fraction_of_bits(a, 16, 8), floats(0.4F), floats(0.6F));
+        const floats angle = (fraction_of_bits(b, 14, 8) - half) * floats(2 * of_.turn), squared = angle * angle;
+        const floats sine =
+            angle * polynomial<max_simd_width>(squared, -1.9841270e-4F, 8.3333333e-3F, -0.16666667F, 1.0F);
+        const floats cosine =
+            polynomial<max_simd_width>(squared, 2.4801587e-5F, -1.3888889e-3F, 4.1666667e-2F, -0.5F, 1.0F);
+        const auto from_centre = [&](const linear_lanes& at, const floats& extent, const floats& random,
+                                     const floats& unit) -> linear_lanes {
+            const floats e = min(extent, half);
+            return {(at.first - multiply_add(one - (e + e), random, e)) * unit, at.step * unit};
+        };
+        const floats margin(1.5F * of_.thickness); // so that little of the profile is cut off at the sides of the cell
+        const floats wide = half_width * cosine + margin * abs(sine), high = half_width * abs(sine) + margin * cosine;
+        const linear_lanes x = from_centre(in.x, half_length, fraction_of_bits(a, 24, 8), one / half_length),
+                           y = from_centre(in.y, wide * floats(1 / cell_.y), fraction_of_bits(b, 0, 7),
+                                           floats(cell_.y)),
+                           z = from_centre(in.z, high * floats(1 / cell_.z), fraction_of_bits(b, 7, 7),
+                                           floats(cell_.z));
+        const floats per_width = one / half_width, thicknesses(1 / of_.thickness);
+        const linear_lanes across{(y.first * sine + z.first * cosine) * thicknesses,
+                                  (y.step * sine + z.step * cosine) * thicknesses},
+            within{(y.first * cosine - z.first * sine) * per_width, (y.step * cosine - z.step * sine) * per_width};
+        floats begin = in.begin, end = in.end;
+        across.clip(floats(-4.0F), floats(4.0F), begin, end);
+        within.clip(-one, one, begin, end);
+        x.clip(-one, one, begin, end);
+        const floats per_point(1 / points.spacing);
+        const bits first = floor_bits<max_simd_width>((floats(points.first) - begin) * per_point), // less than 0
+            last = floor_bits<max_simd_width>((end - floats(points.first)) * per_point);
+        std::uint32_t met =
+            bits_of(holds_sheet && begin < end && -floats_of<max_simd_width>(first) <= floats_of<max_simd_width>(last));
+        if (met == 0) return;
+
+        const floats steps = floats_of<max_simd_width>(((b >> 22) & 31U) + (b >> 27)); // a sum of two, each 0 to 31
+        const floats level_number =
+            multiply_add(steps, floats(max_level_number / 32), floats(-max_level_number * 31 / 32));
+        const floats level = multiply_add(level_number, floats(bits_per_decibel * of_.spread_db),
+                                          floats(bits_per_decibel * of_.level_db));
+        const floats facing = sine * floats(facing_y_) + cosine * floats(facing_z_);
+        const floats turned = (facing * facing - one) * floats(per_lobe_);
+        const floats echo = multiply_add(power_of_two<max_simd_width>(turned), floats(1 - diffuse_), floats(diffuse_));
+
+        std::uint32_t from[max_simd_width], to[max_simd_width];
+        store_bits<max_simd_width>(-first, from);
+        store_bits<max_simd_width>(last, to);
+        float sheet[7][max_simd_width];
+        const linear_lanes* const coordinates[] = {&across, &within, &x};
+        for (int k = 0; k < 3; ++k) {
+            store(coordinates[k]->first, sheet[2 * k]);
+            store(coordinates[k]->step, sheet[2 * k + 1]);
+        }
+        store(power_of_two<max_simd_width>(level) * echo, sheet[6]);
+        for (std::uint32_t k = 0; met != 0; ++k, met >>= 1) {
+            if ((met & 1U) == 0) continue;
+            const auto at = [&](int which, const floats& distance) {
+                return multiply_add(distance, floats(sheet[which + 1][k]), floats(sheet[which][k]));
+            };
+            const floats amplitude(sheet[6][k]), zero(0.0F), end_point(static_cast<float>(to[k]) + 0.5F);
+            for (std::uint32_t i = from[k]; i <= to[k] && i < points.count; i += max_simd_width) {
+                const floats distance = points.distances(i), offset = at(0, distance), w = at(2, distance),
+                             l = at(4, distance);
+                const floats outline = max(one - l * l, zero) * max(one - w * w, zero);
+                const floats here =
+                    power_of_two<max_simd_width>(offset * offset * floats(-0.72134752F)) * sqrt(outline) * amplitude;
+                const auto inside = whole_numbers(i) < end_point;
+                store(load<max_simd_width>(points.gain + i) + select(inside, here, zero), points.gain + i);
+            }
+        }
+    }
+
+    const structure::sheet_layer& of_;
+    vec3 cell_, aside_;
+    linear_along place_[3]; // coordinates in cells
+    std::uint32_t key_;
+    float facing_y_, facing_z_; // components of the direction of propagation
+    float per_lobe_, diffuse_;
+};
+
+/// Value noise: random numbers at the points of the unit lattice, and cubic interpolation between them. Mean 0,
+/// variance 1, approximately normally distributed.
 /// Source: lattice value noise, Perlin & Hoffert 1989.
 template <int N>
 INSONIFY_FN INSONIFY_INLINE lanes<N> value_noise(std::uint32_t key, const lanes<N>& x, const lanes<N>& y,
@@ -40,7 +389,8 @@ INSONIFY_FN INSONIFY_INLINE lanes<N> value_noise(std::uint32_t key, const lanes<
     return (between(side(0), side(next_z), back) - floats(510.0F)) * floats(1 / deviation);
 }
 
-/// Distance of points between which the gains of a structure are as good as linear, metres: less than the thickness of sheets.
+/// Distance of points between which the gains of a structure are as good as linear, metres: less than the thickness of
+/// sheets.
 INSONIFY_FN inline float gain_spacing(const structure& of) {
     float smallest = 0.16e-3F;
     for (const structure::sheet_layer* layer : {&of.sheets, &of.septa})
@@ -48,33 +398,27 @@ INSONIFY_FN inline float gain_spacing(const structure& of) {
     return 0.85F * max(smallest, 0.03e-3F);
 }
 
-/// Factors on the amplitude of speckle along a straight segment of a line in an object: see `structure`. Not normalised:
-/// `placed_structure::rms` is their rms value.
+/// Factors on the amplitude of speckle along a straight segment of a line in an object: see `structure`. Not
+/// normalised: `placed_structure::rms` is their rms value.
 class structure_gains {
+    using floats = wide_floats;
+    using bits = wide_bits;
+
   public:
-    /// @param origin, along  of the segment: metres, and metres of material per metre of the line
-    /// @param propagation    of sound, length 1
-    /// @param fnumber        of the receiving aperture
-    /// @param key            of the object
-    INSONIFY_FN structure_gains(const placed_structure& tissue, vec3 origin, vec3 along, vec3 propagation,
-                                float fnumber, std::uint32_t key)
-        : tissue_{tissue}, origin_{origin}, along_{along}, propagation_{propagation}, fnumber_{fnumber}, key_{key} {}
+    INSONIFY_FN structure_gains(const placed_structure& tissue, const object_segment& segment)
+        : tissue_{tissue}, segment_{segment} {}
 
-    /// Distance of the origin of the segment in the material, metres along the line.
-    INSONIFY_FN float origin() const { return dot(origin_, along_) / dot(along_, along_); }
-
-    /// See `gain_spacing`.
-    INSONIFY_FN float point_spacing() const { return gain_spacing(tissue_.of); }
-    /// Computes the gains at points. Those at distances are metres from the origin of the segment.
+    /// Computes the gains at points.
     INSONIFY_FN void compute(const gain_points& points) const {
         const structure& of = tissue_.of;
         const auto evaluate = [&](line_nodes& nodes, float apart, const auto& field) {
-            nodes.evaluate(points.first, points.last(), max(apart, 4 * points.spacing), origin(), field);
+            nodes.evaluate(points.first, points.last(), max(apart, 4 * points.spacing), segment_.place(), field);
         };
         line_nodes mottling, grain, waves;
         const auto vary = [&](line_nodes& nodes, const structure::variation& v, std::uint32_t number) {
             if (v.deviation_db == 0) return;
-            evaluate(nodes, 0.5F * shortest(v.size), [&](const floats& distance) {
+            const float shortest = min(v.size.x, min(v.size.y, v.size.z));
+            evaluate(nodes, 0.5F * shortest, [&](const floats& distance) {
                 return power_of_two<max_simd_width>(noise(v.size, number, distance) *
                                                     floats(bits_per_decibel * v.deviation_db));
             });
@@ -92,122 +436,160 @@ class structure_gains {
                 between = between * bundles(points.distances(i), waves.at(here, points.spacing));
             store(between, points.gain + i);
         }
-        add_sheets(of.sheets, tissue_.layers[0], waves, points);
-        add_sheets(of.septa, tissue_.layers[1], waves, points);
+        for (const placed_structure::sheets& all : tissue_.layers)
+            for (std::uint32_t k = 0; k < all.count; ++k)
+                sheet_crossings{all, k, segment_, lobe_of(all.of.waviness, segment_.fnumber)}.add(waves, points);
         if (of.mottling.deviation_db == 0) return;
         for (std::uint32_t i = 0; i < points.count; i += max_simd_width)
             store(load<max_simd_width>(points.gain + i) * mottling.at(points.distance(i), points.spacing),
                   points.gain + i);
     }
 
-  private:
-    using floats = lanes<max_simd_width>;
-    using bits = bit_lanes<max_simd_width>;
-
-    INSONIFY_FN void add_sheets(const structure::sheet_layer& of, const placed_structure::sheets& all,
-                                const line_nodes& waves, const gain_points& points) const {
-        if (all.count == 0) return;
-        const float lobe = lobe_of(of.waviness, fnumber_);
-        for (std::uint32_t k = 0; k < all.count; ++k)
-            sheet_crossings{of, all, k, origin_, along_, propagation_, key_, lobe}.add(waves, points);
-    }
-    INSONIFY_FN static float shortest(vec3 size) { return min(size.x, min(size.y, size.z)); }
-
-    // Coordinates along an axis of the object, linear in the distance.
-    struct coordinate {
-        float first = 0, step = 0;
-        INSONIFY_FN INSONIFY_INLINE floats at(const floats& distance) const {
-            return multiply_add(distance, floats(step), floats(first));
+    /// Multiplies `count` complex amplitudes, at equal steps from a distance on; distances never decrease. The gains
+    /// are computed as far ahead as there is room for. The arrays have room for whole registers.
+    INSONIFY_FN void multiply(float first, float step, std::uint32_t count, float* real, float* imaginary) {
+        for (std::uint32_t i = 0; i < count; i += max_simd_width) {
+            const floats gain = at(first + static_cast<float>(i) * step, step);
+            store(load<max_simd_width>(real + i) * gain, real + i);
+            store(load<max_simd_width>(imaginary + i) * gain, imaginary + i);
         }
-    };
-    INSONIFY_FN coordinate along_axis(vec3 axis, float unit) const {
-        return {dot(axis, origin_) / unit, dot(axis, along_) / unit};
     }
+
+  private:
     INSONIFY_FN floats noise(vec3 size, std::uint32_t number, const floats& distance) const {
-        const mat3& axes = tissue_.axes;
-        return value_noise<max_simd_width>(mix_bits(key_ + number), along_axis(axes[0], size.x).at(distance),
-                                           along_axis(axes[1], size.y).at(distance),
-                                           along_axis(axes[2], size.z).at(distance));
+        const auto place = [&](int i) { return segment_.coordinate(tissue_.axes[i], size[i]).at(distance); };
+        return value_noise<max_simd_width>(mix_bits(segment_.key + number), place(0), place(1), place(2));
     }
 
     // 1 between the bundles, their level inside.
     INSONIFY_FN INSONIFY_INLINE floats bundles(const floats& distance, const floats& aside) const {
+        constexpr float edge = 0.15F; // of the spacing
         const structure::bundle_layer& of = tissue_.of.bundles;
-        const floats z = along_axis(tissue_.axes[2], of.spacing).at(distance) + aside * floats(1 / of.spacing);
+        const auto place = [&](int i) { return segment_.coordinate(tissue_.axes[i], of.spacing).at(distance); };
+        const floats z = place(2) + aside * floats(1 / of.spacing);
         const bits layer = floor_bits<max_simd_width>(z),
-                   row_bits = mix_lanes<max_simd_width>(layer * 0x9E3779B9U + key_);
-        const floats y = along_axis(tissue_.axes[1], of.spacing).at(distance) + aside * floats(0.7F / of.spacing) +
+                   row_bits = mix_lanes<max_simd_width>(layer * 0x9E3779B9U + segment_.key);
+        const floats y = place(1) + aside * floats(0.7F / of.spacing) +
                          fraction_of_bits(row_bits, 0, 16); // each row by itself, or bundles would be in columns
         const bits row = floor_bits<max_simd_width>(y);
-        const bits random = mix_lanes<max_simd_width>(row * 0x85EBCA6BU + layer * 0xC2B2AE35U + (key_ ^ 0x2545F491U));
-        const float largest = 0.5F * of.diameter / of.spacing;
-        const floats radius =
-            floats(largest) * multiply_add(fraction_of_bits(random, 0, 8), floats(0.4F), floats(0.6F));
-        const auto from_centre = [&](const floats& place, const bits& cell, std::uint32_t shift) {
-            return place - floats_of<max_simd_width>(cell) -
+        const bits random =
+            mix_lanes<max_simd_width>(row * 0x85EBCA6BU + layer * 0xC2B2AE35U + (segment_.key ^ 0x2545F491U));
+        const floats radius = floats(0.5F * of.diameter / of.spacing) *
+                              multiply_add(fraction_of_bits(random, 0, 8), floats(0.4F), floats(0.6F));
+        const auto from_centre = [&](const floats& at, const bits& cell, int shift) {
+            return at - floats_of<max_simd_width>(cell) -
                    multiply_add(floats(1.0F) - (radius + radius), fraction_of_bits(random, shift, 8), radius);
         };
         const floats dy = from_centre(y, row, 8), dz = from_centre(z, layer, 16);
-        const floats outside = (sqrt(dy * dy + dz * dz) - radius) * floats(1 / bundle_edge);
+        const floats outside = (sqrt(dy * dy + dz * dz) - radius) * floats(1 / edge);
         const floats inside = min(max(floats(0.5F) - outside, floats(0.0F)), floats(1.0F));
-        return multiply_add(inside, floats(std::exp2(bits_per_decibel * of.level_db) - 1), floats(1.0F));
+        return multiply_add(inside, floats(amplitude_of_decibels(of.level_db) - 1), floats(1.0F));
     }
-    static constexpr float bundle_edge = 0.15F; // of the spacing
-
-    const placed_structure& tissue_;
-    vec3 origin_, along_, propagation_;
-    float fnumber_;
-    std::uint32_t key_;
-};
-
-/// Gains along a segment, computed as far ahead as there is room for.
-class gain_window {
-  public:
-    /// @param last  end of the segment, metres from its origin
-    INSONIFY_FN gain_window(const structure_gains& of, float last) : of_{of}, last_{last} {}
-
-    /// Multiplies `count` complex amplitudes, at equal steps from a distance on; distances never decrease.
-    INSONIFY_FN void multiply(float first, float step, std::uint32_t count, float* real, float* imaginary) {
-        for (std::uint32_t i = 0; i < count; i += max_simd_width) {
-            const floats gain = at(first + static_cast<float>(i) * step, step);
-            if (count - i >= max_simd_width) {
-                store(load<max_simd_width>(real + i) * gain, real + i);
-                store(load<max_simd_width>(imaginary + i) * gain, imaginary + i);
-            } else {
-                float each[max_simd_width];
-                store(gain, each);
-                for (std::uint32_t k = i; k < count; ++k) {
-                    real[k] *= each[k - i];
-                    imaginary[k] *= each[k - i];
-                }
-            }
-        }
-    }
-
-  private:
-    using floats = lanes<max_simd_width>;
-    static constexpr std::uint32_t max_points = 256; // at a time
 
     // At a register full of distances.
     INSONIFY_FN INSONIFY_INLINE floats at(float distance, float step) {
         const float length = (max_simd_width - 1) * step;
         if (count_ == 0 || (distance + length - begin_) * per_point_ > static_cast<float>(count_ - 2))
-            fill(distance - 2 * step, max(last_, distance) + max_simd_width * step); // slabs overlap by a step
+            fill(distance - 2 * step,
+                 max(segment_.length, distance) + max_simd_width * step); // slabs overlap by a step
         return interpolate(gain_, count_, (distance - begin_) * per_point_, step * per_point_);
     }
     // From the last point before a distance on. Points lie at whole multiples of their distance in the material.
     INSONIFY_FN void fill(float from, float to) {
-        const float spacing = of_.point_spacing(), origin = of_.origin();
+        const float spacing = gain_spacing(tissue_.of), origin = segment_.place();
         per_point_ = 1 / spacing;
         begin_ = min(std::floor((origin + from) * per_point_) * spacing - origin, from);
         count_ = static_cast<std::uint32_t>(min((to - begin_) * per_point_ + 3, static_cast<float>(max_points)));
-        of_.compute({begin_, spacing, count_, gain_});
+        compute({begin_, spacing, count_, gain_});
     }
 
-    const structure_gains& of_;
-    float last_, begin_ = 0, per_point_ = 1;
+    static constexpr std::uint32_t max_points = 256; // at a time
+
+    const placed_structure& tissue_;
+    object_segment segment_;
+    float begin_ = 0, per_point_ = 1; // of the points
     std::uint32_t count_ = 0;
     float gain_[max_points + max_simd_width];
+};
+
+/// Factors on the amplitude of speckle in the sheath of an object, below one surface of a segment of a line: see
+/// `structure::sheath_layer`.
+class sheath_gains {
+    using floats = wide_floats;
+
+  public:
+    /// @param surface    distance of the surface, metres from the origin of the segment
+    /// @param cosine     of the angle of incidence on it; negative where the line leaves the object, 0: no sheath
+    /// @param max_range  length of the line that the sheath may take, metres: to the middle of a thin object, where it
+    ///                   meets the sheath of the surface on the other side
+    INSONIFY_FN sheath_gains(const structure::sheath_layer& of, const object_segment& segment, float surface,
+                             float cosine, float max_range)
+        : of_{of}, segment_{segment}, surface_{surface}, cosine_{cosine} {
+        if (!(of.thickness > 0) || cosine == 0) return;
+        range_ = min(2 * of.thickness / max(std::fabs(cosine), 1e-3F), max_range);
+        begin_ = max(cosine > 0 ? surface : surface - range_, 0);
+        end_ = min(cosine > 0 ? surface + range_ : surface, segment.length);
+    }
+
+    /// Multiplies complex amplitudes at equal steps from a distance on; metres from the origin of the segment. The
+    /// arrays have room for whole registers.
+    INSONIFY_FN void multiply(float first, float step, std::uint32_t count, float* real, float* imaginary) {
+        const auto slot = [&](float distance) {
+            return static_cast<std::uint32_t>(clamp((distance - first) / step, 0, static_cast<float>(count)));
+        };
+        if (!(begin_ < end_)) return;
+        const std::uint32_t from = slot(begin_) / max_simd_width * max_simd_width,
+                            to = slot(end_ + 1.5F * step); // past the slot that the end cuts
+        if (from >= to) return;
+        if (!prepared_) prepare();
+        const floats per_width(1 / min(0.12e-3F / of_.thickness, 0.25F)); // standard deviation of a line
+        for (std::uint32_t i = from; i < to; i += max_simd_width) {
+            const float here = first + static_cast<float>(i) * step;
+            const floats distance = floats(here - surface_) + whole_numbers(0) * floats(step);
+            const floats within = distance * floats(cosine_ / of_.thickness) / thickness_.at(here, step);
+            const auto line = [&](float place) {
+                const floats away = (within - floats(place)) * per_width;
+                return power_of_two<max_simd_width>(away * away * floats(-0.72134752F));
+            };
+            const floats both = multiply_add(line(0.85F), other_.at(here, step), line(0.1F)), one(1.0F);
+            const floats gain =
+                select(abs(distance) < floats(range_), multiply_add(level_.at(here, step), both, one), one);
+            store(load<max_simd_width>(real + i) * gain, real + i);
+            store(load<max_simd_width>(imaginary + i) * gain, imaginary + i);
+        }
+    }
+
+  private:
+    INSONIFY_FN void prepare() {
+        const auto evaluate = [&](line_nodes& nodes, float size, std::uint32_t number, float factor, float offset) {
+            const auto place = [&](int i, const floats& distance) {
+                return linear_along{segment_.origin[i] / size, segment_.along[i] / size}.at(distance);
+            };
+            nodes.evaluate(begin_, end_, 0.2F * size, segment_.place(), [&](const floats& distance) {
+                const floats noise =
+                    value_noise<max_simd_width>(mix_bits(segment_.key ^ (number * 0x632BE5ABU)), place(0, distance),
+                                                place(1, distance), place(2, distance));
+                return power_of_two<max_simd_width>(multiply_add(noise, floats(factor), floats(offset)));
+            });
+        };
+        const float sine_squared = 1 - min(cosine_ * cosine_, 1), diffuse = amplitude_of_decibels(of_.diffuse_db);
+        const float lobe = lobe_of(of_.waviness, segment_.fnumber);
+        const float echo = diffuse + (1 - diffuse) * std::exp2(-sine_squared / (lobe * lobe));
+        evaluate(thickness_, 6e-3F, 1, 0.3F, 0);
+        evaluate(level_, 3e-3F, 2, bits_per_decibel * of_.spread_db,
+                 bits_per_decibel * of_.level_db + std::log2(max(echo, 1e-12F)));
+        evaluate(other_, 4e-3F, 3, 1, -0.5F);
+        prepared_ = true;
+    }
+
+    const structure::sheath_layer& of_;
+    const object_segment& segment_;
+    float surface_, cosine_;
+    float range_ = 0;           // length of the sheath, metres along the line
+    float begin_ = 0, end_ = 0; // of it, metres from the origin
+    bool prepared_ = false;
+    // Thickness relative to the mean; amplitude of the first line, and of the other relative to it.
+    line_nodes thickness_, level_, other_;
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail

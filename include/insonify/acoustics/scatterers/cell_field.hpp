@@ -3,18 +3,313 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/acoustics/scatterers/cell_layout.hpp>
 #include <insonify/acoustics/scatterers/scattering.hpp>
 #include <insonify/core/error.hpp>
-#include <insonify/tissue/sheath_gains.hpp>
+#include <insonify/core/random.hpp>
+#include <insonify/execution/simd.hpp>
+#include <insonify/tissue/structure_gains.hpp>
 #include <cfloat>
 #include <cmath>
 #include <cstdint>
 
-namespace insonify::inline INSONIFY_ABI::detail {
+namespace insonify::inline INSONIFY_ABI {
 
-/// Part of a line as it was at rest, which is curved where tissue is deformed: points at equal steps, of which the last may be up
-/// to half a step shorter or longer.
+namespace detail {
+
+/// The contents of cells of a `cell_field`: one complex random number per lane, of mean power 1, computed from an
+/// index.
+template <int N>
+struct complex_lanes {
+    lanes<N> real{};      ///< real parts
+    lanes<N> imaginary{}; ///< imaginary parts
+};
+
+} // namespace detail
+
+/// Fully developed speckle: many scatterers per resolution cell, whose sum is complex Gaussian and whose envelope is
+/// Rayleigh distributed.
+/// Source: Goodman, Speckle Phenomena in Optics, 2007, chapter 3.
+struct gaussian_numbers {
+    /// @param index  hashes of the cells
+    template <int N>
+    INSONIFY_FN INSONIFY_INLINE detail::complex_lanes<N> operator()(const bit_lanes<N>& index, float, float) const {
+        // Each part is the sum of four uniform 4-bit numbers, with mean 0 and variance 1/2; interpolation and
+        // convolution make the distribution Gaussian. Both sums are computed at once, in the halves of a word.
+        constexpr float scale = 0.076696499F; // sqrt(1/2) / sqrt(4 (16^2 - 1) / 12)
+        constexpr std::uint32_t nibbles = 0x0F0F0F0FU, bytes = 0x00FF00FFU;
+        const bit_lanes<N> bits = mix_lanes<N>(index), pairs = (bits & nibbles) + ((bits >> 4) & nibbles),
+                           sums = (pairs & bytes) + ((pairs >> 8) & bytes);
+        const auto part = [&](const bit_lanes<N>& sum) {
+            return multiply_add(floats_of<N>(sum), lanes<N>(scale), lanes<N>(-30 * scale));
+        };
+        return {part(sums & 0xFFFFU), part(sums >> 16)};
+    }
+
+    friend bool operator==(const gaussian_numbers&, const gaussian_numbers&) = default;
+};
+
+/// Sparse speckle: a Poisson distributed number of scatterers per cell, with normally distributed amplitude and
+/// uniformly distributed phase.
+///
+///     (A_1 exp(j theta_1) + ... + A_n exp(j theta_n)) / sqrt(mean),   n ~ Poisson(mean),   mean = density * volume
+///
+/// density is in 1/m^3, volume that of a cell in m^3; the A are standard normal, so the mean power is 1.
+/// Source: a marked Poisson process; Wagner et al., "Statistics of speckle in ultrasound B-scans", 1983.
+struct poisson_numbers {
+    float density = 20e9F; ///< scatterers per m^3 in media without `scatterer_density`; 20 per mm^3
+
+    /// @throws usage_error  if `density` is out of range
+    void check() const {
+        if (!is_finite(density) || !(density > 0))
+            throw usage_error{
+                "poisson_numbers: `density` must be a finite number above 0; use `no_scatterers` for no speckle"};
+    }
+
+    /// @param index              hashes of the cells
+    /// @param volume             of a cell, m^3
+    /// @param scatterer_density  of the medium, per m^3; 0: `density`
+    template <int N>
+    INSONIFY_FN detail::complex_lanes<N> operator()(const bit_lanes<N>& index, float volume,
+                                                    float scatterer_density) const {
+        const float mean = (scatterer_density > 0 ? scatterer_density : density) * volume;
+        if (mean > 32) return gaussian_numbers{}.operator()<N>(index, volume, scatterer_density); // indistinguishable
+        std::uint32_t each[N];
+        store_bits<N>(index, each);
+        float real[N], imaginary[N];
+        for (int i = 0; i < N; ++i) {
+            const vec2 sum = cell_sum(each[i], mean);
+            real[i] = sum.x;
+            imaginary[i] = sum.y;
+        }
+        return {load<N>(real), load<N>(imaginary)};
+    }
+
+    friend bool operator==(const poisson_numbers&, const poisson_numbers&) = default;
+
+  private:
+    // Sum of the scatterers of one cell; their number by inversion of the cumulative distribution.
+    INSONIFY_FN static vec2 cell_sum(std::uint32_t index, float mean) {
+        const float uniform = static_cast<float>(mix_bits(index) >> 8U) * 0x1p-24F;
+        float probability = std::exp(-mean), cumulative = probability; // of 0 scatterers
+        vec2 sum{0, 0};
+        for (std::uint32_t count = 1; uniform >= cumulative && count < 64; ++count) {
+            const float angle = 2 * pi * static_cast<float>(mix_bits(index + count * 0x632BE5ABU) >> 8U) * 0x1p-24F;
+            sum += hash_normal(index, count).x * vec2{std::cos(angle), std::sin(angle)};
+            probability *= mean / static_cast<float>(count);
+            cumulative += probability;
+        }
+        return sum / std::sqrt(mean);
+    }
+};
+
+namespace detail {
+
+/// The grid of a `cell_field` is fine along the viewing direction and coarse across it. Grids exist for a lattice of
+/// directions; each line uses, slab by slab, a random one of the four around its own. Thus speckle persists while a
+/// probe turns a little, and decorrelates gradually as it turns further.
+///
+/// Lattice directions lie on the six faces of a cube, an eighth of half an edge apart: 7 degrees in the middle of a
+/// face.
+inline constexpr float view_steps = 8;
+
+/// Probability that two lines at this angle, radians, choose the same direction in a slab. Exact in the middle of a
+/// face; an upper bound towards the edges of the cube, where directions are closer.
+INSONIFY_FN inline float same_view_probability(float angle) { return max(0, 1 - view_steps * std::fabs(angle)); }
+
+/// One of the four lattice directions around `towards`, chosen with bilinear weights: its mean is `towards`.
+/// @param towards  not 0
+/// @param bits     32 random bits
+/// @return         whole numbers from -view_steps to view_steps; for the opposite direction, the opposite
+INSONIFY_FN inline vec3 lattice_direction(vec3 towards, std::uint32_t bits) {
+    const vec3 size = abs(towards);
+    const float scale = view_steps / max(max(size.x, size.y), size.z);
+    const auto rounded = [&](float coordinate, std::uint32_t random) { // the largest is a whole number already
+        const float fraction = (static_cast<float>(random & 0x3FFU) + 0.5F) * 0x1p-10F;
+        return std::copysign(std::floor(std::fabs(coordinate) * scale + fraction), coordinate);
+    };
+    return {rounded(towards.x, bits), rounded(towards.y, bits >> 10U), rounded(towards.z, bits >> 20U)};
+}
+
+/// A number for each lattice direction.
+INSONIFY_FN inline std::uint32_t lattice_index(vec3 direction) {
+    const auto digit = [](float coordinate) {
+        return static_cast<std::uint32_t>(static_cast<std::int32_t>(coordinate) + 64);
+    };
+    return (digit(direction.x) << 16U) + (digit(direction.y) << 8U) + digit(direction.z);
+}
+
+/// Parallel oblique slabs that fill space; the view direction is chosen once for each.
+struct view_slabs {
+    static constexpr float thickness = 2e-3F; ///< metres
+
+    /// Position of a point in slabs; its floor is the index of the slab.
+    INSONIFY_FN static float position(vec3 point) { return dot(point, vec3{0.48F, 0.6F, 0.64F}) / thickness; }
+};
+
+/// A straight segment of a line in the undeformed material: per metre of the line now, or across it.
+struct rest_line : material_line {
+    vec3 lateral{1, 0, 0}; ///< metres of material per metre across the line in the slice plane
+};
+
+/// The normal of the slots of a segment that deformation shears out of the slice plane: slots lie in wave fronts there,
+/// since no other lines show how echoes change out of the plane, and their phase must follow what moves in that
+/// direction.
+/// @param normal  along the line, of tissue that is not sheared
+/// @return        no more than 60 degrees from it, so that the line traverses the slots
+INSONIFY_FN inline vec3 sheared_normal(vec3 normal, vec3 elevation) {
+    const float size = dot(elevation, elevation);
+    const vec3 sheared = size > 0 ? normal - (dot(normal, elevation) / size) * elevation : normal;
+    if (4 * dot(sheared, sheared) >= dot(normal, normal)) return sheared;
+    constexpr float steepest = 1.732F; // tan 60 degrees
+    const vec3 forward = normalize(normal), aside = sheared - dot(sheared, forward) * forward;
+    return dot(aside, aside) > 0 ? forward + steepest * normalize(aside) : forward;
+}
+
+/// The slots and cells that one segment of a line traverses.
+struct cell_layout {
+    double slot = 0;             ///< at the origin of the segment
+    double slots_per_metre = 1;  ///< of the line
+    vec2 across{0, 0};           ///< position of the origin in the slice plane and out of it, in cells
+    vec2 across_per_slot{0, 0};  ///< its change from slot to slot, in cells
+    std::uint32_t key = 0;       ///< hash of seed, object and layout direction
+    float volume = 0;            ///< of a cell, m^3
+    float scatterer_density = 0; ///< of the medium, per m^3
+    vec2 slope{0, 0};            ///< see `scatterer_run`
+    float level = 1;             ///< root of the slots' length along the segment over their spacing
+    /// Phase over the height of a cell: rms over the slots, turns, at the origin; and its change from slot to slot.
+    vec2 turns{0, 0};
+
+    /// Sets `turns` for a segment that begins at a distance along the line, metres.
+    INSONIFY_FN void set_phase_spread(const material_line& line, float begin) {
+        constexpr float ahead = 2e-3F;
+        const float first = line.phase_spread(begin), last = line.phase_spread(begin + ahead);
+        const auto per_slot = static_cast<float>(1 / (static_cast<double>(ahead) * slots_per_metre));
+        turns = vec2{first, (last - first) * per_slot} * (line.height / (2 * pi));
+    }
+
+    /// Values of N consecutive slots, interpolated between the four cells around the line: linearly out of the slice
+    /// plane, and in it linearly too, or so that the field has the spectrum of white noise, as far as a beam can tell.
+    /// @tparam Linear     whether linearly
+    /// @param first_slot  index of the first slot
+    /// @param offset      slots from the origin to the centre of each
+    /// @param numbers     the contents of the cells, such as `gaussian_numbers`
+    template <int N, bool Linear = false, class Numbers>
+    INSONIFY_FN INSONIFY_INLINE complex_lanes<N> values(std::uint32_t first_slot, const lanes<N>& offset,
+                                                        const Numbers& numbers) const {
+        using floats = lanes<N>;
+        using bits = bit_lanes<N>;
+        constexpr std::uint32_t next_column = 0x85EBCA6BU, next_row = 0xC2B2AE35U;
+        // Its upper and its lower half displace the cells of each slot. From slot to slot the upper one grows by the
+        // golden section, so that the few slots of a pulse cut cells in places that are spread evenly.
+        const bits slot_hash = steps_of_bits<N>(key + first_slot * 0x9E3779B9U, 0x9E3779B9U);
+        const floats one(1.0F), to_cells(0x1p-16F);
+        const floats x =
+            floats(across.x) + offset * floats(across_per_slot.x) + floats_of<N>(slot_hash >> 16) * to_cells;
+        const floats y =
+            floats(across.y) + offset * floats(across_per_slot.y) + floats_of<N>(slot_hash & 0xFFFFU) * to_cells;
+        const bits column = floor_bits<N>(x), row = floor_bits<N>(y);
+        const floats past_column = x - floats_of<N>(column), upper = y - floats_of<N>(row), lower = one - upper;
+        const floats left = lateral_weight<N, Linear>(past_column),
+                     right = lateral_weight<N, Linear>(one - past_column);
+        const bits index = slot_hash + column * next_column + row * next_row + 0x51ED270BU;
+        const floats scale = (Linear ? unit_power_scale<N>(past_column) : floats(level)) * unit_power_scale<N>(upper);
+        const auto row_of = [&](std::uint32_t cells, const floats& weight) {
+            const auto number = [&](std::uint32_t cell) {
+                return numbers.template operator()<N>(index + (cells + cell), volume, scatterer_density);
+            };
+            const complex_lanes<N> at_left = number(0), at_right = number(next_column);
+            return complex_lanes<N>{weight * (left * at_left.real + right * at_right.real),
+                                    weight * (left * at_left.imaginary + right * at_right.imaginary)};
+        };
+        complex_lanes<N> one_row = row_of(0, lower), next = row_of(next_row, upper);
+        if (!Linear && (turns.x != 0 || turns.y != 0)) {
+            // Phases of rms 1 whose mean of cos(q x) is exp(-x^2 / 2) within 0.02: a normal distribution's, from
+            // uniform numbers.
+            const floats uniform = floats_of<N>(slot_hash >> 16) * floats(0x1p-15F) - one, squared = uniform * uniform;
+            const floats spread = max(floats(turns.x) + offset * floats(turns.y), floats(0.0F)) * uniform *
+                                  polynomial<N>(squared * squared, 1.11F, 1.2243671F);
+            one_row = turned<N>(one_row, upper * spread);
+            next = turned<N>(next, floats(0.0F) - lower * spread);
+        }
+        return {(one_row.real + next.real) * scale, (one_row.imaginary + next.imaginary) * scale};
+    }
+
+  private:
+    // Keeps the power of linear interpolation: 1 / sqrt(w^2 + (1 - w)^2) = sqrt(2 / (1 + u)), u = (2 w - 1)^2, as a
+    // polynomial in u within 1e-4.
+    template <int N>
+    INSONIFY_FN INSONIFY_INLINE static lanes<N> unit_power_scale(const lanes<N>& weight) {
+        const lanes<N> twice = weight + weight - lanes<N>(1.0F);
+        return polynomial<N>(twice * twice, 0.070276911F, -0.26038293F, 0.47710252F, -0.70102729F, 1.4140941F);
+    }
+
+    // A number times exp(2 pi j turns), by the half angle within a quarter turn, to 5e-5.
+    template <int N>
+    INSONIFY_FN INSONIFY_INLINE static complex_lanes<N> turned(const complex_lanes<N>& value, const lanes<N>& turns) {
+        const lanes<N> part = turns - floats_of<N>(floor_bits<N>(turns + lanes<N>(0.5F))), squared = part * part;
+        const lanes<N> sine =
+                           part * polynomial<N>(squared, 0.0821459F, -0.5992645F, 2.5501640F, -5.1677128F, 3.1415927F),
+                       cosine = polynomial<N>(squared, 0.2353306F, -1.3352628F, 4.0587121F, -4.9348022F, 1.0F);
+        const lanes<N> x = cosine * cosine - sine * sine, y = (sine + sine) * cosine;
+        return {value.real * x - value.imaginary * y, value.real * y + value.imaginary * x};
+    }
+
+    // Weight of a cell at a lateral distance of 0 to 1 cells from its centre: 1.26 (1 - d^2) (1 - 7/3 d^2), of mean
+    // power 1 and without a second moment. Positive weights would smooth the field, and speckle would be wider than the
+    // beam.
+    template <int N, bool Linear>
+    INSONIFY_FN INSONIFY_INLINE static lanes<N> lateral_weight(const lanes<N>& distance) {
+        if constexpr (Linear) return lanes<N>(1.0F) - distance;
+        const lanes<N> squared = distance * distance;
+        return polynomial<N>(squared, 2.9348392F, -4.1926275F, 1.2577882F);
+    }
+};
+
+/// The layout of cells for one segment of a line in one slab.
+/// @param cell     size of a cell in the slice plane, metres; out of it, it is as high as the line's tissue
+/// @param spacing  length of a slot, metres
+INSONIFY_FN inline cell_layout make_cell_layout(std::uint32_t seed, float cell, const rest_line& line, double slab,
+                                                float spacing) {
+    const std::uint32_t object_hash =
+        mix_bits(seed * 0x9E3779B9U + line.object + line.plane * 0x85EBCA6BU + line.frame_number * 0xC2B2AE35U);
+    const auto slab_index = static_cast<std::uint32_t>(static_cast<std::int64_t>(slab));
+    const std::uint32_t random = mix_bits(object_hash + slab_index * 0x9E3779B9U);
+    // The axes of the grid: along the line and along its elevation, whose sign does not matter. Steered lines
+    // use the grid of straight ones, so that the looks of a compounded image see the same scatterers.
+    const vec3 along = line.along - line.tilt * line.elevation - line.steering,
+               normal = line.displacement != nullptr ? sheared_normal(along, line.elevation) : along;
+    const vec3 towards = lattice_direction(normal, random), view = normalize(towards);
+    const vec3 chosen = lattice_direction(line.elevation, mix_bits(random + 1));
+    const bool down = chosen.x != 0 ? chosen.x < 0 : chosen.y != 0 ? chosen.y < 0 : chosen.z < 0;
+    const vec3 upwards = down ? -chosen : chosen;
+    const vec3 upright = upwards - dot(upwards, view) * view;
+    const vec3 up = dot(upright, upright) > 1 ? normalize(upright) : orthonormal_basis{view}.second;
+    const vec3 right = cross(up, view);
+    const vec2 to_cells{1 / cell, 1 / (line.height > 0 ? line.height : cell)};
+    const float advance = dot(line.along, view);
+    cell_layout cells;
+    cells.slot = static_cast<double>(dot(line.origin, view)) / spacing;
+    cells.slots_per_metre = static_cast<double>(advance) / spacing;
+    cells.across = vec2{dot(line.origin, right), dot(line.origin, up)} * to_cells;
+    cells.across_per_slot = vec2{dot(line.along, right), dot(line.along, up)} * to_cells * (spacing / advance);
+    cells.key = mix_bits(mix_bits(object_hash ^ lattice_index(towards)) ^ lattice_index(upwards));
+    cells.volume = spacing / (to_cells.x * to_cells.y);
+    cells.scatterer_density = line.scatterer_density;
+    cells.level = std::sqrt(length(line.along) / advance);
+    cells.slope = vec2{dot(line.lateral, view), dot(line.elevation, view)} / -advance;
+    return cells;
+}
+
+/// The point itself, or the origin for points so far away (about 100 km) that floats do not resolve the cells, or that
+/// integers do not count the slots.
+INSONIFY_FN inline vec3 resolvable(vec3 point, float cell, float spacing) {
+    const vec3 size = abs(point);
+    const float max_coordinate = min(0x1p29F * min(cell, 1e-3F), 0x1p50F * spacing);
+    return size.x < max_coordinate && size.y < max_coordinate && size.z < max_coordinate ? point : vec3{0, 0, 0};
+}
+
+/// Part of a line as it was at rest, which is curved where tissue is deformed: points at equal steps, of which the last
+/// may be up to half a step shorter or longer.
 class rest_curve {
   public:
     /// @param line   with a displacement
@@ -40,8 +335,9 @@ class rest_curve {
         return (point_[to] - point_[from]) * (1 / (distance(to) - distance(from)));
     }
 
-    /// The end of a straight piece from a point on: no point of the curve between is further from it than `tolerance`, metres.
-    /// @param most  the last point that it may reach
+    /// The end of a straight piece from a point on: no point of the curve between is further from it than `tolerance`,
+    /// metres.
+    /// @param largest  the last point that it may reach
     INSONIFY_FN std::uint32_t straight_until(std::uint32_t from, std::uint32_t largest, float tolerance) const {
         std::uint32_t to = from + 1;
         while (to < largest && is_straight(from, to + 1, tolerance)) ++to;
@@ -68,53 +364,41 @@ class rest_curve {
 /// What the structure of its medium does to the speckle along one straight segment of a line.
 class structured_line {
   public:
-    /// @param line     in a medium that has a structure
-    /// @param segment  of the line, in the undeformed material
-    /// @param begin    of the segment, metres along the line
-    /// @param end      of the segment, metres along the line
-    /// @param key      of the object
-    INSONIFY_FN structured_line(const material_line& line, const rest_line& segment, float begin, float end,
-                                std::uint32_t key)
-        : gains_{*line.structure, segment.origin,
-                 segment.along,   normalize(segment.along - line.tilt * segment.elevation),
-                 line.fnumber,    key},
-          begin_{begin}, window_{gains_, end - begin}, behind_entry_{sheath_at(line, segment, end - begin, key,
-                                                                               line.surfaces.x - begin,
-                                                                               line.own_surfaces.x)},
-          before_exit_{sheath_at(line, segment, end - begin, key, line.surfaces.y - begin, -line.own_surfaces.y)} {}
+    /// @param line        the segment, in a medium that has a structure
+    /// @param begin, end  of the segment, metres along the line
+    INSONIFY_FN structured_line(const rest_line& line, float begin, float end, std::uint32_t key)
+        : begin_{begin}, segment_{.origin = line.origin,
+                                  .along = line.along,
+                                  .propagation = normalize(line.along - line.tilt * line.elevation),
+                                  .fnumber = line.fnumber,
+                                  .key = key,
+                                  .length = end - begin},
+          gains_{*line.structure, segment_}, behind_entry_{sheath_at(line, line.surfaces.x, line.own_surfaces.x)},
+          before_exit_{sheath_at(line, line.surfaces.y, -line.own_surfaces.y)} {}
+    structured_line(const structured_line&) = delete;
 
     /// Multiplies `count` complex amplitudes, at equal steps from a distance on, metres along the line; distances never
     /// decrease. The arrays have room for whole registers.
-    INSONIFY_FN void apply(float first, float step, std::uint32_t count, float* real, float* imaginary) {
-        window_.multiply(first - begin_, step, count, real, imaginary);
-        behind_entry_.apply(first - begin_, step, count, real, imaginary);
-        before_exit_.apply(first - begin_, step, count, real, imaginary);
+    INSONIFY_FN void multiply(float first, float step, std::uint32_t count, float* real, float* imaginary) {
+        gains_.multiply(first - begin_, step, count, real, imaginary);
+        behind_entry_.multiply(first - begin_, step, count, real, imaginary);
+        before_exit_.multiply(first - begin_, step, count, real, imaginary);
     }
 
   private:
-    INSONIFY_FN static sheath_gains sheath_at(const material_line& line, const rest_line& segment, float length,
-                                              std::uint32_t key, float surface, float cosine) {
+    INSONIFY_FN sheath_gains sheath_at(const rest_line& line, float surface, float cosine) const {
         const bool both_own = line.own_surfaces.x != 0 && line.own_surfaces.y != 0;
-        return {line.structure->of.sheath,
-                segment.origin,
-                segment.along,
-                line.fnumber,
-                key,
-                length,
-                surface,
-                cosine,
+        return {line.structure->of.sheath, segment_, surface - begin_, cosine,
                 both_own ? 0.5F * (line.surfaces.y - line.surfaces.x) : FLT_MAX};
     }
 
-    structure_gains gains_;
     float begin_; // metres along the line
-    gain_window window_;
+    object_segment segment_;
+    structure_gains gains_;
     sheath_gains behind_entry_, before_exit_;
 };
 
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-namespace insonify::inline INSONIFY_ABI {
+} // namespace detail
 
 /// A random scatterer field on a grid that is fixed in the material, so that speckle moves with the tissue.
 ///
@@ -127,8 +411,8 @@ template <class Numbers>
 struct cell_field {
     std::uint32_t seed = 1; ///< each seed gives an independent field of the same statistics
     /// Size of a cell across the line, metres: 1.25 times the spacing of the lines or more, and no more than twice the
-    /// standard deviation of the beam; else speckle decorrelates too fast between lines (by 6 % of its width where the two
-    /// are equal), or too slowly.
+    /// standard deviation of the beam; else speckle decorrelates too fast between lines (by 6 % of its width where the
+    /// two are equal), or too slowly.
     float cell = 0.22e-3F;
     Numbers numbers{}; ///< contents of the cells
 
@@ -155,7 +439,7 @@ struct cell_field {
                          cells * (-2.25F + cells * (-2.5F + cells * (0.75F + cells * (0.65625F + cells * 0.109375F)))));
         return end * end * end * factor * detail::same_view_probability(angle);
     }
-    /// The same of `value`.
+    /// The same of `surface_values`.
     INSONIFY_FN float value_covariance(float distance, float angle) const {
         return linear_covariance(distance / cell) * detail::same_view_probability(angle);
     }
@@ -164,8 +448,12 @@ struct cell_field {
     INSONIFY_FN void scatter(const material_line& line, float begin, float end, float spacing, Emit&& emit) const {
         // More slots than any line has samples: the sound speed is close to 0, and floats barely resolve the interval.
         if (!(end - begin < 0x1p25F * spacing)) return;
-        if (line.displacement == nullptr)
-            return scatter_straight(line, begin, end, rest_at(line, begin, spacing), spacing, emit);
+        if (line.displacement == nullptr) {
+            const detail::rest_line rest = rest_at(line, begin, spacing);
+            return with_structure(rest, begin, end, [&](detail::structured_line* structure) {
+                scatter_slabs(rest, begin, end, spacing, structure, emit);
+            });
+        }
         for (float from = begin; from < end;) {
             const detail::rest_curve curve{line, from, end};
             scatter_curved(line, curve, spacing, emit);
@@ -173,26 +461,21 @@ struct cell_field {
         }
     }
 
-    /// Values of the field at points of one line, interpolated between slots too: for surfaces, which have no volume. Within the
-    /// few millimetres that a surface takes of it, the line counts as straight in tissue at rest.
+    /// Values of the field at points of one line, interpolated between slots too: for surfaces, which have no volume.
+    /// Within the few millimetres that a surface takes of it, the line counts as straight in tissue at rest.
     class surface_values {
       public:
-        /// Of a line, which must outlive it; the spacing of scatterers is in metres.
-        INSONIFY_FN surface_values(const cell_field& field, const material_line& line, float spacing)
-            : field_{field}, line_{line}, spacing_{spacing} {}
+        /// Of a line, around a distance along it, metres; the spacing of scatterers is in metres.
+        INSONIFY_FN surface_values(const cell_field& field, const material_line& line, float around, float spacing)
+            : field_{field}, around_{around}, spacing_{spacing}, line_{field.rest_at(line, around, spacing)} {}
 
         /// At a distance along the line, metres.
         INSONIFY_FN vec2 operator()(float distance) {
-            if (!known_) {
-                rest_ = field_.rest_at(line_, distance, spacing_);
-                first_distance_ = distance;
-            }
-            detail::rest_line rest = rest_;
-            rest.origin += (distance - first_distance_) * rest.along;
-            const double slab = std::floor(static_cast<double>(detail::view_slabs::position(rest.origin)));
-            if (!known_ || slab != slab_) { // points of one slab have one layout
-                cells_ = detail::make_cell_layout(field_.seed, field_.cell, line_, rest, slab, spacing_);
-                known_ = true;
+            detail::rest_line line = line_;
+            line.origin = line_.at(distance - around_);
+            const double slab = std::floor(static_cast<double>(detail::view_slabs::position(line.origin)));
+            if (slab != slab_) { // points of one slab have one layout
+                cells_ = detail::make_cell_layout(field_.seed, field_.cell, line, slab, spacing_);
                 slab_ = slab;
                 origin_ = distance;
                 first_ = INT64_MAX;
@@ -210,13 +493,10 @@ struct cell_field {
 
       private:
         const cell_field& field_;
-        const material_line& line_;
-        float spacing_;
-        bool known_ = false;
-        detail::rest_line rest_{};
-        float first_distance_ = 0; // its origin, metres along the line
-        double slab_ = 0;
-        float origin_ = 0; // of the layout, metres along the line
+        float around_, spacing_;
+        detail::rest_line line_;
+        double slab_ = FLT_MAX; // none yet
+        float origin_ = 0;      // of the layout, metres along the line
         detail::cell_layout cells_{};
         // Values are computed for some slots at a time: points follow each other closely.
         static constexpr int room = max_simd_width > 4 ? max_simd_width : 4;
@@ -233,24 +513,23 @@ struct cell_field {
             store(some.imaginary, imaginary_);
         }
     };
-    /// The value of the field at one point: see `surface_values`.
-    INSONIFY_FN vec2 value(const material_line& line, float distance, float spacing) const {
-        return surface_values{*this, line, spacing}(distance);
-    }
 
     friend bool operator==(const cell_field&, const cell_field&) = default;
 
   private:
     static constexpr std::uint32_t run_length = 96;
 
-    // The line in tissue at rest, straight as it is at a distance along it.
+    // The line in tissue at rest, straight as it is at a distance along it, where its origin is.
     INSONIFY_FN detail::rest_line rest_at(const material_line& line, float distance, float spacing) const {
-        const vec3 now = line.at(distance), lateral = cross(line.elevation, line.along);
-        if (line.displacement == nullptr)
-            return {detail::resolvable(now, cell, spacing), line.along, line.elevation, lateral, line.steering};
-        const mat3 gradient = line.displacement->gradient(now);
-        return {detail::resolvable(line.displacement->rest(now), cell, spacing), gradient * line.along,
-                gradient * line.elevation, gradient * lateral, gradient * line.steering};
+        detail::rest_line rest{line, cross(line.elevation, line.along)};
+        rest.origin = line.at(distance);
+        if (line.displacement != nullptr) {
+            const mat3 gradient = line.displacement->gradient(rest.origin);
+            rest.origin = line.displacement->rest(rest.origin);
+            for (vec3* each : {&rest.along, &rest.elevation, &rest.lateral, &rest.steering}) *each = gradient * *each;
+        }
+        rest.origin = detail::resolvable(rest.origin, cell, spacing);
+        return rest;
     }
 
     // Covariance of linear interpolation that keeps the power, by distance in cells.
@@ -266,8 +545,17 @@ struct cell_field {
         return (1 - weight) * eighths[below] + weight * eighths[below + 1];
     }
 
-    // Straight from point to point of a curve: over short pieces for the scatterers, whose phases count, and over longer ones for
-    // the structure, which is displaced by less than 0.07 mm between their ends.
+    // Calls use(what the structure does along a segment), or use(nullptr) in a medium without one.
+    template <class Use>
+    INSONIFY_FN void with_structure(const detail::rest_line& line, float begin, float end, const Use& use) const {
+        if (line.structure == nullptr) return use(nullptr);
+        if (line.along == vec3{0, 0, 0}) return;
+        detail::structured_line structure{line, begin, end, mix_bits(seed + line.object)};
+        use(&structure);
+    }
+
+    // Straight from point to point of a curve: over short pieces for the scatterers, whose phases count, and over
+    // longer ones for the structure, which is displaced by less than 0.07 mm between their ends.
     template <class Emit>
     INSONIFY_FN void scatter_curved(const material_line& line, const detail::rest_curve& curve, float spacing,
                                     Emit&& emit) const {
@@ -277,43 +565,32 @@ struct cell_field {
             rest.along = curve.along(from, to);
             return rest;
         };
-        const auto scatter_pieces = [&](std::uint32_t first, std::uint32_t last, detail::structured_line* structure) {
-            for (std::uint32_t from = first; from < last;) {
-                const std::uint32_t to = curve.straight_until(from, last, spacing / 16);
-                const detail::rest_line rest = segment(from, to);
-                if (rest.along != vec3{0, 0, 0})
-                    scatter_slabs(line, curve.distance(from), curve.distance(to), rest, spacing, structure, emit);
-                from = to;
-            }
-        };
-        if (line.structure == nullptr) return scatter_pieces(0, curve.last(), nullptr);
-        for (std::uint32_t from = 0; from < curve.last();) {
-            const std::uint32_t to =
-                curve.straight_until(from, curve.last(), 0.5F * detail::gain_spacing(line.structure->of));
-            const detail::rest_line rest = segment(from, to);
-            if (rest.along != vec3{0, 0, 0}) {
-                detail::structured_line structure{line, rest, curve.distance(from), curve.distance(to),
-                                                  mix_bits(seed + line.object)};
-                scatter_pieces(from, to, &structure);
-            }
-            from = to;
+        for (std::uint32_t first = 0; first < curve.last();) {
+            const std::uint32_t last =
+                line.structure == nullptr
+                    ? curve.last()
+                    : curve.straight_until(first, curve.last(), 0.5F * detail::gain_spacing(line.structure->of));
+            with_structure(segment(first, last), curve.distance(first), curve.distance(last),
+                           [&](detail::structured_line* structure) {
+                               for (std::uint32_t from = first; from < last;) {
+                                   const std::uint32_t to = curve.straight_until(from, last, spacing / 16);
+                                   const detail::rest_line rest = segment(from, to);
+                                   if (rest.along != vec3{0, 0, 0})
+                                       scatter_slabs(rest, curve.distance(from), curve.distance(to), spacing, structure,
+                                                     emit);
+                                   from = to;
+                               }
+                           });
+            first = last;
         }
-    }
-
-    template <class Emit>
-    INSONIFY_FN void scatter_straight(const material_line& line, float begin, float end,
-                                      const detail::rest_line& segment, float spacing, Emit&& emit) const {
-        if (line.structure == nullptr) return scatter_slabs(line, begin, end, segment, spacing, nullptr, emit);
-        detail::structured_line structure{line, segment, begin, end, mix_bits(seed + line.object)};
-        scatter_slabs(line, begin, end, segment, spacing, &structure, emit);
     }
 
     // Divides a straight segment where it leaves a slab: each slab has its own layout.
     template <class Emit>
-    INSONIFY_FN void scatter_slabs(const material_line& line, float begin, float end, const detail::rest_line& segment,
-                                   float spacing, detail::structured_line* structure, Emit&& emit) const {
-        const double position = static_cast<double>(detail::view_slabs::position(segment.origin));
-        const double slabs_per_metre = static_cast<double>(detail::view_slabs::position(segment.along));
+    INSONIFY_FN void scatter_slabs(const detail::rest_line& line, float begin, float end, float spacing,
+                                   detail::structured_line* structure, Emit&& emit) const {
+        const double position = static_cast<double>(detail::view_slabs::position(line.origin));
+        const double slabs_per_metre = static_cast<double>(detail::view_slabs::position(line.along));
         const bool ascending = slabs_per_metre > 0;
         const auto end_of = [&](double slab, float from) {
             if (!(std::fabs(slabs_per_metre) > 1e-3)) return end;
@@ -322,9 +599,9 @@ struct cell_field {
                          end);
         };
         const auto layout_at = [&](float from, double slab) {
-            detail::rest_line rest = segment;
-            rest.origin += (from - begin) * segment.along;
-            detail::cell_layout cells = detail::make_cell_layout(seed, cell, line, rest, slab, spacing);
+            detail::rest_line rest = line;
+            rest.origin = line.at(from - begin);
+            detail::cell_layout cells = detail::make_cell_layout(seed, cell, rest, slab, spacing);
             cells.set_phase_spread(line, from);
             return cells;
         };
@@ -372,10 +649,10 @@ struct cell_field {
                 store(value.imaginary, imaginary + i);
             }
             if (structure != nullptr)
-                structure->apply(begin + static_cast<float>(offset / cells.slots_per_metre),
-                                 static_cast<float>(1 / cells.slots_per_metre), count, real, imaginary);
-            // A slot that is cut is weighted by its part inside, so that its parts add up to it; where other scatterers follow, at
-            // a surface or in another layout, by the root of that, which keeps the power.
+                structure->multiply(begin + static_cast<float>(offset / cells.slots_per_metre),
+                                    static_cast<float>(1 / cells.slots_per_metre), count, real, imaginary);
+            // A slot that is cut is weighted by its part inside, so that its parts add up to it; where other scatterers
+            // follow, at a surface or in another layout, by the root of that, which keeps the power.
             const auto weight = [&](std::uint32_t i) {
                 const double own = static_cast<double>(slot + i),
                              inside = std::fmin(to, own + 1) - std::fmax(from, own),

@@ -5,7 +5,7 @@
 
 #include <insonify/acoustics/layer.hpp>
 #include <insonify/tissue/displacement_view.hpp>
-#include <insonify/tissue/placed_structure.hpp>
+#include <insonify/tissue/structure.hpp>
 #include <concepts>
 
 /// Scatterer fields: position and amplitude of the scatterers along a line. Scatterers are fixed in the coordinates of
@@ -49,12 +49,13 @@ INSONIFY_FN inline material_line in_object(const line_frame& line, const pose& p
             object, scatterer_density};
 }
 
-/// Spacing of scatterers along a line, metres: 1.25 standard deviations of the pulse envelope. Wherever the pulse lies between
-/// them, it sums their power within 2 exp(-pi^2 / 1.25^2) = 0.4 % of that of continuous tissue (Poisson's summation formula).
+/// Spacing of scatterers along a line, metres: 1.25 standard deviations of the pulse envelope. Wherever the pulse lies
+/// between them, it sums their power within 2 exp(-pi^2 / 1.25^2) = 0.4 % of that of continuous tissue (Poisson's
+/// summation formula).
 /// @param pulse_sigma  standard deviation of the pulse envelope, metres
 INSONIFY_FN constexpr float scatterer_spacing(float pulse_sigma) { return 1.25F * pulse_sigma; }
-/// The most in media that flow, metres: an eighth of the wavelength c0 / f0. Blood that is sheared consists of layers thinner
-/// than the pulse.
+/// The most in media that flow, metres: an eighth of the wavelength c0 / f0. Blood that is sheared consists of layers
+/// thinner than the pulse.
 INSONIFY_FN constexpr float scatterer_spacing_in_flow(float frequency) { return display_speed / (8 * frequency); }
 
 /// Scatterers at equal steps: scatterer i lies first + i * step metres along the line.
@@ -79,9 +80,9 @@ struct any_emit {
 /// A scatterer field. `scatter(line, begin, end, spacing, emit)` calls emit(run) for the scatterers of one object
 /// between two distances along a line, metres. Their mean power is 1 per `spacing` metres of undeformed tissue.
 ///
-/// `covariance(distance, angle)` is the covariance of the amplitudes on two lines in the slice plane, 1 at distance 0, by
-/// their distance in metres and the angle between them in radians. In elevation planes it is the same by their distance, unless
-/// the field is independent from plane to plane and has a member `independent_planes`.
+/// `covariance(distance, angle)` is the covariance of the amplitudes on two lines in the slice plane, 1 at distance 0,
+/// by their distance in metres and the angle between them in radians. In elevation planes it is the same by their
+/// distance, unless the field is independent from plane to plane and has a member `independent_planes`.
 template <class Field>
 concept scattering_field = requires(const Field& field, const material_line& line, float x) {
     field.scatter(line, x, x, x, detail::any_emit{});

@@ -7,7 +7,6 @@
 #include <insonify/core/view.hpp>
 #include <insonify/execution/policy.hpp>
 #include <insonify/execution/simd.hpp>
-#include <insonify/probe/acquisition.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/signal/pulse.hpp>
 #include <algorithm>

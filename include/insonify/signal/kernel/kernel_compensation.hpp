@@ -4,12 +4,15 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/acoustics/acoustic_model.hpp>
-#include <insonify/acoustics/echo_line.hpp>
-#include <insonify/acoustics/roughness.hpp>
+#include <insonify/acoustics/laws.hpp>
 #include <insonify/bvh/large_array.hpp>
+#include <insonify/core/math.hpp>
+#include <insonify/core/view.hpp>
 #include <insonify/signal/kernel/convolve.hpp>
 #include <insonify/signal/kernel/elevation.hpp>
 #include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <utility>
 #include <vector>
 

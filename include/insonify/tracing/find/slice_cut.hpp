@@ -8,9 +8,9 @@
 #include <insonify/core/view.hpp>
 #include <insonify/execution/policy.hpp>
 #include <insonify/execution/simd.hpp>
-#include <insonify/geometry/ray.hpp>
 #include <insonify/geometry/mesh.hpp>
 #include <insonify/geometry/pose.hpp>
+#include <insonify/geometry/ray.hpp>
 #include <insonify/probe/line_fan.hpp>
 #include <insonify/scene/layers.hpp>
 #include <insonify/signal/kernel/elevation.hpp>

@@ -3,7 +3,7 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/acoustics/echo_path.hpp>
+#include <insonify/acoustics/follow_sound.hpp>
 #include <insonify/acoustics/layer.hpp>
 #include <insonify/acoustics/physical.hpp>
 #include <insonify/core/random.hpp>

@@ -5,7 +5,7 @@
 
 #include <insonify/acoustics/medium.hpp>
 #include <insonify/core/error.hpp>
-#include <insonify/probe/acquisition.hpp>
+#include <insonify/probe/line_grid.hpp>
 #include <insonify/probe/transducer.hpp>
 #include <insonify/scene/scene.hpp>
 

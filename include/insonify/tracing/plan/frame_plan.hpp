@@ -6,7 +6,7 @@
 #include <insonify/acoustics/acoustic_model.hpp>
 #include <insonify/acoustics/layer.hpp>
 #include <insonify/core/memo.hpp>
-#include <insonify/probe/acquisition.hpp>
+#include <insonify/probe/line_grid.hpp>
 #include <insonify/probe/transducer.hpp>
 #include <insonify/signal/kernel/elevation.hpp>
 #include <insonify/signal/kernel/kernel_compensation.hpp>

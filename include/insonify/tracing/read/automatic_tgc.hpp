@@ -3,7 +3,7 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/acoustics/attenuation.hpp>
+#include <insonify/acoustics/laws.hpp>
 #include <insonify/tracing/find/find_layers.hpp>
 #include <algorithm>
 #include <cmath>

@@ -4,8 +4,7 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/acoustics/follow_sound.hpp>
-#include <insonify/acoustics/interface_law.hpp>
-#include <insonify/acoustics/line_refraction.hpp>
+#include <insonify/acoustics/laws.hpp>
 #include <insonify/acoustics/physical.hpp>
 #include <insonify/core/units.hpp>
 #include <insonify/tracing/read/label.hpp>

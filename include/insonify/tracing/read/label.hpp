@@ -3,7 +3,7 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/acoustics/echo_line.hpp>
+#include <insonify/acoustics/acoustic_model.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/signal/pulse.hpp>
 #include <insonify/tracing/find/find_layers.hpp>

@@ -3,8 +3,8 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/acoustics/attenuation.hpp>
-#include <insonify/acoustics/echo_line.hpp>
+#include <insonify/acoustics/acoustic_model.hpp>
+#include <insonify/acoustics/laws.hpp>
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/core/units.hpp>
 #include <insonify/execution/policy.hpp>

@@ -1,4 +1,4 @@
-#include <insonify/acoustics/interface_law.hpp>
+#include <insonify/acoustics/laws.hpp>
 #include <doctest/doctest.h>
 
 using namespace insonify;

@@ -1,5 +1,4 @@
-#include <insonify/acoustics/fresnel.hpp>
-#include <insonify/acoustics/roughness.hpp>
+#include <insonify/acoustics/laws.hpp>
 #include <doctest/doctest.h>
 #include <initializer_list>
 #include <vector>
@@ -63,20 +62,6 @@ TEST_CASE("roughness: an interface has the larger roughness, and the wavelength 
     CHECK(kirchhoff{}.rms_phase(at) == doctest::Approx(2 * before).scale(1e-30));
     at.after.sound_speed /= 2;
     CHECK(kirchhoff{}.rms_phase(at) == doctest::Approx(2 * before).scale(1e-30));
-}
-
-TEST_CASE("roughness: Lambert's law conserves energy over the half space") {
-    for (const double cosine_in : {1.0, 0.5, 0.1}) {
-        double power = 0;
-        constexpr int rings = 1000;
-        for (int i = 0; i < rings; ++i) { // of equal solid angle
-            const double cosine_out = (i + 0.5) / rings;
-            power += static_cast<double>(
-                         detail::lambert_lobe(static_cast<float>(cosine_in), static_cast<float>(cosine_out))) *
-                     2 * 3.14159265358979 / rings;
-        }
-        CHECK(power == doctest::Approx(cosine_in).epsilon(1e-5).scale(1e-30));
-    }
 }
 
 } // namespace roughness_test

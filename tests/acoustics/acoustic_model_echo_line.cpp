@@ -1,4 +1,4 @@
-#include <insonify/acoustics/echo_line.hpp>
+#include <insonify/acoustics/acoustic_model.hpp>
 #include <doctest/doctest.h>
 #include <vector>
 

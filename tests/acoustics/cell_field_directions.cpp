@@ -1,5 +1,4 @@
-// Covers acoustics/scatterers/cell_layout.hpp.
-#include <insonify/acoustics/scatterers/cell_layout.hpp>
+#include <insonify/acoustics/scatterers/cell_field.hpp>
 #include <doctest/doctest.h>
 #include <set>
 

@@ -2,7 +2,7 @@
 #include <insonify/core/units.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/scene/scene.hpp>
-#include <insonify/tissue/structure_axes.hpp>
+#include <insonify/tissue/fibres.hpp>
 #include <cmath>
 #include <doctest/doctest.h>
 

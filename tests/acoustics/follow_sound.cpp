@@ -1,4 +1,3 @@
-// Covers acoustics/follow_sound.hpp.
 #include <insonify/acoustics/follow_sound.hpp>
 #include <insonify/core/units.hpp>
 #include <cmath>

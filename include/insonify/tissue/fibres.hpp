@@ -1,24 +1,151 @@
-#ifndef INSONIFY_TISSUE_FIBRE_GRID_HPP
-#define INSONIFY_TISSUE_FIBRE_GRID_HPP
+#ifndef INSONIFY_TISSUE_FIBRES_HPP
+#define INSONIFY_TISSUE_FIBRES_HPP
 
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/core/error.hpp>
+#include <insonify/core/math.hpp>
+#include <insonify/geometry/mesh.hpp>
 #include <insonify/geometry/ray.hpp>
-#include <insonify/tissue/fibre_chart.hpp>
-#include <insonify/tissue/fibre_directions.hpp>
-#include <insonify/tissue/structure_axes.hpp>
+#include <insonify/tissue/structure.hpp>
 #include <cmath>
 #include <cstddef>
+#include <memory>
+#include <numeric>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
-namespace insonify::inline INSONIFY_ABI::detail {
+namespace insonify::inline INSONIFY_ABI {
+
+/// The direction of the fibres of an object, in its coordinates and of any length: one for all, or a function of the
+/// point.
+///
+///     body.add(surface, tissue::muscle, {.fibres = {1, 0, 0}});
+///     body.add(surface, tissue::muscle, {.fibres = [](vec3 p) { return vec3{1, 0, 4 * p.x}; }});
+class fibre_directions {
+  public:
+    fibre_directions() = default;                   ///< none: the axis of the mesh
+    fibre_directions(vec3 along) : along_{along} {} ///< one for all; 0: the axis of the mesh
+    /// The same by its components.
+    template <class X, class Y, class Z>
+    fibre_directions(X x, Y y, Z z) : along_{x, y, z} {}
+    /// A function of the point, metres. It must be continuous, and defined in the whole box around the object.
+    template <class Function>
+    fibre_directions(Function function) requires std::is_invocable_r_v<vec3, const Function&, vec3>
+        : own_{std::make_shared<const Function>(std::move(function))}, call_{[](const void* own, vec3 point) -> vec3 {
+            return (*static_cast<const Function*>(own))(point);
+        }} {}
+
+    /// Whether it is a function.
+    bool varies() const { return call_ != nullptr; }
+    /// At a point, in coordinates of the object.
+    vec3 operator()(vec3 point) const { return varies() ? call_(own_.get(), point) : along_; }
+
+  private:
+    vec3 along_{0, 0, 0};
+    std::shared_ptr<const void> own_{};
+    vec3 (*call_)(const void*, vec3) = nullptr;
+};
+
+namespace detail {
+
+/// A symmetric matrix.
+struct symmetric3 {
+    double at[3][3] = {};
+
+    void add(double weight, const dvec3& a, const dvec3& b) {
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j) at[i][j] += weight * a[i] * b[j];
+    }
+};
+
+/// Eigenvectors as columns, by descending eigenvalue.
+/// Source: the cyclic Jacobi method; Golub & Van Loan, Matrix Computations, section 8.5.
+inline mat3 principal_axes(symmetric3 m) {
+    double v[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    for (int sweep = 0; sweep < 12; ++sweep)
+        for (int p = 0; p < 2; ++p)
+            for (int q = p + 1; q < 3; ++q) {
+                if (m.at[p][q] == 0) continue;
+                const double angle = (m.at[q][q] - m.at[p][p]) / (2 * m.at[p][q]);
+                const double t = (angle < 0 ? -1 : 1) / (std::fabs(angle) + std::sqrt(angle * angle + 1));
+                const double c = 1 / std::sqrt(t * t + 1), s = t * c;
+                for (int k = 0; k < 3; ++k) {
+                    const double a = m.at[k][p], b = m.at[k][q];
+                    m.at[k][p] = c * a - s * b;
+                    m.at[k][q] = s * a + c * b;
+                }
+                for (int k = 0; k < 3; ++k) {
+                    const double a = m.at[p][k], b = m.at[q][k];
+                    m.at[p][k] = c * a - s * b;
+                    m.at[q][k] = s * a + c * b;
+                    const double d = v[k][p], e = v[k][q];
+                    v[k][p] = c * d - s * e;
+                    v[k][q] = s * d + c * e;
+                }
+            }
+    int order[3] = {0, 1, 2};
+    for (const int i : {0, 1, 0})
+        if (m.at[order[i]][order[i]] < m.at[order[i + 1]][order[i + 1]]) std::swap(order[i], order[i + 1]);
+    mat3 axes{1};
+    for (int i = 0; i < 3; ++i)
+        axes[i] = vec3{static_cast<float>(v[0][order[i]]), static_cast<float>(v[1][order[i]]),
+                       static_cast<float>(v[2][order[i]])};
+    return axes;
+}
+
+/// Covariance of the volume that a closed surface encloses, times that volume. Each face adds its tetrahedron with the
+/// middle of the box; outside the surface these cancel.
+inline symmetric3 volume_covariance(const mesh_view& surface, const aabb& box) {
+    symmetric3 second;
+    dvec3 first{0, 0, 0};
+    double volume = 0;
+    const dvec3 middle{box.centre()};
+    for (std::size_t i = 0; i < surface.size(); ++i) {
+        const triangle face = surface[i];
+        const dvec3 a = dvec3{face.a} - middle, b = dvec3{face.b} - middle, c = dvec3{face.c} - middle, sum = a + b + c;
+        const double own = dot(a, cross(b, c)) / 6;
+        for (const dvec3& corner : {a, b, c, sum}) second.add(own / 20, corner, corner);
+        first += 0.25 * own * sum;
+        volume += own;
+    }
+    if (volume != 0) second.add(-1 / volume, first, first);
+    if (volume < 0)
+        for (auto& row : second.at)
+            for (double& value : row) value = -value;
+    return second;
+}
+
+/// Axes from the longest to the shortest side of a box.
+inline mat3 axes_of(const aabb& box) {
+    symmetric3 sides;
+    for (int i = 0; i < 3; ++i) sides.at[i][i] = box.empty() ? -i : static_cast<double>(box.size()[i]);
+    return principal_axes(sides);
+}
+
+/// The axes with the first one along `fibres`, if that is not 0, and the last one as it was, as far as possible.
+inline mat3 aligned(const mat3& axes, vec3 fibres) {
+    if (fibres == vec3{0, 0, 0}) return axes;
+    const vec3 along = normalize(fibres);
+    const vec3 flat = axes[2] - dot(axes[2], along) * along, other = axes[1] - dot(axes[1], along) * along;
+    const vec3 upright = normalize(dot(flat, flat) > 0.1F ? flat : other);
+    return mat3{along, cross(upright, along), upright};
+}
+
+/// The axes of an object: of its moments of inertia, the least along the fibres, unless these are given.
+inline mat3 structure_axes(const mesh_view& surface, const aabb& box, vec3 fibres) {
+    const symmetric3 moments = volume_covariance(surface, box);
+    const double trace = moments.at[0][0] + moments.at[1][1] + moments.at[2][2];
+    return aligned(trace > 0 && trace < 1e30 ? principal_axes(moments) : axes_of(box), fibres);
+}
 
 /// Coordinates in which the fibres of an object are straight.
 ///
-/// Each coordinate c is the least-squares solution of grad c = t and, with a greater weight, of f . grad c = f . t in all cells
-/// of a grid: f is the direction of the fibres, t for x is f, for z the flattest axis made orthogonal to f, for y orthogonal to
-/// both. So sheets contain the fibres, as far as such sheets exist, and distances are kept as far as possible.
+/// Each coordinate c is the least-squares solution of grad c = t and, with a greater weight, of f . grad c = f . t in
+/// all cells of a grid: f is the direction of the fibres, t for x is f, for z the flattest axis made orthogonal to f,
+/// for y orthogonal to both. So sheets contain the fibres, as far as such sheets exist, and distances are kept as far
+/// as possible.
 /// Source: conjugate gradients for least squares; Bjorck, Numerical Methods for Least Squares Problems, section 7.4.
 class fibre_grid {
   public:
@@ -63,8 +190,8 @@ class fibre_grid {
         return origin_ + spacing_ * vec3{static_cast<float>(node % count_.x), static_cast<float>(rest % count_.y),
                                          static_cast<float>(rest / count_.y)};
     }
-    /// The gradient at the middle of a cell, and what a field has besides that vanishes there: its twists, along two axes at a time
-    /// and along all three.
+    /// The gradient at the middle of a cell, and what a field has besides that vanishes there: its twists, along two
+    /// axes at a time and along all three.
     struct slope {
         vec3 gradient{0, 0, 0}, twist{0, 0, 0};
         float all = 0;
@@ -111,9 +238,7 @@ class fibre_grid {
             });
         }
         const auto power = [](const std::vector<double>& a) {
-            double sum = 0;
-            for (const double value : a) sum += value * value;
-            return sum;
+            return std::inner_product(a.begin(), a.end(), a.begin(), 0.0);
         };
         direction = residual;
         double left = power(residual);
@@ -148,7 +273,8 @@ class fibre_grid {
     float spacing_ = 1;
 };
 
-} // namespace insonify::inline INSONIFY_ABI::detail
+} // namespace detail
+} // namespace insonify::inline INSONIFY_ABI
 
 #include <insonify/core/restore_macros.hpp>
 

@@ -25,7 +25,7 @@ TEST_CASE("structure: the gains along a line are those of its points one by one,
                                      vec3{-3, 1, 0.2F}, vec3{0.01F, 1, 0.02F}, vec3{1, 0.03F, -0.02F}})
             for (std::uint32_t key = 0; key < 20; ++key) {
                 const vec3 origin{7.3_mm * static_cast<float>(key), 0.31_mm, -41_mm}, along = normalize(direction);
-                const detail::structure_gains of{placed, origin, along, along, 3, key};
+                const detail::structure_gains of{placed, {origin, along, along, 3, key}};
                 const std::vector<float> line = gains_at(of, 1_mm, spacing, count);
                 for (std::uint32_t i = 0; i < count; ++i, ++all) {
                     const float alone = gains_at(of, 1_mm + static_cast<float>(i) * spacing, spacing, 1)[0];
@@ -46,7 +46,7 @@ TEST_CASE("structure: cells far smaller or larger than the line are no trouble")
         s.wave_length = size;
         const placed_structure placed{s, mat3{1}};
         const vec3 along = normalize(vec3{1, 2, 3});
-        const detail::structure_gains of{placed, {0.2F, 0.1F, -0.3F}, along, along, 3, 1};
+        const detail::structure_gains of{placed, {{0.2F, 0.1F, -0.3F}, along, along, 3, 1}};
         std::vector<float> gain(200 + max_simd_width);
         of.compute({0, 0.1_mm, 200, gain.data()});
         for (std::uint32_t i = 0; i < 200; ++i) CHECK((is_finite(gain[i]) && gain[i] >= 0));

@@ -1,4 +1,4 @@
-#include <insonify/acoustics/specular.hpp>
+#include <insonify/acoustics/laws.hpp>
 #include <insonify/core/units.hpp>
 #include "lobe_angles.hpp"
 #include <doctest/doctest.h>

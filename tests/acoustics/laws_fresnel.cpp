@@ -1,4 +1,4 @@
-#include <insonify/acoustics/fresnel.hpp>
+#include <insonify/acoustics/laws.hpp>
 #include <insonify/core/random.hpp>
 #include <doctest/doctest.h>
 #include <initializer_list>

@@ -1,4 +1,4 @@
-#include <insonify/acoustics/attenuation.hpp>
+#include <insonify/acoustics/laws.hpp>
 #include <doctest/doctest.h>
 #include <initializer_list>
 

@@ -1,4 +1,4 @@
-#include <insonify/acoustics/scatterers/scatter_numbers.hpp>
+#include <insonify/acoustics/scatterers/cell_field.hpp>
 #include <doctest/doctest.h>
 
 using namespace insonify;

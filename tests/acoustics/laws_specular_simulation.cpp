@@ -1,4 +1,4 @@
-#include <insonify/acoustics/specular.hpp>
+#include <insonify/acoustics/laws.hpp>
 #include "lobe_angles.hpp"
 #include <algorithm>
 #include <complex>

@@ -1,4 +1,4 @@
-#include <insonify/probe/sector.hpp>
+#include <insonify/probe/transducer.hpp>
 #include <doctest/doctest.h>
 #include <initializer_list>
 
