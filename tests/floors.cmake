@@ -25,7 +25,7 @@ set(io 7)
 set(roots 8)
 
 # The steps of a frame, in tracing/: each folder includes those before it, and what lies in tracing/ itself stands above them.
-set(steps plan find emit aperture read paths)
+set(steps plan find emit aperture read)
 
 # Slow to compile: in no header but those that INSONIFY_IMPLEMENTATION alone compiles. Where the standard library has no
 # lighter header with the policies' types, execution/policy.hpp falls back on <execution>.

@@ -1,4 +1,3 @@
-// Covers tracing/paths/path_follower.hpp.
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/probe/linear_array.hpp>

@@ -1,4 +1,4 @@
-// Covers tracing/plan/check.hpp.
+// Covers tracing/plan/frame_plan.hpp.
 #include "refusals.hpp"
 #include <cstdint>
 #include <doctest/doctest.h>

@@ -7,7 +7,7 @@
 #include <insonify/doppler/velocity_field.hpp>
 #include <insonify/probe/transducer.hpp>
 #include <insonify/signal/electronic_noise.hpp>
-#include <insonify/tracing/line_tracer.hpp>
+#include <insonify/tracing/trace.hpp>
 #include <utility>
 #include <vector>
 

@@ -3,9 +3,259 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/tracing/line_tracer.hpp>
+#include <insonify/execution/policy.hpp>
+#include <insonify/probe/line_grid.hpp>
+#include <insonify/scene/scene.hpp>
+#include <insonify/tracing/aperture/aperture_shading.hpp>
+#include <insonify/tracing/aperture/aperture_view.hpp>
+#include <insonify/tracing/emit/tracer.hpp>
+#include <insonify/tracing/find/find_layers.hpp>
+#include <insonify/tracing/paths.hpp>
+#include <insonify/tracing/plan/frame_displacements.hpp>
+#include <insonify/tracing/plan/frame_plan.hpp>
+#include <concepts>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
+
+/// Straight lines: finds all crossings of each line in order, then applies the model once along it.
+///
+/// All lines of a plane lie in one slice of the scene. An object is cut by the slices once and the segments are
+/// distributed over the lines, or a ray is traced for each line, whichever is faster for the object. Both find the same
+/// crossings, except on lines within rounding error of a vertex or an edge.
+struct straight_lines {
+    line_search search = line_search::best; ///< how crossings are found
+    std::uint32_t directions = 16; ///< in which lines are traced to each point, 1 to 64; 1: only the straight one.
+                                   ///< With several planes, each uses a quarter as many, at least 2
+
+    /// @throws usage_error  for a number of directions out of range
+    void check() const {
+        if (directions < 1 || directions > detail::max_aperture_directions)
+            throw usage_error{"straight_lines: `directions` is " + std::to_string(directions) +
+                              "; it must be 1 to 64 lines to each point, and 16 is usual"};
+    }
+
+    /// One line by a ray, without corrections for the width of the aperture: what a kernel calls. `trace` finds the
+    /// layers of all lines instead.
+    template <class Policy, acoustic_model Model>
+    INSONIFY_FN bool operator()(const Policy& policy, const line_task& task, const Model& model, line_scratch& scratch,
+                                view<typename Model::sample_type> out) const {
+        if (!find_crossings(task.scene, task.beam(), task.max_depth, scratch.found)) return false;
+        const view<const layer> layers = stack_layers(task.scene, task.line.frame, task.max_depth, scratch.found,
+                                                      scratch.layers, !detail::takes_normal_incidence<Model>());
+        if (layers.empty()) return false;
+        task.apply(policy, model, layers, out);
+        return true;
+    }
+
+    friend bool operator==(const straight_lines&, const straight_lines&) = default;
+};
+
+namespace detail {
+
+/// The scratch of one thread on the host: doubles until the line fits.
+class scratch_memory {
+  public:
+    line_scratch scratch() {
+        return {.found = {.room = crossings_, .inside = {.ranks = inside_}},
+                .layers = layers_,
+                .branches = branches_,
+                .branch_objects = branch_objects_,
+                .arrivals = arrivals_};
+    }
+    void grow() {
+        crossings_.resize(2 * crossings_.size());
+        inside_.resize(2 * inside_.size());
+        layers_.resize(2 * layers_.size());
+        branches_.resize(2 * branches_.size());
+        branch_objects_.resize(2 * branch_objects_.size());
+        arrivals_.resize(2 * arrivals_.size());
+    }
+
+    /// Calls attempt(scratch), in larger and larger memory, until it returns true.
+    template <class Attempt>
+    void fit(const Attempt& attempt) {
+        for (line_scratch room = scratch(); !attempt(room); room = scratch()) grow();
+    }
+
+  private:
+    std::vector<crossing> crossings_ = std::vector<crossing>(128);
+    std::vector<std::uint32_t> inside_ = std::vector<std::uint32_t>(16);
+    std::vector<layer> layers_ = std::vector<layer>(64);
+    std::vector<path_branch> branches_ = std::vector<path_branch>(32);
+    std::vector<std::uint32_t> branch_objects_ = std::vector<std::uint32_t>(128);
+    std::vector<path_arrival> arrivals_ = std::vector<path_arrival>(128);
+};
+
+/// The one loop over the lines and planes of a frame: what a line is traced in is made here alone, the scene as the
+/// tracer sees it, with tissue as it is deformed now. Keeps its memory from frame to frame.
+template <class Sample>
+class line_driver {
+  public:
+    /// Finds the layers of all lines, computes what arrives through the aperture, and emits the echoes of every line.
+    /// @param line_time  nanoseconds to emit one line of one plane, roughly
+    /// @param sinks      grids that receive the samples; planes are weighted and added
+    /// @param emit       emit(block, task, layers, samples): adds to samples that are 0, those of one sink after those
+    ///                   of another
+    template <exec::policy Policy, transducer Probe, acoustic_model Model, class Emit>
+    void emit_lines(const Policy& policy, const scene& body, const frame_view<Probe>& frame, const Model& model,
+                    const straight_lines& how, float line_time, view<line_grid<Sample>* const> sinks,
+                    const Emit& emit) {
+        constexpr bool incident = !takes_normal_incidence<Model>();
+        half_found exception{layers_};
+        const view<const displacement_view> displaced = displacements_.compute(policy, body, frame);
+        const bool fan = finder_.assign(frame.probe);
+        bool shaded = false;
+        if constexpr (states_arrivals<Model>)
+            shaded = how.directions > 1 && fan &&
+                     shading_.assign(frame.probe, finder_.fan(), beam_of(frame.probe, frame.depth));
+        finder_.prepare(policy, body, frame, how.search, shaded ? 1 + how.directions : 1, shaded,
+                        shaded ? shading_.beyond(frame) : outer_lines{});
+        scene_view seen = finder_.scene_seen();
+        seen.displacements = displaced;
+        frame_gains gains{};
+        if constexpr (states_arrivals<Model>)
+            if (shaded) {
+                finder_.find(policy, frame, incident, layers_);
+                const aperture_view<Probe> shading = shading_.prepare(seen, frame, how.directions);
+                shading_.compute(policy, shading, model, layers_, finder_.slices());
+                gains = shading.gains;
+            }
+        if (!shaded) {
+            finder_.begin(frame, layers_);
+            line_time += finder_.search_time();
+        }
+        sum_blocks(
+            policy, frame, line_time, sinks,
+            [&](std::size_t begin) {
+                if (!shaded) finder_.find_block(frame, begin, incident, layers_);
+            },
+            [&](std::size_t block, std::uint32_t number, std::uint32_t plane, view<Sample> samples) {
+                line_task task = task_of(frame, seen, number, plane);
+                task.line.gains = gains.of_line(number, plane);
+                emit(block, task, layers_(number, plane), samples);
+            });
+        exception.layers = nullptr; // there was none
+    }
+
+    /// The same for a tracer that makes the samples of a line itself.
+    template <exec::policy Policy, transducer Probe, acoustic_model Model, tracer<Model> Tracer>
+    void trace_lines(const Policy& policy, const scene& body, const frame_view<Probe>& frame, const Model& model,
+                     const Tracer& how, line_grid<Sample>& lines) {
+        constexpr float line_time = 1e6F;
+        scene_view seen = body.view_for_rays(policy);
+        seen.displacements = displacements_.compute(policy, body, frame);
+        layers_ = {};
+        if (scratch_.size() < blocks_of(frame.probe.lines)) scratch_.resize(blocks_of(frame.probe.lines));
+        line_grid<Sample>* const sink = &lines;
+        sum_blocks(
+            policy, frame, line_time, {&sink, 1}, [](std::size_t) {},
+            [&](std::size_t block, std::uint32_t number, std::uint32_t plane, view<Sample> samples) {
+                scratch_[block].fit([&](line_scratch& scratch) {
+                    for (Sample& sample : samples) sample = Sample{};
+                    return how(policy, task_of(frame, seen, number, plane), model, scratch, samples);
+                });
+            });
+    }
+
+    /// Of the last frame whose lines were emitted.
+    const line_layers& layers() const { return layers_; }
+
+  private:
+    // Where an exception ends a frame, the layers that were found of it are dropped: others are missing.
+    struct half_found {
+        line_layers* layers;
+
+        explicit half_found(line_layers& of) : layers{&of} {}
+        half_found(const half_found&) = delete;
+        half_found& operator=(const half_found&) = delete;
+        ~half_found() {
+            if (layers != nullptr) *layers = {};
+        }
+    };
+
+    template <exec::policy Policy, transducer Probe, class BeginBlock, class Trace>
+    void sum_blocks(const Policy& policy, const frame_view<Probe>& frame, float line_time,
+                    view<line_grid<Sample>* const> sinks, const BeginBlock& begin_block, const Trace& trace) {
+        if (rooms_.size() < blocks_of(frame.probe.lines)) rooms_.resize(blocks_of(frame.probe.lines));
+        line_time *= static_cast<float>(frame.planes);
+        exec::for_each_block(
+            policy, frame.probe.lines, lines_per_block, line_time, [&](std::size_t begin, std::size_t end) {
+                const std::size_t block = begin / lines_per_block;
+                begin_block(begin);
+                std::vector<Sample>& room = rooms_[block];
+                if (frame.planes > 1 || sinks.size() > 1) room.resize(sinks.size() * frame.samples);
+                for (std::size_t i = begin; i < end; ++i) {
+                    const auto number = static_cast<std::uint32_t>(i);
+                    sum_planes(
+                        frame, number, sinks.size(), view<Sample>{room},
+                        [&](std::size_t grid) {
+                            return view<Sample>{sinks[grid]->values.data() + i * frame.samples, frame.samples};
+                        },
+                        [&](std::uint32_t plane, view<Sample> samples) {
+                            trace(block, number, plane, samples);
+                            return true;
+                        });
+                }
+            });
+    }
+
+    layer_finder finder_{};
+    line_layers layers_{};
+    aperture_shading shading_{};
+    frame_displacements displacements_{};
+    std::vector<std::vector<Sample>> rooms_{}; // of each block of lines
+    std::vector<scratch_memory> scratch_{};    // of each block of lines
+};
+
+} // namespace detail
+
+/// `trace`, frame after frame: holds tables, layers and memory, so that it allocates only while buffers grow.
+///
+///     line_tracer<linear_array> lines;
+///     iq_lines echoes;
+///     for (;;) echoes = lines.trace(exec::par_unseq, body, probe, at, physical{}, scan, {}, std::move(echoes));
+template <transducer Probe, acoustic_model Model = physical<>, tracer<Model> Tracer = straight_lines>
+class line_tracer {
+    static_assert(detail::model_check<Model>::passed);
+
+  public:
+    using sample_type = typename Model::sample_type; ///< that the model makes
+
+    /// What the probe receives along its lines: see `insonify::trace`.
+    /// @param recycled  lines whose memory is reused, whatever they held
+    /// @throws usage_error, geometry_error  as `insonify::trace`
+    template <exec::policy Policy>
+    line_grid<sample_type> trace(const Policy& any, const scene& body, const Probe& probe, const pose& at,
+                                 const Model& model, const acquisition& scan, const Tracer& how = {},
+                                 line_grid<sample_type> recycled = {}) {
+        const detail::any_policy policy{any};
+        const std::uint32_t samples = detail::check_acquisition(body, probe, at, model, scan);
+        if (scan.planes > 1 && !detail::is_average_v<sample_type>)
+            throw usage_error{"trace: samples of this model's type cannot be averaged over `planes`; use one plane"};
+        if constexpr (requires { how.check(); }) how.check();
+        const detail::frame_view<Probe> frame = plan_.view_of(policy, probe, at, model, scan, samples, body.media());
+        recycled.reshape(probe.lines, samples, scan.depth);
+        line_grid<sample_type>* const sink = &recycled;
+        if constexpr (std::same_as<Tracer, straight_lines>)
+            driver_.emit_lines(policy, body, frame, model, how,
+                               detail::nanoseconds_of<Model>() * static_cast<float>(samples), {&sink, 1},
+                               [&](std::size_t, const line_task& task, view<const layer> layers,
+                                   view<sample_type> out) { task.apply(policy, model, layers, out); });
+        else
+            driver_.trace_lines(policy, body, frame, model, how, recycled);
+        return recycled;
+    }
+
+    /// What lies along the lines of the last frame; of tracers other than `straight_lines`, no lines.
+    const line_layers& layers() const { return driver_.layers(); }
+
+  private:
+    detail::frame_plan<Probe, Model> plan_{};
+    detail::line_driver<sample_type> driver_{};
+};
 
 /// What the probe receives along its lines.
 ///

@@ -9,7 +9,6 @@
 #include <insonify/tracing/find/line_layers.hpp>
 #include <insonify/tracing/find/slice_cut.hpp>
 #include <insonify/tracing/find/slice_finder.hpp>
-#include <insonify/tracing/plan/check.hpp>
 #include <insonify/tracing/plan/frame_plan.hpp>
 #include <algorithm>
 #include <utility>

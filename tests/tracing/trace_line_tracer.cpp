@@ -1,4 +1,3 @@
-// Covers tracing/straight_lines.hpp.
 #include <insonify/core/units.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/paper/law2011.hpp>
