@@ -138,9 +138,7 @@ void check_array(const Array& array) {
                               "rectangular aperture"};
 }
 
-} // namespace insonify::inline INSONIFY_ABI
-
-namespace insonify::inline INSONIFY_ABI::detail {
+namespace detail {
 
 /// Lines that diverge from an apex, which lies `radius` behind the face.
 struct sector {
@@ -161,9 +159,7 @@ struct sector {
     }
 };
 
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-namespace insonify::inline INSONIFY_ABI {
+} // namespace detail
 
 /// A probe whose lines are all turned in the slice plane by one angle, each about its origin on the face: one look of a
 /// compounded image. The lines of a linear array fill a parallelogram.
