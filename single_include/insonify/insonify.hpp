@@ -3312,9 +3312,7 @@ void check_array(const Array& array) {
                               "rectangular aperture"};
 }
 
-} // namespace insonify::inline INSONIFY_ABI
-
-namespace insonify::inline INSONIFY_ABI::detail {
+namespace detail {
 
 /// Lines that diverge from an apex, which lies `radius` behind the face.
 struct sector {
@@ -3335,9 +3333,7 @@ struct sector {
     }
 };
 
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-namespace insonify::inline INSONIFY_ABI {
+} // namespace detail
 
 /// A probe whose lines are all turned in the slice plane by one angle, each about its origin on the face: one look of a
 /// compounded image. The lines of a linear array fill a parallelogram.
@@ -3588,8 +3584,8 @@ iq_lines add_electronic_noise(const Policy& policy, iq_lines lines, const electr
 
 
 #endif
-#ifndef INSONIFY_TRACING_LINE_TRACER_HPP
-#define INSONIFY_TRACING_LINE_TRACER_HPP
+#ifndef INSONIFY_TRACING_TRACE_HPP
+#define INSONIFY_TRACING_TRACE_HPP
 
 
 #ifndef INSONIFY_SCENE_SCENE_HPP
@@ -13414,10 +13410,7 @@ void compute_kernel_table(const Policy& policy, const Probe& probe, float depth,
 #define INSONIFY_TRACING_PLAN_FRAME_PLAN_HPP
 
 
-#ifndef INSONIFY_TRACING_PLAN_CHECK_HPP
-#define INSONIFY_TRACING_PLAN_CHECK_HPP
-
-
+#include <vector>
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
@@ -13465,14 +13458,6 @@ std::uint32_t check_acquisition(const scene& body, const Probe& probe, const pos
                            settings.samples != 0 ? settings.samples : model.samples(settings.depth, probe.frequency),
                            "trace");
 }
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI::detail {
 
 /// The lines of a frame in all of its elevation planes. Trivially copyable where the probe is.
 template <transducer Probe>
@@ -15481,8 +15466,233 @@ class aperture_shading {
 
 
 #endif
-#ifndef INSONIFY_TRACING_PATHS_PATH_FOLLOWER_HPP
-#define INSONIFY_TRACING_PATHS_PATH_FOLLOWER_HPP
+#ifndef INSONIFY_TRACING_FIND_FIND_LAYERS_HPP
+#define INSONIFY_TRACING_FIND_FIND_LAYERS_HPP
+
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// How the crossings of straight lines with surfaces are found. All find the same, except on lines within rounding
+/// error of a vertex or an edge.
+enum class line_search {
+    best,   ///< for each object whichever is faster
+    rays,   ///< one ray for each line and plane, through the trees
+    slices, ///< by slices, which need no trees; rays where the lines are neither parallel nor from one point
+};
+
+namespace detail {
+
+/// Normals at the corners of the faces that slices cut, of surfaces whose vertices have moved. Many lines meet each of
+/// these faces, and none meets the others. Keeps its memory from frame to frame.
+class cut_normals {
+  public:
+    /// Computes them and makes the scene refer to them.
+    template <exec::policy Policy>
+    void compute(const Policy& policy, scene_view& scene, const slice_cut& cut) {
+        if (std::none_of(scene.objects.begin(), scene.objects.end(), lacks_normals)) return;
+        ++frame_;
+        wanted_.clear();
+        objects_.assign(scene.objects.begin(), scene.objects.end());
+        if (surfaces_.size() < objects_.size()) surfaces_.resize(objects_.size());
+        for (std::size_t i = 0; i < objects_.size(); ++i) {
+            if (!lacks_normals(objects_[i])) continue;
+            surface& own = surfaces_[i];
+            own.normals.resize(objects_[i].normals.ends.size());
+            own.wanted_in.resize(own.normals.size());
+            objects_[i].normals.normals = own.normals;
+        }
+        cut.for_each_segment([&](const cut_segment& segment) {
+            const object_view& one = scene.objects[segment.object];
+            if (segment.again || !lacks_normals(one)) return;
+            const uvec3 numbers = one.normals.corners[segment.primitive];
+            for (const std::uint32_t number : {numbers.x, numbers.y, numbers.z}) {
+                std::uint32_t& wanted_in = surfaces_[segment.object].wanted_in[number];
+                if (wanted_in != frame_) wanted_.push_back({segment.object, number});
+                wanted_in = frame_;
+            }
+        });
+        exec::for_each_block(policy, wanted_.size(), 256, 150, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+                const auto [object, number] = wanted_[i];
+                surfaces_[object].normals[number] =
+                    scene.objects[object].normals.computed(scene.objects[object].surface, number);
+            }
+        });
+        scene.objects = objects_;
+    }
+
+  private:
+    struct surface {
+        std::vector<vec3> normals;            // those of this frame are valid
+        std::vector<std::uint32_t> wanted_in; // the last frame in which each was
+    };
+    struct wanted {
+        std::uint32_t object = 0, number = 0;
+    };
+
+    static bool lacks_normals(const object_view& one) {
+        return one.normals.normals.empty() && !one.normals.corners.empty();
+    }
+
+    std::uint32_t frame_ = 0;
+    std::vector<object_view> objects_{};
+    std::vector<surface> surfaces_{}; // of each object
+    std::vector<wanted> wanted_{};
+};
+
+/// Finds the layers of all lines of a frame. All lines of a plane lie in one slice of the scene: an object is cut by
+/// the slices once and the segments are distributed over the lines, or a ray is traced for each line. Keeps its memory
+/// from frame to frame.
+class layer_finder {
+  public:
+    /// Takes over the lines of a probe. @return whether slices contain them: see `slice_finder`
+    template <transducer Probe>
+    bool assign(const Probe& probe) {
+        can_cut_ = slices_.assign(probe);
+        return can_cut_;
+    }
+
+    /// Chooses how each object is found, after `assign`, and cuts those for which slices pay.
+    /// @param directions  in which each line is traced
+    /// @param keep_all    also keep segments that cross no line
+    /// @param beyond      other lines that segments are kept for
+    template <exec::policy Policy, transducer Probe>
+    void prepare(const Policy& policy, const scene& body, const frame_lines<Probe>& frame, line_search how,
+                 std::uint32_t directions = 1, bool keep_all = false, const outer_lines& beyond = {}) {
+        const view<const elevation_plane> planes{frame.plane, frame.planes};
+        sliced_ = false;
+        if (how != line_search::rays && can_cut_) {
+            scene_ = body.view_for_slices(policy);
+            sliced_ = slices_.choose(scene_, frame.at, planes, how == line_search::slices, directions);
+        }
+        if (sliced_) {
+            slices_.cut(policy, scene_, frame.at, planes, frame.max_depth, keep_all, beyond);
+            normals_.compute(policy, scene_, slices_.segments());
+        } else {
+            scene_ = body.view_for_rays(policy);
+        }
+        if (memory_.size() < blocks_of(frame.probe.lines)) memory_.resize(blocks_of(frame.probe.lines));
+    }
+
+    /// The scene as `prepare` has seen it.
+    const scene_view& scene_seen() const { return scene_; }
+    /// The slices, where some objects were cut; else null: then everything is found by rays.
+    const slice_finder* slices() const { return sliced_ ? &slices_ : nullptr; }
+    const line_fan& fan() const { return slices_.fan(); }
+
+    /// Nanoseconds to find the layers of a line, roughly.
+    float search_time() const {
+        const auto objects = static_cast<float>(scene_.objects.size());
+        const float by_rays = !sliced_ || slices_.leaves_rays() ? 300 + 20 * min(objects, 64) : 0.0F;
+        return by_rays + (sliced_ ? slices_.search_time() : 0.0F);
+    }
+
+    /// Begins a frame, whose blocks are then found.
+    template <transducer Probe>
+    void begin(const frame_lines<Probe>& frame, line_layers& found) const {
+        found.begin(frame.probe.lines, frame.planes, scene_.media);
+    }
+    /// Finds the layers of the block of lines that begins with one; different blocks on any threads.
+    /// @param incident  whether to compute how lines meet surfaces: see `stack_layers`
+    template <transducer Probe>
+    void find_block(const frame_lines<Probe>& frame, std::size_t begin, bool incident, line_layers& found) {
+        block_memory& own = memory_[begin / lines_per_block];
+        const crossing_lists& sliced = own.sliced;
+        layer_block& into = found.block_at(begin);
+        into.clear();
+        if (sliced_) slices_.find_block(begin, own.sliced);
+        const auto count = static_cast<std::uint32_t>(begin) + lines_per_block;
+        for (auto number = static_cast<std::uint32_t>(begin); number < frame.probe.lines && number < count; ++number)
+            for (std::uint32_t plane = 0; plane < frame.planes; ++plane) {
+                const line_frame line = frame.line(number, plane);
+                const crossing_source from =
+                    sliced_ ? slices_.source(sliced[slice_finder::list_of(number, plane)]) : crossing_source{};
+                found_line one;
+                own.line.fit([&](const line_room& room) {
+                    one = find_line(scene_, line, frame.max_depth, incident, from, room);
+                    return !one.layers.empty();
+                });
+                into.add(line, one.layers, one.behind_face);
+            }
+    }
+
+    /// Finds those of all lines.
+    template <exec::policy Policy, transducer Probe>
+    void find(const Policy& policy, const frame_lines<Probe>& frame, bool incident, line_layers& found) {
+        begin(frame, found);
+        exec::for_each_block(policy, frame.probe.lines, lines_per_block,
+                             search_time() * static_cast<float>(frame.planes),
+                             [&](std::size_t begin, std::size_t) { find_block(frame, begin, incident, found); });
+    }
+
+  private:
+    // In which the lines of one block are found.
+    struct block_memory {
+        crossing_lists sliced{};
+        line_memory line{};
+    };
+
+    bool can_cut_ = false, sliced_ = false;
+    scene_view scene_{};
+    slice_finder slices_{};
+    cut_normals normals_{};
+    std::vector<block_memory> memory_{}; // of each block of lines
+};
+
+/// `find_layers`, again and again: keeps its memory.
+class layer_search {
+  public:
+    /// @param max_depth  how far the lines are followed, metres
+    /// @param incident   whether to compute how they meet surfaces
+    /// @return           valid until the next call
+    template <exec::policy Policy, transducer Probe>
+    line_layers& operator()(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                            const acquisition& scan, float max_depth, bool incident) {
+        frame_lines<Probe> frame{
+            .probe = probe, .at = at, .depth = scan.depth, .max_depth = max_depth, .planes = scan.planes};
+        const elevation_planes planes{beam_of(probe, scan.depth), scan.planes, scan.depth, lines_follow_depth(probe)};
+        for (std::uint32_t i = 0; i < scan.planes; ++i) frame.plane[i] = planes[i];
+        finder_.assign(probe);
+        finder_.prepare(policy, body, frame, line_search::best);
+        finder_.find(policy, frame, incident, found_);
+        return found_;
+    }
+
+  private:
+    layer_finder finder_{};
+    line_layers found_{};
+};
+
+} // namespace detail
+
+/// What lies along the lines of a probe, in every elevation plane, down to `scan.depth` metres along them.
+///
+///     const line_layers found = find_layers(exec::par_unseq, body, probe, at, {.depth = 40_mm, .planes = 5});
+///
+/// The first stage of a frame: `trace` computes echoes from the same layers, and `label`, `ground_truth`,
+/// `add_near_field` and `automatic_tgc` read them. `scan.samples` has no effect.
+/// @param at  probe to world: x lateral, y elevation, z depth
+/// @throws usage_error     for a scene that was not built, or settings out of range
+/// @throws geometry_error  for a pose that is not rigid
+template <exec::policy Policy, transducer Probe>
+line_layers find_layers(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                        const acquisition& scan) {
+    detail::check_lines(body, probe, at, scan.depth, "find_layers");
+    detail::check_planes(scan.planes, "find_layers");
+    return std::move(
+        detail::layer_search{}(detail::any_policy<false>{policy}, body, probe, at, scan, scan.depth, true));
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#ifndef INSONIFY_TRACING_PATHS_HPP
+#define INSONIFY_TRACING_PATHS_HPP
 
 
 #include <cmath>
@@ -15832,6 +16042,37 @@ class path_follower {
 };
 
 } // namespace detail
+/// Refraction and multiple reflection: a `tracer` for `trace` and `b_mode`.
+///
+///     b_mode(exec::par_unseq, body, probe, at, physical{}, {.depth = 40_mm}, paths{});
+///
+/// Sound goes out along a path and returns along the same one, so each surface on the way adds its echo, weakened
+/// by all that the path crosses twice. A plate thus gives the ladder of its reverberations, a mirror the image
+/// behind it, and a tilted layer displaces what lies below. Where two paths meet a surface at one point from one
+/// direction, sound also goes out along one and returns along the other: plane layers thus give all of their
+/// echoes, as the sum over every sequence of reflections does, above `min_amplitude`. Directions follow the model's
+/// own interface law where it gives one, else Snell's. The face of the probe is an infinite plane, where paths end.
+/// Curved mirrors spread or focus the sound, curved surfaces that refract it do not. Speckle is that of sound which
+/// returns as it went out.
+struct paths {
+    path_settings settings{}; ///< how far they are followed
+
+    /// @throws usage_error  for settings out of range
+    void check() const {
+        if (!(settings.min_amplitude > 0) || !(std::fabs(settings.face_reflection) <= 1))
+            throw usage_error{"paths: `min_amplitude` must be above 0, `face_reflection` from -1 to 1"};
+    }
+
+    /// Traces one line: see `tracer`.
+    template <class Policy, detail::path_model Model>
+    INSONIFY_FN bool operator()(const Policy&, const line_task& task, const Model& model, line_scratch& scratch,
+                                view<vec2> out) const {
+        return detail::path_follower<Model>{task, model, settings, scratch, out}.run();
+    }
+
+    friend bool operator==(const paths&, const paths&) = default;
+};
+
 } // namespace insonify::inline INSONIFY_ABI
 
 
@@ -15901,236 +16142,10 @@ class frame_displacements {
 
 
 #endif
-#ifndef INSONIFY_TRACING_STRAIGHT_LINES_HPP
-#define INSONIFY_TRACING_STRAIGHT_LINES_HPP
-
-
-#ifndef INSONIFY_TRACING_FIND_FIND_LAYERS_HPP
-#define INSONIFY_TRACING_FIND_FIND_LAYERS_HPP
-
-
-#include <algorithm>
+#include <concepts>
+#include <string>
 #include <utility>
 #include <vector>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// How the crossings of straight lines with surfaces are found. All find the same, except on lines within rounding
-/// error of a vertex or an edge.
-enum class line_search {
-    best,   ///< for each object whichever is faster
-    rays,   ///< one ray for each line and plane, through the trees
-    slices, ///< by slices, which need no trees; rays where the lines are neither parallel nor from one point
-};
-
-namespace detail {
-
-/// Normals at the corners of the faces that slices cut, of surfaces whose vertices have moved. Many lines meet each of
-/// these faces, and none meets the others. Keeps its memory from frame to frame.
-class cut_normals {
-  public:
-    /// Computes them and makes the scene refer to them.
-    template <exec::policy Policy>
-    void compute(const Policy& policy, scene_view& scene, const slice_cut& cut) {
-        if (std::none_of(scene.objects.begin(), scene.objects.end(), lacks_normals)) return;
-        ++frame_;
-        wanted_.clear();
-        objects_.assign(scene.objects.begin(), scene.objects.end());
-        if (surfaces_.size() < objects_.size()) surfaces_.resize(objects_.size());
-        for (std::size_t i = 0; i < objects_.size(); ++i) {
-            if (!lacks_normals(objects_[i])) continue;
-            surface& own = surfaces_[i];
-            own.normals.resize(objects_[i].normals.ends.size());
-            own.wanted_in.resize(own.normals.size());
-            objects_[i].normals.normals = own.normals;
-        }
-        cut.for_each_segment([&](const cut_segment& segment) {
-            const object_view& one = scene.objects[segment.object];
-            if (segment.again || !lacks_normals(one)) return;
-            const uvec3 numbers = one.normals.corners[segment.primitive];
-            for (const std::uint32_t number : {numbers.x, numbers.y, numbers.z}) {
-                std::uint32_t& wanted_in = surfaces_[segment.object].wanted_in[number];
-                if (wanted_in != frame_) wanted_.push_back({segment.object, number});
-                wanted_in = frame_;
-            }
-        });
-        exec::for_each_block(policy, wanted_.size(), 256, 150, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) {
-                const auto [object, number] = wanted_[i];
-                surfaces_[object].normals[number] =
-                    scene.objects[object].normals.computed(scene.objects[object].surface, number);
-            }
-        });
-        scene.objects = objects_;
-    }
-
-  private:
-    struct surface {
-        std::vector<vec3> normals;            // those of this frame are valid
-        std::vector<std::uint32_t> wanted_in; // the last frame in which each was
-    };
-    struct wanted {
-        std::uint32_t object = 0, number = 0;
-    };
-
-    static bool lacks_normals(const object_view& one) {
-        return one.normals.normals.empty() && !one.normals.corners.empty();
-    }
-
-    std::uint32_t frame_ = 0;
-    std::vector<object_view> objects_{};
-    std::vector<surface> surfaces_{}; // of each object
-    std::vector<wanted> wanted_{};
-};
-
-/// Finds the layers of all lines of a frame. All lines of a plane lie in one slice of the scene: an object is cut by
-/// the slices once and the segments are distributed over the lines, or a ray is traced for each line. Keeps its memory
-/// from frame to frame.
-class layer_finder {
-  public:
-    /// Takes over the lines of a probe. @return whether slices contain them: see `slice_finder`
-    template <transducer Probe>
-    bool assign(const Probe& probe) {
-        can_cut_ = slices_.assign(probe);
-        return can_cut_;
-    }
-
-    /// Chooses how each object is found, after `assign`, and cuts those for which slices pay.
-    /// @param directions  in which each line is traced
-    /// @param keep_all    also keep segments that cross no line
-    /// @param beyond      other lines that segments are kept for
-    template <exec::policy Policy, transducer Probe>
-    void prepare(const Policy& policy, const scene& body, const frame_lines<Probe>& frame, line_search how,
-                 std::uint32_t directions = 1, bool keep_all = false, const outer_lines& beyond = {}) {
-        const view<const elevation_plane> planes{frame.plane, frame.planes};
-        sliced_ = false;
-        if (how != line_search::rays && can_cut_) {
-            scene_ = body.view_for_slices(policy);
-            sliced_ = slices_.choose(scene_, frame.at, planes, how == line_search::slices, directions);
-        }
-        if (sliced_) {
-            slices_.cut(policy, scene_, frame.at, planes, frame.max_depth, keep_all, beyond);
-            normals_.compute(policy, scene_, slices_.segments());
-        } else {
-            scene_ = body.view_for_rays(policy);
-        }
-        if (memory_.size() < blocks_of(frame.probe.lines)) memory_.resize(blocks_of(frame.probe.lines));
-    }
-
-    /// The scene as `prepare` has seen it.
-    const scene_view& scene_seen() const { return scene_; }
-    /// The slices, where some objects were cut; else null: then everything is found by rays.
-    const slice_finder* slices() const { return sliced_ ? &slices_ : nullptr; }
-    const line_fan& fan() const { return slices_.fan(); }
-
-    /// Nanoseconds to find the layers of a line, roughly.
-    float search_time() const {
-        const auto objects = static_cast<float>(scene_.objects.size());
-        const float by_rays = !sliced_ || slices_.leaves_rays() ? 300 + 20 * min(objects, 64) : 0.0F;
-        return by_rays + (sliced_ ? slices_.search_time() : 0.0F);
-    }
-
-    /// Begins a frame, whose blocks are then found.
-    template <transducer Probe>
-    void begin(const frame_lines<Probe>& frame, line_layers& found) const {
-        found.begin(frame.probe.lines, frame.planes, scene_.media);
-    }
-    /// Finds the layers of the block of lines that begins with one; different blocks on any threads.
-    /// @param incident  whether to compute how lines meet surfaces: see `stack_layers`
-    template <transducer Probe>
-    void find_block(const frame_lines<Probe>& frame, std::size_t begin, bool incident, line_layers& found) {
-        block_memory& own = memory_[begin / lines_per_block];
-        const crossing_lists& sliced = own.sliced;
-        layer_block& into = found.block_at(begin);
-        into.clear();
-        if (sliced_) slices_.find_block(begin, own.sliced);
-        const auto count = static_cast<std::uint32_t>(begin) + lines_per_block;
-        for (auto number = static_cast<std::uint32_t>(begin); number < frame.probe.lines && number < count; ++number)
-            for (std::uint32_t plane = 0; plane < frame.planes; ++plane) {
-                const line_frame line = frame.line(number, plane);
-                const crossing_source from =
-                    sliced_ ? slices_.source(sliced[slice_finder::list_of(number, plane)]) : crossing_source{};
-                found_line one;
-                own.line.fit([&](const line_room& room) {
-                    one = find_line(scene_, line, frame.max_depth, incident, from, room);
-                    return !one.layers.empty();
-                });
-                into.add(line, one.layers, one.behind_face);
-            }
-    }
-
-    /// Finds those of all lines.
-    template <exec::policy Policy, transducer Probe>
-    void find(const Policy& policy, const frame_lines<Probe>& frame, bool incident, line_layers& found) {
-        begin(frame, found);
-        exec::for_each_block(policy, frame.probe.lines, lines_per_block,
-                             search_time() * static_cast<float>(frame.planes),
-                             [&](std::size_t begin, std::size_t) { find_block(frame, begin, incident, found); });
-    }
-
-  private:
-    // In which the lines of one block are found.
-    struct block_memory {
-        crossing_lists sliced{};
-        line_memory line{};
-    };
-
-    bool can_cut_ = false, sliced_ = false;
-    scene_view scene_{};
-    slice_finder slices_{};
-    cut_normals normals_{};
-    std::vector<block_memory> memory_{}; // of each block of lines
-};
-
-/// `find_layers`, again and again: keeps its memory.
-class layer_search {
-  public:
-    /// @param max_depth  how far the lines are followed, metres
-    /// @param incident   whether to compute how they meet surfaces
-    /// @return           valid until the next call
-    template <exec::policy Policy, transducer Probe>
-    line_layers& operator()(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                            const acquisition& scan, float max_depth, bool incident) {
-        frame_lines<Probe> frame{
-            .probe = probe, .at = at, .depth = scan.depth, .max_depth = max_depth, .planes = scan.planes};
-        const elevation_planes planes{beam_of(probe, scan.depth), scan.planes, scan.depth, lines_follow_depth(probe)};
-        for (std::uint32_t i = 0; i < scan.planes; ++i) frame.plane[i] = planes[i];
-        finder_.assign(probe);
-        finder_.prepare(policy, body, frame, line_search::best);
-        finder_.find(policy, frame, incident, found_);
-        return found_;
-    }
-
-  private:
-    layer_finder finder_{};
-    line_layers found_{};
-};
-
-} // namespace detail
-
-/// What lies along the lines of a probe, in every elevation plane, down to `scan.depth` metres along them.
-///
-///     const line_layers found = find_layers(exec::par_unseq, body, probe, at, {.depth = 40_mm, .planes = 5});
-///
-/// The first stage of a frame: `trace` computes echoes from the same layers, and `label`, `ground_truth`,
-/// `add_near_field` and `automatic_tgc` read them. `scan.samples` has no effect.
-/// @param at  probe to world: x lateral, y elevation, z depth
-/// @throws usage_error     for a scene that was not built, or settings out of range
-/// @throws geometry_error  for a pose that is not rigid
-template <exec::policy Policy, transducer Probe>
-line_layers find_layers(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                        const acquisition& scan) {
-    detail::check_lines(body, probe, at, scan.depth, "find_layers");
-    detail::check_planes(scan.planes, "find_layers");
-    return std::move(
-        detail::layer_search{}(detail::any_policy<false>{policy}, body, probe, at, scan, scan.depth, true));
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#include <string>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -16167,15 +16182,7 @@ struct straight_lines {
     friend bool operator==(const straight_lines&, const straight_lines&) = default;
 };
 
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#include <concepts>
-#include <utility>
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI::detail {
+namespace detail {
 
 /// The scratch of one thread on the host: doubles until the line fits.
 class scratch_memory {
@@ -16210,12 +16217,6 @@ class scratch_memory {
     std::vector<std::uint32_t> branch_objects_ = std::vector<std::uint32_t>(128);
     std::vector<path_arrival> arrivals_ = std::vector<path_arrival>(128);
 };
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-namespace insonify::inline INSONIFY_ABI {
-
-namespace detail {
 
 /// The one loop over the lines and planes of a frame: what a line is traced in is made here alone, the scene as the
 /// tracer sees it, with tissue as it is deformed now. Keeps its memory from frame to frame.
@@ -16384,6 +16385,26 @@ class line_tracer {
     detail::frame_plan<Probe, Model> plan_{};
     detail::line_driver<sample_type> driver_{};
 };
+
+/// What the probe receives along its lines.
+///
+///     iq_lines echoes = trace(exec::par_unseq, body, linear_array{}, at, physical{}, {.depth = 40_mm});
+///     scan_lines paper = trace(exec::par_unseq, body, linear_array{}, at, law2011{}, {.depth = 40_mm});
+///     iq_lines bent = trace(exec::par_unseq, body, linear_array{}, at, physical{}, {.depth = 40_mm}, paths{});
+///
+/// Frame after frame, `line_tracer` does the same without allocations.
+/// @param at     probe to world: x lateral, y elevation, z depth
+/// @param model  what happens at interfaces and between them: `physical`, `law2011`, or your own (`acoustic_model`)
+/// @param how    how sound travels: `straight_lines`, `paths`, or your own (`tracer`)
+/// @return `probe.lines` lines of `settings.samples` samples, of the type that the model makes
+/// @throws usage_error     for a scene that was not built, or settings out of range
+/// @throws geometry_error  for a pose that is not rigid
+template <exec::policy Policy, transducer Probe, acoustic_model Model, tracer<Model> Tracer = straight_lines>
+line_grid<typename Model::sample_type> trace(const Policy& policy, const scene& body, const Probe& probe,
+                                             const pose& at, const Model& model, const acquisition& settings,
+                                             const Tracer& how = {}) {
+    return line_tracer<Probe, Model, Tracer>{}.trace(policy, body, probe, at, model, settings, how);
+}
 
 } // namespace insonify::inline INSONIFY_ABI
 
@@ -19314,37 +19335,6 @@ iq_lines add_near_field(const Policy& policy, iq_lines echoes, const scene& body
     if (settings.shown == near_field_settings::lines::none) return echoes;
     return add_near_field(policy, std::move(echoes),
                           find_layers(policy, body, probe, at, {.depth = 2 * detail::below_face}), probe, settings);
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#ifndef INSONIFY_TRACING_TRACE_HPP
-#define INSONIFY_TRACING_TRACE_HPP
-
-
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// What the probe receives along its lines.
-///
-///     iq_lines echoes = trace(exec::par_unseq, body, linear_array{}, at, physical{}, {.depth = 40_mm});
-///     scan_lines paper = trace(exec::par_unseq, body, linear_array{}, at, law2011{}, {.depth = 40_mm});
-///     iq_lines bent = trace(exec::par_unseq, body, linear_array{}, at, physical{}, {.depth = 40_mm}, paths{});
-///
-/// Frame after frame, `line_tracer` does the same without allocations.
-/// @param at     probe to world: x lateral, y elevation, z depth
-/// @param model  what happens at interfaces and between them: `physical`, `law2011`, or your own (`acoustic_model`)
-/// @param how    how sound travels: `straight_lines`, `paths`, or your own (`tracer`)
-/// @return `probe.lines` lines of `settings.samples` samples, of the type that the model makes
-/// @throws usage_error     for a scene that was not built, or settings out of range
-/// @throws geometry_error  for a pose that is not rigid
-template <exec::policy Policy, transducer Probe, acoustic_model Model, tracer<Model> Tracer = straight_lines>
-line_grid<typename Model::sample_type> trace(const Policy& policy, const scene& body, const Probe& probe,
-                                             const pose& at, const Model& model, const acquisition& settings,
-                                             const Tracer& how = {}) {
-    return line_tracer<Probe, Model, Tracer>{}.trace(policy, body, probe, at, model, settings, how);
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -22837,48 +22827,6 @@ image trace_pixels(const Policy& policy, const scene& body, const Probe& probe, 
 
 
 #endif
-
-#endif
-#ifndef INSONIFY_TRACING_PATHS_HPP
-#define INSONIFY_TRACING_PATHS_HPP
-
-
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Refraction and multiple reflection: a `tracer` for `trace` and `b_mode`.
-///
-///     b_mode(exec::par_unseq, body, probe, at, physical{}, {.depth = 40_mm}, paths{});
-///
-/// Sound goes out along a path and returns along the same one, so each surface on the way adds its echo, weakened
-/// by all that the path crosses twice. A plate thus gives the ladder of its reverberations, a mirror the image
-/// behind it, and a tilted layer displaces what lies below. Where two paths meet a surface at one point from one
-/// direction, sound also goes out along one and returns along the other: plane layers thus give all of their
-/// echoes, as the sum over every sequence of reflections does, above `min_amplitude`. Directions follow the model's
-/// own interface law where it gives one, else Snell's. The face of the probe is an infinite plane, where paths end.
-/// Curved mirrors spread or focus the sound, curved surfaces that refract it do not. Speckle is that of sound which
-/// returns as it went out.
-struct paths {
-    path_settings settings{}; ///< how far they are followed
-
-    /// @throws usage_error  for settings out of range
-    void check() const {
-        if (!(settings.min_amplitude > 0) || !(std::fabs(settings.face_reflection) <= 1))
-            throw usage_error{"paths: `min_amplitude` must be above 0, `face_reflection` from -1 to 1"};
-    }
-
-    /// Traces one line: see `tracer`.
-    template <class Policy, detail::path_model Model>
-    INSONIFY_FN bool operator()(const Policy&, const line_task& task, const Model& model, line_scratch& scratch,
-                                view<vec2> out) const {
-        return detail::path_follower<Model>{task, model, settings, scratch, out}.run();
-    }
-
-    friend bool operator==(const paths&, const paths&) = default;
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-
 
 #endif
 #ifndef INSONIFY_TRACING_READ_GROUND_TRUTH_HPP
