@@ -328,6 +328,7 @@ class scanner {
 
     scanner() requires std::default_initializable<Probe>
     = default;
+    /// With these values of `probe`, `settings`, `model` and `how`.
     explicit scanner(Probe transducer, b_mode_settings wanted = {}, Model acoustics = {}, Tracer travel = {})
         : probe{std::move(transducer)}, settings{std::move(wanted)}, model{std::move(acoustics)}, how{std::move(
                                                                                                       travel)} {}
@@ -384,7 +385,8 @@ class scanner {
     /// Stops acquiring. @{
     void freeze() { frozen_ = true; }
     bool frozen() const { return frozen_; }
-    /// @} Acquires again; persistence and compounding start anew.
+    /// @}
+    /// Acquires again; persistence and compounding start anew.
     void unfreeze() {
         frozen_ = false;
         forget();

@@ -254,6 +254,7 @@ namespace insonify::inline INSONIFY_ABI {
 ///
 /// The tree depends only on the boxes. Boxes that are empty or not finite are left out.
 struct build_morton {
+    /// The tree over the boxes of a range of primitives.
     template <int Width, exec::policy Policy, class Range>
     topology<Width> operator()(const Policy& policy, const Range& range) const {
         detail::morton_splitter<Width> splitter{policy, range};

@@ -306,6 +306,7 @@ namespace insonify::inline INSONIFY_ABI {
 /// The tree depends only on the boxes. Boxes that are empty or not finite are left out.
 /// Source: Wald 2007, "On fast construction of SAH-based bounding volume hierarchies".
 struct build_sah {
+    /// The tree over the boxes of a range of primitives.
     template <int Width, exec::policy Policy, class Range>
     topology<Width> operator()(const Policy& policy, const Range& range) const {
         detail::sah_splitter<Width> splitter{policy, range};

@@ -24,6 +24,7 @@ inline constexpr std::uint32_t no_primitive = ~0U;
 
 /// A child reference is the index of a node, or this bit and the index of a leaf, or `no_child`.
 inline constexpr std::uint32_t leaf_bit = 0x80000000U;
+/// Marks a child that does not exist.
 inline constexpr std::uint32_t no_child = ~0U;
 
 namespace detail {
@@ -51,13 +52,15 @@ struct box_areas {
 template <int Width>
 struct alignas(64) tree_node {
     static_assert(std::has_single_bit(static_cast<unsigned>(Width)), "the width of a tree must be a power of two");
-    float sides[6 * Width]; ///< rows of lower x, y, z, then of upper x, y, z
-    std::uint32_t child[Width];
+    float sides[6 * Width];     ///< rows of lower x, y, z, then of upper x, y, z
+    std::uint32_t child[Width]; ///< references
 
     /// The index in `sides` where the row of a side begins. @param upper  0 or 1
     INSONIFY_FN static constexpr std::uint32_t row(std::uint32_t upper, std::uint32_t axis) {
         return (3 * upper + axis) * Width;
     }
+    /// The box of child i.
+    /// @{
     INSONIFY_FN aabb box(int i) const {
         const float* const side = sides + i;
         return {{side[row(0, 0)], side[row(0, 1)], side[row(0, 2)]},
@@ -72,6 +75,7 @@ struct alignas(64) tree_node {
         side[row(1, 1)] = b.upper.y;
         side[row(1, 2)] = b.upper.z;
     }
+    /// @}
 };
 
 /// The output of a builder. Node 0 is the root, children come after their parent; no nodes: an empty tree.
@@ -79,17 +83,18 @@ template <int Width>
 struct topology {
     /// Consecutive nodes that form a complete subtree: parts can be processed in parallel.
     struct part {
-        std::uint32_t begin = 0;
-        std::uint32_t end = 0;
+        std::uint32_t begin = 0;      ///< the first node
+        std::uint32_t end = 0;        ///< the node after the last one
         std::uint32_t first_leaf = 0; ///< leaves are consecutive as well
-        std::uint32_t leaf_end = 0;
-        detail::box_areas areas{}; ///< of its boxes: scratch of `refit`, which therefore does not allocate
+        std::uint32_t leaf_end = 0;   ///< the leaf after the last one
+        detail::box_areas areas{};    ///< of its boxes: scratch of `refit`, which therefore does not allocate
     };
-    detail::large_array<tree_node<Width>> nodes{};
-    detail::large_array<std::uint32_t> slots{}; ///< of leaf b from b * Width on; `no_primitive` where empty
-    detail::large_array<part> parts{};          ///< nodes before the first part are ancestors of all
-    std::uint32_t levels = 0;                   ///< nodes on the longest path from the root, at most `max_levels`
+    detail::large_array<tree_node<Width>> nodes{}; ///< the root first
+    detail::large_array<std::uint32_t> slots{};    ///< of leaf b from b * Width on; `no_primitive` where empty
+    detail::large_array<part> parts{};             ///< nodes before the first part are ancestors of all
+    std::uint32_t levels = 0;                      ///< nodes on the longest path from the root, at most `max_levels`
 
+    /// The number of leaves.
     std::size_t leaves() const { return slots.size() / Width; }
 };
 

@@ -87,12 +87,12 @@ struct ray_traversal;
 /// A BVH as traversal reads it, on the host or a device: pointers to its arrays. Trivially copyable, owns nothing.
 template <primitive_range Range, int Width = simd_width>
 struct bvh_view {
-    view<const tree_node<Width>> nodes{};
-    view<const detail::leaf<Range, Width>> leaves{};
-    Range range{};
-    float max_abs_coordinate = 0; ///< of all boxes: bounds the rounding of slab tests
-    float leaf_size = 0;          ///< metres: the edge of a square of the mean half area of leaves
-    aabb box{};                   ///< around all primitives
+    view<const tree_node<Width>> nodes{};            ///< the root first; none: an empty tree
+    view<const detail::leaf<Range, Width>> leaves{}; ///< of `Width` primitives
+    Range range{};                                   ///< the primitives
+    float max_abs_coordinate = 0;                    ///< of all boxes: bounds the rounding of slab tests
+    float leaf_size = 0;                             ///< metres: the edge of a square of the mean half area of leaves
+    aabb box{};                                      ///< around all primitives
 
     /// Prefetches the node or leaf of a child reference. Computes the address without a branch on the kind of child,
     /// which would mispredict. Nothing is read, so `no_child` is allowed.
