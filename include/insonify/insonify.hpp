@@ -9,8 +9,8 @@
 #include <insonify/examinations.hpp>
 #include <insonify/fwd.hpp>
 #include <insonify/geometry/needle.hpp>
-#include <insonify/image/scan_convert.hpp>
 #include <insonify/image/m_mode.hpp>
+#include <insonify/image/scan_convert.hpp>
 #include <insonify/io.hpp>
 #include <insonify/motion.hpp>
 #include <insonify/paper.hpp>
