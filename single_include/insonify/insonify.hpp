@@ -3746,6 +3746,7 @@ inline constexpr std::uint32_t no_primitive = ~0U;
 
 /// A child reference is the index of a node, or this bit and the index of a leaf, or `no_child`.
 inline constexpr std::uint32_t leaf_bit = 0x80000000U;
+/// Marks a child that does not exist.
 inline constexpr std::uint32_t no_child = ~0U;
 
 namespace detail {
@@ -3773,13 +3774,15 @@ struct box_areas {
 template <int Width>
 struct alignas(64) tree_node {
     static_assert(std::has_single_bit(static_cast<unsigned>(Width)), "the width of a tree must be a power of two");
-    float sides[6 * Width]; ///< rows of lower x, y, z, then of upper x, y, z
-    std::uint32_t child[Width];
+    float sides[6 * Width];     ///< rows of lower x, y, z, then of upper x, y, z
+    std::uint32_t child[Width]; ///< references
 
     /// The index in `sides` where the row of a side begins. @param upper  0 or 1
     INSONIFY_FN static constexpr std::uint32_t row(std::uint32_t upper, std::uint32_t axis) {
         return (3 * upper + axis) * Width;
     }
+    /// The box of child i.
+    /// @{
     INSONIFY_FN aabb box(int i) const {
         const float* const side = sides + i;
         return {{side[row(0, 0)], side[row(0, 1)], side[row(0, 2)]},
@@ -3794,6 +3797,7 @@ struct alignas(64) tree_node {
         side[row(1, 1)] = b.upper.y;
         side[row(1, 2)] = b.upper.z;
     }
+    /// @}
 };
 
 /// The output of a builder. Node 0 is the root, children come after their parent; no nodes: an empty tree.
@@ -3801,17 +3805,18 @@ template <int Width>
 struct topology {
     /// Consecutive nodes that form a complete subtree: parts can be processed in parallel.
     struct part {
-        std::uint32_t begin = 0;
-        std::uint32_t end = 0;
+        std::uint32_t begin = 0;      ///< the first node
+        std::uint32_t end = 0;        ///< the node after the last one
         std::uint32_t first_leaf = 0; ///< leaves are consecutive as well
-        std::uint32_t leaf_end = 0;
-        detail::box_areas areas{}; ///< of its boxes: scratch of `refit`, which therefore does not allocate
+        std::uint32_t leaf_end = 0;   ///< the leaf after the last one
+        detail::box_areas areas{};    ///< of its boxes: scratch of `refit`, which therefore does not allocate
     };
-    detail::large_array<tree_node<Width>> nodes{};
-    detail::large_array<std::uint32_t> slots{}; ///< of leaf b from b * Width on; `no_primitive` where empty
-    detail::large_array<part> parts{};          ///< nodes before the first part are ancestors of all
-    std::uint32_t levels = 0;                   ///< nodes on the longest path from the root, at most `max_levels`
+    detail::large_array<tree_node<Width>> nodes{}; ///< the root first
+    detail::large_array<std::uint32_t> slots{};    ///< of leaf b from b * Width on; `no_primitive` where empty
+    detail::large_array<part> parts{};             ///< nodes before the first part are ancestors of all
+    std::uint32_t levels = 0;                      ///< nodes on the longest path from the root, at most `max_levels`
 
+    /// The number of leaves.
     std::size_t leaves() const { return slots.size() / Width; }
 };
 
@@ -5059,6 +5064,7 @@ namespace insonify::inline INSONIFY_ABI {
 ///
 /// The tree depends only on the boxes. Boxes that are empty or not finite are left out.
 struct build_morton {
+    /// The tree over the boxes of a range of primitives.
     template <int Width, exec::policy Policy, class Range>
     topology<Width> operator()(const Policy& policy, const Range& range) const {
         detail::morton_splitter<Width> splitter{policy, range};
@@ -5375,6 +5381,7 @@ namespace insonify::inline INSONIFY_ABI {
 /// The tree depends only on the boxes. Boxes that are empty or not finite are left out.
 /// Source: Wald 2007, "On fast construction of SAH-based bounding volume hierarchies".
 struct build_sah {
+    /// The tree over the boxes of a range of primitives.
     template <int Width, exec::policy Policy, class Range>
     topology<Width> operator()(const Policy& policy, const Range& range) const {
         detail::sah_splitter<Width> splitter{policy, range};
@@ -5472,12 +5479,12 @@ struct ray_traversal;
 /// A BVH as traversal reads it, on the host or a device: pointers to its arrays. Trivially copyable, owns nothing.
 template <primitive_range Range, int Width = simd_width>
 struct bvh_view {
-    view<const tree_node<Width>> nodes{};
-    view<const detail::leaf<Range, Width>> leaves{};
-    Range range{};
-    float max_abs_coordinate = 0; ///< of all boxes: bounds the rounding of slab tests
-    float leaf_size = 0;          ///< metres: the edge of a square of the mean half area of leaves
-    aabb box{};                   ///< around all primitives
+    view<const tree_node<Width>> nodes{};            ///< the root first; none: an empty tree
+    view<const detail::leaf<Range, Width>> leaves{}; ///< of `Width` primitives
+    Range range{};                                   ///< the primitives
+    float max_abs_coordinate = 0;                    ///< of all boxes: bounds the rounding of slab tests
+    float leaf_size = 0;                             ///< metres: the edge of a square of the mean half area of leaves
+    aabb box{};                                      ///< around all primitives
 
     /// Prefetches the node or leaf of a child reference. Computes the address without a branch on the kind of child,
     /// which would mispredict. Nothing is read, so `no_child` is allowed.
@@ -19652,6 +19659,7 @@ class scanner {
 
     scanner() requires std::default_initializable<Probe>
     = default;
+    /// With these values of `probe`, `settings`, `model` and `how`.
     explicit scanner(Probe transducer, b_mode_settings wanted = {}, Model acoustics = {}, Tracer travel = {})
         : probe{std::move(transducer)}, settings{std::move(wanted)}, model{std::move(acoustics)}, how{std::move(
                                                                                                       travel)} {}
@@ -19708,7 +19716,8 @@ class scanner {
     /// Stops acquiring. @{
     void freeze() { frozen_ = true; }
     bool frozen() const { return frozen_; }
-    /// @} Acquires again; persistence and compounding start anew.
+    /// @}
+    /// Acquires again; persistence and compounding start anew.
     void unfreeze() {
         frozen_ = false;
         forget();
