@@ -1,6 +1,6 @@
 #include <insonify/probe/convex_array.hpp>
-#include <insonify/probe/transducer.hpp>
 #include <insonify/probe/radial_array.hpp>
+#include <insonify/probe/transducer.hpp>
 #include <cmath>
 #include <doctest/doctest.h>
 #include <limits>

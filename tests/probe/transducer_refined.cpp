@@ -1,6 +1,6 @@
 #include <insonify/probe/convex_array.hpp>
-#include <insonify/probe/transducer.hpp>
 #include <insonify/probe/linear_array.hpp>
+#include <insonify/probe/transducer.hpp>
 #include <doctest/doctest.h>
 
 using namespace insonify;

@@ -1,8 +1,8 @@
 #include <insonify/probe/convex_array.hpp>
-#include <insonify/probe/transducer.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/probe/phased_array.hpp>
 #include <insonify/probe/radial_array.hpp>
+#include <insonify/probe/transducer.hpp>
 #include <insonify/signal/pulse.hpp>
 #include <doctest/doctest.h>
 

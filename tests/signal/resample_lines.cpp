@@ -1,9 +1,9 @@
 #include <insonify/core/random.hpp>
 #include <insonify/core/units.hpp>
 #include <insonify/probe/convex_array.hpp>
-#include <insonify/probe/transducer.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/probe/radial_array.hpp>
+#include <insonify/probe/transducer.hpp>
 #include <insonify/signal/resample_lines.hpp>
 #include <algorithm>
 #include <cmath>

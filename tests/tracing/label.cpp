@@ -155,8 +155,7 @@ TEST_CASE("displayed and geometric grid are one where sound has the display's sp
     body.add(make_sphere({0, 0, 30_mm}, 10_mm, 4), medium{.density = 1100, .sound_speed = 1540});
     body.build(exec::par);
     const linear_array probe{};
-    CHECK(label(exec::par, body, probe, pose{},
-                {.depth = 60_mm, .samples = 500, .grid = label_grid::displayed}) ==
+    CHECK(label(exec::par, body, probe, pose{}, {.depth = 60_mm, .samples = 500, .grid = label_grid::displayed}) ==
           label(exec::par, body, probe, pose{}, {.depth = 60_mm, .samples = 500}));
 }
 

@@ -83,9 +83,8 @@ TEST_CASE("behind an oblique plate, straight lines have the level of the refract
         CHECK(std::fabs(found[2].decibels() - expected.decibels()) < 0.05);
         CHECK(std::fabs(found[2].depth - expected.depth) < 10e-6);
 
-        const ground_truth_lines truth =
-            ground_truth(exec::par, body, one_line, pose{}, model,
-                         {.depth = 60_mm, .samples = 6000, .grid = label_grid::displayed});
+        const ground_truth_lines truth = ground_truth(exec::par, body, one_line, pose{}, model,
+                                                      {.depth = 60_mm, .samples = 6000, .grid = label_grid::displayed});
         const auto before_wall = static_cast<std::uint32_t>((expected.depth - 20e-6) / 10e-6);
         CHECK(truth.label(0, before_wall) == background_label); // the muscle behind the plate
         CHECK(truth.label(0, before_wall + 4) == 1);

@@ -1,8 +1,8 @@
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/probe/convex_array.hpp>
-#include <insonify/probe/transducer.hpp>
 #include <insonify/probe/linear_array.hpp>
+#include <insonify/probe/transducer.hpp>
 #include <insonify/signal/envelope.hpp>
 #include <insonify/signal/kernel/convolve.hpp>
 #include <insonify/tracing/trace.hpp>
