@@ -104,15 +104,16 @@ void cut_fans(detail::slice_finder& finder, const scene_view& flat, const std::v
               std::vector<std::vector<crossing>>& found) {
     const detail::elevation_plane middle{};
     const view<const detail::elevation_plane> planes{&middle, 1};
-    detail::slice_finder::block_crossings own;
+    detail::crossing_lists of_block;
     std::vector<crossing> room(4096);
     for (std::uint32_t fan = 0; fan * lines < rays.size(); ++fan) {
         finder.choose(flat, probe_pose(fan), planes, true, 1);
         finder.cut(exec::unseq, flat, probe_pose(fan), planes, 300_mm, false);
         for (std::uint32_t line = 0; line < lines; ++line) {
-            if (line % detail::slice_finder::block == 0) finder.find_block(line, own);
+            if (line % detail::slice_finder::block == 0) finder.find_block(line, of_block);
             line_crossings sorted{.room = view<crossing>{room}};
-            finder.view_of(own).find(line, 0, [&](const crossing& one) { sorted.add(one); });
+            for (const crossing& one : std::as_const(of_block)[detail::slice_finder::list_of(line, 0)])
+                if (one.distance >= 0) sorted.add(one);
             sorted.sort();
             found[fan * lines + line].assign(room.begin(), room.begin() + static_cast<std::ptrdiff_t>(sorted.count));
         }

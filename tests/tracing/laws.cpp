@@ -4,6 +4,7 @@
 #include <insonify/signal/kernel/convolve.hpp>
 #include <insonify/tracing/paths.hpp>
 #include <insonify/tracing/read/ground_truth.hpp>
+#include <insonify/tracing/trace.hpp>
 #include <cmath>
 #include <doctest/doctest.h>
 

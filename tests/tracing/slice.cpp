@@ -31,15 +31,15 @@ line_lists by_slices(const scene& body, const Probe& probe, const pose& at,
     slices.choose(flat, at, view<const detail::elevation_plane>{planes}, true, 1);
     slices.cut(exec::par, flat, at, view<const detail::elevation_plane>{planes}, depth, false);
     line_lists lists;
-    slice_finder::block_crossings own;
+    detail::crossing_lists found_of_block;
     line_memory memory;
     for (std::uint32_t i = 0; i < probe.lines; ++i) {
-        if (i % slice_finder::block == 0) slices.find_block(i, own);
+        if (i % slice_finder::block == 0) slices.find_block(i, found_of_block);
         for (std::uint32_t plane = 0; plane < planes.size(); ++plane) {
             line_crossings found = memory.found();
-            slices.view_of(own).find(i, plane, [&](const crossing& one) {
-                if (one.distance <= depth) found.add(one);
-            });
+            const detail::crossing_lists& of_block = found_of_block;
+            for (const crossing& one : of_block[slice_finder::list_of(i, plane)])
+                if (one.distance >= 0 && one.distance <= depth) found.add(one);
             found.sort();
             REQUIRE(found.complete());
             lists.emplace_back(found.sorted().begin(), found.sorted().end());

@@ -126,8 +126,8 @@ TEST_CASE("where some objects are cut and rays are traced through others, lines 
     REQUIRE(slices.choose(body.view_for_slices(exec::seq), pose{}, view<const detail::elevation_plane>{&middle, 1},
                           false, 1));
     REQUIRE(slices.leaves_rays());
-    REQUIRE(slices.chosen()[0] == 1); // by rank: the box has priority
-    REQUIRE(slices.chosen()[1] == 0);
+    REQUIRE(slices.source({}).cut[0] == 1); // by rank: the box has priority
+    REQUIRE(slices.source({}).cut[1] == 0);
     const acquisition settings{.depth = 60_mm, .samples = 600};
     const scan_lines mixed = trace(exec::seq, body, probe, pose{}, law2011{}, settings);
     const scan_lines rays =
