@@ -10,8 +10,8 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// Simulates a B-mode image: the whole chain in one call, the first picture of a `scanner`, which a clip is made by.
 ///
-///     find_layers -> trace (physical) -> add_near_field -> convolve (the probe's pulse and beam)
-///         -> add_electronic_noise -> envelope -> tgc -> compounding -> log_compress -> map_grey -> scan_convert
+///     trace (physical) -> add_near_field -> convolve (the probe's pulse and beam) -> add_electronic_noise
+///         -> envelope -> tgc -> compounding -> log_compress -> map_grey -> scan_convert
 ///
 /// @param at  probe to world
 /// @throws usage_error     for a scene that is not built, or a setting out of range

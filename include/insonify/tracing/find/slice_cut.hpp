@@ -238,12 +238,6 @@ INSONIFY_INLINE void cut_faces(const slice_frame& frame, const leaf<Range, Width
     }
 }
 
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-/// Finds the faces that slices cut, those whose corners differ in level (see `slice_frame`), without a tree or with
-/// one.
-namespace insonify::inline INSONIFY_ABI::detail {
-
 /// The level of every point, in blocks, by plain loops that the compiler vectorises.
 inline void find_levels(const slice_frame& frame, view<const vec3> points, std::uint8_t* levels) {
     constexpr std::size_t few = 512;
