@@ -9992,14 +9992,14 @@ struct no_scatterers {
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Calls `field.scatter`; where fibres are curved, in coordinates in which they are straight, piece by piece.
+/// Calls `field.scatter`; where fibres are curved, in coordinates in which they are straight, piece by piece. A field
+/// with the member `straightens_fibres` does that itself.
 template <class Field, class Emit>
 INSONIFY_FN void scatter_along_fibres(const Field& field, const material_line& line, float begin, float end,
                                       float spacing, const Emit& emit) {
-    if (line.structure == nullptr || line.structure->chart.empty()) {
-        field.scatter(line, begin, end, spacing, emit);
-        return;
-    }
+    const bool straight_already = line.structure == nullptr || line.structure->chart.empty();
+    if (straight_already || requires { Field::straightens_fibres; })
+        return field.scatter(line, begin, end, spacing, emit);
     const auto straight = [&](vec3 point) {
         return line.structure->chart(line.displacement == nullptr ? point : line.displacement->rest(point));
     };
@@ -13265,7 +13265,7 @@ class kernel_table {
 
     // Lines that lie much closer together than the kernel is wide are taken in groups, each as one line: near the apex of a
     // sector the kernel reaches over all of them.
-    static constexpr int half_width_in_groups = 16;
+    static constexpr float groups_under_kernel = 13;          // of its integral over its peak
     static constexpr std::uint32_t border_in_half_widths = 2; // from there on the ends of the face do not matter
 
     static lateral_weights grouped(const lateral_weights& across, int size, std::vector<float>& half) {
@@ -13313,7 +13313,8 @@ class kernel_table {
                 power += common;
                 distance_squared += common * apart * apart;
             }
-        const int size = lines.full_circle ? 1 : std::max(lines.half_width() / half_width_in_groups, 1);
+        const int size =
+            lines.full_circle ? 1 : std::max(static_cast<int>(1 / (lines.half[0] * groups_under_kernel)), 1);
         const lateral_weights across = grouped(lines, size, work.half);
         const std::size_t lags = 2 * across.half.size() - 1;
         work.of_lags.assign((lags + 1) * static_cast<std::size_t>(size), 1.0F);
@@ -14405,12 +14406,6 @@ INSONIFY_INLINE void cut_faces(const slice_frame& frame, const leaf<Range, Width
         if (mixed != 0) emit(slice, mixed, from, to);
     }
 }
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-/// Finds the faces that slices cut, those whose corners differ in level (see `slice_frame`), without a tree or with
-/// one.
-namespace insonify::inline INSONIFY_ABI::detail {
 
 /// The level of every point, in blocks, by plain loops that the compiler vectorises.
 inline void find_levels(const slice_frame& frame, view<const vec3> points, std::uint8_t* levels) {
@@ -16460,6 +16455,7 @@ namespace detail {
 template <scattering_field Scattering, velocity_field Field>
 struct moving_scatterers {
     static constexpr std::uint32_t all_pulses = ~0U; ///< the value of `*current` for tissue at rest
+    static constexpr bool straightens_fibres = true; ///< of what has moved: see `scatter_along_fibres`
 
     Scattering at_rest{};             ///< at the first pulse
     const Field* field = nullptr;     ///< velocities
@@ -16581,13 +16577,6 @@ struct moving_scatterers {
         }
     }
 };
-
-/// Scatterers move first; where fibres are curved, what has moved is straightened.
-template <class Scattering, class Field, class Emit>
-INSONIFY_FN void scatter_along_fibres(const moving_scatterers<Scattering, Field>& moving, const material_line& line,
-                                      float begin, float end, float spacing, const Emit& emit) {
-    moving.scatter(line, begin, end, spacing, emit);
-}
 
 /// The surfaces of one line, which move with the tissue beside them. Flowing media do not move their walls.
 ///
@@ -19961,8 +19950,8 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// Simulates a B-mode image: the whole chain in one call, the first picture of a `scanner`, which a clip is made by.
 ///
-///     find_layers -> trace (physical) -> add_near_field -> convolve (the probe's pulse and beam)
-///         -> add_electronic_noise -> envelope -> tgc -> compounding -> log_compress -> map_grey -> scan_convert
+///     trace (physical) -> add_near_field -> convolve (the probe's pulse and beam) -> add_electronic_noise
+///         -> envelope -> tgc -> compounding -> log_compress -> map_grey -> scan_convert
 ///
 /// @param at  probe to world
 /// @throws usage_error     for a scene that is not built, or a setting out of range

@@ -51,6 +51,7 @@ namespace detail {
 template <scattering_field Scattering, velocity_field Field>
 struct moving_scatterers {
     static constexpr std::uint32_t all_pulses = ~0U; ///< the value of `*current` for tissue at rest
+    static constexpr bool straightens_fibres = true; ///< of what has moved: see `scatter_along_fibres`
 
     Scattering at_rest{};             ///< at the first pulse
     const Field* field = nullptr;     ///< velocities
@@ -172,13 +173,6 @@ struct moving_scatterers {
         }
     }
 };
-
-/// Scatterers move first; where fibres are curved, what has moved is straightened.
-template <class Scattering, class Field, class Emit>
-INSONIFY_FN void scatter_along_fibres(const moving_scatterers<Scattering, Field>& moving, const material_line& line,
-                                      float begin, float end, float spacing, const Emit& emit) {
-    moving.scatter(line, begin, end, spacing, emit);
-}
 
 /// The surfaces of one line, which move with the tissue beside them. Flowing media do not move their walls.
 ///

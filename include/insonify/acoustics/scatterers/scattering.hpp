@@ -104,14 +104,14 @@ struct no_scatterers {
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Calls `field.scatter`; where fibres are curved, in coordinates in which they are straight, piece by piece.
+/// Calls `field.scatter`; where fibres are curved, in coordinates in which they are straight, piece by piece. A field
+/// with the member `straightens_fibres` does that itself.
 template <class Field, class Emit>
 INSONIFY_FN void scatter_along_fibres(const Field& field, const material_line& line, float begin, float end,
                                       float spacing, const Emit& emit) {
-    if (line.structure == nullptr || line.structure->chart.empty()) {
-        field.scatter(line, begin, end, spacing, emit);
-        return;
-    }
+    const bool straight_already = line.structure == nullptr || line.structure->chart.empty();
+    if (straight_already || requires { Field::straightens_fibres; })
+        return field.scatter(line, begin, end, spacing, emit);
     const auto straight = [&](vec3 point) {
         return line.structure->chart(line.displacement == nullptr ? point : line.displacement->rest(point));
     };

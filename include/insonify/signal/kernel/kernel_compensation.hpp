@@ -482,7 +482,7 @@ class kernel_table {
 
     // Lines that lie much closer together than the kernel is wide are taken in groups, each as one line: near the apex of a
     // sector the kernel reaches over all of them.
-    static constexpr int half_width_in_groups = 16;
+    static constexpr float groups_under_kernel = 13;          // of its integral over its peak
     static constexpr std::uint32_t border_in_half_widths = 2; // from there on the ends of the face do not matter
 
     static lateral_weights grouped(const lateral_weights& across, int size, std::vector<float>& half) {
@@ -530,7 +530,8 @@ class kernel_table {
                 power += common;
                 distance_squared += common * apart * apart;
             }
-        const int size = lines.full_circle ? 1 : std::max(lines.half_width() / half_width_in_groups, 1);
+        const int size =
+            lines.full_circle ? 1 : std::max(static_cast<int>(1 / (lines.half[0] * groups_under_kernel)), 1);
         const lateral_weights across = grouped(lines, size, work.half);
         const std::size_t lags = 2 * across.half.size() - 1;
         work.of_lags.assign((lags + 1) * static_cast<std::size_t>(size), 1.0F);
