@@ -327,7 +327,7 @@ class sheet_crossings {
         store_bits<max_simd_width>(last, to);
         float sheet[7][max_simd_width];
         const linear_lanes* const coordinates[] = {&across, &within, &x};
-        for (int k = 0; k < 3; ++k) {
+        for (std::size_t k = 0; k < 3; ++k) {
             store(coordinates[k]->first, sheet[2 * k]);
             store(coordinates[k]->step, sheet[2 * k + 1]);
         }
