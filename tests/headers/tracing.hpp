@@ -28,5 +28,7 @@ iq_lines call(iq_lines echoes, const scene& body) {
 }
 #endif
 #ifdef CALL_tracing_paths
-iq_lines call(const scene& body) { return trace(exec::par, body, pencil{}, pose{}, physical{}, {}, paths{}); }
+bool call(const line_task& task, line_scratch& scratch, view<vec2> out) {
+    return paths{}(exec::seq, task, physical{}, scratch, out);
+}
 #endif
