@@ -106,7 +106,8 @@ TEST_CASE("a frame and a pulse train are made from the layers that find_layers r
     for (const line_search how : {line_search::best, line_search::rays, line_search::slices})
         for (const std::uint32_t directions : {1U, 16U}) {
             line_tracer<linear_array, physical<>> tracer;
-            tracer.trace(exec::par, body, probe, pose{}, physical{.timing = timing::uniform}, scan, {how, directions});
+            tracer.trace(exec::par, body, probe, pose{}, physical<>{.timing = timing::uniform}, scan,
+                         {how, directions});
             REQUIRE(tracer.layers().lines == probe.lines);
             REQUIRE(tracer.layers().planes == 3);
             for (std::uint32_t line = 0; line < probe.lines; ++line)
@@ -230,7 +231,7 @@ TEST_CASE(
     body.add(make_box({-40_mm, -40_mm, 50_mm}, {40_mm, 40_mm, 58_mm}), tissue::liver); // within it, displayed at 26 mm
     body.build(exec::par);
     const linear_array probe{.lines = 32, .width = 30_mm};
-    scanner machine{probe, b_mode_settings{.depth = 30_mm, .size = {32, 120}}, physical{.timing = timing::uniform}};
+    scanner machine{probe, b_mode_settings{.depth = 30_mm, .size = {32, 120}}, physical<>{.timing = timing::uniform}};
     scanner usual{probe, b_mode_settings{.depth = 30_mm, .size = {32, 120}}};
     machine.scan(exec::par_unseq, body, pose{});
     usual.scan(exec::par_unseq, body, pose{});

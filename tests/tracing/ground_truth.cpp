@@ -104,7 +104,7 @@ TEST_CASE("of several surfaces in one sample the first is reported, and all weak
     body.add(make_box({-9_mm, -9_mm, 20.08_mm}, {9_mm, 9_mm, 30.05_mm}), metal);
     body.build(exec::par);
     const ground_truth_lines truth = ground_truth(exec::par, body, ground_truth_test::middle_line(5_MHz), pose{},
-                                                  physical{.bandwidth = pulse_bandwidth::narrow},
+                                                  physical<>{.bandwidth = pulse_bandwidth::narrow},
                                                   {.depth = 40_mm, .samples = 400}); // the loss of a single frequency
     CHECK(ground_truth_test::surfaces_of(truth, 0) == std::vector<std::uint32_t>{200, 300});
     CHECK(truth.surface(0, 200) == static_cast<label_id>(film));
@@ -175,7 +175,7 @@ TEST_CASE("label is that of `label`, medium that of the object, attenuation that
     for (const auto grid : {label_grid::geometric, label_grid::displayed}) {
         const label_settings settings{.depth = 50_mm, .samples = 500, .grid = grid};
         const ground_truth_lines truth =
-            ground_truth(exec::par, body, probe, pose{}, physical{.bandwidth = pulse_bandwidth::narrow}, settings);
+            ground_truth(exec::par, body, probe, pose{}, physical<>{.bandwidth = pulse_bandwidth::narrow}, settings);
         CHECK(truth.label == label(exec::par, body, probe, pose{}, settings));
         for (std::uint32_t line = 0; line < probe.lines; line += 4) {
             const solids::walk walk{formulas, detail::world_beam(probe, pose{}, static_cast<float>(line)), 0.051, 4};

@@ -40,7 +40,7 @@ TEST_CASE("every part of the model can be a user's own, and works in it") {
     const auto first = [&](const auto& model) {
         return echoes_test::echoes_of(trace(exec::seq, body, probe, pose{}, model, scan), 0).at(0).amplitude;
     };
-    const auto plain = physical{.bandwidth = pulse_bandwidth::narrow}
+    const auto plain = physical<>{.bandwidth = pulse_bandwidth::narrow}
                            .with_specular(physical_test::everything{})
                            .with_roughness(physical_test::polished{})
                            .with_attenuation(physical_test::lossless{})
