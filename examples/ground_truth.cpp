@@ -17,7 +17,7 @@ int main() {
     const image picture = b_mode(exec::par_unseq, body, probe, pose{}, {.depth = depth, .size = size});
 
     // On the displayed grid, so that labels and echoes have the same depth.
-    const label_settings settings{.depth = depth, .samples = 500, .grid = label_grid::displayed};
+    const label_settings settings{.depth = depth, .samples = 500, .grid = label_settings::depth_grid::displayed};
     const ground_truth_lines truth = ground_truth(exec::par, body, probe, pose{}, settings);
     const scan_map map = make_scan_map(exec::par, probe, {.depth = depth, .samples = 500}, {.size = size});
     const label_image labels = scan_convert(exec::par, truth.label, map);

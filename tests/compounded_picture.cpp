@@ -92,7 +92,7 @@ TEST_CASE("compounding: a vessel and a bone stay where they are, dark and bright
 TEST_CASE("compounding: the same picture on any number of threads, one look at a time as all at once") {
     const scene body = phantom();
     const compound_settings all{.angles = 4, .spread = 16_deg},
-        one{.angles = 4, .spread = 16_deg, .update = compound_update::one};
+        one{.angles = 4, .spread = 16_deg, .update = compound_settings::update_mode::one};
     const image expected = b_mode(exec::seq, body, probe, pose{}, with(all));
     for (const std::uint32_t threads : {2U, 5U})
         CHECK(b_mode(exec::par.threads(threads), body, probe, pose{}, with(all)) == expected);

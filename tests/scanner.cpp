@@ -190,7 +190,7 @@ TEST_CASE(
     };
     b_mode_settings fading = usual, rolling = usual, strict = usual;
     fading.persistence = strict.persistence = 0.5F;
-    rolling.compound = {.angles = 3, .spread = 10_deg, .update = compound_update::one};
+    rolling.compound = {.angles = 3, .spread = 10_deg, .update = compound_settings::update_mode::one};
     strict.max_motion = 0;
     CHECK_FALSE(starts(fading, pose{}));
     CHECK_FALSE(starts(fading, moved(0.9_mm)));
@@ -254,7 +254,7 @@ TEST_CASE("scanner: labels are those of the objects where the picture shows them
     CHECK(at({-8_mm, 0, 15_mm}) == 0);
     CHECK(at({4_mm, 0, 2_mm}) == background_label);
     const label_lines alone = label(exec::seq, body, refined{probe, rays_per_line(probe, usual.depth)}, pose{},
-                                    {.depth = 30_mm, .samples = machine.map().samples, .grid = label_grid::displayed});
+                                    {.depth = 30_mm, .samples = machine.map().samples, .grid = label_settings::depth_grid::displayed});
     CHECK(labels == scan_convert(exec::seq, alone, machine.map()));
 }
 
@@ -297,7 +297,7 @@ static vec2 place_of_strongest(const Scanner& machine, const iq_lines& echoes, f
 TEST_CASE("scanner: the echoes lie on the lines of their probe, whatever the number of lines and looks") {
     medium water = tissue::water;
     water.sound_speed = display_speed; // depth is displayed as it is
-    const auto check = [&](const auto& array, std::uint32_t angles, bool interpolates, compound_update update) {
+    const auto check = [&](const auto& array, std::uint32_t angles, bool interpolates, compound_settings::update_mode update) {
         b_mode_settings how{.depth = 40_mm, .planes = 1, .compound = {.angles = angles, .update = update}};
         how.interpolates_lines = interpolates;
         const vec3 centre = array.beam(static_cast<float>(array.lines / 3)).at(22_mm); // on a line of the probe
@@ -307,11 +307,11 @@ TEST_CASE("scanner: the echoes lie on the lines of their probe, whatever the num
         body.build(exec::par);
         scanner machine{array, how};
         CHECK_THROWS_WITH_AS(machine.echo_probe(), doctest::Contains("there is no picture yet"), usage_error);
-        for (std::uint32_t frame = 0; frame < (update == compound_update::one ? angles : 1); ++frame) {
+        for (std::uint32_t frame = 0; frame < (update == compound_settings::update_mode::one ? angles : 1); ++frame) {
             machine.scan(exec::par_unseq, body, pose{});
             const auto& on = machine.echo_probe();
             CHECK(on.lines == machine.echoes().count);
-            if (update == compound_update::all && angles % 2 == 1) {
+            if (update == compound_settings::update_mode::all && angles % 2 == 1) {
                 CHECK(on.steering == 0);
                 CHECK(machine.echoes().depth == 40_mm);
             }
@@ -327,7 +327,7 @@ TEST_CASE("scanner: the echoes lie on the lines of their probe, whatever the num
     };
     const linear_array few{.lines = 64, .width = 38_mm}, many{.lines = 300, .width = 38_mm};
     const convex_array round{.lines = 96, .radius = 40_mm};
-    using update = compound_update;
+    using update = compound_settings::update_mode;
     for (const std::uint32_t angles : {1U, 2U, 3U, 4U, 5U}) {
         check(few, angles, false, update::all);
         check(many, angles, true, update::all);

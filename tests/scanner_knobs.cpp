@@ -153,7 +153,7 @@ void turn(std::uint32_t knob, dice& random, scanner<Probe>& machine, pose& at, s
         s.interpolates_lines = !s.interpolates_lines;
         break;
     case 34:
-        s.quality = static_cast<b_mode_quality>(random.below(3));
+        s.quality = static_cast<b_mode_settings::quality_level>(random.below(3));
         break;
     default:
         if constexpr (requires { p.width; })

@@ -52,7 +52,7 @@ struct levels_of_tissue {
 };
 // Of stored amplitudes, at several places.
 template <class Probe>
-levels_of_tissue measure_levels(const medium& tissue, const Probe& probe, float depth, b_mode_quality level,
+levels_of_tissue measure_levels(const medium& tissue, const Probe& probe, float depth, b_mode_settings::quality_level level,
                                 std::uint32_t looks = 1) {
     const scene body = scene{tissue}.build(exec::par);
     scanner machine{probe, b_mode_settings{.depth = depth,
@@ -122,7 +122,7 @@ TEST_CASE("quality: fast traces at most a quarter of the lines and planes of ful
     const auto compare = [&](const std::string& name, const auto& probe, float depth) {
         std::uint64_t all_lines = 0, all_samples = 0;
         for (const auto& [level, fraction] :
-             {std::pair{b_mode_quality::full, 1.0}, {b_mode_quality::fast, 0.25}, {b_mode_quality::draft, 0.1}}) {
+             {std::pair{b_mode_settings::quality_level::full, 1.0}, {b_mode_settings::quality_level::fast, 0.25}, {b_mode_settings::quality_level::draft, 0.1}}) {
             std::atomic<std::uint64_t> lines = 0, samples = 0;
             const b_mode_settings settings{.depth = depth, .size = {128, 128}, .quality = level};
             scanner machine{probe, settings, physical{}, counted_lines{&lines, &samples}};
@@ -132,13 +132,13 @@ TEST_CASE("quality: fast traces at most a quarter of the lines and planes of ful
             CHECK(samples == lines * chosen.samples);
             CHECK(machine.lines().count == chosen.lines);
             CHECK(machine.echoes().samples == chosen.samples);
-            if (level == b_mode_quality::full) {
+            if (level == b_mode_settings::quality_level::full) {
                 all_lines = lines;
                 all_samples = samples;
             }
             MESSAGE(name, ": ", lines.load(), " lines of ", chosen.samples, " samples");
             CHECK(static_cast<double>(lines) <= fraction * static_cast<double>(all_lines));
-            if (level != b_mode_quality::full)
+            if (level != b_mode_settings::quality_level::full)
                 CHECK(static_cast<double>(samples) <= 0.55 * fraction * static_cast<double>(all_samples));
         }
     };
@@ -153,11 +153,11 @@ TEST_CASE(
     for (const std::uint32_t lines : {1U, 64U, 192U, 400U}) {
         const linear_array probe{.lines = lines, .width = 38_mm};
         const beam_model beam = beam_of(probe, 50_mm);
-        const auto traced = [&](b_mode_quality level) {
+        const auto traced = [&](b_mode_settings::quality_level level) {
             return sampling_of(probe, b_mode_settings{.depth = 50_mm, .compound = {.angles = 3}, .quality = level});
         };
         const float widths = 38_mm / beam.lateral_width(beam.focus);
-        const b_mode_sampling fast = traced(b_mode_quality::fast), draft = traced(b_mode_quality::draft);
+        const b_mode_sampling fast = traced(b_mode_settings::quality_level::fast), draft = traced(b_mode_settings::quality_level::draft);
         const auto at_most = [&](float needed) {
             return std::min(std::ceil(needed), 4.0F * static_cast<float>(lines));
         };
@@ -169,22 +169,22 @@ TEST_CASE(
             CHECK(static_cast<float>(each.samples) < 50_mm / sigma + 64);
             CHECK(each.looks == 1);
         }
-        CHECK(traced(b_mode_quality::full).looks == 3);
+        CHECK(traced(b_mode_settings::quality_level::full).looks == 3);
         CHECK(fast.planes == 3);
         CHECK(draft.planes == 1);
-        CHECK(sampling_of(probe, b_mode_settings{.samples = 2000, .planes = 1, .quality = b_mode_quality::fast}) ==
-              b_mode_sampling{sampling_of(probe, b_mode_settings{.quality = b_mode_quality::fast}).lines, 2000, 1, 1});
+        CHECK(sampling_of(probe, b_mode_settings{.samples = 2000, .planes = 1, .quality = b_mode_settings::quality_level::fast}) ==
+              b_mode_sampling{sampling_of(probe, b_mode_settings{.quality = b_mode_settings::quality_level::fast}).lines, 2000, 1, 1});
     }
 }
 
 TEST_CASE("quality: the power of speckle is that of full within 1 dB, its mean level of plain tissue within 1 dB") {
     const auto compare = [](const std::string& name, const medium& tissue, const auto& probe, float depth,
                             double of_mean) {
-        const levels_of_tissue full = measure_levels(tissue, probe, depth, b_mode_quality::full);
-        for (const b_mode_quality level : {b_mode_quality::fast, b_mode_quality::draft}) {
+        const levels_of_tissue full = measure_levels(tissue, probe, depth, b_mode_settings::quality_level::full);
+        for (const b_mode_settings::quality_level level : {b_mode_settings::quality_level::fast, b_mode_settings::quality_level::draft}) {
             const levels_of_tissue now = measure_levels(tissue, probe, depth, level);
             const double power = now.power_db - full.power_db, mean = now.mean_db - full.mean_db;
-            MESSAGE(name, std::string{level == b_mode_quality::fast ? ", fast" : ", draft"}, ": power ", power,
+            MESSAGE(name, std::string{level == b_mode_settings::quality_level::fast ? ", fast" : ", draft"}, ": power ", power,
                     " dB, mean level ", mean, " dB, expected 0 within 1 and ", of_mean);
             CHECK(std::fabs(power) < 1);
             CHECK(std::fabs(mean) < of_mean);
@@ -199,12 +199,12 @@ TEST_CASE("quality: the power of speckle is that of full within 1 dB, its mean l
 TEST_CASE("quality: how much lower the mean level is, of muscle and where looks are given up") {
     const auto compare = [](const std::string& name, const medium& tissue, const auto& probe, float depth,
                             std::uint32_t looks, double of_fast, double of_draft) {
-        const double full = measure_levels(tissue, probe, depth, b_mode_quality::full, looks).mean_db;
+        const double full = measure_levels(tissue, probe, depth, b_mode_settings::quality_level::full, looks).mean_db;
         for (const auto& [level, expected] :
-             {std::pair{b_mode_quality::fast, of_fast}, {b_mode_quality::draft, of_draft}}) {
+             {std::pair{b_mode_settings::quality_level::fast, of_fast}, {b_mode_settings::quality_level::draft, of_draft}}) {
             const double now = measure_levels(tissue, probe, depth, level, looks).mean_db - full;
             MESSAGE(name, ", looks of full ", looks,
-                    std::string{level == b_mode_quality::fast ? ", fast: " : ", draft: "}, now, " dB, the page says ",
+                    std::string{level == b_mode_settings::quality_level::fast ? ", fast: " : ", draft: "}, now, " dB, the page says ",
                     expected);
             CHECK(std::fabs(now - expected) < 0.25);
         }
@@ -218,7 +218,7 @@ TEST_CASE("quality: how much lower the mean level is, of muscle and where looks 
 
 TEST_CASE("quality: a needle of 0.8 mm across the slice is seen at fast within 4 dB, but not always its tail") {
     const linear_array probe = presets::nerve_block.probe;
-    for (const b_mode_quality level : {b_mode_quality::full, b_mode_quality::fast, b_mode_quality::draft}) {
+    for (const b_mode_settings::quality_level level : {b_mode_settings::quality_level::full, b_mode_settings::quality_level::fast, b_mode_settings::quality_level::draft}) {
         const int places = 24;
         int seen = 0, tails = 0;
         double least = 1000, most = -1000;
@@ -245,10 +245,10 @@ TEST_CASE("quality: a needle of 0.8 mm across the slice is seen at fast within 4
         }
         MESSAGE("level ", static_cast<int>(level), ": needle ", seen, ", tail ", tails, " of ", places, " places; ",
                 least, " to ", most, " dB");
-        CHECK(seen >= (level == b_mode_quality::draft ? 1 : places));
-        if (level == b_mode_quality::full) CHECK(tails == places);
-        if (level == b_mode_quality::fast) CHECK(most - least < 4);
-        if (level == b_mode_quality::fast) CHECK(std::abs(tails - 7) <= 2);
+        CHECK(seen >= (level == b_mode_settings::quality_level::draft ? 1 : places));
+        if (level == b_mode_settings::quality_level::full) CHECK(tails == places);
+        if (level == b_mode_settings::quality_level::fast) CHECK(most - least < 4);
+        if (level == b_mode_settings::quality_level::fast) CHECK(std::abs(tails - 7) <= 2);
     }
 }
 
@@ -256,7 +256,7 @@ TEST_CASE("quality: bone is where it is within 0.3 mm, a vessel where full shows
     const scene body = phantom(tissue::muscle);
     const float stretch = display_speed / tissue::muscle.sound_speed;
     vec2 shown_by_full{0, 0};
-    for (const b_mode_quality level : {b_mode_quality::full, b_mode_quality::fast, b_mode_quality::draft}) {
+    for (const b_mode_settings::quality_level level : {b_mode_settings::quality_level::full, b_mode_settings::quality_level::fast, b_mode_settings::quality_level::draft}) {
         scanner machine{linear_array{}, b_mode_settings{.depth = 40_mm, .size = {256, 256}, .quality = level}};
         machine.scan(exec::par_unseq, body, pose{});
         double worst = 0;
@@ -281,7 +281,7 @@ TEST_CASE("quality: bone is where it is within 0.3 mm, a vessel where full shows
         const vec2 apart = found - vec2{vessel.x, vessel.y * stretch};
         MESSAGE("vessel: ", 1e3 * apart.x, ", ", 1e3 * apart.y, " mm from where it is, ", 60 * most, " dB darker");
         CHECK(std::sqrt(dot(apart, apart)) <= 1_mm);
-        if (level == b_mode_quality::full) shown_by_full = found;
+        if (level == b_mode_settings::quality_level::full) shown_by_full = found;
         CHECK(std::sqrt(dot(found - shown_by_full, found - shown_by_full)) <= 0.5_mm);
         CHECK(60 * most > 3);
     }
@@ -294,8 +294,8 @@ TEST_CASE("quality: pictures are those of b_mode to the bit, and a frozen one st
     scanner machine{probe, settings};
     machine.settings.time_gain.chosen = settings.time_gain.chosen =
         b_mode_settings::time_gain_settings::choice::every_frame;
-    for (const b_mode_quality level : {b_mode_quality::draft, b_mode_quality::full, b_mode_quality::fast,
-                                       b_mode_quality::draft, b_mode_quality::full}) {
+    for (const b_mode_settings::quality_level level : {b_mode_settings::quality_level::draft, b_mode_settings::quality_level::full, b_mode_settings::quality_level::fast,
+                                       b_mode_settings::quality_level::draft, b_mode_settings::quality_level::full}) {
         machine.settings.quality = settings.quality = level;
         CHECK(same_bits(machine.scan(exec::par_unseq, body, pose{}),
                         b_mode(exec::par_unseq, body, probe, pose{}, settings)));
@@ -303,13 +303,13 @@ TEST_CASE("quality: pictures are those of b_mode to the bit, and a frozen one st
     }
     const image seen = machine.picture();
     machine.freeze();
-    machine.settings.quality = b_mode_quality::draft;
+    machine.settings.quality = b_mode_settings::quality_level::draft;
     CHECK(same_bits(machine.scan(exec::par_unseq, body, pose{}), seen));
 }
 
 TEST_CASE("quality: a number of planes that does not exist is refused at every level") {
     const scene body = phantom(tissue::muscle);
-    for (const b_mode_quality level : {b_mode_quality::full, b_mode_quality::fast, b_mode_quality::draft})
+    for (const b_mode_settings::quality_level level : {b_mode_settings::quality_level::full, b_mode_settings::quality_level::fast, b_mode_settings::quality_level::draft})
         for (const std::uint32_t planes : {0U, 2U, 4U, 9U}) {
             const b_mode_settings settings{.planes = planes, .quality = level};
             CHECK_THROWS_AS(b_mode(exec::seq, body, linear_array{.lines = 8}, pose{}, settings), usage_error);

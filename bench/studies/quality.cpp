@@ -4,14 +4,14 @@
 #include <cstdio>
 #include <utility>
 
-/// What the levels of `b_mode_quality` give up and gain: frames a second of one core at 128 x 128 and 256 x 256
+/// What the levels of `b_mode_settings::quality_level` give up and gain: frames a second of one core at 128 x 128 and 256 x 256
 /// pixels, by turns, what is traced, and the mean level of the picture beside that of the full one.
 namespace {
 
 using namespace insonify;
 
-constexpr std::pair<b_mode_quality, const char*> levels[] = {
-    {b_mode_quality::full, "full"}, {b_mode_quality::fast, "fast"}, {b_mode_quality::draft, "draft"}};
+constexpr std::pair<b_mode_settings::quality_level, const char*> levels[] = {
+    {b_mode_settings::quality_level::full, "full"}, {b_mode_settings::quality_level::fast, "fast"}, {b_mode_settings::quality_level::draft, "draft"}};
 
 // Mean level of a picture's field of view, dB.
 template <class Probe>

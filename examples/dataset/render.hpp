@@ -102,7 +102,7 @@ record render(const Probe& probe, const description& d, const anatomies& all, co
         drawn.beams.push_back(probe.beam(static_cast<float>(line)));
 
     // About one sample for each row of the image, so that no surface falls between two.
-    const label_settings maps{.depth = how.depth, .samples = d.size, .grid = label_grid::displayed};
+    const label_settings maps{.depth = how.depth, .samples = d.size, .grid = label_settings::depth_grid::displayed};
     const auto truth = ground_truth(exec::unseq, body, probe, at, maps);
     const scan_map map =
         make_scan_map(exec::unseq, probe, {.depth = how.depth, .samples = truth.label.samples}, {.size = how.size});

@@ -31,7 +31,7 @@ inline constexpr examination_preset presets_of_session[] = {
 
 /// Rolling compounding: each frame acquires one look.
 inline void compound(session& s, std::uint32_t looks) {
-    s.machine.settings.compound = {.angles = looks, .spread = 6_deg, .update = compound_update::one};
+    s.machine.settings.compound = {.angles = looks, .spread = 6_deg, .update = compound_settings::update_mode::one};
 }
 
 inline void use_preset(session& s, std::uint32_t number) {

@@ -28,16 +28,15 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// How finely a picture is sampled. `fast` and `draft` have the levels and the places of `full` in a fraction of
-/// the time; `sampling_of` says what they trace.
-enum class b_mode_quality {
-    full,  ///< lines at most half a beam width apart, two samples per standard deviation of the pulse envelope
-    fast,  ///< lines 1.5 beam widths apart, one sample per standard deviation, at most 3 planes, one look
-    draft, ///< lines 2 beam widths apart, one sample per standard deviation, 1 plane, one look
-};
-
 /// Settings of a B-mode image, as on a scanner.
 struct b_mode_settings {
+    /// How finely a picture is sampled. `fast` and `draft` have the levels and the places of `full` in a fraction of
+    /// the time; `sampling_of` says what they trace.
+    enum class quality_level {
+        full,  ///< lines at most half a beam width apart, two samples per standard deviation of the pulse envelope
+        fast,  ///< lines 1.5 beam widths apart, one sample per standard deviation, at most 3 planes, one look
+        draft, ///< lines 2 beam widths apart, one sample per standard deviation, 1 plane, one look
+    };
     /// Time-gain compensation beside `tgc`; see `tgc_settings`.
     struct time_gain_settings {
         /// When a `tgc` of 0 is chosen: at the first frame, and where the probe or the depth changes; or
@@ -76,12 +75,12 @@ struct b_mode_settings {
     near_field_settings near_field{}; ///< echoes of the probe itself
     compound_settings compound{};     ///< looks at several angles, averaged; none by default
     /// Movement of the probe from frame to frame, metres, at any corner of the field of view, above which `persistence`
-    /// and compounding with `compound_update::one` start anew; 0: at every movement.
+    /// and compounding with `update_mode::one` start anew; 0: at every movement.
     float max_motion = 0.001F;
     /// Whether a probe with more lines than its beam needs traces fewer, at least a quarter, and interpolates the
     /// others: see `resample_lines`. Objects narrower than the distance of the lines that are traced may be missed.
     bool interpolates_lines = false;
-    b_mode_quality quality = b_mode_quality::full; ///< lines, samples, planes and looks that are traced
+    quality_level quality = quality_level::full; ///< lines, samples, planes and looks that are traced
 
     /// @throws usage_error  for a setting out of range; the stages check the others
     void check() const {
@@ -112,7 +111,8 @@ struct b_mode_sampling {
 template <transducer Probe>
 b_mode_sampling sampling_of(const Probe& probe, const b_mode_settings& settings) {
     settings.check();
-    const bool full = settings.quality == b_mode_quality::full, draft = settings.quality == b_mode_quality::draft;
+    const bool full = settings.quality == b_mode_settings::quality_level::full,
+               draft = settings.quality == b_mode_settings::quality_level::draft;
     const auto lines = static_cast<float>(probe.lines);
     const float rays = full ? rays_per_line(probe, settings.depth)
                             : rays_per_line(probe, settings.depth, 1 / lines, draft ? 1 / 2.0F : 1 / 1.5F);
@@ -305,8 +305,8 @@ struct stage_times {
 ///
 /// The public members may change between any two frames. Tables and memory are kept from frame to frame: only what a
 /// change affects is computed again, and memory is allocated only while buffers grow. Without `persistence` and
-/// compounding with `compound_update::one`, which depend on earlier frames, and with a `tgc` other than 0 or chosen at every
-/// frame, a picture is that of `b_mode` to the bit, whatever came before.
+/// compounding with `update_mode::one`, which depend on earlier frames, and with a `tgc` other than 0 or chosen at
+/// every frame, a picture is that of `b_mode` to the bit, whatever came before.
 ///
 /// The last `cine_length` frames are stored. After `freeze`, `scan` no longer acquires: it shows the stored frame with
 /// the present gain, dynamic range, time gain, grey map, persistence and size.
@@ -405,7 +405,7 @@ class scanner {
     /// Complex echoes of the last frame acquired, after noise, before time gain, on the lines of `echo_probe`.
     ///
     /// Of several looks, those of the look that is steered least: the straight one where their number is odd, else the
-    /// one next to it towards -x. With `compound_update::one`, those of the look that this frame acquired.
+    /// one next to it towards -x. With `update_mode::one`, those of the look that this frame acquired.
     const iq_lines& echoes() const { return echoes_; }
     /// The lines of `echoes`: usually more than those of the probe, see `rays_per_line`.
     ///
@@ -418,15 +418,15 @@ class scanner {
     /// What lies along the lines of the look that was acquired last, of `layers_probe`; with a tracer other than
     /// `straight_lines`, no lines. Lines end as deep as the fastest medium of the scene may be displayed within the
     /// picture: clip layers at the depth that counts.
-    /// @throws usage_error  before the first picture
+    /// @throws usage_error  before the first picture, and after a `scan` that threw
     const line_layers& layers() const {
-        check_picture();
+        check_layers();
         return tracers_[last_look_].layers();
     }
     /// The lines that the layers are those of.
-    /// @throws usage_error  before the first picture
+    /// @throws usage_error  before the first picture, and after a `scan` that threw
     const steered<refined<Probe>>& layers_probe() const {
-        check_picture();
+        check_layers();
         return *layers_probe_;
     }
     const scan_map& map() const { return display_.map(); } ///< pixels of the last picture, points {x, z} of the probe
@@ -454,7 +454,8 @@ class scanner {
     const label_image& labels(const Policy& policy, const scene& body) {
         check_picture();
         const stored_frame<Probe>& frame = cine_[shown_];
-        const label_settings grid{frame.amplitudes.depth, frame.amplitudes.samples, label_grid::displayed};
+        const label_settings grid{frame.amplitudes.depth, frame.amplitudes.samples,
+                                  label_settings::depth_grid::displayed};
         const detail::any_policy<false> any{policy};
         if (shown_ == 0 && label_look_)
             label_lines_ = label(any, tracers_[*label_look_].layers(), grid, std::move(label_lines_));
@@ -500,6 +501,11 @@ class scanner {
         if (cine_.empty())
             throw usage_error{"scanner: there is no picture yet; call `scan`, and `unfreeze` where it is frozen"};
     }
+    void check_layers() const {
+        check_picture();
+        if (!layers_probe_.has_value())
+            throw usage_error{"scanner: the last `scan` threw, so there are no layers; call `scan` again"};
+    }
     // The stages from echoes to stored amplitudes.
     template <class Policy>
     void acquire(const Policy& policy, const scene& body, const pose& at, stored_frame<Probe>& frame) {
@@ -542,13 +548,14 @@ class scanner {
         const look_probe traced{straight, look.steering};
         iq_lines& echoes = keeps_echoes(number) ? echoes_ : other_echoes_;
         if (keeps_echoes(number)) echo_probe_.emplace(look);
+        layers_probe_.reset();
         echoes = tracers_[number].trace(policy, body, traced, at, model, scan, how, std::move(echoes));
         const line_layers& found = tracers_[number].layers();
         last_look_ = number;
         layers_probe_.emplace(traced);
         constexpr bool finds_layers = std::same_as<Tracer, straight_lines>;
-        const float labelled =
-            detail::max_depth_of(label_settings{.depth = settings.depth, .grid = label_grid::displayed}, body.media());
+        const float labelled = detail::max_depth_of(
+            label_settings{.depth = settings.depth, .grid = label_settings::depth_grid::displayed}, body.media());
         const bool reaches_labels = detail::max_depth_of(model, settings.depth, body.media()) >= labelled;
         if (finds_layers && traced.lines == look.lines && look.steering == 0 && reaches_labels) label_look_ = number;
         choose_time_gain(policy, body, at, look.steering == 0 && found.lines > 0 ? &found : nullptr);
@@ -572,7 +579,7 @@ class scanner {
     // Whether a look of a frame is that of `echoes`.
     bool keeps_echoes(std::uint32_t look) const {
         const compound_settings& looks = settings.compound;
-        return looks.update == compound_update::one || look == (looks.angles - 1) / 2;
+        return looks.update == compound_settings::update_mode::one || look == (looks.angles - 1) / 2;
     }
     // The automatic attenuation is chosen at the first frame, and again where the probe or the depth has changed.
     // `found` are the layers of the first look; where that is steered or has none it is null, and those along the lines

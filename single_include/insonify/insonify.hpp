@@ -1297,7 +1297,11 @@ struct vector {
     INSONIFY_FN T& operator[](int i) { return lane[i]; }
     INSONIFY_FN T operator[](int i) const { return lane[i]; }
 
-    INSONIFY_FN friend vector operator-(const vector& a) { return vector(T{}) - a; }
+    INSONIFY_FN friend vector operator-(const vector& a) {
+        vector all;
+        for (int i = 0; i < N; ++i) all[i] = -a[i];
+        return all;
+    }
     INSONIFY_FN friend vector operator~(const vector& a) { return a ^ vector(~T{}); }
 #define INSONIFY_LANEWISE(result, operation, value)                                                                    \
     INSONIFY_FN friend vector<result, N> operator operation(const vector& a, const vector& b) {                        \
@@ -3930,6 +3934,7 @@ INSONIFY_FN INSONIFY_INLINE box_entries<Width> enter(const tree_node<Width>& nod
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI::detail {
@@ -3964,11 +3969,15 @@ class tree_assembler {
             pieces.push_back(top);
         else
             add_node(policy, top, all, 1, &pieces);
-        // The largest first, for load balance.
-        std::sort(pieces.begin(), pieces.end(),
-                  [](const piece& a, const piece& b) { return a.all.size() > b.all.size(); });
-        for_each_index(policy, pieces.size(), [&](std::size_t i) {
-            piece& one = pieces[i];
+        // The largest first, for load balance. Pieces stay in the order of the traversal.
+        std::vector<std::size_t> order(pieces.size());
+        std::iota(order.begin(), order.end(), std::size_t{0});
+        std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+            const std::size_t of_a = pieces[a].all.size(), of_b = pieces[b].all.size();
+            return of_a != of_b ? of_a > of_b : a < b;
+        });
+        for_each_index(policy, order.size(), [&](std::size_t i) {
+            piece& one = pieces[order[i]];
             const std::size_t leaves = one.all.size() / Width;
             one.nodes.reserve(leaves / 4);
             one.slots.reserve((leaves + leaves / 4) * Width);
@@ -9557,16 +9566,16 @@ concept specular_law = requires(const Law& law, float x) {
 ///
 ///     L(phi) ~ | integral of max(0, 1 - |a| / psi) exp(-i k d (phi - a)^2) da |,   k d = 2 pi d / wavelength
 ///
-/// the triangle of `lobe::aperture` blurred by the Fresnel zone. `lobe::exact` is this integral, `lobe::aperture` its
-/// limit for short wavelengths. With x = 2 phi sqrt(d / wavelength) and p = 2 psi sqrt(d / wavelength), two
-/// integrations by parts give the triangle and three edge waves,
+/// the triangle of `lobe_shape::aperture` blurred by the Fresnel zone. `lobe_shape::exact` is this integral,
+/// `lobe_shape::aperture` its limit for short wavelengths. With x = 2 phi sqrt(d / wavelength) and p = 2 psi sqrt(d /
+/// wavelength), two integrations by parts give the triangle and three edge waves,
 ///
 ///     L(phi) = |e(x)| / |e(0)|,   e(x) = (1 - i) max(0, p - |x|) - w(x + p) + 2 w(x) - w(x - p)
 ///     w(x) = (x g(x) + i (1/pi - x f(x))) exp(-i pi x^2 / 2)   for x >= 0,   w(-x) = w(x)
 ///
 /// where f and g are the auxiliary functions of the Fresnel integrals. Angles are assumed small.
 ///
-/// This is for a single frequency f. `lobe::pulse` averages e(x) / f over the spectrum of a pulse of 2.5 cycles,
+/// This is for a single frequency f. `lobe_shape::pulse` averages e(x) / f over the spectrum of a pulse of 2.5 cycles,
 /// whatever the probe's own, by Gauss-Hermite quadrature: at the carrier and at 1 +- 0.474 times it.
 ///
 /// Compared with a broadband simulation of a plate at the focus, 30 mm deep, at 2.5, 5 and 7.5 MHz, above -12 dB:
@@ -9578,23 +9587,23 @@ concept specular_law = requires(const Law& law, float x) {
 /// Source: the image-source method; Abramowitz & Stegun, section 7.3, for f and g.
 struct specular_return {
     /// How the echo decreases with the angle phi between the beam and the surface normal.
-    enum class lobe {
+    enum class lobe_shape {
         aperture, ///< max(0, 1 - |phi| / psi), psi = atan(1 / (2 F)): overlap of the aperture and its mirror image
         cosine,   ///< cos^power phi, the specularity of Buerger et al. 2013; a plate at F/2 has power 79, at F/4 270
         exact,    ///< `aperture` with diffraction at its edges, in closed form, at a single frequency
         pulse     ///< `exact` averaged over the spectrum of a short pulse
     };
 
-    enum lobe lobe = lobe::pulse; ///< shape of the lobe
-    float power = 1;              ///< exponent of `lobe::cosine`
+    lobe_shape lobe = lobe_shape::pulse; ///< shape of the lobe
+    float power = 1;                     ///< exponent of `lobe_shape::cosine`
 
     /// @param angle        phi: from the beam to the surface normal, in the plane of beam and aperture, radians
     /// @param fnumber      F: depth of the facet over the width of the aperture
     /// @param wavelengths  depth of the facet over the wavelength, above 0; used by `exact` and `pulse` only
     INSONIFY_FN float operator()(float angle, float fnumber, float wavelengths) const {
-        if (lobe == lobe::cosine) return std::pow(max(std::cos(angle), 0), power);
+        if (lobe == lobe_shape::cosine) return std::pow(max(std::cos(angle), 0), power);
         const float edge = std::atan(1 / (2 * fnumber));
-        if (lobe == lobe::aperture) return max(0, 1 - std::fabs(angle) / edge);
+        if (lobe == lobe_shape::aperture) return max(0, 1 - std::fabs(angle) / edge);
         if (angle == 0) return 1;
         const auto at_frequency = [&](float relative, vec2& turned, vec2& straight) {
             const float scale = 2 * std::sqrt(wavelengths * relative), weight = 1 / relative;
@@ -9602,7 +9611,7 @@ struct specular_return {
         };
         vec2 turned{0, 0}, straight{0, 0};
         at_frequency(1, turned, straight);
-        if (lobe == lobe::pulse) {
+        if (lobe == lobe_shape::pulse) {
             constexpr float deviation =
                 1.7320508F * 0.644F / 2.3548F; // sqrt(3) sigma of the spectrum, over the carrier
             turned *= 4.0F;
@@ -11130,6 +11139,7 @@ struct cell_field {
 
   private:
     static constexpr std::uint32_t run_length = 96;
+    static_assert(run_length % max_simd_width == 0, "levels of structure are computed by whole registers");
 
     // The line in tissue at rest, straight as it is at a distance along it, where its origin is.
     INSONIFY_FN detail::rest_line rest_at(const material_line& line, float distance, float spacing) const {
@@ -13750,6 +13760,7 @@ struct crossing_source {
     bool rays = true;               ///< whether there are others
 
     /// Calls visit(crossing) for those in front of the origin.
+    INSONIFY_VISITS
     template <class Visit>
     INSONIFY_FN void for_each(const crossing_collector& collector, const Visit& visit) const {
         for (const crossing& one : sliced)
@@ -13773,15 +13784,17 @@ struct line_memory {
 
     line_room room() { return {{.room = crossings, .inside = {.ranks = inside}}, layers, behind_face}; }
 
+    void grow() {
+        crossings.resize(2 * crossings.size());
+        inside.resize(2 * inside.size());
+        behind_face.resize(2 * behind_face.size());
+        layers.resize(2 * layers.size());
+    }
+
     /// Calls attempt(room), in larger and larger memory, until it returns true.
     template <class Attempt>
     void fit(const Attempt& attempt) {
-        while (!attempt(room())) {
-            crossings.resize(2 * crossings.size());
-            inside.resize(2 * inside.size());
-            behind_face.resize(2 * behind_face.size());
-            layers.resize(2 * layers.size());
-        }
+        while (!attempt(room())) grow();
     }
 };
 
@@ -13794,7 +13807,7 @@ struct found_line {
 
 /// Finds what lies along a straight line.
 /// @param max_depth  how far it is followed, metres
-/// @param incident   whether to compute how it meets surfaces: see `stack_layers`
+/// @param incident   whether to compute how it intersects surfaces: see `stack_layers`
 INSONIFY_FN inline found_line find_line(const scene_view& scene, const line_frame& line, float max_depth, bool incident,
                                         const crossing_source& from, line_room room) {
     room.found.clear();
@@ -13977,8 +13990,7 @@ struct aperture_view {
                                 view<const std::uint32_t> objects, const Model& model, const crossing_source& from,
                                 line_room room) const {
         const line_turn turn = turn_of(direction, plane, line);
-        // Those beyond the points on the right do not reach any where they are shifted to the right, and so on the
-        // left.
+        // Lines beyond the points on one side reach none of them where they are shifted away from these.
         if (turn.shift > 0 ? line >= points.beyond + points.count : line < points.beyond) return true;
         traced_line heard = along_fan(line, plane);
         turned_line turned{heard.frame, turn};
@@ -14117,7 +14129,8 @@ struct aperture_view {
             is_point
                 ? turn_of(direction, plane, point + points.beyond).lines_crossed(static_cast<float>(step + 1) * spacing)
                 : crossed);
-        const float whole = std::floor(back), fraction = back - whole;
+        constexpr float beyond_all = 1e9F; // lines
+        const float whole = clamp(std::floor(back), -beyond_all, beyond_all), fraction = back - whole;
         std::int32_t from = static_cast<std::int32_t>(point) + beyond + static_cast<std::int32_t>(whole),
                      next = from + 1;
         bool from_within = true, next_within = true;
@@ -14831,11 +14844,11 @@ class line_layers {
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Lists in one flat array, by a counting sort: what each list is to hold is counted, then added. Keeps its memory.
+/// Lists in one flat array, by a counting sort: the items of each list are counted, then added. Keeps its memory.
 template <class T>
 class counted_lists {
   public:
-    /// Begins to count for so many lists.
+    /// Empties the lists, of which there are now so many; the next calls are those of `count`.
     void clear(std::size_t lists) {
         ends_.resize(lists + 1);
         std::fill(ends_.begin(), ends_.end(), 0);
@@ -14846,7 +14859,8 @@ class counted_lists {
         for (std::size_t list = 1; list < ends_.size(); ++list) ends_[list] += ends_[list - 1];
         items_.resize(ends_[ends_.size() - 1]);
     }
-    /// The end of each list's predecessor is where its own items begin; it moves on to its own end as they come in.
+    /// Until the last item, an entry of `ends_` is where the next item of its list goes; then it is the end of the
+    /// list.
     void add(std::size_t list, const T& item) { items_[ends_[list]++] = item; }
 
     /// One list, after the last `add`.
@@ -14861,7 +14875,7 @@ class counted_lists {
   private:
     std::size_t begin(std::size_t list) const { return list == 0 ? 0 : ends_[list - 1]; }
 
-    large_array<std::uint32_t> ends_; // in `items_`
+    large_array<std::size_t> ends_; // in `items_`
     large_array<T> items_;
 };
 
@@ -16190,16 +16204,15 @@ namespace detail {
 class scratch_memory {
   public:
     line_scratch scratch() {
-        return {.found = {.room = crossings_, .inside = {.ranks = inside_}},
-                .layers = layers_,
+        const line_room room = line_.room();
+        return {.found = room.found,
+                .layers = room.layers,
                 .branches = branches_,
                 .branch_objects = branch_objects_,
                 .arrivals = arrivals_};
     }
     void grow() {
-        crossings_.resize(2 * crossings_.size());
-        inside_.resize(2 * inside_.size());
-        layers_.resize(2 * layers_.size());
+        line_.grow();
         branches_.resize(2 * branches_.size());
         branch_objects_.resize(2 * branch_objects_.size());
         arrivals_.resize(2 * arrivals_.size());
@@ -16212,9 +16225,7 @@ class scratch_memory {
     }
 
   private:
-    std::vector<crossing> crossings_ = std::vector<crossing>(128);
-    std::vector<std::uint32_t> inside_ = std::vector<std::uint32_t>(16);
-    std::vector<layer> layers_ = std::vector<layer>(64);
+    line_memory line_{};
     std::vector<path_branch> branches_ = std::vector<path_branch>(32);
     std::vector<std::uint32_t> branch_objects_ = std::vector<std::uint32_t>(128);
     std::vector<path_arrival> arrivals_ = std::vector<path_arrival>(128);
@@ -16235,7 +16246,6 @@ class line_driver {
                     const straight_lines& how, float line_time, view<line_grid<Sample>* const> sinks,
                     const Emit& emit) {
         constexpr bool incident = !takes_normal_incidence<Model>();
-        half_found exception{layers_};
         const view<const displacement_view> displaced = displacements_.compute(policy, body, frame);
         const bool fan = finder_.assign(frame.probe);
         bool shaded = false;
@@ -16244,6 +16254,7 @@ class line_driver {
                      shading_.assign(frame.probe, finder_.fan(), beam_of(frame.probe, frame.depth));
         finder_.prepare(policy, body, frame, how.search, shaded ? 1 + how.directions : 1, shaded,
                         shaded ? shading_.beyond(frame) : outer_lines{});
+        frame_guard unfinished{layers_};
         scene_view seen = finder_.scene_seen();
         seen.displacements = displaced;
         frame_gains gains{};
@@ -16268,7 +16279,7 @@ class line_driver {
                 task.line.gains = gains.of_line(number, plane);
                 emit(block, task, layers_(number, plane), samples);
             });
-        exception.layers = nullptr; // there was none
+        unfinished.release();
     }
 
     /// The same for a tracer that makes the samples of a line itself.
@@ -16295,16 +16306,19 @@ class line_driver {
     const line_layers& layers() const { return layers_; }
 
   private:
-    // Where an exception ends a frame, the layers that were found of it are dropped: others are missing.
-    struct half_found {
-        line_layers* layers;
-
-        explicit half_found(line_layers& of) : layers{&of} {}
-        half_found(const half_found&) = delete;
-        half_found& operator=(const half_found&) = delete;
-        ~half_found() {
-            if (layers != nullptr) *layers = {};
+    // Drops the layers of a frame that an exception ends: those of some lines are missing.
+    class frame_guard {
+      public:
+        explicit frame_guard(line_layers& layers) : layers_{&layers} {}
+        frame_guard(const frame_guard&) = delete;
+        frame_guard& operator=(const frame_guard&) = delete;
+        ~frame_guard() {
+            if (layers_ != nullptr) *layers_ = {};
         }
+        void release() { layers_ = nullptr; }
+
+      private:
+        line_layers* layers_;
     };
 
     template <exec::policy Policy, transducer Probe, class BeginBlock, class Trace>
@@ -18179,17 +18193,16 @@ scan_lines map_grey(const Policy& policy, scan_lines lines, const grey_map& map)
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// How many looks are acquired for a frame.
-enum class compound_update {
-    all, ///< every look
-    one, ///< one, which replaces the oldest look; the first frame has the look nearest to straight alone
-};
-
 /// Spatial compounding: looks that are steered to several angles are averaged.
 struct compound_settings {
-    std::uint32_t angles = 1;                      ///< number of looks, 1 to 31; 1: no compounding
-    float spread = 20_deg;                         ///< angle between the outermost looks, radians, at most 90_deg
-    compound_update update = compound_update::all; ///< of a clip
+    /// How many looks are acquired for a frame.
+    enum class update_mode {
+        all, ///< every look
+        one, ///< one, which replaces the oldest look; the first frame has the look nearest to straight alone
+    };
+    std::uint32_t angles = 1;              ///< number of looks, 1 to 31; 1: no compounding
+    float spread = 20_deg;                 ///< angle between the outermost looks, radians, at most 90_deg
+    update_mode update = update_mode::all; ///< of a clip
 
     /// Angle of a look, radians: from -spread / 2 to spread / 2, at equal steps.
     float steering(std::uint32_t look) const {
@@ -18234,7 +18247,7 @@ class compounding {
                                std::move(recycled));
             if (settings.angles > 1) add(policy, looks_[number], recycled);
         };
-        if (settings.update == compound_update::one)
+        if (settings.update == compound_settings::update_mode::one)
             one(next());
         else
             for (std::uint32_t number = 0; number < settings.angles; ++number) one(number);
@@ -18843,17 +18856,16 @@ float automatic_tgc(const Policy& policy, const scene& body, const Probe& probe,
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// What the depth of a sample means.
-enum class label_grid {
-    geometric, ///< metres along the line: where things are
-    displayed, ///< c0 t / 2, where t is the travel time there and back: where a picture by `physical` shows them
-};
-
 /// Depth and sampling of labels, and the meaning of depth.
 struct label_settings {
+    /// What the depth of a sample means.
+    enum class depth_grid {
+        geometric, ///< metres along the line: where things are
+        displayed, ///< c0 t / 2, where t is the travel time there and back: where a picture by `physical` shows them
+    };
     float depth = 0.08F;                     ///< metres, of the grid
     std::uint32_t samples = 0;               ///< along each line; 0: as many as a picture by `physical` has
-    label_grid grid = label_grid::geometric; ///< what a depth means
+    depth_grid grid = depth_grid::geometric; ///< what a depth means
 };
 
 namespace detail {
@@ -18881,20 +18893,21 @@ std::uint32_t check_labels(const scene& body, const Probe& probe, const pose& at
 inline float max_depth_of(const label_settings& settings, view<const medium> media) {
     float fastest = display_speed;
     for (const medium& m : media) fastest = max(fastest, m.sound_speed);
-    return settings.grid == label_grid::displayed ? settings.depth * (fastest / display_speed) : settings.depth;
+    return settings.grid == label_settings::depth_grid::displayed ? settings.depth * (fastest / display_speed)
+                                                                  : settings.depth;
 }
 
 /// Maps the layers of a line to a grid: calls visit(i, stretch) for layer i, starting at the face.
 ///
 /// Each sample, at (k + 1/2) * spacing metres, is in one stretch; the last layer takes all that are left.
 template <class Visit>
-void for_each_stretch(view<const layer> layers, view<const medium> media, label_grid grid, std::size_t samples,
-                      float spacing, const Visit& visit) {
+void for_each_stretch(view<const layer> layers, view<const medium> media, label_settings::depth_grid grid,
+                      std::size_t samples, float spacing, const Visit& visit) {
     std::size_t next = 0;
     float begin = 0;
     for (std::size_t i = 0; i < layers.size(); ++i) {
         const layer& here = layers[i];
-        const bool displayed = grid == label_grid::displayed;
+        const bool displayed = grid == label_settings::depth_grid::displayed;
         const float scale = displayed ? displayed_stretch(media[here.medium]) : 1.0F;
         const float end = begin + scale * (here.end - here.begin);
         const float before_end = clamp(std::ceil(end / spacing - 0.5F), 0, static_cast<float>(samples));
@@ -19348,16 +19361,15 @@ iq_lines add_near_field(const Policy& policy, iq_lines echoes, const scene& body
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// How finely a picture is sampled. `fast` and `draft` have the levels and the places of `full` in a fraction of
-/// the time; `sampling_of` says what they trace.
-enum class b_mode_quality {
-    full,  ///< lines at most half a beam width apart, two samples per standard deviation of the pulse envelope
-    fast,  ///< lines 1.5 beam widths apart, one sample per standard deviation, at most 3 planes, one look
-    draft, ///< lines 2 beam widths apart, one sample per standard deviation, 1 plane, one look
-};
-
 /// Settings of a B-mode image, as on a scanner.
 struct b_mode_settings {
+    /// How finely a picture is sampled. `fast` and `draft` have the levels and the places of `full` in a fraction of
+    /// the time; `sampling_of` says what they trace.
+    enum class quality_level {
+        full,  ///< lines at most half a beam width apart, two samples per standard deviation of the pulse envelope
+        fast,  ///< lines 1.5 beam widths apart, one sample per standard deviation, at most 3 planes, one look
+        draft, ///< lines 2 beam widths apart, one sample per standard deviation, 1 plane, one look
+    };
     /// Time-gain compensation beside `tgc`; see `tgc_settings`.
     struct time_gain_settings {
         /// When a `tgc` of 0 is chosen: at the first frame, and where the probe or the depth changes; or
@@ -19396,12 +19408,12 @@ struct b_mode_settings {
     near_field_settings near_field{}; ///< echoes of the probe itself
     compound_settings compound{};     ///< looks at several angles, averaged; none by default
     /// Movement of the probe from frame to frame, metres, at any corner of the field of view, above which `persistence`
-    /// and compounding with `compound_update::one` start anew; 0: at every movement.
+    /// and compounding with `update_mode::one` start anew; 0: at every movement.
     float max_motion = 0.001F;
     /// Whether a probe with more lines than its beam needs traces fewer, at least a quarter, and interpolates the
     /// others: see `resample_lines`. Objects narrower than the distance of the lines that are traced may be missed.
     bool interpolates_lines = false;
-    b_mode_quality quality = b_mode_quality::full; ///< lines, samples, planes and looks that are traced
+    quality_level quality = quality_level::full; ///< lines, samples, planes and looks that are traced
 
     /// @throws usage_error  for a setting out of range; the stages check the others
     void check() const {
@@ -19432,7 +19444,8 @@ struct b_mode_sampling {
 template <transducer Probe>
 b_mode_sampling sampling_of(const Probe& probe, const b_mode_settings& settings) {
     settings.check();
-    const bool full = settings.quality == b_mode_quality::full, draft = settings.quality == b_mode_quality::draft;
+    const bool full = settings.quality == b_mode_settings::quality_level::full,
+               draft = settings.quality == b_mode_settings::quality_level::draft;
     const auto lines = static_cast<float>(probe.lines);
     const float rays = full ? rays_per_line(probe, settings.depth)
                             : rays_per_line(probe, settings.depth, 1 / lines, draft ? 1 / 2.0F : 1 / 1.5F);
@@ -19625,8 +19638,8 @@ struct stage_times {
 ///
 /// The public members may change between any two frames. Tables and memory are kept from frame to frame: only what a
 /// change affects is computed again, and memory is allocated only while buffers grow. Without `persistence` and
-/// compounding with `compound_update::one`, which depend on earlier frames, and with a `tgc` other than 0 or chosen at every
-/// frame, a picture is that of `b_mode` to the bit, whatever came before.
+/// compounding with `update_mode::one`, which depend on earlier frames, and with a `tgc` other than 0 or chosen at
+/// every frame, a picture is that of `b_mode` to the bit, whatever came before.
 ///
 /// The last `cine_length` frames are stored. After `freeze`, `scan` no longer acquires: it shows the stored frame with
 /// the present gain, dynamic range, time gain, grey map, persistence and size.
@@ -19725,7 +19738,7 @@ class scanner {
     /// Complex echoes of the last frame acquired, after noise, before time gain, on the lines of `echo_probe`.
     ///
     /// Of several looks, those of the look that is steered least: the straight one where their number is odd, else the
-    /// one next to it towards -x. With `compound_update::one`, those of the look that this frame acquired.
+    /// one next to it towards -x. With `update_mode::one`, those of the look that this frame acquired.
     const iq_lines& echoes() const { return echoes_; }
     /// The lines of `echoes`: usually more than those of the probe, see `rays_per_line`.
     ///
@@ -19738,15 +19751,15 @@ class scanner {
     /// What lies along the lines of the look that was acquired last, of `layers_probe`; with a tracer other than
     /// `straight_lines`, no lines. Lines end as deep as the fastest medium of the scene may be displayed within the
     /// picture: clip layers at the depth that counts.
-    /// @throws usage_error  before the first picture
+    /// @throws usage_error  before the first picture, and after a `scan` that threw
     const line_layers& layers() const {
-        check_picture();
+        check_layers();
         return tracers_[last_look_].layers();
     }
     /// The lines that the layers are those of.
-    /// @throws usage_error  before the first picture
+    /// @throws usage_error  before the first picture, and after a `scan` that threw
     const steered<refined<Probe>>& layers_probe() const {
-        check_picture();
+        check_layers();
         return *layers_probe_;
     }
     const scan_map& map() const { return display_.map(); } ///< pixels of the last picture, points {x, z} of the probe
@@ -19774,7 +19787,8 @@ class scanner {
     const label_image& labels(const Policy& policy, const scene& body) {
         check_picture();
         const stored_frame<Probe>& frame = cine_[shown_];
-        const label_settings grid{frame.amplitudes.depth, frame.amplitudes.samples, label_grid::displayed};
+        const label_settings grid{frame.amplitudes.depth, frame.amplitudes.samples,
+                                  label_settings::depth_grid::displayed};
         const detail::any_policy<false> any{policy};
         if (shown_ == 0 && label_look_)
             label_lines_ = label(any, tracers_[*label_look_].layers(), grid, std::move(label_lines_));
@@ -19820,6 +19834,11 @@ class scanner {
         if (cine_.empty())
             throw usage_error{"scanner: there is no picture yet; call `scan`, and `unfreeze` where it is frozen"};
     }
+    void check_layers() const {
+        check_picture();
+        if (!layers_probe_.has_value())
+            throw usage_error{"scanner: the last `scan` threw, so there are no layers; call `scan` again"};
+    }
     // The stages from echoes to stored amplitudes.
     template <class Policy>
     void acquire(const Policy& policy, const scene& body, const pose& at, stored_frame<Probe>& frame) {
@@ -19862,13 +19881,14 @@ class scanner {
         const look_probe traced{straight, look.steering};
         iq_lines& echoes = keeps_echoes(number) ? echoes_ : other_echoes_;
         if (keeps_echoes(number)) echo_probe_.emplace(look);
+        layers_probe_.reset();
         echoes = tracers_[number].trace(policy, body, traced, at, model, scan, how, std::move(echoes));
         const line_layers& found = tracers_[number].layers();
         last_look_ = number;
         layers_probe_.emplace(traced);
         constexpr bool finds_layers = std::same_as<Tracer, straight_lines>;
-        const float labelled =
-            detail::max_depth_of(label_settings{.depth = settings.depth, .grid = label_grid::displayed}, body.media());
+        const float labelled = detail::max_depth_of(
+            label_settings{.depth = settings.depth, .grid = label_settings::depth_grid::displayed}, body.media());
         const bool reaches_labels = detail::max_depth_of(model, settings.depth, body.media()) >= labelled;
         if (finds_layers && traced.lines == look.lines && look.steering == 0 && reaches_labels) label_look_ = number;
         choose_time_gain(policy, body, at, look.steering == 0 && found.lines > 0 ? &found : nullptr);
@@ -19892,7 +19912,7 @@ class scanner {
     // Whether a look of a frame is that of `echoes`.
     bool keeps_echoes(std::uint32_t look) const {
         const compound_settings& looks = settings.compound;
-        return looks.update == compound_update::one || look == (looks.angles - 1) / 2;
+        return looks.update == compound_settings::update_mode::one || look == (looks.angles - 1) / 2;
     }
     // The automatic attenuation is chosen at the first frame, and again where the probe or the depth has changed.
     // `found` are the layers of the first look; where that is steered or has none it is null, and those along the lines

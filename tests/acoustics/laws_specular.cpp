@@ -39,7 +39,7 @@ static_assert(specular_law<everything> && specular_law<specular_return> && !spec
 // V19. The triangle has the same width at all frequencies, the plate does not: at 2.5 MHz, where the Fresnel zone is
 // widest, the triangle is 0.69 degrees too narrow; from 5 MHz on the error is just below half a degree.
 TEST_CASE("specular: the -6 dB angle of the aperture lobe is right within 0.5 degrees from 5 MHz on, 0.7 at 2.5 MHz") {
-    const float half = degrees_at({.lobe = specular_return::lobe::aperture}, -6, 2, 1);
+    const float half = degrees_at({.lobe = specular_return::lobe_shape::aperture}, -6, 2, 1);
     for (const tilted_plate& plate : table) {
         const float tolerance = plate.megahertz < 5 ? 0.7F : 0.5F;
         MESSAGE(plate.megahertz << " MHz: measured " << half << " degrees, expected " << plate.at_6_db << " within "
@@ -49,7 +49,7 @@ TEST_CASE("specular: the -6 dB angle of the aperture lobe is right within 0.5 de
 }
 
 TEST_CASE("specular: the aperture lobe has the widths of its closed form") {
-    const specular_return lobe{.lobe = specular_return::lobe::aperture};
+    const specular_return lobe{.lobe = specular_return::lobe_shape::aperture};
     CHECK(degrees_at(lobe, -6.0206F, 2, 1) == doctest::Approx(7.018).epsilon(1e-3).scale(1e-30));
     CHECK(degrees_at(lobe, -6.0206F, 4, 1) == doctest::Approx(3.5625).epsilon(1e-3).scale(1e-30));
     CHECK(degrees_at(lobe, -20, 2, 1) == doctest::Approx(12.632).epsilon(1e-3).scale(1e-30));
@@ -58,7 +58,7 @@ TEST_CASE("specular: the aperture lobe has the widths of its closed form") {
 }
 
 TEST_CASE("specular: the exact lobe equals the convolution with the Fresnel zone within 1e-3") {
-    const specular_return exact{.lobe = specular_return::lobe::exact};
+    const specular_return exact{.lobe = specular_return::lobe_shape::exact};
     for (const float fnumber : {1.0F, 2.0F, 4.0F})
         for (const float wavelengths : {20.0F, 100.0F, 400.0F})
             for (int degrees = 0; degrees <= 40; degrees += 2) {
@@ -72,8 +72,8 @@ TEST_CASE("specular: the exact lobe equals the convolution with the Fresnel zone
 }
 
 TEST_CASE("specular: the exact lobe tends to the aperture lobe for short wavelengths") {
-    const specular_return exact{.lobe = specular_return::lobe::exact},
-        triangle{.lobe = specular_return::lobe::aperture};
+    const specular_return exact{.lobe = specular_return::lobe_shape::exact},
+        triangle{.lobe = specular_return::lobe_shape::aperture};
     for (int step = 0; step <= 40; ++step) {
         const float angle = static_cast<float>(step) * 0.5_deg;
         CHECK(std::fabs(exact(angle, 2, 1e5F) - triangle(angle, 2, 1e5F)) < 0.01F);
@@ -81,12 +81,12 @@ TEST_CASE("specular: the exact lobe tends to the aperture lobe for short wavelen
 }
 
 TEST_CASE("specular: the cosine lobe is cos^power; power 1.386 / phi^2 gives -6 dB at phi") {
-    CHECK(specular_return{.lobe = specular_return::lobe::cosine}(60_deg, 2, 1) == doctest::Approx(0.5).scale(1e-30));
-    CHECK(specular_return{.lobe = specular_return::lobe::cosine, .power = 4}(60_deg, 2, 1) ==
+    CHECK(specular_return{.lobe = specular_return::lobe_shape::cosine}(60_deg, 2, 1) == doctest::Approx(0.5).scale(1e-30));
+    CHECK(specular_return{.lobe = specular_return::lobe_shape::cosine, .power = 4}(60_deg, 2, 1) ==
           doctest::Approx(0.0625).scale(1e-30));
-    CHECK(specular_return{.lobe = specular_return::lobe::cosine}(100_deg, 2, 1) == 0);
+    CHECK(specular_return{.lobe = specular_return::lobe_shape::cosine}(100_deg, 2, 1) == 0);
     for (const float power : {79.0F, 270.0F}) {
-        const float half = degrees_at({.lobe = specular_return::lobe::cosine, .power = power}, -6.0206F, 2, 1);
+        const float half = degrees_at({.lobe = specular_return::lobe_shape::cosine, .power = power}, -6.0206F, 2, 1);
         CHECK(half * static_cast<float>(radians) ==
               doctest::Approx(std::sqrt(1.386F / power)).epsilon(0.01).scale(1e-30));
     }
@@ -94,9 +94,9 @@ TEST_CASE("specular: the cosine lobe is cos^power; power 1.386 / phi^2 gives -6 
 
 TEST_CASE("specular: every lobe is 1 at normal incidence, symmetric and monotonic") {
     for (const specular_return& lobe : {specular_return{},
-                                        {.lobe = specular_return::lobe::aperture},
-                                        {.lobe = specular_return::lobe::cosine, .power = 79},
-                                        {.lobe = specular_return::lobe::exact}})
+                                        {.lobe = specular_return::lobe_shape::aperture},
+                                        {.lobe = specular_return::lobe_shape::cosine, .power = 79},
+                                        {.lobe = specular_return::lobe_shape::exact}})
         for (const float fnumber : {1.0F, 2.0F, 4.0F})
             for (const float wavelengths : {20.0F, 100.0F, 400.0F}) {
                 CHECK(lobe(0, fnumber, wavelengths) == doctest::Approx(1).scale(1e-30));

@@ -94,7 +94,7 @@ double worst_of(const specular_return& lobe, double frequency, double fnumber, d
 
 // V19
 TEST_CASE("specular: the exact lobe agrees with a simulated tilted plate within 1 dB, down to -12 dB") {
-    const specular_return exact{.lobe = specular_return::lobe::exact};
+    const specular_return exact{.lobe = specular_return::lobe_shape::exact};
     for (const tilted_plate& plate : table) {
         float worst = 0;
         for (const auto& row : plate.rows) {
@@ -119,14 +119,14 @@ TEST_CASE(
         for (const double megahertz : {2.5, 5.0, 7.5}) {
             const double worst = worst_of({}, megahertz * 1e6, fnumber, 0.03);
             MESSAGE("F/", fnumber, ", ", megahertz, " MHz: at most ", worst, " dB off; `exact` ",
-                    worst_of({.lobe = specular_return::lobe::exact}, megahertz * 1e6, fnumber, 0.03), ", `aperture` ",
-                    worst_of({.lobe = specular_return::lobe::aperture}, megahertz * 1e6, fnumber, 0.03));
+                    worst_of({.lobe = specular_return::lobe_shape::exact}, megahertz * 1e6, fnumber, 0.03), ", `aperture` ",
+                    worst_of({.lobe = specular_return::lobe_shape::aperture}, megahertz * 1e6, fnumber, 0.03));
             CHECK(worst < 0.4);
         }
 }
 
 TEST_CASE("specular: at F/4 the exact lobe has the simulated widths, 3.9 to 4.3 and 6.9 to 8.4 degrees, to 0.1") {
-    const specular_return exact{.lobe = specular_return::lobe::exact};
+    const specular_return exact{.lobe = specular_return::lobe_shape::exact};
     for (const tilted_plate& plate : table) {
         const float half = degrees_at(exact, -6, 4, wavelengths_of(plate));
         const float tenth = degrees_at(exact, -20, 4, wavelengths_of(plate));
@@ -139,7 +139,7 @@ TEST_CASE("specular: at F/4 the exact lobe has the simulated widths, 3.9 to 4.3 
 }
 
 TEST_CASE("specular: the exact lobe agrees with the sum over elements and images within 0.5 dB, down to -12 dB") {
-    const specular_return exact{.lobe = specular_return::lobe::exact};
+    const specular_return exact{.lobe = specular_return::lobe_shape::exact};
     float worst = 0;
     for (const float fnumber : {2.0F, 3.0F, 5.0F})
         for (const float wavelengths : {50.0F, 150.0F, 300.0F})

@@ -53,7 +53,7 @@ TEST_CASE("physical: an oblique surface has Fresnel's reflection, the specular l
                            .aperture = {.fnumbers = fnumbers, .spacing = 15_mm, .elevation_fnumber = 5}};
     const double shown = 20e-3 * 1540 / 1455; // 21.2 mm: F/3 in the slice plane
     const double r = wide(fresnel{}.pressure_reflection(media[0], media[2], static_cast<float>(cosine)));
-    const specular_return aperture{.lobe = specular_return::lobe::aperture};
+    const specular_return aperture{.lobe = specular_return::lobe_shape::aperture};
     const double collected = (1 - 0.06 / std::atan(1.0 / 6)) * (1 - 0.03 / std::atan(1.0 / 10));
     const double attenuation = level(-loss(media[0], 20e-3, 5));
 

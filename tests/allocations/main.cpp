@@ -205,7 +205,7 @@ int main() {
     std::printf("allocations a frame: %ld with seq, %ld with par_unseq; expected 0\n", sequenced, parallel);
     b_mode_settings all = plain, one = plain;
     all.compound = {.angles = 3};
-    one.compound = {.angles = 3, .update = compound_update::one};
+    one.compound = {.angles = 3, .update = compound_settings::update_mode::one};
     const long compounded = allocated_by(exec::par_unseq.threads(2), all),
                rolling = allocated_by(exec::par_unseq.threads(2), one);
     std::printf("compounded: %ld all at once, %ld one look at a time; expected 0\n", compounded, rolling);

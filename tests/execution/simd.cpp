@@ -33,8 +33,10 @@ void check() {
     each(multiply_add(x, y, lanes<N>(0.25F)), [](float p, float q) { return multiply_add(p, q, 0.25F); });
     each(each_lane<N>([&](int i) { return b[i]; }), [](float, float q) { return q; });
     each(lanes<N>(3.0F), [](float, float) { return 3.0F; });
-    store(lanes<N>(-0.0F), result);
-    CHECK(std::signbit(result[N - 1]));
+    for (const lanes<N>& negative : {lanes<N>(-0.0F), -lanes<N>(0.0F)}) {
+        store(negative, result);
+        CHECK(std::signbit(result[N - 1]));
+    }
 
     std::uint32_t less = 0, both = 0;
     for (int i = 0; i < N; ++i) {

@@ -27,7 +27,7 @@ functions = [
     ("refit", "bvh/storage.hpp", r"box_areas refit_part", r"^/// Recomputes all boxes", ["bvh/storage_refit"]),
     ("pulse", "signal/pulse.hpp", r"^struct pulse_envelope", r"^template", ["signal/pulse"]),
     ("scan conversion", "image/scan_convert.hpp", r"const bool full_circle = ", r"^/// The same for a single frame", ["image/scan_convert"]),
-    ("attenuation", "acoustics/laws.hpp", r"float echo_loss", r"^/// A wave incident", ["acoustics/laws_attenuation"]),
+    ("attenuation", "acoustics/laws.hpp", r"float echo_loss", r"^/// An attenuation law", ["acoustics/laws_attenuation"]),
     ("progressive mean", "paper/picture.hpp", r"const image& add", r"^    /// The mean after", ["paper/picture_progressive"]),
 ]
 

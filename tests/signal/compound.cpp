@@ -82,7 +82,7 @@ TEST_CASE("compounding: one look at a time ends in the same average as all at on
     const auto value = [](std::uint32_t number, vec3 p) { return 1 + 0.1F * static_cast<float>(number) + 7 * p.x; };
     for (const std::uint32_t angles : {1U, 2U, 5U, 8U}) {
         compounding<linear_array> full, rolling;
-        const compound_settings all{.angles = angles}, one{.angles = angles, .update = compound_update::one};
+        const compound_settings all{.angles = angles}, one{.angles = angles, .update = compound_settings::update_mode::one};
         const scan_lines expected = compounded(full, probe, all, value);
         std::vector<std::uint32_t> order;
         const auto next = [&] {
@@ -100,7 +100,7 @@ TEST_CASE("compounding: one look at a time ends in the same average as all at on
 TEST_CASE("compounding: each new look replaces the oldest; another probe, depth or number of looks starts anew") {
     linear_array probe{.lines = 64};
     compounding<linear_array> looks;
-    compound_settings settings{.angles = 3, .update = compound_update::one};
+    compound_settings settings{.angles = 3, .update = compound_settings::update_mode::one};
     std::uint32_t looks_traced = 0;
     const auto next = [&](float level) {
         ++looks_traced;

@@ -60,8 +60,10 @@ void check_sums(std::size_t size) {
             std::sqrt(2 * static_cast<double>(size)));
     CHECK(worst < 1e-4);
     transform.back<Width>(real.data(), imaginary.data());
-    for (std::size_t k = 0; k < size; ++k)
+    for (std::size_t k = 0; k < size; ++k) {
         CHECK(real[k] / static_cast<float>(size) == doctest::Approx(x[k]).epsilon(1e-5));
+        CHECK(imaginary[k] / static_cast<float>(size) == doctest::Approx(y[k]).epsilon(1e-5));
+    }
 }
 
 } // namespace

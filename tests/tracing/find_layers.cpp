@@ -75,12 +75,12 @@ void check_chords(const scene& body, const Probe& probe, std::uint32_t planes) {
 }
 
 // A model that throws where it is told to.
-struct moody {
-    using sample_type = float;
+struct throwing_model {
+    using sample_type = vec2;
     bool fails = false;
     std::uint32_t samples(float, float) const { return 64; }
-    void operator()(const auto&, const traced_line&, float, view<float>) const {
-        if (fails) throw usage_error{"moody"};
+    void operator()(const auto&, const traced_line&, float, view<vec2>) const {
+        if (fails) throw usage_error{"a model that throws"};
     }
 };
 
@@ -213,14 +213,33 @@ TEST_CASE("a frame that throws leaves no layers, and the next one all of its own
     using namespace find_layers_test;
     const scene body = ball();
     const linear_array probe{.lines = 40};
-    line_tracer<linear_array, moody> tracer;
-    tracer.trace(exec::seq, body, probe, pose{}, moody{}, {.depth = 45_mm});
+    line_tracer<linear_array, throwing_model> tracer;
+    tracer.trace(exec::seq, body, probe, pose{}, throwing_model{}, {.depth = 45_mm});
     CHECK(tracer.layers().lines == 40);
-    CHECK_THROWS_AS(tracer.trace(exec::seq, body, probe, pose{}, moody{true}, {.depth = 45_mm}), usage_error);
+    CHECK_THROWS_AS(tracer.trace(exec::seq, body, probe, pose{}, throwing_model{true}, {.depth = 45_mm}), usage_error);
     CHECK(tracer.layers().lines == 0);
-    tracer.trace(exec::seq, body, probe, pose{}, moody{}, {.depth = 45_mm});
+    tracer.trace(exec::seq, body, probe, pose{}, throwing_model{}, {.depth = 45_mm});
     REQUIRE(tracer.layers().lines == 40);
     CHECK(tracer.layers()(20).size() == 3);
+}
+
+TEST_CASE(
+    "after a scan that threw, a scanner has the picture before it and no layers, and then those of the next scan") {
+    using namespace find_layers_test;
+    const scene body = ball();
+    scanner<linear_array, throwing_model> machine{linear_array{.lines = 40}, {.depth = 45_mm, .size = {40, 0}}};
+    CHECK_THROWS_AS(machine.layers(), usage_error);
+    const image before = machine.scan(exec::seq, body, pose{});
+    REQUIRE(machine.layers().lines == machine.layers_probe().lines);
+    machine.model = throwing_model{true};
+    CHECK_THROWS_AS(machine.scan(exec::seq, body, pose{}), usage_error);
+    CHECK(machine.picture() == before);
+    CHECK_THROWS_AS(machine.layers(), usage_error);
+    CHECK_THROWS_AS(machine.layers_probe(), usage_error);
+    machine.model = throwing_model{};
+    machine.scan(exec::seq, body, pose{});
+    CHECK(machine.layers().lines == machine.layers_probe().lines);
+    CHECK(machine.layers().lines > 0);
 }
 
 TEST_CASE(

@@ -122,7 +122,7 @@ TEST_CASE("a ball of water in water has labels but no surface, and casts no shad
     body.build(exec::par);
     const scene nothing = scene{tissue::water}.build(exec::par);
     const linear_array probe{.lines = 33, .width = 30_mm};
-    const label_settings settings{.depth = 60_mm, .samples = 300, .grid = label_grid::displayed};
+    const label_settings settings{.depth = 60_mm, .samples = 300, .grid = label_settings::depth_grid::displayed};
     const ground_truth_lines truth = ground_truth(exec::par, body, probe, pose{}, settings);
     const ground_truth_lines empty = ground_truth(exec::par, nothing, probe, pose{}, settings);
     CHECK(truth.label(16, 150) == static_cast<label_id>(ball));
@@ -141,7 +141,7 @@ TEST_CASE("depth is geometric on both grids: 20 mm of fat, 10 mm of bone, then m
     label_settings settings{.depth = 40_mm, .samples = 1000};
     const ground_truth_lines geometric =
         ground_truth(exec::par, body, ground_truth_test::middle_line(2_MHz), pose{}, settings);
-    settings.grid = label_grid::displayed;
+    settings.grid = label_settings::depth_grid::displayed;
     const ground_truth_lines displayed =
         ground_truth(exec::par, body, ground_truth_test::middle_line(2_MHz), pose{}, settings);
     for (std::uint32_t k = 0; k < 1000; ++k) {
@@ -172,7 +172,7 @@ TEST_CASE("label is that of `label`, medium that of the object, attenuation that
                                          solids::sphere({0.002, 0, 0.03}, 0.004, alike_but_for(0.15_dB_per_cm, 1.2F))}};
     const scene body = formulas.scene();
     const convex_array probe{.lines = 41, .radius = 30_mm, .field_of_view = 40_deg, .frequency = 4_MHz};
-    for (const auto grid : {label_grid::geometric, label_grid::displayed}) {
+    for (const auto grid : {label_settings::depth_grid::geometric, label_settings::depth_grid::displayed}) {
         const label_settings settings{.depth = 50_mm, .samples = 500, .grid = grid};
         const ground_truth_lines truth =
             ground_truth(exec::par, body, probe, pose{}, physical<>{.bandwidth = pulse_bandwidth::narrow}, settings);
@@ -183,7 +183,7 @@ TEST_CASE("label is that of `label`, medium that of the object, attenuation that
                 REQUIRE(body.media()[truth.medium(line, k)] == formulas.medium_of(truth.label(line, k)));
                 const double depth = (k + 0.5) * 1e-4;
                 const std::size_t i =
-                    grid == label_grid::displayed ? walk.at_displayed(depth) : walk.at_geometric(depth);
+                    grid == label_settings::depth_grid::displayed ? walk.at_displayed(depth) : walk.at_geometric(depth);
                 REQUIRE(std::fabs(ground_truth_test::decibels(truth.transmitted(line, k)) + walk.lost[i]) < 0.02);
             }
         }
@@ -195,7 +195,7 @@ TEST_CASE("every sample of every map is a number, whatever the media") {
     body.add(make_sphere({0, 0, 30_mm}, 10_mm, 3), medium{.density = 1e-3F, .sound_speed = 10, .attenuation = 1e6F});
     body.add(make_sphere({0, 0, 30_mm}, 5_mm, 3), medium{.density = 1e5F, .sound_speed = 1e5F});
     body.build(exec::par);
-    for (const auto grid : {label_grid::geometric, label_grid::displayed}) {
+    for (const auto grid : {label_settings::depth_grid::geometric, label_settings::depth_grid::displayed}) {
         const ground_truth_lines truth =
             ground_truth(exec::par, body, linear_array{}, pose{}, {.depth = 60_mm, .samples = 400, .grid = grid});
         for (std::size_t i = 0; i < truth.depth.values.size(); ++i) {
@@ -215,7 +215,7 @@ TEST_CASE("ground truth is equal on any number of threads, and refuses what `lab
     body.add(make_sphere({0, 0, 30_mm}, 10_mm, 4), tissue::bone);
     body.add(make_sphere({-15_mm, 0, 25_mm}, 4_mm, 4), tissue::blood);
     const linear_array probe{.lines = 101};
-    const label_settings settings{.depth = 60_mm, .samples = 333, .grid = label_grid::displayed};
+    const label_settings settings{.depth = 60_mm, .samples = 333, .grid = label_settings::depth_grid::displayed};
     CHECK_THROWS_AS(ground_truth(exec::par, body, probe, pose{}, settings), usage_error);
     body.build(exec::par);
     CHECK_THROWS_AS(ground_truth(exec::par, body, probe, pose{}, {.depth = -1}), usage_error);

@@ -22,7 +22,8 @@ scene with_box(const medium& background, const medium& inside, float from, float
     return body;
 }
 
-float transmitted_at(const scene& body, float frequency, float depth, label_grid grid = label_grid::geometric) {
+float transmitted_at(const scene& body, float frequency, float depth,
+                     label_settings::depth_grid grid = label_settings::depth_grid::geometric) {
     const auto k = static_cast<std::uint32_t>(depth / 0.1_mm);
     return ground_truth(exec::par, body, middle_line(frequency), pose{},
                         physical<>{.bandwidth = pulse_bandwidth::narrow},
@@ -71,16 +72,18 @@ TEST_CASE(
         double displayed, steep; // dB/cm
     } const rows[] = {{2.5_MHz, 5.13, 3.9528}, {5_MHz, 10.26, 11.1803}, {7.5_MHz, 15.39, 20.5396}};
     for (const auto& row : rows) {
-        const auto slope = [&](const scene& one, label_grid grid) {
+        const auto slope = [&](const scene& one, label_settings::depth_grid grid) {
             return (decibels(transmitted_at(one, row.frequency, 10.05_mm, grid)) -
                     decibels(transmitted_at(one, row.frequency, 60.05_mm, grid))) /
                    5;
         };
-        MESSAGE((row.frequency * 1e-6F), " MHz: ", slope(body, label_grid::displayed), " dB a displayed cm, expected ",
-                row.displayed);
-        CHECK(slope(body, label_grid::displayed) == doctest::Approx(row.displayed).epsilon(1e-3).scale(1e-30));
-        CHECK(slope(body, label_grid::geometric) ==
+        MESSAGE((row.frequency * 1e-6F), " MHz: ", slope(body, label_settings::depth_grid::displayed),
+                " dB a displayed cm, expected ", row.displayed);
+        CHECK(slope(body, label_settings::depth_grid::displayed) ==
+              doctest::Approx(row.displayed).epsilon(1e-3).scale(1e-30));
+        CHECK(slope(body, label_settings::depth_grid::geometric) ==
               doctest::Approx(2 * static_cast<double>(row.frequency) * 1e-6).epsilon(1e-4).scale(1e-30));
-        CHECK(slope(steep, label_grid::geometric) == doctest::Approx(row.steep).epsilon(1e-4).scale(1e-30));
+        CHECK(slope(steep, label_settings::depth_grid::geometric) ==
+              doctest::Approx(row.steep).epsilon(1e-4).scale(1e-30));
     }
 }

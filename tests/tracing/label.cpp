@@ -34,7 +34,7 @@ solids::world world_of_solids() {
 // Every sample of every third line against the formulas.
 template <class Probe>
 void check_labels(const solids::world& formulas, const scene& body, const Probe& probe, const pose& at) {
-    for (const auto grid : {label_grid::geometric, label_grid::displayed}) {
+    for (const auto grid : {label_settings::depth_grid::geometric, label_settings::depth_grid::displayed}) {
         const label_settings settings{.depth = 70_mm, .samples = 701, .grid = grid};
         const label_lines labels = label(exec::par, body, probe, at, settings);
         std::size_t compared = 0, doubtful = 0, wrong = 0;
@@ -44,7 +44,7 @@ void check_labels(const solids::world& formulas, const scene& body, const Probe&
             for (std::uint32_t k = 0; k < labels.samples; ++k) {
                 const double depth = (k + 0.5) / 701 * 0.07;
                 const std::size_t i =
-                    grid == label_grid::displayed ? walk.at_displayed(depth) : walk.at_geometric(depth);
+                    grid == label_settings::depth_grid::displayed ? walk.at_displayed(depth) : walk.at_geometric(depth);
                 ++compared;
                 if (walk.in_doubt(i, 12)) {
                     ++doubtful;
@@ -141,7 +141,7 @@ TEST_CASE("on the displayed grid a plate at z stands at z c0 / c") { // V8
         const object_id plate = body.add(make_plane({0, 0, row.depth}, {0, 0, -1}, 100_mm, 10_mm), tissue::water);
         body.build(exec::par);
         const linear_array probe{.lines = 5, .width = 10_mm};
-        const label_settings settings{.depth = 120_mm, .samples = 4096, .grid = label_grid::displayed};
+        const label_settings settings{.depth = 120_mm, .samples = 4096, .grid = label_settings::depth_grid::displayed};
         const float found = label_test::first_of(label(exec::par, body, probe, pose{}, settings), plate);
         MESSAGE(row.speed, " m/s: plate at ", (row.depth * 1e3F), " mm displayed at ", (found * 1e3F), " mm, expected ",
                 (row.displayed * 1e3F));
@@ -155,7 +155,8 @@ TEST_CASE("displayed and geometric grid are one where sound has the display's sp
     body.add(make_sphere({0, 0, 30_mm}, 10_mm, 4), medium{.density = 1100, .sound_speed = 1540});
     body.build(exec::par);
     const linear_array probe{};
-    CHECK(label(exec::par, body, probe, pose{}, {.depth = 60_mm, .samples = 500, .grid = label_grid::displayed}) ==
+    CHECK(label(exec::par, body, probe, pose{},
+                {.depth = 60_mm, .samples = 500, .grid = label_settings::depth_grid::displayed}) ==
           label(exec::par, body, probe, pose{}, {.depth = 60_mm, .samples = 500}));
 }
 
@@ -173,7 +174,7 @@ TEST_CASE("labels left without a number of samples have two for each deviation o
 TEST_CASE("labels are equal on any number of threads, with and without SIMD") {
     const scene body = label_test::world_of_solids().scene();
     const convex_array probe{.lines = 101, .radius = 40_mm, .field_of_view = 60_deg};
-    const label_settings settings{.depth = 60_mm, .samples = 777, .grid = label_grid::displayed};
+    const label_settings settings{.depth = 60_mm, .samples = 777, .grid = label_settings::depth_grid::displayed};
     const label_lines reference = label(exec::seq, body, probe, pose{}, settings);
     CHECK(label(exec::unseq, body, probe, pose{}, settings) == reference);
     for (const std::uint32_t threads : {1U, 2U, 3U, 8U}) {

@@ -152,8 +152,9 @@ TEST_CASE("the rms of drawn speckle falls along a line as transmitted says, unde
     const linear_array probe{.lines = 96, .width = 30_mm, .frequency = 5_MHz};
     constexpr std::uint32_t samples = 1280;
     const auto compare = [&](const auto& plain) {
-        const ground_truth_lines truth = ground_truth(
-            exec::par, body, probe, pose{}, plain, {.depth = 50_mm, .samples = samples, .grid = label_grid::displayed});
+        const ground_truth_lines truth =
+            ground_truth(exec::par, body, probe, pose{}, plain,
+                         {.depth = 50_mm, .samples = samples, .grid = label_settings::depth_grid::displayed});
         std::vector<double> power(samples);
         constexpr int seeds = 12;
         for (std::uint32_t seed = 1; seed <= seeds; ++seed) {

@@ -147,7 +147,8 @@ TEST_CASE("a target below a tilted plane is seen where refraction puts it") { //
     body.build(exec::par);
     const linear_array probe{.lines = 401, .width = 20.05_mm, .frequency = 5_MHz}; // 50 um apart
     const auto model =
-        physical<>{.specular = {.lobe = specular_return::lobe::cosine, .power = 1}}.with_scattering(no_scatterers{});
+        physical<>{.specular = {.lobe = specular_return::lobe_shape::cosine, .power = 1}}.with_scattering(
+            no_scatterers{});
     const iq_lines lines =
         trace(exec::par, body, probe, pose{}, model, {.depth = 66_mm, .samples = 3300}, paths{{.bounces = 0}});
     double sum = 0, moment = 0;

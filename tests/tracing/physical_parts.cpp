@@ -92,7 +92,7 @@ TEST_CASE("a model changes its law, its texture and its options, and keeps the r
     CHECK(first_echo(silent.with_boundary(mirror{})) == doctest::Approx(0.5).scale(1e-30));
     CHECK(trace(exec::par, body, physical_test::probe(5_MHz), pose{}, silent.with_boundary(fresnel{}), scan) ==
           trace(exec::par, body, physical_test::probe(5_MHz), pose{}, silent, scan));
-    const physical<fresnel, no_scatterers> oblique{.specular = {.lobe = specular_return::lobe::aperture}};
+    const physical<fresnel, no_scatterers> oblique{.specular = {.lobe = specular_return::lobe_shape::aperture}};
     CHECK(trace(exec::par, body, physical_test::probe(5_MHz), pose{}, oblique, scan).values ==
           std::vector<vec2>(16 * 4000, vec2{0, 0})); // 17 degrees off: beside the aperture
     const physical<fresnel, no_scatterers> broad{.bandwidth = pulse_bandwidth::broad},

@@ -29,7 +29,7 @@ TEST_CASE("a tilted plate, traced and convolved, fades as a simulated aperture's
             body.add(make_box({-60_mm, -60_mm, 0}, {60_mm, 60_mm, 40_mm}), medium{.density = 1200, .sound_speed = 1540},
                      {.at = turned});
             body.build(exec::par);
-            const physical<> model{.specular = {.lobe = specular_return::lobe::exact}};
+            const physical<> model{.specular = {.lobe = specular_return::lobe_shape::exact}};
             const acquisition scan{.depth = 40_mm, .samples = 4000};
             const scan_lines seen = envelope(
                 exec::par, convolve(exec::par, trace(exec::par, body, probe, pose{}, model, scan), pulse{}, probe));
@@ -52,7 +52,7 @@ TEST_CASE("a plate that is tilted out of the slice fades by the aperture's heigh
                              .focus = 30_mm,
                              .elevation_height = 7.5_mm,
                              .elevation_focus = 30_mm}; // F/4
-    const specular_return lobe{.lobe = specular_return::lobe::exact};
+    const specular_return lobe{.lobe = specular_return::lobe_shape::exact};
     for (const std::uint32_t planes : {1U, 5U, 7U}) {
         double level[4];
         for (int i = 0; i < 4; ++i) {

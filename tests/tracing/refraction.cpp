@@ -66,7 +66,7 @@ TEST_CASE("behind an oblique plate, straight lines have the level of the refract
     using namespace refraction_test;
     const medium muscle = quiet(tissue::muscle), bone = quiet(tissue::bone);
     const medium silicone{.density = 1070, .sound_speed = 1000, .attenuation = 100}; // slower than its surroundings
-    const physical<> model = physical<>{.specular = {.lobe = specular_return::lobe::cosine, .power = 0},
+    const physical<> model = physical<>{.specular = {.lobe = specular_return::lobe_shape::cosine, .power = 0},
                                         .bandwidth = pulse_bandwidth::narrow};
     const linear_array one_line{.lines = 1, .width = 1_mm, .frequency = 2.5_MHz};
     const oblique_plate plates[] = {{muscle, bone, 3e-3, 0},     {muscle, bone, 3e-3, 10}, {muscle, bone, 3e-3, 20},
@@ -83,8 +83,9 @@ TEST_CASE("behind an oblique plate, straight lines have the level of the refract
         CHECK(std::fabs(found[2].decibels() - expected.decibels()) < 0.05);
         CHECK(std::fabs(found[2].depth - expected.depth) < 10e-6);
 
-        const ground_truth_lines truth = ground_truth(exec::par, body, one_line, pose{}, model,
-                                                      {.depth = 60_mm, .samples = 6000, .grid = label_grid::displayed});
+        const ground_truth_lines truth =
+            ground_truth(exec::par, body, one_line, pose{}, model,
+                         {.depth = 60_mm, .samples = 6000, .grid = label_settings::depth_grid::displayed});
         const auto before_wall = static_cast<std::uint32_t>((expected.depth - 20e-6) / 10e-6);
         CHECK(truth.label(0, before_wall) == background_label); // the muscle behind the plate
         CHECK(truth.label(0, before_wall + 4) == 1);
@@ -113,7 +114,7 @@ TEST_CASE("through parallel oblique layers, every surface has the level of the r
     body.build(exec::par);
     const auto found = echoes_test::echoes_of(
         trace(exec::par, body, linear_array{.lines = 1, .width = 1_mm, .frequency = 2.5_MHz}, pose{},
-              physical<>{.specular = {.lobe = specular_return::lobe::cosine, .power = 0},
+              physical<>{.specular = {.lobe = specular_return::lobe_shape::cosine, .power = 0},
                          .bandwidth = pulse_bandwidth::narrow}
                   .with_scattering(no_scatterers{}),
               {.depth = 70_mm, .samples = 7000}),

@@ -20,7 +20,7 @@ namespace {
 
 // Without speckle, and without the faint diffraction of surfaces that are tilted out of the aperture.
 auto surfaces_within_the_aperture() {
-    return physical<>{.specular = {.lobe = specular_return::lobe::aperture}}.with_scattering(no_scatterers{});
+    return physical<>{.specular = {.lobe = specular_return::lobe_shape::aperture}}.with_scattering(no_scatterers{});
 }
 
 // Two media in turns, of r = 1 / 201: what goes on falls by T = 1 - r^2 at each surface.

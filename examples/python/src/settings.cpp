@@ -6,7 +6,7 @@ namespace insonify_python {
 void bind_settings(py::module_& module) {
     using time_gain = b_mode_settings::time_gain_settings;
     using noise_level = b_mode_settings::noise_level;
-    using grid = label_grid;
+    using grid = label_settings::depth_grid;
     settings_class<physical<>>(module, "physical", "The pulse-echo model.")
         .member("texture_db", &physical<>::texture_db, "level of the speckle of liver relative to a perfect mirror")
         .member("shadow_floor_db", &physical<>::shadow_floor_db, "lower bound on the level of speckle")
@@ -75,7 +75,7 @@ void bind_settings(py::module_& module) {
     settings_class<compound_settings>(module, "compound_settings", "Looks at several angles, averaged.")
         .member("angles", &compound_settings::angles, "number of looks; 1: no compounding")
         .member("spread", &compound_settings::spread, "angle between the outermost looks, radians")
-        .choice("update", &compound_settings::update, {{"all", compound_update::all}, {"one", compound_update::one}},
+        .choice("update", &compound_settings::update, {{"all", compound_settings::update_mode::all}, {"one", compound_settings::update_mode::one}},
                 "which looks each frame of a clip traces");
     settings_class<b_mode_settings>(module, "b_mode_settings", "Settings of a B-mode image, as on a scanner.")
         .member("depth", &b_mode_settings::depth, "metres")
@@ -100,7 +100,7 @@ void bind_settings(py::module_& module) {
         .member("interpolates_lines", &b_mode_settings::interpolates_lines,
                 "whether lines that the beam does not need are interpolated instead of traced")
         .choice("quality", &b_mode_settings::quality,
-                {{"full", b_mode_quality::full}, {"fast", b_mode_quality::fast}, {"draft", b_mode_quality::draft}},
+                {{"full", b_mode_settings::quality_level::full}, {"fast", b_mode_settings::quality_level::fast}, {"draft", b_mode_settings::quality_level::draft}},
                 "lines, samples, planes and looks that are traced: see sampling_of");
     py::class_<b_mode_sampling>(module, "b_mode_sampling", "What is traced for a picture.")
         .def_readonly("lines", &b_mode_sampling::lines, "of each look")

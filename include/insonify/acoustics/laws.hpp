@@ -263,16 +263,16 @@ concept specular_law = requires(const Law& law, float x) {
 ///
 ///     L(phi) ~ | integral of max(0, 1 - |a| / psi) exp(-i k d (phi - a)^2) da |,   k d = 2 pi d / wavelength
 ///
-/// the triangle of `lobe::aperture` blurred by the Fresnel zone. `lobe::exact` is this integral, `lobe::aperture` its
-/// limit for short wavelengths. With x = 2 phi sqrt(d / wavelength) and p = 2 psi sqrt(d / wavelength), two
-/// integrations by parts give the triangle and three edge waves,
+/// the triangle of `lobe_shape::aperture` blurred by the Fresnel zone. `lobe_shape::exact` is this integral,
+/// `lobe_shape::aperture` its limit for short wavelengths. With x = 2 phi sqrt(d / wavelength) and p = 2 psi sqrt(d /
+/// wavelength), two integrations by parts give the triangle and three edge waves,
 ///
 ///     L(phi) = |e(x)| / |e(0)|,   e(x) = (1 - i) max(0, p - |x|) - w(x + p) + 2 w(x) - w(x - p)
 ///     w(x) = (x g(x) + i (1/pi - x f(x))) exp(-i pi x^2 / 2)   for x >= 0,   w(-x) = w(x)
 ///
 /// where f and g are the auxiliary functions of the Fresnel integrals. Angles are assumed small.
 ///
-/// This is for a single frequency f. `lobe::pulse` averages e(x) / f over the spectrum of a pulse of 2.5 cycles,
+/// This is for a single frequency f. `lobe_shape::pulse` averages e(x) / f over the spectrum of a pulse of 2.5 cycles,
 /// whatever the probe's own, by Gauss-Hermite quadrature: at the carrier and at 1 +- 0.474 times it.
 ///
 /// Compared with a broadband simulation of a plate at the focus, 30 mm deep, at 2.5, 5 and 7.5 MHz, above -12 dB:
@@ -284,23 +284,23 @@ concept specular_law = requires(const Law& law, float x) {
 /// Source: the image-source method; Abramowitz & Stegun, section 7.3, for f and g.
 struct specular_return {
     /// How the echo decreases with the angle phi between the beam and the surface normal.
-    enum class lobe {
+    enum class lobe_shape {
         aperture, ///< max(0, 1 - |phi| / psi), psi = atan(1 / (2 F)): overlap of the aperture and its mirror image
         cosine,   ///< cos^power phi, the specularity of Buerger et al. 2013; a plate at F/2 has power 79, at F/4 270
         exact,    ///< `aperture` with diffraction at its edges, in closed form, at a single frequency
         pulse     ///< `exact` averaged over the spectrum of a short pulse
     };
 
-    enum lobe lobe = lobe::pulse; ///< shape of the lobe
-    float power = 1;              ///< exponent of `lobe::cosine`
+    lobe_shape lobe = lobe_shape::pulse; ///< shape of the lobe
+    float power = 1;                     ///< exponent of `lobe_shape::cosine`
 
     /// @param angle        phi: from the beam to the surface normal, in the plane of beam and aperture, radians
     /// @param fnumber      F: depth of the facet over the width of the aperture
     /// @param wavelengths  depth of the facet over the wavelength, above 0; used by `exact` and `pulse` only
     INSONIFY_FN float operator()(float angle, float fnumber, float wavelengths) const {
-        if (lobe == lobe::cosine) return std::pow(max(std::cos(angle), 0), power);
+        if (lobe == lobe_shape::cosine) return std::pow(max(std::cos(angle), 0), power);
         const float edge = std::atan(1 / (2 * fnumber));
-        if (lobe == lobe::aperture) return max(0, 1 - std::fabs(angle) / edge);
+        if (lobe == lobe_shape::aperture) return max(0, 1 - std::fabs(angle) / edge);
         if (angle == 0) return 1;
         const auto at_frequency = [&](float relative, vec2& turned, vec2& straight) {
             const float scale = 2 * std::sqrt(wavelengths * relative), weight = 1 / relative;
@@ -308,7 +308,7 @@ struct specular_return {
         };
         vec2 turned{0, 0}, straight{0, 0};
         at_frequency(1, turned, straight);
-        if (lobe == lobe::pulse) {
+        if (lobe == lobe_shape::pulse) {
             constexpr float deviation =
                 1.7320508F * 0.644F / 2.3548F; // sqrt(3) sigma of the spectrum, over the carrier
             turned *= 4.0F;

@@ -9,6 +9,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI::detail {
@@ -43,11 +44,15 @@ class tree_assembler {
             pieces.push_back(top);
         else
             add_node(policy, top, all, 1, &pieces);
-        // The largest first, for load balance.
-        std::sort(pieces.begin(), pieces.end(),
-                  [](const piece& a, const piece& b) { return a.all.size() > b.all.size(); });
-        for_each_index(policy, pieces.size(), [&](std::size_t i) {
-            piece& one = pieces[i];
+        // The largest first, for load balance. Pieces stay in the order of the traversal.
+        std::vector<std::size_t> order(pieces.size());
+        std::iota(order.begin(), order.end(), std::size_t{0});
+        std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+            const std::size_t of_a = pieces[a].all.size(), of_b = pieces[b].all.size();
+            return of_a != of_b ? of_a > of_b : a < b;
+        });
+        for_each_index(policy, order.size(), [&](std::size_t i) {
+            piece& one = pieces[order[i]];
             const std::size_t leaves = one.all.size() / Width;
             one.nodes.reserve(leaves / 4);
             one.slots.reserve((leaves + leaves / 4) * Width);

@@ -65,7 +65,11 @@ struct vector {
     INSONIFY_FN T& operator[](int i) { return lane[i]; }
     INSONIFY_FN T operator[](int i) const { return lane[i]; }
 
-    INSONIFY_FN friend vector operator-(const vector& a) { return vector(T{}) - a; }
+    INSONIFY_FN friend vector operator-(const vector& a) {
+        vector all;
+        for (int i = 0; i < N; ++i) all[i] = -a[i];
+        return all;
+    }
     INSONIFY_FN friend vector operator~(const vector& a) { return a ^ vector(~T{}); }
 #define INSONIFY_LANEWISE(result, operation, value)                                                                    \
     INSONIFY_FN friend vector<result, N> operator operation(const vector& a, const vector& b) {                        \

@@ -15,17 +15,16 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// How many looks are acquired for a frame.
-enum class compound_update {
-    all, ///< every look
-    one, ///< one, which replaces the oldest look; the first frame has the look nearest to straight alone
-};
-
 /// Spatial compounding: looks that are steered to several angles are averaged.
 struct compound_settings {
-    std::uint32_t angles = 1;                      ///< number of looks, 1 to 31; 1: no compounding
-    float spread = 20_deg;                         ///< angle between the outermost looks, radians, at most 90_deg
-    compound_update update = compound_update::all; ///< of a clip
+    /// How many looks are acquired for a frame.
+    enum class update_mode {
+        all, ///< every look
+        one, ///< one, which replaces the oldest look; the first frame has the look nearest to straight alone
+    };
+    std::uint32_t angles = 1;              ///< number of looks, 1 to 31; 1: no compounding
+    float spread = 20_deg;                 ///< angle between the outermost looks, radians, at most 90_deg
+    update_mode update = update_mode::all; ///< of a clip
 
     /// Angle of a look, radians: from -spread / 2 to spread / 2, at equal steps.
     float steering(std::uint32_t look) const {
@@ -70,7 +69,7 @@ class compounding {
                                std::move(recycled));
             if (settings.angles > 1) add(policy, looks_[number], recycled);
         };
-        if (settings.update == compound_update::one)
+        if (settings.update == compound_settings::update_mode::one)
             one(next());
         else
             for (std::uint32_t number = 0; number < settings.angles; ++number) one(number);

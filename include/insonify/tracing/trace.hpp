@@ -59,16 +59,15 @@ namespace detail {
 class scratch_memory {
   public:
     line_scratch scratch() {
-        return {.found = {.room = crossings_, .inside = {.ranks = inside_}},
-                .layers = layers_,
+        const line_room room = line_.room();
+        return {.found = room.found,
+                .layers = room.layers,
                 .branches = branches_,
                 .branch_objects = branch_objects_,
                 .arrivals = arrivals_};
     }
     void grow() {
-        crossings_.resize(2 * crossings_.size());
-        inside_.resize(2 * inside_.size());
-        layers_.resize(2 * layers_.size());
+        line_.grow();
         branches_.resize(2 * branches_.size());
         branch_objects_.resize(2 * branch_objects_.size());
         arrivals_.resize(2 * arrivals_.size());
@@ -81,9 +80,7 @@ class scratch_memory {
     }
 
   private:
-    std::vector<crossing> crossings_ = std::vector<crossing>(128);
-    std::vector<std::uint32_t> inside_ = std::vector<std::uint32_t>(16);
-    std::vector<layer> layers_ = std::vector<layer>(64);
+    line_memory line_{};
     std::vector<path_branch> branches_ = std::vector<path_branch>(32);
     std::vector<std::uint32_t> branch_objects_ = std::vector<std::uint32_t>(128);
     std::vector<path_arrival> arrivals_ = std::vector<path_arrival>(128);
@@ -104,7 +101,6 @@ class line_driver {
                     const straight_lines& how, float line_time, view<line_grid<Sample>* const> sinks,
                     const Emit& emit) {
         constexpr bool incident = !takes_normal_incidence<Model>();
-        half_found exception{layers_};
         const view<const displacement_view> displaced = displacements_.compute(policy, body, frame);
         const bool fan = finder_.assign(frame.probe);
         bool shaded = false;
@@ -113,6 +109,7 @@ class line_driver {
                      shading_.assign(frame.probe, finder_.fan(), beam_of(frame.probe, frame.depth));
         finder_.prepare(policy, body, frame, how.search, shaded ? 1 + how.directions : 1, shaded,
                         shaded ? shading_.beyond(frame) : outer_lines{});
+        frame_guard unfinished{layers_};
         scene_view seen = finder_.scene_seen();
         seen.displacements = displaced;
         frame_gains gains{};
@@ -137,7 +134,7 @@ class line_driver {
                 task.line.gains = gains.of_line(number, plane);
                 emit(block, task, layers_(number, plane), samples);
             });
-        exception.layers = nullptr; // there was none
+        unfinished.release();
     }
 
     /// The same for a tracer that makes the samples of a line itself.
@@ -164,16 +161,19 @@ class line_driver {
     const line_layers& layers() const { return layers_; }
 
   private:
-    // Where an exception ends a frame, the layers that were found of it are dropped: others are missing.
-    struct half_found {
-        line_layers* layers;
-
-        explicit half_found(line_layers& of) : layers{&of} {}
-        half_found(const half_found&) = delete;
-        half_found& operator=(const half_found&) = delete;
-        ~half_found() {
-            if (layers != nullptr) *layers = {};
+    // Drops the layers of a frame that an exception ends: those of some lines are missing.
+    class frame_guard {
+      public:
+        explicit frame_guard(line_layers& layers) : layers_{&layers} {}
+        frame_guard(const frame_guard&) = delete;
+        frame_guard& operator=(const frame_guard&) = delete;
+        ~frame_guard() {
+            if (layers_ != nullptr) *layers_ = {};
         }
+        void release() { layers_ = nullptr; }
+
+      private:
+        line_layers* layers_;
     };
 
     template <exec::policy Policy, transducer Probe, class BeginBlock, class Trace>

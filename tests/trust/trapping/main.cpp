@@ -27,7 +27,7 @@ void draw(const Policy& policy, scene& body, const Probe& probe, const pose& at)
           straight_lines{line_search::rays});
     const scan_lines lines = trace(policy, body, probe, at, law2011{.band = law2011::band::after}, scan,
                                    straight_lines{line_search::slices});
-    const label_settings labels{.depth = 50_mm, .samples = 256, .grid = label_grid::displayed};
+    const label_settings labels{.depth = 50_mm, .samples = 256, .grid = label_settings::depth_grid::displayed};
     ground_truth(policy, body, probe, at, labels);
     const image flat = scan_convert(policy, lines, probe, {.size = {64, 64}});
     const scan_map map = make_scan_map(policy, probe, {.depth = 50_mm, .samples = 1024}, {.size = {64, 64}});

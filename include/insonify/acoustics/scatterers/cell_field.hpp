@@ -518,6 +518,7 @@ struct cell_field {
 
   private:
     static constexpr std::uint32_t run_length = 96;
+    static_assert(run_length % max_simd_width == 0, "levels of structure are computed by whole registers");
 
     // The line in tissue at rest, straight as it is at a distance along it, where its origin is.
     INSONIFY_FN detail::rest_line rest_at(const material_line& line, float distance, float spacing) const {

@@ -168,8 +168,7 @@ struct aperture_view {
                                 view<const std::uint32_t> objects, const Model& model, const crossing_source& from,
                                 line_room room) const {
         const line_turn turn = turn_of(direction, plane, line);
-        // Those beyond the points on the right do not reach any where they are shifted to the right, and so on the
-        // left.
+        // Lines beyond the points on one side reach none of them where they are shifted away from these.
         if (turn.shift > 0 ? line >= points.beyond + points.count : line < points.beyond) return true;
         traced_line heard = along_fan(line, plane);
         turned_line turned{heard.frame, turn};
@@ -308,7 +307,8 @@ struct aperture_view {
             is_point
                 ? turn_of(direction, plane, point + points.beyond).lines_crossed(static_cast<float>(step + 1) * spacing)
                 : crossed);
-        const float whole = std::floor(back), fraction = back - whole;
+        constexpr float beyond_all = 1e9F; // lines
+        const float whole = clamp(std::floor(back), -beyond_all, beyond_all), fraction = back - whole;
         std::int32_t from = static_cast<std::int32_t>(point) + beyond + static_cast<std::int32_t>(whole),
                      next = from + 1;
         bool from_within = true, next_within = true;

@@ -16,6 +16,7 @@ struct crossing_source {
     bool rays = true;               ///< whether there are others
 
     /// Calls visit(crossing) for those in front of the origin.
+    INSONIFY_VISITS
     template <class Visit>
     INSONIFY_FN void for_each(const crossing_collector& collector, const Visit& visit) const {
         for (const crossing& one : sliced)
@@ -39,15 +40,17 @@ struct line_memory {
 
     line_room room() { return {{.room = crossings, .inside = {.ranks = inside}}, layers, behind_face}; }
 
+    void grow() {
+        crossings.resize(2 * crossings.size());
+        inside.resize(2 * inside.size());
+        behind_face.resize(2 * behind_face.size());
+        layers.resize(2 * layers.size());
+    }
+
     /// Calls attempt(room), in larger and larger memory, until it returns true.
     template <class Attempt>
     void fit(const Attempt& attempt) {
-        while (!attempt(room())) {
-            crossings.resize(2 * crossings.size());
-            inside.resize(2 * inside.size());
-            behind_face.resize(2 * behind_face.size());
-            layers.resize(2 * layers.size());
-        }
+        while (!attempt(room())) grow();
     }
 };
 
@@ -60,7 +63,7 @@ struct found_line {
 
 /// Finds what lies along a straight line.
 /// @param max_depth  how far it is followed, metres
-/// @param incident   whether to compute how it meets surfaces: see `stack_layers`
+/// @param incident   whether to compute how it intersects surfaces: see `stack_layers`
 INSONIFY_FN inline found_line find_line(const scene_view& scene, const line_frame& line, float max_depth, bool incident,
                                         const crossing_source& from, line_room room) {
     room.found.clear();

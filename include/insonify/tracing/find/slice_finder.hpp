@@ -15,11 +15,11 @@
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Lists in one flat array, by a counting sort: what each list is to hold is counted, then added. Keeps its memory.
+/// Lists in one flat array, by a counting sort: the items of each list are counted, then added. Keeps its memory.
 template <class T>
 class counted_lists {
   public:
-    /// Begins to count for so many lists.
+    /// Empties the lists, of which there are now so many; the next calls are those of `count`.
     void clear(std::size_t lists) {
         ends_.resize(lists + 1);
         std::fill(ends_.begin(), ends_.end(), 0);
@@ -30,7 +30,8 @@ class counted_lists {
         for (std::size_t list = 1; list < ends_.size(); ++list) ends_[list] += ends_[list - 1];
         items_.resize(ends_[ends_.size() - 1]);
     }
-    /// The end of each list's predecessor is where its own items begin; it moves on to its own end as they come in.
+    /// Until the last item, an entry of `ends_` is where the next item of its list goes; then it is the end of the
+    /// list.
     void add(std::size_t list, const T& item) { items_[ends_[list]++] = item; }
 
     /// One list, after the last `add`.
@@ -45,7 +46,7 @@ class counted_lists {
   private:
     std::size_t begin(std::size_t list) const { return list == 0 ? 0 : ends_[list - 1]; }
 
-    large_array<std::uint32_t> ends_; // in `items_`
+    large_array<std::size_t> ends_; // in `items_`
     large_array<T> items_;
 };
 

@@ -12,17 +12,16 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// What the depth of a sample means.
-enum class label_grid {
-    geometric, ///< metres along the line: where things are
-    displayed, ///< c0 t / 2, where t is the travel time there and back: where a picture by `physical` shows them
-};
-
 /// Depth and sampling of labels, and the meaning of depth.
 struct label_settings {
+    /// What the depth of a sample means.
+    enum class depth_grid {
+        geometric, ///< metres along the line: where things are
+        displayed, ///< c0 t / 2, where t is the travel time there and back: where a picture by `physical` shows them
+    };
     float depth = 0.08F;                     ///< metres, of the grid
     std::uint32_t samples = 0;               ///< along each line; 0: as many as a picture by `physical` has
-    label_grid grid = label_grid::geometric; ///< what a depth means
+    depth_grid grid = depth_grid::geometric; ///< what a depth means
 };
 
 namespace detail {
@@ -50,20 +49,21 @@ std::uint32_t check_labels(const scene& body, const Probe& probe, const pose& at
 inline float max_depth_of(const label_settings& settings, view<const medium> media) {
     float fastest = display_speed;
     for (const medium& m : media) fastest = max(fastest, m.sound_speed);
-    return settings.grid == label_grid::displayed ? settings.depth * (fastest / display_speed) : settings.depth;
+    return settings.grid == label_settings::depth_grid::displayed ? settings.depth * (fastest / display_speed)
+                                                                  : settings.depth;
 }
 
 /// Maps the layers of a line to a grid: calls visit(i, stretch) for layer i, starting at the face.
 ///
 /// Each sample, at (k + 1/2) * spacing metres, is in one stretch; the last layer takes all that are left.
 template <class Visit>
-void for_each_stretch(view<const layer> layers, view<const medium> media, label_grid grid, std::size_t samples,
-                      float spacing, const Visit& visit) {
+void for_each_stretch(view<const layer> layers, view<const medium> media, label_settings::depth_grid grid,
+                      std::size_t samples, float spacing, const Visit& visit) {
     std::size_t next = 0;
     float begin = 0;
     for (std::size_t i = 0; i < layers.size(); ++i) {
         const layer& here = layers[i];
-        const bool displayed = grid == label_grid::displayed;
+        const bool displayed = grid == label_settings::depth_grid::displayed;
         const float scale = displayed ? displayed_stretch(media[here.medium]) : 1.0F;
         const float end = begin + scale * (here.end - here.begin);
         const float before_end = clamp(std::ceil(end / spacing - 0.5F), 0, static_cast<float>(samples));
