@@ -253,8 +253,9 @@ TEST_CASE("scanner: labels are those of the objects where the picture shows them
     CHECK(at({4_mm, 0, 13_mm}) == 1);
     CHECK(at({-8_mm, 0, 15_mm}) == 0);
     CHECK(at({4_mm, 0, 2_mm}) == background_label);
-    const label_lines alone = label(exec::seq, body, refined{probe, rays_per_line(probe, usual.depth)}, pose{},
-                                    {.depth = 30_mm, .samples = machine.map().samples, .grid = label_settings::depth_grid::displayed});
+    const label_lines alone =
+        label(exec::seq, body, refined{probe, rays_per_line(probe, usual.depth)}, pose{},
+              {.depth = 30_mm, .samples = machine.map().samples, .grid = label_settings::depth_grid::displayed});
     CHECK(labels == scan_convert(exec::seq, alone, machine.map()));
 }
 
@@ -297,7 +298,8 @@ static vec2 place_of_strongest(const Scanner& machine, const iq_lines& echoes, f
 TEST_CASE("scanner: the echoes lie on the lines of their probe, whatever the number of lines and looks") {
     medium water = tissue::water;
     water.sound_speed = display_speed; // depth is displayed as it is
-    const auto check = [&](const auto& array, std::uint32_t angles, bool interpolates, compound_settings::update_mode update) {
+    const auto check = [&](const auto& array, std::uint32_t angles, bool interpolates,
+                           compound_settings::update_mode update) {
         b_mode_settings how{.depth = 40_mm, .planes = 1, .compound = {.angles = angles, .update = update}};
         how.interpolates_lines = interpolates;
         const vec3 centre = array.beam(static_cast<float>(array.lines / 3)).at(22_mm); // on a line of the probe

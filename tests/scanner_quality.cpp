@@ -52,8 +52,8 @@ struct levels_of_tissue {
 };
 // Of stored amplitudes, at several places.
 template <class Probe>
-levels_of_tissue measure_levels(const medium& tissue, const Probe& probe, float depth, b_mode_settings::quality_level level,
-                                std::uint32_t looks = 1) {
+levels_of_tissue measure_levels(const medium& tissue, const Probe& probe, float depth,
+                                b_mode_settings::quality_level level, std::uint32_t looks = 1) {
     const scene body = scene{tissue}.build(exec::par);
     scanner machine{probe, b_mode_settings{.depth = depth,
                                            .noise = {.level_db = no_level_db},
@@ -121,8 +121,9 @@ TEST_CASE("quality: fast traces at most a quarter of the lines and planes of ful
     const scene body = phantom(tissue::muscle);
     const auto compare = [&](const std::string& name, const auto& probe, float depth) {
         std::uint64_t all_lines = 0, all_samples = 0;
-        for (const auto& [level, fraction] :
-             {std::pair{b_mode_settings::quality_level::full, 1.0}, {b_mode_settings::quality_level::fast, 0.25}, {b_mode_settings::quality_level::draft, 0.1}}) {
+        for (const auto& [level, fraction] : {std::pair{b_mode_settings::quality_level::full, 1.0},
+                                              {b_mode_settings::quality_level::fast, 0.25},
+                                              {b_mode_settings::quality_level::draft, 0.1}}) {
             std::atomic<std::uint64_t> lines = 0, samples = 0;
             const b_mode_settings settings{.depth = depth, .size = {128, 128}, .quality = level};
             scanner machine{probe, settings, physical{}, counted_lines{&lines, &samples}};
@@ -157,7 +158,8 @@ TEST_CASE(
             return sampling_of(probe, b_mode_settings{.depth = 50_mm, .compound = {.angles = 3}, .quality = level});
         };
         const float widths = 38_mm / beam.lateral_width(beam.focus);
-        const b_mode_sampling fast = traced(b_mode_settings::quality_level::fast), draft = traced(b_mode_settings::quality_level::draft);
+        const b_mode_sampling fast = traced(b_mode_settings::quality_level::fast),
+                              draft = traced(b_mode_settings::quality_level::draft);
         const auto at_most = [&](float needed) {
             return std::min(std::ceil(needed), 4.0F * static_cast<float>(lines));
         };
@@ -172,8 +174,12 @@ TEST_CASE(
         CHECK(traced(b_mode_settings::quality_level::full).looks == 3);
         CHECK(fast.planes == 3);
         CHECK(draft.planes == 1);
-        CHECK(sampling_of(probe, b_mode_settings{.samples = 2000, .planes = 1, .quality = b_mode_settings::quality_level::fast}) ==
-              b_mode_sampling{sampling_of(probe, b_mode_settings{.quality = b_mode_settings::quality_level::fast}).lines, 2000, 1, 1});
+        CHECK(
+            sampling_of(
+                probe,
+                b_mode_settings{.samples = 2000, .planes = 1, .quality = b_mode_settings::quality_level::fast}) ==
+            b_mode_sampling{sampling_of(probe, b_mode_settings{.quality = b_mode_settings::quality_level::fast}).lines,
+                            2000, 1, 1});
     }
 }
 
@@ -181,11 +187,12 @@ TEST_CASE("quality: the power of speckle is that of full within 1 dB, its mean l
     const auto compare = [](const std::string& name, const medium& tissue, const auto& probe, float depth,
                             double of_mean) {
         const levels_of_tissue full = measure_levels(tissue, probe, depth, b_mode_settings::quality_level::full);
-        for (const b_mode_settings::quality_level level : {b_mode_settings::quality_level::fast, b_mode_settings::quality_level::draft}) {
+        for (const b_mode_settings::quality_level level :
+             {b_mode_settings::quality_level::fast, b_mode_settings::quality_level::draft}) {
             const levels_of_tissue now = measure_levels(tissue, probe, depth, level);
             const double power = now.power_db - full.power_db, mean = now.mean_db - full.mean_db;
-            MESSAGE(name, std::string{level == b_mode_settings::quality_level::fast ? ", fast" : ", draft"}, ": power ", power,
-                    " dB, mean level ", mean, " dB, expected 0 within 1 and ", of_mean);
+            MESSAGE(name, std::string{level == b_mode_settings::quality_level::fast ? ", fast" : ", draft"}, ": power ",
+                    power, " dB, mean level ", mean, " dB, expected 0 within 1 and ", of_mean);
             CHECK(std::fabs(power) < 1);
             CHECK(std::fabs(mean) < of_mean);
         }
@@ -200,12 +207,12 @@ TEST_CASE("quality: how much lower the mean level is, of muscle and where looks 
     const auto compare = [](const std::string& name, const medium& tissue, const auto& probe, float depth,
                             std::uint32_t looks, double of_fast, double of_draft) {
         const double full = measure_levels(tissue, probe, depth, b_mode_settings::quality_level::full, looks).mean_db;
-        for (const auto& [level, expected] :
-             {std::pair{b_mode_settings::quality_level::fast, of_fast}, {b_mode_settings::quality_level::draft, of_draft}}) {
+        for (const auto& [level, expected] : {std::pair{b_mode_settings::quality_level::fast, of_fast},
+                                              {b_mode_settings::quality_level::draft, of_draft}}) {
             const double now = measure_levels(tissue, probe, depth, level, looks).mean_db - full;
             MESSAGE(name, ", looks of full ", looks,
-                    std::string{level == b_mode_settings::quality_level::fast ? ", fast: " : ", draft: "}, now, " dB, the page says ",
-                    expected);
+                    std::string{level == b_mode_settings::quality_level::fast ? ", fast: " : ", draft: "}, now,
+                    " dB, the page says ", expected);
             CHECK(std::fabs(now - expected) < 0.25);
         }
     };
@@ -218,7 +225,9 @@ TEST_CASE("quality: how much lower the mean level is, of muscle and where looks 
 
 TEST_CASE("quality: a needle of 0.8 mm across the slice is seen at fast within 4 dB, but not always its tail") {
     const linear_array probe = presets::nerve_block.probe;
-    for (const b_mode_settings::quality_level level : {b_mode_settings::quality_level::full, b_mode_settings::quality_level::fast, b_mode_settings::quality_level::draft}) {
+    for (const b_mode_settings::quality_level level :
+         {b_mode_settings::quality_level::full, b_mode_settings::quality_level::fast,
+          b_mode_settings::quality_level::draft}) {
         const int places = 24;
         int seen = 0, tails = 0;
         double least = 1000, most = -1000;
@@ -256,7 +265,9 @@ TEST_CASE("quality: bone is where it is within 0.3 mm, a vessel where full shows
     const scene body = phantom(tissue::muscle);
     const float stretch = display_speed / tissue::muscle.sound_speed;
     vec2 shown_by_full{0, 0};
-    for (const b_mode_settings::quality_level level : {b_mode_settings::quality_level::full, b_mode_settings::quality_level::fast, b_mode_settings::quality_level::draft}) {
+    for (const b_mode_settings::quality_level level :
+         {b_mode_settings::quality_level::full, b_mode_settings::quality_level::fast,
+          b_mode_settings::quality_level::draft}) {
         scanner machine{linear_array{}, b_mode_settings{.depth = 40_mm, .size = {256, 256}, .quality = level}};
         machine.scan(exec::par_unseq, body, pose{});
         double worst = 0;
@@ -294,8 +305,10 @@ TEST_CASE("quality: pictures are those of b_mode to the bit, and a frozen one st
     scanner machine{probe, settings};
     machine.settings.time_gain.chosen = settings.time_gain.chosen =
         b_mode_settings::time_gain_settings::choice::every_frame;
-    for (const b_mode_settings::quality_level level : {b_mode_settings::quality_level::draft, b_mode_settings::quality_level::full, b_mode_settings::quality_level::fast,
-                                       b_mode_settings::quality_level::draft, b_mode_settings::quality_level::full}) {
+    for (const b_mode_settings::quality_level level :
+         {b_mode_settings::quality_level::draft, b_mode_settings::quality_level::full,
+          b_mode_settings::quality_level::fast, b_mode_settings::quality_level::draft,
+          b_mode_settings::quality_level::full}) {
         machine.settings.quality = settings.quality = level;
         CHECK(same_bits(machine.scan(exec::par_unseq, body, pose{}),
                         b_mode(exec::par_unseq, body, probe, pose{}, settings)));
@@ -309,7 +322,9 @@ TEST_CASE("quality: pictures are those of b_mode to the bit, and a frozen one st
 
 TEST_CASE("quality: a number of planes that does not exist is refused at every level") {
     const scene body = phantom(tissue::muscle);
-    for (const b_mode_settings::quality_level level : {b_mode_settings::quality_level::full, b_mode_settings::quality_level::fast, b_mode_settings::quality_level::draft})
+    for (const b_mode_settings::quality_level level :
+         {b_mode_settings::quality_level::full, b_mode_settings::quality_level::fast,
+          b_mode_settings::quality_level::draft})
         for (const std::uint32_t planes : {0U, 2U, 4U, 9U}) {
             const b_mode_settings settings{.planes = planes, .quality = level};
             CHECK_THROWS_AS(b_mode(exec::seq, body, linear_array{.lines = 8}, pose{}, settings), usage_error);

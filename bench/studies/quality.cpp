@@ -11,7 +11,9 @@ namespace {
 using namespace insonify;
 
 constexpr std::pair<b_mode_settings::quality_level, const char*> levels[] = {
-    {b_mode_settings::quality_level::full, "full"}, {b_mode_settings::quality_level::fast, "fast"}, {b_mode_settings::quality_level::draft, "draft"}};
+    {b_mode_settings::quality_level::full, "full"},
+    {b_mode_settings::quality_level::fast, "fast"},
+    {b_mode_settings::quality_level::draft, "draft"}};
 
 // Mean level of a picture's field of view, dB.
 template <class Probe>

@@ -81,7 +81,8 @@ TEST_CASE("specular: the exact lobe tends to the aperture lobe for short wavelen
 }
 
 TEST_CASE("specular: the cosine lobe is cos^power; power 1.386 / phi^2 gives -6 dB at phi") {
-    CHECK(specular_return{.lobe = specular_return::lobe_shape::cosine}(60_deg, 2, 1) == doctest::Approx(0.5).scale(1e-30));
+    CHECK(specular_return{.lobe = specular_return::lobe_shape::cosine}(60_deg, 2, 1) ==
+          doctest::Approx(0.5).scale(1e-30));
     CHECK(specular_return{.lobe = specular_return::lobe_shape::cosine, .power = 4}(60_deg, 2, 1) ==
           doctest::Approx(0.0625).scale(1e-30));
     CHECK(specular_return{.lobe = specular_return::lobe_shape::cosine}(100_deg, 2, 1) == 0);

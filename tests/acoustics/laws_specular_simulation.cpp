@@ -119,7 +119,8 @@ TEST_CASE(
         for (const double megahertz : {2.5, 5.0, 7.5}) {
             const double worst = worst_of({}, megahertz * 1e6, fnumber, 0.03);
             MESSAGE("F/", fnumber, ", ", megahertz, " MHz: at most ", worst, " dB off; `exact` ",
-                    worst_of({.lobe = specular_return::lobe_shape::exact}, megahertz * 1e6, fnumber, 0.03), ", `aperture` ",
+                    worst_of({.lobe = specular_return::lobe_shape::exact}, megahertz * 1e6, fnumber, 0.03),
+                    ", `aperture` ",
                     worst_of({.lobe = specular_return::lobe_shape::aperture}, megahertz * 1e6, fnumber, 0.03));
             CHECK(worst < 0.4);
         }

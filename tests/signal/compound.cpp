@@ -82,7 +82,8 @@ TEST_CASE("compounding: one look at a time ends in the same average as all at on
     const auto value = [](std::uint32_t number, vec3 p) { return 1 + 0.1F * static_cast<float>(number) + 7 * p.x; };
     for (const std::uint32_t angles : {1U, 2U, 5U, 8U}) {
         compounding<linear_array> full, rolling;
-        const compound_settings all{.angles = angles}, one{.angles = angles, .update = compound_settings::update_mode::one};
+        const compound_settings all{.angles = angles},
+            one{.angles = angles, .update = compound_settings::update_mode::one};
         const scan_lines expected = compounded(full, probe, all, value);
         std::vector<std::uint32_t> order;
         const auto next = [&] {

@@ -121,8 +121,8 @@ errors errors_of(const Probe& probe, float depth) {
 TEST_CASE("kernel_table: the levels of all lines, also where lines are taken in groups, are those of sums over pairs") {
     using namespace kernel_table_test;
     const auto check = [](const char* name, const errors& found, double gain_db, double slope_db) {
-        MESSAGE(std::string{name}, ": gains within ", found.gain_db, " dB, slopes within ", found.slope_db, " dB, level within ",
-                found.level_db, " dB; groups of up to ", found.lines_of_groups, " lines");
+        MESSAGE(std::string{name}, ": gains within ", found.gain_db, " dB, slopes within ", found.slope_db,
+                " dB, level within ", found.level_db, " dB; groups of up to ", found.lines_of_groups, " lines");
         CHECK(found.gain_db < gain_db);
         CHECK(found.slope_db < slope_db);
         CHECK(found.level_db < 0.3); // what five rounds of the fixed point leave near the ends of the face

@@ -75,7 +75,8 @@ void bind_settings(py::module_& module) {
     settings_class<compound_settings>(module, "compound_settings", "Looks at several angles, averaged.")
         .member("angles", &compound_settings::angles, "number of looks; 1: no compounding")
         .member("spread", &compound_settings::spread, "angle between the outermost looks, radians")
-        .choice("update", &compound_settings::update, {{"all", compound_settings::update_mode::all}, {"one", compound_settings::update_mode::one}},
+        .choice("update", &compound_settings::update,
+                {{"all", compound_settings::update_mode::all}, {"one", compound_settings::update_mode::one}},
                 "which looks each frame of a clip traces");
     settings_class<b_mode_settings>(module, "b_mode_settings", "Settings of a B-mode image, as on a scanner.")
         .member("depth", &b_mode_settings::depth, "metres")
@@ -100,7 +101,9 @@ void bind_settings(py::module_& module) {
         .member("interpolates_lines", &b_mode_settings::interpolates_lines,
                 "whether lines that the beam does not need are interpolated instead of traced")
         .choice("quality", &b_mode_settings::quality,
-                {{"full", b_mode_settings::quality_level::full}, {"fast", b_mode_settings::quality_level::fast}, {"draft", b_mode_settings::quality_level::draft}},
+                {{"full", b_mode_settings::quality_level::full},
+                 {"fast", b_mode_settings::quality_level::fast},
+                 {"draft", b_mode_settings::quality_level::draft}},
                 "lines, samples, planes and looks that are traced: see sampling_of");
     py::class_<b_mode_sampling>(module, "b_mode_sampling", "What is traced for a picture.")
         .def_readonly("lines", &b_mode_sampling::lines, "of each look")
