@@ -15,7 +15,7 @@ int main() {
     const std::vector<ray> camera = camera_rays(256, 256), incoherent = incoherent_rays(16384);
     std::vector<hit> hits(camera.size());
     const scene cube = paper::scene_of(paper::one_cube(6)), organ = chain::organ();
-    line_tracer<linear_array, law2011> own;
+    line_tracer<law2011> own;
     scan_lines lines;
     chain::frame chain;
     chain.draw(exec::unseq, organ);

@@ -23,7 +23,7 @@ inline scene organ() {
 
 /// All stages, each in the memory of the frame before.
 struct frame {
-    line_tracer<convex_array> tracing{};
+    line_tracer<> tracing{};
     convolver convolution{};
     kept_scan_map<convex_array> map{};
     iq_lines echoes{};

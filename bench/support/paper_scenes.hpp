@@ -79,7 +79,7 @@ inline constexpr straight_lines best{}, rays{line_search::rays}, slices{line_sea
 /// Frames one after the other, each in the memory of the one before.
 template <class Model = law2011>
 struct frames {
-    line_tracer<linear_array, Model> own{};
+    line_tracer<Model> own{};
     scan_lines lines{};
 
     void operator()(straight_lines how, const scene& body) {

@@ -20,6 +20,7 @@
 #include <algorithm>
 #include <array>
 #include <concepts>
+#include <deque>
 #include <optional>
 #include <string>
 #include <type_traits>
@@ -340,24 +341,7 @@ class scanner {
     /// @throws geometry_error  for a pose that is not rigid
     template <exec::policy Policy>
     const image& scan(const Policy& policy, const scene& body, const pose& at) {
-        if (frozen_) return show(policy, shown_);
-        probe.check(); // all of these before a stored frame is overwritten
-        settings.check();
-        detail::check_lines(body, probe, at, settings.depth, "scanner");
-        if constexpr (requires { model.check(); }) model.check();
-        if constexpr (requires { how.check(); }) how.check();
-        const detail::stopwatch clock;
-        times_ = {};
-        if (interrupted_) forget(); // the last frame threw
-        interrupted_ = true;
-        cine_.add(cine_length, [&](stored_frame<Probe>& frame) { acquire(policy, body, at, frame); });
-        shown_ = 0;
-        const detail::stopwatch display;
-        display_.draw_next(policy, cine_[0], settings);
-        interrupted_ = false;
-        times_.display = display.seconds();
-        times_.total = clock.seconds();
-        return display_.picture;
+        return frozen_ ? show(policy, shown_) : scan_by(detail::any_policy{policy}, body, at);
     }
 
     /// Draws a stored frame with the present gain, dynamic range, time gain, grey map, persistence and size. If `tgc`
@@ -369,17 +353,7 @@ class scanner {
     /// @throws usage_error  for a frame that is not stored, or a setting out of range
     template <exec::policy Policy>
     const image& show(const Policy& policy, std::uint32_t back = 0) {
-        check_picture();
-        if (back >= cine_.size())
-            throw usage_error{"scanner: `back` is " + std::to_string(back) + ", and " + std::to_string(cine_.size()) +
-                              " frames are stored; `cine_length` is the number to store"};
-        const detail::stopwatch clock;
-        display_.draw(policy, cine_, back, settings);
-        shown_ = back;
-        at_ = cine_[back].at;
-        watch_.reset();
-        times_ = {.display = clock.seconds(), .total = clock.seconds()};
-        return display_.picture;
+        return show_by(detail::any_policy{policy}, back);
     }
 
     /// Stops acquiring. @{
@@ -475,7 +449,7 @@ class scanner {
         check_picture();
         const stored_frame<Probe>& shown = cine_[shown_];
         with.depth = shown.amplitudes.depth;
-        return colour_.acquire(policy, body, Probe{*shown.probe}, shown.at, model, field, with);
+        return colour_.acquire(detail::any_policy{policy}, body, Probe{*shown.probe}, shown.at, model, field, with);
     }
     /// Pulsed Doppler of what the last picture shows: see `pulsed_doppler`. Its probe, pose and depth are those of the
     /// picture, its model is that of the scanner.
@@ -486,7 +460,7 @@ class scanner {
         check_picture();
         const stored_frame<Probe>& shown = cine_[shown_];
         with.depth = shown.amplitudes.depth;
-        return gate_.acquire(policy, body, Probe{*shown.probe}, shown.at, model, field, with);
+        return gate_.acquire(detail::any_policy{policy}, body, Probe{*shown.probe}, shown.at, model, field, with);
     }
 
   private:
@@ -500,6 +474,41 @@ class scanner {
     void check_picture() const {
         if (cine_.empty())
             throw usage_error{"scanner: there is no picture yet; call `scan`, and `unfreeze` where it is frozen"};
+    }
+    // Compiled once for all policies that agree on SIMD, as `show_by`, whatever they are.
+    template <bool Unsequenced>
+    const image& scan_by(const detail::any_policy<Unsequenced>& policy, const scene& body, const pose& at) {
+        probe.check(); // all of these before a stored frame is overwritten
+        settings.check();
+        detail::check_lines(body, probe, at, settings.depth, "scanner");
+        if constexpr (requires { model.check(); }) model.check();
+        if constexpr (requires { how.check(); }) how.check();
+        const detail::stopwatch clock;
+        times_ = {};
+        if (interrupted_) forget(); // the last frame threw
+        interrupted_ = true;
+        cine_.add(cine_length, [&](stored_frame<Probe>& frame) { acquire(policy, body, at, frame); });
+        shown_ = 0;
+        const detail::stopwatch display;
+        display_.draw_next(policy, cine_[0], settings);
+        interrupted_ = false;
+        times_.display = display.seconds();
+        times_.total = clock.seconds();
+        return display_.picture;
+    }
+    template <bool Unsequenced>
+    const image& show_by(const detail::any_policy<Unsequenced>& policy, std::uint32_t back) {
+        check_picture();
+        if (back >= cine_.size())
+            throw usage_error{"scanner: `back` is " + std::to_string(back) + ", and " + std::to_string(cine_.size()) +
+                              " frames are stored; `cine_length` is the number to store"};
+        const detail::stopwatch clock;
+        display_.draw(policy, cine_, back, settings);
+        shown_ = back;
+        at_ = cine_[back].at;
+        watch_.reset();
+        times_ = {.display = clock.seconds(), .total = clock.seconds()};
+        return display_.picture;
     }
     void check_layers() const {
         check_picture();
@@ -600,10 +609,10 @@ class scanner {
         gain_ = detail::time_gain_of(settings, attenuation, detail::restored_bandwidth(model, probe));
     }
 
-    std::vector<line_tracer<look_probe, Model, Tracer>> tracers_{}; // for each look
+    std::deque<line_tracer<Model, Tracer>> tracers_{}; // for each look
     convolver convolver_{};
-    colour_scanner<Probe, Model> colour_{};
-    gate_scanner<Probe, Model> gate_{};
+    colour_scanner<Model> colour_{};
+    gate_scanner<Model> gate_{};
     compounding<refined<Probe>> looks_{};
     looks_memo acquired_{};
     tgc_settings gain_{};

@@ -37,9 +37,9 @@ long allocated_among_many(const Policy& policy) {
     body.build(policy);
     const linear_array probe{.lines = 24, .width = 40_mm, .frequency = 5_MHz};
     const acquisition scan{.depth = 40_mm, .samples = 640}, thick{.depth = 40_mm, .samples = 640, .planes = 3};
-    line_tracer<linear_array> of_lines;
-    line_tracer<linear_array, physical<>, paths> of_paths;
-    line_tracer<linear_array, law2011> of_rays;
+    line_tracer<> of_lines;
+    line_tracer<physical<>, paths> of_paths;
+    line_tracer<law2011> of_rays;
     iq_lines lines, along_paths;
     scan_lines intensities;
     label_lines labels;

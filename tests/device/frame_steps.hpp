@@ -13,11 +13,11 @@ inline constexpr frame_step all_frame_steps[] = {frame_step::find_layers, frame_
 
 /// The frame that `trace` makes by default, with layers found by rays, as steps of which each is a function of one index: a loop
 /// on the host, a kernel on a device. Trivially copyable.
-template <insonify::transducer Probe, insonify::acoustic_model Model>
+template <insonify::acoustic_model Model>
 struct frame_steps {
     using sample = typename Model::sample_type;
 
-    insonify::detail::aperture_view<Probe> shading;
+    insonify::detail::aperture_view shading;
     Model model{};
     insonify::view<insonify::detail::line_room> rooms{}; ///< for each line of each plane
     insonify::view<insonify::detail::line_room>
@@ -35,7 +35,7 @@ struct frame_steps {
         case frame_step::find_means:
             return std::size_t{shading.frame.planes} * shading.steps * groups_of_points();
         case frame_step::emit:
-            return shading.frame.probe.lines;
+            return shading.frame.count();
         default:
             return lines_of_planes();
         }
@@ -58,7 +58,7 @@ struct frame_steps {
     }
 
     INSONIFY_FN std::size_t lines_of_planes() const {
-        return std::size_t{shading.frame.probe.lines} * shading.frame.planes;
+        return std::size_t{shading.frame.count()} * shading.frame.planes;
     }
     INSONIFY_FN std::size_t turned_lines() const {
         return std::size_t{shading.directions} * shading.frame.planes * shading.fan.size();
@@ -120,19 +120,20 @@ struct frame_steps {
 };
 
 /// The memory of `frame_steps`, and what they read that is made on the host.
-template <insonify::transducer Probe, insonify::acoustic_model Model>
+template <insonify::acoustic_model Model>
 class frame_memory {
   public:
-    using steps = frame_steps<Probe, Model>;
+    using steps = frame_steps<Model>;
 
-    steps prepare(const insonify::scene& body, const Probe& probe, const Model& model,
+    steps prepare(const insonify::scene& body, const insonify::transducer auto& probe, const Model& model,
                   const insonify::acquisition& scan) {
         using namespace insonify;
-        const detail::frame_view<Probe> frame =
-            plan_.view_of(exec::par, probe, pose{}, model, scan, scan.samples, body.media());
+        probe_.assign(probe);
+        const detail::frame_view frame =
+            plan_.view_of(exec::par, probe_, pose{}, model, scan, scan.samples, body.media());
         detail::line_fan fan;
-        fan.assign(probe);
-        shading_.assign(probe, fan, beam_of(probe, scan.depth));
+        fan.assign(probe_);
+        shading_.assign(probe_.settings(), fan, beam_of(probe, scan.depth));
         steps all{.shading = shading_.prepare(body.view_for_rays(exec::par), frame, straight_lines{}.directions),
                   .model = model};
         make_rooms(all.lines_of_planes(), memory_, rooms_);
@@ -158,7 +159,8 @@ class frame_memory {
         for (insonify::detail::line_memory& one : memory) rooms.push_back(one.room());
     }
 
-    insonify::detail::frame_plan<Probe, Model> plan_{};
+    insonify::detail::probe_lines probe_{};
+    insonify::detail::frame_plan<Model> plan_{};
     insonify::detail::aperture_shading shading_{};
     std::vector<insonify::detail::line_memory> memory_{}, turned_memory_{};
     std::vector<insonify::detail::line_room> rooms_{}, turned_rooms_{};

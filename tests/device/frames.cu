@@ -16,8 +16,7 @@ using namespace insonify;
 using tree_view = bvh_view<mesh_view>;
 
 static_assert(std::is_trivially_copyable_v<tree_view> && std::is_trivially_copyable_v<traced_line>);
-static_assert(std::is_trivially_copyable_v<detail::frame_view<linear_array>> &&
-              std::is_trivially_copyable_v<scene_view>);
+static_assert(std::is_trivially_copyable_v<detail::frame_view> && std::is_trivially_copyable_v<scene_view>);
 static_assert(std::is_trivially_copyable_v<line_scratch>);
 
 void check(cudaError_t code) {
@@ -34,9 +33,9 @@ __global__ void nearest(tree_view tree, view<const ray> rays, view<hit> hits) {
 // A whole frame by one kernel: each thread traces a line, from crossings to samples, in scratch of its own. Lines that did
 // not fit are marked, for the host to trace again.
 template <class Tracer, class Model>
-__global__ void frame(detail::frame_view<linear_array> plan, scene_view scene, Model model, Tracer how,
-                      view<line_scratch> scratch, view<typename Model::sample_type> plane_samples,
-                      view<typename Model::sample_type> samples, view<bool> fits) {
+__global__ void frame(detail::frame_view plan, scene_view scene, Model model, Tracer how, view<line_scratch> scratch,
+                      view<typename Model::sample_type> plane_samples, view<typename Model::sample_type> samples,
+                      view<bool> fits) {
     const std::uint32_t line = blockIdx.x * blockDim.x + threadIdx.x;
     if (line >= plan.probe.lines) return;
     const std::size_t first = std::size_t{line} * plan.samples;
@@ -102,8 +101,9 @@ bool same_frame(const char* title, const scene& body, const Model& model, const 
     const linear_array probe{.lines = 256, .width = 40_mm, .frequency = 7.5_MHz};
     const acquisition scan{.depth = 40_mm, .samples = 2048, .planes = planes};
     const auto expected = trace(exec::par, body, probe, pose{}, model, scan, how);
-    detail::frame_plan<linear_array, Model> plan;
-    const auto view_of_plan = plan.view_of(exec::par, probe, pose{}, model, scan, scan.samples, body.media());
+    detail::frame_plan<Model> plan;
+    const detail::probe_lines lines{probe};
+    const auto view_of_plan = plan.view_of(exec::par, lines, pose{}, model, scan, scan.samples, body.media());
     const scene_view seen = body.view_for_rays(exec::par);
     std::vector<detail::scratch_memory> memory(probe.lines);
     std::vector<line_scratch> scratch;
@@ -144,13 +144,13 @@ __global__ void run_step(Steps all, frame_step one) {
 }
 
 bool same_default_frame(const scene& body, std::uint32_t planes) {
-    using steps = frame_steps<linear_array, physical<>>;
+    using steps = frame_steps<physical<>>;
     static_assert(std::is_trivially_copyable_v<steps>);
     const linear_array probe{.lines = 256, .width = 40_mm, .frequency = 7.5_MHz};
     const acquisition scan{.depth = 40_mm, .samples = 2048, .planes = planes};
     const iq_lines expected =
         trace(exec::par, body, probe, pose{}, physical{}, scan, straight_lines{.search = line_search::rays});
-    frame_memory<linear_array, physical<>> memory;
+    frame_memory<physical<>> memory;
     const steps all = memory.prepare(body, probe, physical{}, scan);
     const float time = shortest_time([&] {
         for (const frame_step one : all_frame_steps)

@@ -191,7 +191,7 @@ TEST_CASE("colour Doppler: the box, threads, and memory that is kept do not chan
     settings.noise_db = no_level_db; // whose numbers are those of the traced lines
     const flow_lines all = colour_doppler(exec::par_unseq, t.body, probe, pose{}, t.stream, settings);
     settings.box = {.from = 12_mm, .to = 28_mm, .first_line = 30, .lines = 25};
-    colour_scanner<linear_array> own;
+    colour_scanner<> own;
     for (int repeat = 0; repeat < 2; ++repeat) {
         const flow_lines boxed = own.acquire(exec::par_unseq, t.body, probe, pose{}, physical{}, t.stream, settings);
         double worst = 0;

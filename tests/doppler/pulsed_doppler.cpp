@@ -169,7 +169,7 @@ TEST_CASE("pulsed Doppler: threads do not matter; the gate's blood stays at one 
 
 TEST_CASE("pulsed Doppler: memory of another gate changes nothing") {
     const tube t{60_deg};
-    gate_scanner<linear_array> own;
+    gate_scanner<> own;
     const auto drawn = [&](const pulsed_doppler_settings& settings) {
         return own.acquire(exec::par_unseq, t.body, probe, pose{}, physical{}, t.stream, settings);
     };

@@ -130,7 +130,7 @@ constexpr float depths[] = {1e-5F, 1e-3F, 5e-3F, 2e-2F};
 
 template <transducer Probe>
 void check_echoes(const scene& body, const Probe& probe, const pose& at, const acquisition& scan) {
-    static line_tracer<Probe> own[std::size(depths)][2];
+    static line_tracer<> own[std::size(depths)][2];
     static iq_lines echoes;
     const auto which = static_cast<std::size_t>(std::find(std::begin(depths), std::end(depths), scan.depth) - depths);
     echoes = own[which][scan.planes == 3 ? 1 : 0].trace(exec::unseq, body, probe, at, physical{}, scan, {},

@@ -87,7 +87,8 @@ TEST_CASE("a single plane is the slice plane: weights of exactly 1, and the line
         CHECK((planes[0].offset == 0 && planes[0].slope == 0 && planes.at(20_mm).strip[0] == vec2{0, 0}));
         for (const float depth : {0.0F, 20_mm, 1.0F})
             CHECK((planes.at(depth).coherent[0] == 1 && planes.at(depth).random[0] == 1));
-        const detail::frame_lines<std::remove_cvref_t<decltype(any_probe)>> frame{.probe = any_probe, .at = at};
+        const detail::probe_lines lines{any_probe};
+        const detail::frame_lines frame{.lines = lines.lines(), .at = at};
         for (std::uint32_t i = 0; i < any_probe.lines; ++i) {
             const ray expected = any_probe.beam(static_cast<float>(i));
             CHECK(frame.line(i, 0).origin == at.point(expected.origin));

@@ -105,7 +105,7 @@ TEST_CASE("a frame and a pulse train are made from the layers that find_layers r
     const line_layers found = find_layers(exec::seq, body, probe, pose{}, scan);
     for (const line_search how : {line_search::best, line_search::rays, line_search::slices})
         for (const std::uint32_t directions : {1U, 16U}) {
-            line_tracer<linear_array, physical<>> tracer;
+            line_tracer<> tracer;
             tracer.trace(exec::par, body, probe, pose{}, physical<>{.timing = timing::uniform}, scan,
                          {how, directions});
             REQUIRE(tracer.layers().lines == probe.lines);
@@ -117,7 +117,7 @@ TEST_CASE("a frame and a pulse train are made from the layers that find_layers r
                     for (std::size_t i = 0; i < own.size(); ++i) CHECK(std::fabs(own[i].begin - one[i].begin) < 1e-6F);
                 }
         }
-    line_tracer<linear_array, physical<>, paths> bent;
+    line_tracer<physical<>, paths> bent;
     bent.trace(exec::par, body, probe, pose{}, physical{}, scan);
     CHECK(bent.layers().lines == 0);
 }
@@ -213,7 +213,7 @@ TEST_CASE("a frame that throws leaves no layers, and the next one all of its own
     using namespace find_layers_test;
     const scene body = ball();
     const linear_array probe{.lines = 40};
-    line_tracer<linear_array, throwing_model> tracer;
+    line_tracer<throwing_model> tracer;
     tracer.trace(exec::seq, body, probe, pose{}, throwing_model{}, {.depth = 45_mm});
     CHECK(tracer.layers().lines == 40);
     CHECK_THROWS_AS(tracer.trace(exec::seq, body, probe, pose{}, throwing_model{true}, {.depth = 45_mm}), usage_error);

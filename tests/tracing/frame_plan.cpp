@@ -68,7 +68,7 @@ TEST_CASE("tables are computed when probe, model, depth, samples or planes chang
     comparable_model model{};
     acquisition scan{.depth = 20_mm};
     pose at{};
-    line_tracer<linear_array, comparable_model> own;
+    line_tracer<comparable_model> own;
     const auto frame = [&] { return computes([&] { own.trace(exec::par.threads(2), body, now, at, model, scan); }); };
     CHECK(frame());
     CHECK_FALSE(frame());
@@ -115,7 +115,7 @@ TEST_CASE("tables are computed when probe, model, depth, samples or planes chang
 TEST_CASE("another tracer, and another setting of it, has the same tables") {
     using namespace frame_plan_test;
     const scene body = scene{medium{}}.build(exec::seq);
-    line_tracer<linear_array, comparable_model> own;
+    line_tracer<comparable_model> own;
     const auto frame = [&](straight_lines how) {
         return computes([&] { own.trace(exec::seq, body, probe, pose{}, comparable_model{}, {.depth = 20_mm}, how); });
     };
@@ -146,23 +146,23 @@ TEST_CASE("gain, dynamic range, size and background of a picture leave the table
     CHECK_FALSE(frame());
 }
 
-TEST_CASE("a model or a probe without operator== has its tables computed each time") {
+TEST_CASE("a model without operator== has its tables computed each time; of a probe, lines and settings are compared") {
     using namespace frame_plan_test;
     const scene body = scene{medium{}}.build(exec::seq);
-    line_tracer<linear_array, counted> of_model;
-    line_tracer<incomparable_probe, comparable_model> of_probe;
+    line_tracer<counted> of_model;
+    line_tracer<comparable_model> of_probe;
     for (int i = 0; i < 3; ++i) {
         CHECK(computes([&] { of_model.trace(exec::seq, body, probe, pose{}, counted{}, {.depth = 20_mm}); }));
-        CHECK(computes([&] {
-            of_probe.trace(exec::seq, body, incomparable_probe{}, pose{}, comparable_model{}, {.depth = 20_mm});
-        }));
+        CHECK((i == 0) == computes([&] {
+                  of_probe.trace(exec::seq, body, incomparable_probe{}, pose{}, comparable_model{}, {.depth = 20_mm});
+              }));
     }
 }
 
 TEST_CASE("an exception while tables are computed leaves none behind: neither for these settings nor the former") {
     using namespace frame_plan_test;
     const scene body = scene{medium{}}.build(exec::seq);
-    line_tracer<linear_array, comparable_model> own;
+    line_tracer<comparable_model> own;
     const auto frame = [&](float depth) {
         return own.trace(exec::par.threads(2), body, probe, pose{}, comparable_model{}, {.depth = depth});
     };

@@ -14,8 +14,8 @@ namespace {
 // The largest difference of two samples, over the largest sample.
 template <class Probe>
 float difference_from_trace(const scene& body, const Probe& probe, const acquisition& scan) {
-    frame_memory<Probe, physical<>> memory;
-    const frame_steps<Probe, physical<>> all = memory.prepare(body, probe, physical{}, scan);
+    frame_memory<physical<>> memory;
+    const frame_steps<physical<>> all = memory.prepare(body, probe, physical{}, scan);
     for (const frame_step one : all_frame_steps)
         for (std::size_t i = 0; i < all.count(one); ++i) all.run(one, i);
     CHECK(std::none_of(all.too_small.begin(), all.too_small.end(), [](std::uint32_t one) { return one != 0; }));

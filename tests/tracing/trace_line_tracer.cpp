@@ -114,7 +114,7 @@ TEST_CASE("a probe inside 1000 nested objects finds itself in the innermost, and
         body.add(make_box(-vec3{half}, vec3{half}), in_turns(i + 1));
     }
     body.build(exec::par);
-    line_tracer<linear_array, law2011> by_rays;
+    line_tracer<law2011> by_rays;
     by_rays.trace(exec::par, body, probe, pose{}, law2011{}, {.depth = 30_mm, .samples = 3000}, {line_search::rays});
     for (const label_lines& labels : {label(exec::par, body, probe, pose{}, {.depth = 30_mm, .samples = 3000}),
                                       label(exec::par, by_rays.layers(), {.depth = 30_mm, .samples = 3000})})

@@ -155,7 +155,7 @@ TEST_CASE("a tracer that finds its scratch too small gets more of everything, an
         CHECK(alike(trace(exec::par, body, probe, pose{}, physical{}, scan, greedy{}).values,
                     trace(exec::seq, body, probe, pose{}, physical{}, scan, straight_lines{.directions = 1}).values));
     }
-    line_tracer<linear_array, law2011, greedy> own;
+    line_tracer<law2011, greedy> own;
     std::atomic<int> refusals{0};
     const auto frame = [&] {
         own.trace(exec::seq, body, probe, pose{}, law2011{}, {.depth = 40_mm}, greedy{1000, &refusals});

@@ -32,11 +32,16 @@ class memo {
     /// @param compute  compute(value) overwrites the old value, whose memory it may reuse
     template <class Compute>
     const Value& operator()(const Compute& compute, const Inputs&... inputs) {
-        if constexpr ((comparable<Inputs> && ...))
-            if (inputs_ && *inputs_ == std::tie(inputs...)) return value_;
-        inputs_.reset(); // an exception in compute leaves no valid value
+        constexpr bool compares = (comparable<Inputs> && ...);
+        if constexpr (compares)
+            if (valid_ && *inputs_ == std::tie(inputs...)) return value_;
+        valid_ = false; // an exception in compute leaves no valid value
         compute(value_);
-        inputs_.emplace(inputs...);
+        if constexpr ((std::is_copy_assignable_v<Inputs> && ...))
+            inputs_ = std::tie(inputs...); // in the same memory
+        else
+            inputs_.emplace(inputs...);
+        valid_ = compares;
         return value_;
     }
     /// The value that was returned last.
@@ -45,6 +50,7 @@ class memo {
   private:
     std::optional<std::tuple<Inputs...>> inputs_{};
     Value value_{};
+    bool valid_ = false;
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail

@@ -115,11 +115,11 @@ void for_each_flow_pixel(const Policy& policy, const flow_lines& lines, const sc
 } // namespace detail
 
 /// `colour_doppler`, frame after frame: holds tables and memory, so that it allocates only while buffers grow.
-template <transducer Probe, acoustic_model Model = physical<>>
+template <acoustic_model Model = physical<>>
 class colour_scanner {
   public:
     /// See `colour_doppler`.
-    template <exec::policy Policy, velocity_field Field>
+    template <exec::policy Policy, transducer Probe, velocity_field Field>
     flow_lines acquire(const Policy& policy, const scene& body, const Probe& probe, const pose& at, const Model& model,
                        const Field& field, const doppler_settings& settings) {
         constexpr std::uint32_t decimation = 8;
@@ -188,7 +188,7 @@ class colour_scanner {
     }
 
   private:
-    ensemble_scanner<probe_section<refined<Probe>>, Model> train_{};
+    ensemble_scanner<Model> train_{};
     iq_ensemble filtered_{};             // after the wall filter
     autocorrelation_lines correlated_{}; // on the traced lines
 };
@@ -209,7 +209,7 @@ class colour_scanner {
 template <exec::policy Policy, transducer Probe, acoustic_model Model, velocity_field Field>
 flow_lines colour_doppler(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                           const Model& model, const Field& field, const doppler_settings& settings = {}) {
-    return colour_scanner<Probe, Model>{}.acquire(policy, body, probe, at, model, field, settings);
+    return colour_scanner<Model>{}.acquire(policy, body, probe, at, model, field, settings);
 }
 /// The same with `physical`.
 template <exec::policy Policy, transducer Probe, velocity_field Field>

@@ -303,16 +303,17 @@ void emit_ensemble(const line_task& task, const Model& model, view<const layer> 
 } // namespace detail
 
 /// `trace_ensemble`, train after train: holds tables, layers and memory, so that it allocates only while buffers grow.
-template <transducer Probe, acoustic_model Model = physical<>>
+template <acoustic_model Model = physical<>>
 class ensemble_tracer {
   public:
     /// See `trace_ensemble`.
     /// @param out  receives the echoes; its memory is reused
-    template <exec::policy Policy, velocity_field Field>
+    template <exec::policy Policy, transducer Probe, velocity_field Field>
     void trace(const Policy& policy, const scene& body, const Probe& probe, const pose& at, const Model& model,
                const Field& field, const acquisition& scan, const pulse_train& pulses, ensemble_echoes& out) {
-        const std::uint32_t samples = detail::check_acquisition(body, probe, at, model, scan);
-        detail::frame_view<Probe> frame = plan_.view_of(policy, probe, at, model, scan, samples, body.media());
+        probe_.assign(probe);
+        const std::uint32_t samples = detail::check_acquisition(body, probe_.settings(), at, model, scan);
+        detail::frame_view frame = plan_.view_of(policy, probe_, at, model, scan, samples, body.media());
         frame.bandwidth = nominal_pulse(probe, pulses.burst).bandwidth_at_peak();
         out.moving.resize(pulses.count);
         sinks_.assign(1, &out.resting);
@@ -320,15 +321,16 @@ class ensemble_tracer {
         for (iq_lines* const each : sinks_) each->reshape(probe.lines, samples, scan.depth);
         if (surfaces_.size() < detail::blocks_of(probe.lines)) surfaces_.resize(detail::blocks_of(probe.lines));
         constexpr float line_time = 1e6F;
-        driver_.emit_lines(policy, body, frame, model, straight_lines{}, line_time, {sinks_.data(), sinks_.size()},
-                           [&](std::size_t block, const line_task& task, view<const layer> layers, view<vec2> echoes) {
-                               detail::emit_ensemble(task, model, layers, field, pulses, surfaces_[block], samples,
-                                                     echoes);
-                           });
+        driver_.emit_lines(
+            policy, body, probe_, frame, model, straight_lines{}, line_time, {sinks_.data(), sinks_.size()},
+            [&](std::size_t block, const line_task& task, view<const layer> layers, view<vec2> echoes) {
+                detail::emit_ensemble(task, model, layers, field, pulses, surfaces_[block], samples, echoes);
+            });
     }
 
   private:
-    detail::frame_plan<Probe, Model> plan_{};
+    detail::probe_lines probe_{};
+    detail::frame_plan<Model> plan_{};
     detail::line_driver<vec2> driver_{};
     std::vector<detail::moving_surfaces> surfaces_{}; // of each block of lines
     std::vector<iq_lines*> sinks_{};
@@ -345,8 +347,7 @@ ensemble_echoes trace_ensemble(const Policy& policy, const scene& body, const Pr
                                const Model& model, const Field& field, const acquisition& scan,
                                const pulse_train& pulses) {
     ensemble_echoes echoes;
-    ensemble_tracer<Probe, Model>{}.trace(detail::any_policy{policy}, body, probe, at, model, field, scan, pulses,
-                                          echoes);
+    ensemble_tracer<Model>{}.trace(detail::any_policy{policy}, body, probe, at, model, field, scan, pulses, echoes);
     return echoes;
 }
 
@@ -378,11 +379,11 @@ struct ensemble_settings {
 };
 
 /// `doppler_ensemble`, train after train: holds tables and memory, so that it allocates only while buffers grow.
-template <transducer Probe, acoustic_model Model = physical<>>
+template <acoustic_model Model = physical<>>
 class ensemble_scanner {
   public:
     /// See `doppler_ensemble`. @return valid until the next call
-    template <exec::policy Policy, velocity_field Field>
+    template <exec::policy Policy, transducer Probe, velocity_field Field>
     const iq_ensemble& acquire(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                                const Model& model, const Field& field, const ensemble_settings& settings) {
         settings.check();
@@ -424,7 +425,7 @@ class ensemble_scanner {
     }
 
   private:
-    ensemble_tracer<Probe, Model> tracer_{};
+    ensemble_tracer<Model> tracer_{};
     convolver convolver_{};
     ensemble_echoes traced_{};
     iq_ensemble echoes_{};
@@ -439,7 +440,7 @@ class ensemble_scanner {
 template <exec::policy Policy, transducer Probe, acoustic_model Model, velocity_field Field>
 iq_ensemble doppler_ensemble(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                              const Model& model, const Field& field, const ensemble_settings& settings = {}) {
-    return ensemble_scanner<Probe, Model>{}.acquire(policy, body, probe, at, model, field, settings);
+    return ensemble_scanner<Model>{}.acquire(policy, body, probe, at, model, field, settings);
 }
 /// The same with `physical`.
 template <exec::policy Policy, transducer Probe, velocity_field Field>

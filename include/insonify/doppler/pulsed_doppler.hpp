@@ -161,11 +161,11 @@ struct pulsed_doppler_settings {
 };
 
 /// `gate_echoes` and `pulsed_doppler`, series after series: allocates only while buffers grow.
-template <transducer Probe, acoustic_model Model = physical<>>
+template <acoustic_model Model = physical<>>
 class gate_scanner {
   public:
     /// See `insonify::gate_echoes`.
-    template <exec::policy Policy, velocity_field Field>
+    template <exec::policy Policy, transducer Probe, velocity_field Field>
     std::vector<vec2> gate_echoes(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                                   const Model& model, const Field& field, const pulsed_doppler_settings& settings) {
         settings.check(probe);
@@ -212,7 +212,7 @@ class gate_scanner {
     }
 
     /// See `pulsed_doppler`.
-    template <exec::policy Policy, velocity_field Field>
+    template <exec::policy Policy, transducer Probe, velocity_field Field>
     doppler_spectrum acquire(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                              const Model& model, const Field& field, const pulsed_doppler_settings& settings) {
         return spectrum_of(policy, gate_echoes(policy, body, probe, at, model, field, settings), settings.prf,
@@ -220,7 +220,7 @@ class gate_scanner {
     }
 
   private:
-    ensemble_scanner<probe_section<refined<Probe>>, Model> train_{};
+    ensemble_scanner<Model> train_{};
 };
 
 /// The echoes of a gate on one line, pulse after pulse: the sum over the gate, a mean of its samples.
@@ -229,7 +229,7 @@ class gate_scanner {
 template <exec::policy Policy, transducer Probe, acoustic_model Model, velocity_field Field>
 std::vector<vec2> gate_echoes(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                               const Model& model, const Field& field, const pulsed_doppler_settings& settings) {
-    return gate_scanner<Probe, Model>{}.gate_echoes(policy, body, probe, at, model, field, settings);
+    return gate_scanner<Model>{}.gate_echoes(policy, body, probe, at, model, field, settings);
 }
 /// The same with `physical`.
 template <exec::policy Policy, transducer Probe, velocity_field Field>
@@ -252,7 +252,7 @@ std::vector<vec2> gate_echoes(const Policy& policy, const scene& body, const Pro
 template <exec::policy Policy, transducer Probe, acoustic_model Model, velocity_field Field>
 doppler_spectrum pulsed_doppler(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                                 const Model& model, const Field& field, const pulsed_doppler_settings& settings = {}) {
-    return gate_scanner<Probe, Model>{}.acquire(policy, body, probe, at, model, field, settings);
+    return gate_scanner<Model>{}.acquire(policy, body, probe, at, model, field, settings);
 }
 /// The same with `physical`.
 template <exec::policy Policy, transducer Probe, velocity_field Field>

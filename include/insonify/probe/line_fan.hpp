@@ -5,7 +5,7 @@
 
 #include <insonify/execution/simd.hpp>
 #include <insonify/geometry/pose.hpp>
-#include <insonify/probe/transducer.hpp>
+#include <insonify/probe/probe_lines.hpp>
 #include <algorithm>
 #include <cstddef>
 #include <vector>
@@ -54,13 +54,11 @@ class line_fan {
     /// Sets the lines, those of a probe. False where they are not a fan: then no other member may be called.
     ///
     /// A fan lies in the plane y = 0, is numbered from left to right, covers at most a full circle, and diverges.
-    template <transducer Probe>
-    bool assign(const Probe& probe) {
-        lines_.resize(probe.lines);
-        for (std::uint32_t i = 0; i < probe.lines; ++i) {
-            const ray beam = probe.beam(static_cast<float>(i));
-            if (std::fabs(beam.origin.y) > 1e-7F || std::fabs(beam.direction.y) > 1e-6F) return false;
-            lines_[i] = {{beam.origin.x, beam.origin.z}, {beam.direction.x, beam.direction.z}};
+    bool assign(const probe_lines& probe) {
+        lines_.clear();
+        for (const auto& [origin, direction, axis] : probe.lines()) {
+            if (std::fabs(origin.y) > 1e-7F || std::fabs(direction.y) > 1e-6F) return false;
+            lines_.push_back({{origin.x, origin.z}, {direction.x, direction.z}});
         }
         if (!find_apex()) return false;
         turn_upright();

@@ -78,8 +78,7 @@ inline void check_angle(float radians, const char* setting, float max, const cha
 /// - `vec2 locate(vec2 point) const`: the inverse, from {x, z} in metres to {line, depth along the line in metres},
 ///   also outside the field of view.
 /// - `void check() const`: throws usage_error for settings out of range.
-/// Mark `beam` and `locate` INSONIFY_FN to use them on a device. With an == of its own, a probe's tables are computed
-/// once, not for every frame.
+/// With an == of its own, the map of a probe's pixels is computed once, not for every frame.
 template <class Probe>
 concept transducer = requires(const Probe& probe, float line, vec2 point) {
     { probe.lines } -> std::same_as<const std::uint32_t&>;
@@ -97,6 +96,53 @@ INSONIFY_FN constexpr float aperture_fraction(float line, std::uint32_t lines) {
 INSONIFY_FN constexpr float line_at_fraction(float fraction, std::uint32_t lines) {
     return (fraction + 0.5F) * static_cast<float>(lines) - 0.5F;
 }
+
+namespace detail {
+
+/// The settings of a probe: those that it states, and for those that it lacks the values here.
+struct stated_settings {
+    std::uint32_t lines = 0;
+    float frequency = 0;            ///< hertz
+    float fnumber = 2;              ///< see `beam_model`, as those that follow
+    float aperture = FLT_MAX;       ///< metres
+    float focus = 0;                ///< metres; 0: half the depth of the picture
+    float elevation_height = 5e-3F; ///< metres
+    float elevation_focus = 20e-3F; ///< metres
+    float side_lobes = 0;           ///< amplitude
+    float bandwidth = 0.644F;       ///< fractional, at -6 dB: that of a pulse of 2.5 cycles
+
+    stated_settings() = default;
+    template <class Array>
+    INSONIFY_FN explicit constexpr stated_settings(const Array& array)
+        : lines{array.lines}, frequency{array.frequency} {
+        if constexpr (requires { array.fnumber; }) fnumber = array.fnumber;
+        if constexpr (requires { array.aperture(); }) aperture = array.aperture();
+        if constexpr (requires { array.focus; }) focus = array.focus;
+        if constexpr (requires { array.elevation_height; }) elevation_height = array.elevation_height;
+        if constexpr (requires { array.elevation_focus; }) elevation_focus = array.elevation_focus;
+        if constexpr (requires { array.side_lobes; }) side_lobes = array.side_lobes;
+        if constexpr (requires { array.bandwidth; }) bandwidth = array.bandwidth;
+    }
+
+    /// @throws usage_error  naming a setting that is out of range
+    void check() const {
+        if (lines == 0) throw usage_error{"probe: lines is 0; it must be at least 1"};
+        check_frequency(frequency);
+        check_positive(fnumber, "fnumber");
+        if (focus != 0) check_length(focus, "focus", max_scan_depth);
+        check_length(elevation_height, "elevation_height");
+        check_length(elevation_focus, "elevation_focus", max_scan_depth);
+        check_positive(bandwidth, "bandwidth");
+        if (!(side_lobes >= 0 && side_lobes <= 0.2F))
+            throw usage_error{"probe: side_lobes is " + number_text(side_lobes) +
+                              "; it must be an amplitude of 0 (none) to 0.2, and 0.047 (-26.5 dB) is that of a "
+                              "rectangular aperture"};
+    }
+
+    friend bool operator==(const stated_settings&, const stated_settings&) = default;
+};
+
+} // namespace detail
 
 /// True for a field of view of 360 degrees, where the last line is next to the first.
 template <transducer Probe>
@@ -122,20 +168,7 @@ INSONIFY_FN constexpr float fractional_bandwidth(const Probe& probe) {
 /// @throws usage_error  naming a setting that is out of range
 template <class Array>
 void check_array(const Array& array) {
-    if (array.lines == 0) throw usage_error{"probe: lines is 0; it must be at least 1"};
-    check_frequency(array.frequency);
-    if constexpr (requires { array.fnumber; }) check_positive(array.fnumber, "fnumber");
-    if constexpr (requires { array.focus; })
-        if (array.focus != 0) check_length(array.focus, "focus", max_scan_depth); // 0: half the depth of the picture
-    if constexpr (requires { array.elevation_height; }) check_length(array.elevation_height, "elevation_height");
-    if constexpr (requires { array.elevation_focus; })
-        check_length(array.elevation_focus, "elevation_focus", max_scan_depth);
-    if constexpr (requires { array.bandwidth; }) check_positive(array.bandwidth, "bandwidth");
-    if constexpr (requires { array.side_lobes; })
-        if (!(array.side_lobes >= 0 && array.side_lobes <= 0.2F))
-            throw usage_error{"probe: side_lobes is " + detail::number_text(array.side_lobes) +
-                              "; it must be an amplitude of 0 (none) to 0.2, and 0.047 (-26.5 dB) is that of a "
-                              "rectangular aperture"};
+    detail::stated_settings{array}.check();
 }
 
 namespace detail {

@@ -7,6 +7,7 @@
 #include <insonify/core/error.hpp>
 #include <insonify/core/units.hpp>
 #include <insonify/probe/line_grid.hpp>
+#include <insonify/probe/probe_lines.hpp>
 #include <insonify/probe/transducer.hpp>
 #include <string>
 
@@ -175,6 +176,21 @@ struct beam_model {
     }
 };
 
+namespace detail {
+
+/// @param depth  image depth, metres
+inline beam_model make_beam(const stated_settings& probe, float depth) {
+    return {.wavelength = display_speed / probe.frequency,
+            .min_fnumber = probe.fnumber,
+            .aperture = probe.aperture,
+            .focus = probe.focus > 0 ? probe.focus : depth / 2,
+            .elevation_height = probe.elevation_height,
+            .elevation_focus = probe.elevation_focus,
+            .side_lobes = probe.side_lobes};
+}
+
+} // namespace detail
+
 /// The beam of a probe. Members that a user's probe lacks (`fnumber`, `focus`, `elevation_height`, `elevation_focus`,
 /// `side_lobes`, and `float aperture() const`) take the defaults of `beam_model`: F/2, half the image depth, 5 mm, 20
 /// mm, none, and unlimited.
@@ -185,27 +201,14 @@ beam_model beam_of(const Probe& probe, float depth) {
     probe.check();
     check_array(probe);
     check_depth(depth, "beam_of");
-    beam_model beam{.wavelength = display_speed / probe.frequency, .focus = depth / 2};
-    if constexpr (requires { probe.fnumber; }) beam.min_fnumber = probe.fnumber;
-    if constexpr (requires { probe.aperture(); }) beam.aperture = probe.aperture();
-    if constexpr (requires { probe.focus; })
-        if (probe.focus > 0) beam.focus = probe.focus;
-    if constexpr (requires { probe.elevation_height; }) beam.elevation_height = probe.elevation_height;
-    if constexpr (requires { probe.elevation_focus; }) beam.elevation_focus = probe.elevation_focus;
-    if constexpr (requires { probe.side_lobes; }) beam.side_lobes = probe.side_lobes;
-    return beam;
+    return detail::make_beam(detail::stated_settings{probe}, depth);
 }
 
 /// Distance between neighbouring lines at a depth, in the centre of the field of view, metres: across the lines; along
 /// the arc where they diverge.
 template <transducer Probe>
 INSONIFY_FN float line_spacing(const Probe& probe, float depth) {
-    const float middle = 0.5F * static_cast<float>(probe.lines) - 0.5F;
-    const ray left = probe.beam(middle - 0.5F), right = probe.beam(middle + 0.5F);
-    const vec3 apart = right.at(depth) - left.at(depth), along = probe.beam(middle).direction;
-    const float chord = length(apart - dot(apart, along) * along);
-    const float half_sine = 0.5F * length(right.direction - left.direction); // of half the angle between them
-    return half_sine < 1e-3F ? chord : chord * std::asin(min(half_sine, 1)) / half_sine;
+    return detail::probe_settings{probe}.spacing(depth);
 }
 
 /// How much further along the lines the next line begins, metres: 0 where lines leave the face along its normals.
@@ -214,10 +217,7 @@ INSONIFY_FN float line_spacing(const Probe& probe, float depth) {
 /// at all depths: there R dt sin(a), for lines dt apart that leave the face at an angle a to its normals.
 template <transducer Probe>
 INSONIFY_FN float line_advance(const Probe& probe) {
-    const float middle = 0.5F * static_cast<float>(probe.lines) - 0.5F;
-    const ray left = probe.beam(middle - 0.5F), right = probe.beam(middle + 0.5F);
-    const float advance = dot(right.origin - left.origin, probe.beam(middle).direction);
-    return probe.lines < 2 || std::fabs(advance) < 1e-9F ? 0 : advance; // less is rounding
+    return detail::probe_settings{probe}.advance();
 }
 
 /// Number of lines to trace for each line of the probe, so that at the focus `lines_per_beam_width` lines lie within

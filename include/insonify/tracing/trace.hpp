@@ -96,17 +96,17 @@ class line_driver {
     /// @param sinks      grids that receive the samples; planes are weighted and added
     /// @param emit       emit(block, task, layers, samples): adds to samples that are 0, those of one sink after those
     ///                   of another
-    template <exec::policy Policy, transducer Probe, acoustic_model Model, class Emit>
-    void emit_lines(const Policy& policy, const scene& body, const frame_view<Probe>& frame, const Model& model,
-                    const straight_lines& how, float line_time, view<line_grid<Sample>* const> sinks,
-                    const Emit& emit) {
+    template <exec::policy Policy, acoustic_model Model, class Emit>
+    void emit_lines(const Policy& policy, const scene& body, const probe_lines& probe, const frame_view& frame,
+                    const Model& model, const straight_lines& how, float line_time,
+                    view<line_grid<Sample>* const> sinks, const Emit& emit) {
         constexpr bool incident = !takes_normal_incidence<Model>();
         const view<const displacement_view> displaced = displacements_.compute(policy, body, frame);
-        const bool fan = finder_.assign(frame.probe);
+        const bool fan = finder_.assign(probe);
         bool shaded = false;
         if constexpr (states_arrivals<Model>)
             shaded = how.directions > 1 && fan &&
-                     shading_.assign(frame.probe, finder_.fan(), beam_of(frame.probe, frame.depth));
+                     shading_.assign(probe.settings(), finder_.fan(), make_beam(probe.settings(), frame.depth));
         finder_.prepare(policy, body, frame, how.search, shaded ? 1 + how.directions : 1, shaded,
                         shaded ? shading_.beyond(frame) : outer_lines{});
         frame_guard unfinished{layers_};
@@ -116,7 +116,7 @@ class line_driver {
         if constexpr (states_arrivals<Model>)
             if (shaded) {
                 finder_.find(policy, frame, incident, layers_);
-                const aperture_view<Probe> shading = shading_.prepare(seen, frame, how.directions);
+                const aperture_view shading = shading_.prepare(seen, frame, how.directions);
                 shading_.compute(policy, shading, model, layers_, finder_.slices());
                 gains = shading.gains;
             }
@@ -138,14 +138,14 @@ class line_driver {
     }
 
     /// The same for a tracer that makes the samples of a line itself.
-    template <exec::policy Policy, transducer Probe, acoustic_model Model, tracer<Model> Tracer>
-    void trace_lines(const Policy& policy, const scene& body, const frame_view<Probe>& frame, const Model& model,
+    template <exec::policy Policy, acoustic_model Model, tracer<Model> Tracer>
+    void trace_lines(const Policy& policy, const scene& body, const frame_view& frame, const Model& model,
                      const Tracer& how, line_grid<Sample>& lines) {
         constexpr float line_time = 1e6F;
         scene_view seen = body.view_for_rays(policy);
         seen.displacements = displacements_.compute(policy, body, frame);
         layers_ = {};
-        if (scratch_.size() < blocks_of(frame.probe.lines)) scratch_.resize(blocks_of(frame.probe.lines));
+        if (scratch_.size() < blocks_of(frame.count())) scratch_.resize(blocks_of(frame.count()));
         line_grid<Sample>* const sink = &lines;
         sum_blocks(
             policy, frame, line_time, {&sink, 1}, [](std::size_t) {},
@@ -176,13 +176,13 @@ class line_driver {
         line_layers* layers_;
     };
 
-    template <exec::policy Policy, transducer Probe, class BeginBlock, class Trace>
-    void sum_blocks(const Policy& policy, const frame_view<Probe>& frame, float line_time,
+    template <exec::policy Policy, class BeginBlock, class Trace>
+    void sum_blocks(const Policy& policy, const frame_view& frame, float line_time,
                     view<line_grid<Sample>* const> sinks, const BeginBlock& begin_block, const Trace& trace) {
-        if (rooms_.size() < blocks_of(frame.probe.lines)) rooms_.resize(blocks_of(frame.probe.lines));
+        if (rooms_.size() < blocks_of(frame.count())) rooms_.resize(blocks_of(frame.count()));
         line_time *= static_cast<float>(frame.planes);
         exec::for_each_block(
-            policy, frame.probe.lines, lines_per_block, line_time, [&](std::size_t begin, std::size_t end) {
+            policy, frame.count(), lines_per_block, line_time, [&](std::size_t begin, std::size_t end) {
                 const std::size_t block = begin / lines_per_block;
                 begin_block(begin);
                 std::vector<Sample>& room = rooms_[block];
@@ -214,10 +214,10 @@ class line_driver {
 
 /// `trace`, frame after frame: holds tables, layers and memory, so that it allocates only while buffers grow.
 ///
-///     line_tracer<linear_array> lines;
+///     line_tracer<> lines;
 ///     iq_lines echoes;
 ///     for (;;) echoes = lines.trace(exec::par_unseq, body, probe, at, physical{}, scan, {}, std::move(echoes));
-template <transducer Probe, acoustic_model Model = physical<>, tracer<Model> Tracer = straight_lines>
+template <acoustic_model Model = physical<>, tracer<Model> Tracer = straight_lines>
 class line_tracer {
     static_assert(detail::model_check<Model>::passed);
 
@@ -227,20 +227,30 @@ class line_tracer {
     /// What the probe receives along its lines: see `insonify::trace`.
     /// @param recycled  lines whose memory is reused, whatever they held
     /// @throws usage_error, geometry_error  as `insonify::trace`
-    template <exec::policy Policy>
-    line_grid<sample_type> trace(const Policy& any, const scene& body, const Probe& probe, const pose& at,
+    template <exec::policy Policy, transducer Probe>
+    line_grid<sample_type> trace(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                                  const Model& model, const acquisition& scan, const Tracer& how = {},
                                  line_grid<sample_type> recycled = {}) {
-        const detail::any_policy policy{any};
-        const std::uint32_t samples = detail::check_acquisition(body, probe, at, model, scan);
+        probe_.assign(probe);
+        return trace_lines(detail::any_policy{policy}, body, at, model, scan, how, std::move(recycled));
+    }
+
+    /// What lies along the lines of the last frame; of tracers other than `straight_lines`, no lines.
+    const line_layers& layers() const { return driver_.layers(); }
+
+  private:
+    template <class Policy>
+    line_grid<sample_type> trace_lines(const Policy& policy, const scene& body, const pose& at, const Model& model,
+                                       const acquisition& scan, const Tracer& how, line_grid<sample_type> recycled) {
+        const std::uint32_t samples = detail::check_acquisition(body, probe_.settings(), at, model, scan);
         if (scan.planes > 1 && !detail::is_average_v<sample_type>)
             throw usage_error{"trace: samples of this model's type cannot be averaged over `planes`; use one plane"};
         if constexpr (requires { how.check(); }) how.check();
-        const detail::frame_view<Probe> frame = plan_.view_of(policy, probe, at, model, scan, samples, body.media());
-        recycled.reshape(probe.lines, samples, scan.depth);
+        const detail::frame_view frame = plan_.view_of(policy, probe_, at, model, scan, samples, body.media());
+        recycled.reshape(probe_.size(), samples, scan.depth);
         line_grid<sample_type>* const sink = &recycled;
         if constexpr (std::same_as<Tracer, straight_lines>)
-            driver_.emit_lines(policy, body, frame, model, how,
+            driver_.emit_lines(policy, body, probe_, frame, model, how,
                                detail::nanoseconds_of<Model>() * static_cast<float>(samples), {&sink, 1},
                                [&](std::size_t, const line_task& task, view<const layer> layers,
                                    view<sample_type> out) { task.apply(policy, model, layers, out); });
@@ -249,11 +259,8 @@ class line_tracer {
         return recycled;
     }
 
-    /// What lies along the lines of the last frame; of tracers other than `straight_lines`, no lines.
-    const line_layers& layers() const { return driver_.layers(); }
-
-  private:
-    detail::frame_plan<Probe, Model> plan_{};
+    detail::probe_lines probe_{};
+    detail::frame_plan<Model> plan_{};
     detail::line_driver<sample_type> driver_{};
 };
 
@@ -274,7 +281,7 @@ template <exec::policy Policy, transducer Probe, acoustic_model Model, tracer<Mo
 line_grid<typename Model::sample_type> trace(const Policy& policy, const scene& body, const Probe& probe,
                                              const pose& at, const Model& model, const acquisition& settings,
                                              const Tracer& how = {}) {
-    return line_tracer<Probe, Model, Tracer>{}.trace(policy, body, probe, at, model, settings, how);
+    return line_tracer<Model, Tracer>{}.trace(policy, body, probe, at, model, settings, how);
 }
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -245,16 +245,17 @@ struct lateral_kernel {
 
 /// @param scan      depth and samples of the lines; `samples` must not be 0
 /// @param recycled  a kernel whose memory is reused
-/// @throws usage_error  for a setting of the probe or acquisition out of range
-template <transducer Probe>
-lateral_kernel make_lateral_kernel(const Probe& probe, const acquisition& scan, lateral_kernel recycled = {}) {
-    const beam_model beam = beam_of(probe, scan.depth);
+/// @throws usage_error  for an acquisition out of range
+inline lateral_kernel make_lateral_kernel(const probe_settings& probe, const acquisition& scan,
+                                          lateral_kernel recycled = {}) {
+    check_depth(scan.depth, "make_lateral_kernel");
+    const beam_model beam = make_beam(probe, scan.depth);
     if (scan.samples == 0) throw usage_error{"make_lateral_kernel: `samples` is 0; it must be that of the lines"};
     constexpr std::uint32_t step = lateral_kernel::depth_step;
     lateral_kernel kernel = std::move(recycled);
     kernel.lines = probe.lines;
-    kernel.full_circle = is_full_circle(probe);
-    const float advance = line_advance(probe);
+    kernel.full_circle = probe.full_circle;
+    const float advance = probe.advance();
     kernel.cycles_per_line = 2.0 * static_cast<double>(probe.frequency) * static_cast<double>(advance / display_speed);
     auto& entries = kernel.entries;
     auto& weights = kernel.weights;
@@ -264,7 +265,7 @@ lateral_kernel make_lateral_kernel(const Probe& probe, const acquisition& scan, 
     for (std::uint32_t sample = 0; sample < scan.samples; sample += step) {
         const float depth = (static_cast<float>(sample) + 0.5F * step) * scan.depth / static_cast<float>(scan.samples);
         const float sigma = beam.lateral_sigma(depth), lobe = beam.side_lobe_width(depth);
-        const float spacing = line_spacing(probe, depth);
+        const float spacing = probe.spacing(depth);
         const float max_sigmas =
             max(kernel_sigmas, beam.side_lobes > 0 ? beam_model::side_lobe_extent * lobe / sigma : 0);
         const std::size_t begin = weights.size();
@@ -428,7 +429,7 @@ class convolver {
     template <exec::policy Policy, transducer Probe>
     iq_lines convolve(const Policy& policy, iq_lines echoes, const pulse& sent, const Probe& probe,
                       const convolve_settings& settings = {}) {
-        probe.check();
+        const detail::probe_settings own{probe};
         sent.check(probe.frequency);
         if (echoes.count != probe.lines || echoes.samples == 0 ||
             echoes.values.size() != static_cast<std::size_t>(echoes.count) * echoes.samples)
@@ -453,7 +454,7 @@ class convolver {
 
         iq_lines lines = along(policy, std::move(echoes), envelope, settings.decimation);
         lateral_ =
-            detail::make_lateral_kernel(probe, {.depth = lines.depth, .samples = lines.samples}, std::move(lateral_));
+            detail::make_lateral_kernel(own, {.depth = lines.depth, .samples = lines.samples}, std::move(lateral_));
         return across(policy, std::move(lines));
     }
 

@@ -7,6 +7,7 @@
 #include <insonify/core/view.hpp>
 #include <insonify/execution/policy.hpp>
 #include <insonify/signal/pulse.hpp>
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -36,11 +37,9 @@ inline void check_planes(std::uint32_t count, const char* caller) {
 }
 
 /// Whether the planes of a probe can follow its beam with the depth z: all lines within 60 degrees of z.
-template <transducer Probe>
-bool lines_follow_depth(const Probe& probe) {
-    for (std::uint32_t i = 0; i < probe.lines; ++i)
-        if (!(probe.beam(static_cast<float>(i)).direction.z > 0.5F)) return false;
-    return true;
+inline bool lines_follow_depth(const probe_lines& probe) {
+    const view<const probe_line> lines = probe.lines();
+    return std::all_of(lines.begin(), lines.end(), [](const probe_line& line) { return line.direction.z > 0.5F; });
 }
 
 /// The heights of a pair of planes: see `elevation_planes`.
@@ -282,19 +281,19 @@ class elevation_planes {
 class planes_of_lines {
   public:
     planes_of_lines() = default;
-    template <class Policy, transducer Probe>
-    planes_of_lines(const Policy& policy, const Probe& probe, const elevation_planes& planes) {
+    template <class Policy>
+    planes_of_lines(const Policy& policy, const probe_lines& probe, const elevation_planes& planes) {
         assign(policy, probe, planes);
     }
 
-    template <class Policy, transducer Probe>
-    void assign(const Policy& policy, const Probe& probe, const elevation_planes& planes) {
-        set_of_line_.assign(probe.lines, 0);
+    template <class Policy>
+    void assign(const Policy& policy, const probe_lines& probe, const elevation_planes& planes) {
+        set_of_line_.assign(probe.size(), 0);
         angles_.clear();
         lines_.clear();
         const bool tilted = lines_follow_depth(probe) && planes.count() > 1;
-        for (std::uint32_t i = 0; i < probe.lines; ++i) {
-            const ray line = probe.beam(static_cast<float>(i));
+        for (std::uint32_t i = 0; i < probe.size(); ++i) {
+            const probe_line& line = probe[i];
             const int angle = tilted ? static_cast<int>(std::lround(200 * (1 - line.direction.z))) : 0;
             std::size_t set = 0;
             while (set < angles_.size() && angles_[set] != angle) ++set;

@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <functional>
 #include <utility>
 #include <vector>
 
@@ -387,22 +388,25 @@ struct kernel_table_view {
 /// planes, and the covariance C of the echoes. Lines near the border have fewer neighbours, hence tables of their own.
 class kernel_table {
   public:
+    /// Covariance of two echoes, by metres apart in the slice plane and out of it, and radians turned.
+    using covariance = std::function<float(vec2 apart, float turned)>;
+
     /// Without compensation.
     void clear() { samples_.resize(0); }
 
     /// Computes the table in the same memory.
     /// @param of_lines          the gains are those of the planes along the middle line
-    /// @param speckle, surface  covariance(metres apart in the slice plane and out of it, radians turned, height of the
-    ///                          scatterers) of speckle, and of the echoes of rough surfaces
-    template <class Policy, transducer Probe, class Speckle, class Surface>
-    void compute(const Policy& policy, const Probe& probe, float depth, const planes_of_lines& of_lines,
-                 const Speckle& speckle, const Surface& surface) {
+    /// @param speckle, surface  of speckle, and of the echoes of rough surfaces
+    template <class Policy>
+    void compute(const Policy& policy, const probe_lines& all, float depth, const planes_of_lines& of_lines,
+                 const covariance& speckle, const covariance& surface) {
+        const probe_settings& probe = all.settings();
         planes_ = of_lines[0].count();
         lines_ = probe.lines;
         spacing_ = depth / depths;
         sets_ = of_lines.set_of_line();
         const elevation_planes& planes = of_lines[sets_[probe.lines / 2]];
-        const beam_model beam = beam_of(probe, depth);
+        const beam_model beam = make_beam(probe, depth);
         // One step of the kernel for each of the depths.
         kernel_ = make_lateral_kernel(probe, {.depth = depth, .samples = depths * lateral_kernel::depth_step},
                                       std::move(kernel_));
@@ -412,7 +416,7 @@ class kernel_table {
         of_planes_.resize(of_lines.sets() * depths * planes_);
         work_.resize(depths);
         constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
-        const float turned = probe.lines < 2 ? 0.0F : angle_between(probe.beam(0).direction, probe.beam(1).direction);
+        const float turned = probe.lines < 2 ? 0.0F : angle_between(all[0].direction, all[1].direction);
         for_each_index(policy, depths, [&](std::size_t k) {
             const float z = (static_cast<float>(k) + 0.5F) * spacing_;
             const elevation_planes::weights weights = planes.at(z);
@@ -427,9 +431,9 @@ class kernel_table {
             }
             const lateral_weights across = kernel_.at(static_cast<std::uint32_t>(k) * lateral_kernel::depth_step);
             scratch& work = work_[k];
-            const auto levels_with = [&](levels& found, const auto& covariance) {
+            const auto levels_with = [&](levels& found, const covariance& of) {
                 find_levels<width>(across, turned, planes, z, weights.random,
-                                   max_slope * 4 * pi * probe.frequency / display_speed, covariance, work, found);
+                                   max_slope * 4 * pi * probe.frequency / display_speed, of, work, found);
             };
             levels &of_speckle = work.speckle, &of_surface = work.surface, &uncorrelated = work.uncorrelated;
             levels_with(of_speckle, speckle);
@@ -515,10 +519,9 @@ class kernel_table {
     // @param turned      radians from line to line
     // @param weight      of independent echoes, of each plane
     // @param steepest    phase per metre across the lines, at which the loss is exact
-    // @param covariance  as of `compute`
-    template <int Width, class Covariance>
+    template <int Width>
     void find_levels(const lateral_weights& lines, float turned, const elevation_planes& planes, float depth,
-                     const float (&weight)[max_elevation_planes], float steepest, const Covariance& covariance,
+                     const float (&weight)[max_elevation_planes], float steepest, const covariance& common_of,
                      scratch& work, levels& found) const {
         float power = 0, distance_squared = 0;
         for (std::uint32_t i = 0; i < planes_; ++i)
@@ -526,7 +529,7 @@ class kernel_table {
                 const float apart = std::fabs(planes[i].height(depth) - planes[j].height(depth));
                 const float common =
                     weight[i] * weight[j] *
-                    (i == j ? 1 : covariance(vec2{0, apart}, std::fabs(planes[i].slope - planes[j].slope)));
+                    (i == j ? 1 : common_of(vec2{0, apart}, std::fabs(planes[i].slope - planes[j].slope)));
                 power += common;
                 distance_squared += common * apart * apart;
             }
@@ -537,7 +540,7 @@ class kernel_table {
         work.of_lags.assign((lags + 1) * static_cast<std::size_t>(size), 1.0F);
         for (std::size_t lag = 1; lag < work.of_lags.size(); ++lag) {
             const auto distance = static_cast<float>(lag);
-            work.of_lags[lag] = covariance(vec2{distance * lines.spacing, 0}, distance * turned);
+            work.of_lags[lag] = common_of(vec2{distance * lines.spacing, 0}, distance * turned);
         }
         const auto metres = [&](std::size_t lag) { return static_cast<float>(lag) * lines.spacing; };
         for (std::vector<float>* const each : {&work.common, &work.squared, &work.sloping}) each->resize(lags);
@@ -606,8 +609,8 @@ class kernel_table {
 };
 
 /// Computes the table for a model that states the covariance of its speckle; no compensation for others.
-template <class Policy, transducer Probe, class Model>
-void compute_kernel_table(const Policy& policy, const Probe& probe, float depth, const planes_of_lines& planes,
+template <class Policy, class Model>
+void compute_kernel_table(const Policy& policy, const probe_lines& probe, float depth, const planes_of_lines& planes,
                           const Model& model, kernel_table& table) {
     if constexpr (states_covariance<Model>)
         table.compute(

@@ -27,12 +27,11 @@ class aperture_shading {
     /// Takes over the lines of a probe.
     /// @return whether they can be turned or shifted: at equal distances on a plane or round face, or from one point of
     ///         a plane face; lines that are steered from a round one cannot
-    template <transducer Probe>
-    bool assign(const Probe& probe, const line_fan& fan, const beam_model& beam) {
-        const bool circle = is_full_circle(probe);
+    bool assign(const probe_settings& probe, const line_fan& fan, const beam_model& beam) {
+        const bool circle = probe.full_circle;
         const std::uint32_t lines = fan.size();
         if (!points_.face.assign(fan, circle)) return false;
-        const float wide = beam.lateral_width(beam.focus) / line_spacing(probe, beam.focus);
+        const float wide = beam.lateral_width(beam.focus) / probe.spacing(beam.focus);
         std::uint32_t stride = static_cast<std::uint32_t>(clamp(wide + 0.5F, 1, 16));
         while (circle && lines % stride != 0) --stride; // of a prime number of lines, each is a point
         points_.stride = stride;
@@ -51,22 +50,20 @@ class aperture_shading {
     /// Makes the view and its tables, after `assign`; no step is done yet.
     /// @param directions  in which lines are traced to each point of a single plane; with several planes, each uses a
     ///                    quarter as many, at least 2, interleaved with the others'
-    template <transducer Probe>
-    aperture_view<Probe> prepare(const scene_view& scene, const frame_view<Probe>& frame, std::uint32_t directions) {
+    aperture_view prepare(const scene_view& scene, const frame_view& frame, std::uint32_t directions) {
         lines_.clear();
         for (std::uint32_t i = 0; i < fan_.size(); ++i) lines_.push_back(fan_[i]);
-        aperture_view<Probe> all{
-            .frame = frame,
-            .scene = scene,
-            .points = points_,
-            .fan = lines_,
-            .upright = fan_.upright(),
-            .directions = frame.planes == 1 ? directions : std::max((directions + 3) / 4, 2U),
-            // To the depth of the picture as if all sound had the display's speed; deeper, the last
-            // gain holds.
-            .spacing = frame.depth / steps};
+        aperture_view all{.frame = frame,
+                          .scene = scene,
+                          .points = points_,
+                          .fan = lines_,
+                          .upright = fan_.upright(),
+                          .directions = frame.planes == 1 ? directions : std::max((directions + 3) / 4, 2U),
+                          // To the depth of the picture as if all sound had the display's speed; deeper, the last
+                          // gain holds.
+                          .spacing = frame.depth / steps};
         const std::size_t rows = std::size_t{frame.planes} * steps;
-        profiles_.resize(std::size_t{frame.planes} * frame.probe.lines);
+        profiles_.resize(std::size_t{frame.planes} * frame.count());
         sound_.resize(all.directions * rows * lines_.size());
         means_.resize(rows * points_.count);
         gains_.resize(profiles_.size() * steps);
@@ -76,17 +73,17 @@ class aperture_shading {
         all.profiles = profiles_;
         all.sound = sound_;
         all.means = means_;
-        all.gains = {gains_, frame.probe.lines, all.spacing};
+        all.gains = {gains_, frame.count(), all.spacing};
         return all;
     }
 
     /// Does all steps.
     /// @param found   the layers of the lines of the probe, in `scene`
     /// @param slices  that they were found by; null: by rays, as everything else then is
-    template <exec::policy Policy, transducer Probe, states_arrivals Model>
-    void compute(const Policy& policy, const aperture_view<Probe>& all, const Model& model, const line_layers& found,
+    template <exec::policy Policy, states_arrivals Model>
+    void compute(const Policy& policy, const aperture_view& all, const Model& model, const line_layers& found,
                  const slice_finder* slices) {
-        const std::uint32_t lines = all.frame.probe.lines, planes = all.frame.planes;
+        const std::uint32_t lines = all.frame.count(), planes = all.frame.planes;
         exec::for_each_block(policy, lines, lines_per_block, 500, [&](std::size_t begin, std::size_t end) {
             for (auto line = static_cast<std::uint32_t>(begin); line < end; ++line)
                 for (std::uint32_t plane = 0; plane < planes; ++plane)
@@ -122,8 +119,7 @@ class aperture_shading {
     }
 
     /// The lines beyond those of the probe for which slices must be cut: those of a phased array; none for others.
-    template <transducer Probe>
-    outer_lines beyond(const frame_view<Probe>& frame) const {
+    outer_lines beyond(const frame_view& frame) const {
         if (!is_point()) return {};
         return {&fan_, half_aperture(frame, frame.depth)};
     }
@@ -135,16 +131,14 @@ class aperture_shading {
     };
 
     bool is_point() const { return points_.face.form == face_form::point; }
-    template <transducer Probe>
-    static float half_aperture(const frame_view<Probe>& frame, float depth) {
+    static float half_aperture(const frame_view& frame, float depth) {
         return 0.5F * depth / frame.aperture.fnumber(depth);
     }
 
     // The largest turn whose line is still received at some depth, within the angles for which depths and places of
     // turned lines are accurate: the tangent on a plane face, at most 0.9 of that of a line along the face; the angle
     // on a round one; the shift along the face of a phased array.
-    template <transducer Probe>
-    float widest(const aperture_view<Probe>& all) const {
+    float widest(const aperture_view& all) const {
         const face_shape& face = points_.face;
         if (is_point()) return half_aperture(all.frame, all.frame.depth);
         const float incline = std::fabs(face.incline);
@@ -163,9 +157,8 @@ class aperture_shading {
     }
 
     // Divides the aperture of each plane among the directions.
-    template <transducer Probe>
-    void divide_aperture(const aperture_view<Probe>& all) {
-        const frame_view<Probe>& frame = all.frame;
+    void divide_aperture(const aperture_view& all) {
+        const frame_view& frame = all.frame;
         const face_shape& face = points_.face;
         const float max_turn = widest(all);
         const auto turned_by = [&](float part) -> line_turn { // -1 to 1

@@ -124,12 +124,11 @@ struct frame_gains {
 
 /// The steps of an aperture shading, each for one line or some points, over flat arrays. To be done in this order, each
 /// for all lines; those of one step in any order, on any threads or on a device. Trivially copyable.
-template <transducer Probe>
 struct aperture_view {
     static constexpr std::uint32_t steps = sound_profile::steps;
     static constexpr std::uint32_t points_at_once = simd_width;
 
-    frame_view<Probe> frame;
+    frame_view frame;
     scene_view scene{};
     shaded_lines points{};
     view<const line_fan::line> fan{};  ///< in coordinates of its own
@@ -156,7 +155,7 @@ struct aperture_view {
                                   const Model& model) const {
         traced_line traced = task_of(frame, scene, line, plane).line;
         traced.layers = layers;
-        profiles[std::size_t{plane} * frame.probe.lines + line].compute(traced, model, spacing);
+        profiles[std::size_t{plane} * frame.count() + line].compute(traced, model, spacing);
     }
 
     /// Step 2: what arrives along a line of the fan in one direction.
@@ -278,7 +277,7 @@ struct aperture_view {
     using floats = lanes<simd_width>;
 
     INSONIFY_FN const sound_profile& profile_of(std::uint32_t line, std::uint32_t plane) const {
-        return profiles[std::size_t{plane} * frame.probe.lines + line];
+        return profiles[std::size_t{plane} * frame.count() + line];
     }
 
     // A line of the fan in one plane. Those beyond the lines of the probe are like the nearest of these, but for their

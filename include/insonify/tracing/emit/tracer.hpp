@@ -84,12 +84,11 @@ template <class Sample>
 inline constexpr bool is_average_v = std::same_as<Sample, float> || std::same_as<Sample, vec2>;
 
 /// The task of a tracer: one line of one plane.
-template <transducer Probe>
-INSONIFY_FN line_task task_of(const frame_view<Probe>& frame, const scene_view& scene, std::uint32_t number,
-                              std::uint32_t plane) {
+INSONIFY_FN inline line_task task_of(const frame_view& frame, const scene_view& scene, std::uint32_t number,
+                                     std::uint32_t plane) {
     return {.scene = scene,
             .line = {.media = scene.media,
-                     .frequency = frame.probe.frequency,
+                     .frequency = frame.frequency,
                      .places = scene.places,
                      .structures = scene.structures,
                      .frame = frame.line(number, plane),
@@ -126,8 +125,8 @@ INSONIFY_FN void add_weighted(view<Sample> samples, const float* weights, view<S
 ///                after those of another; false where it cannot
 /// @return        false where `trace` did; the samples are then undefined
 INSONIFY_VISITS
-template <transducer Probe, class Sample, class OutOf, class Trace>
-INSONIFY_FN bool sum_planes(const frame_view<Probe>& frame, std::uint32_t number, std::size_t grids, view<Sample> room,
+template <class Sample, class OutOf, class Trace>
+INSONIFY_FN bool sum_planes(const frame_view& frame, std::uint32_t number, std::size_t grids, view<Sample> room,
                             const OutOf& out_of, const Trace& trace) {
     for (std::size_t grid = 0; grid < grids; ++grid)
         for (Sample& sample : out_of(grid)) sample = Sample{};

@@ -90,8 +90,7 @@ class cut_normals {
 class layer_finder {
   public:
     /// Takes over the lines of a probe. @return whether slices contain them: see `slice_finder`
-    template <transducer Probe>
-    bool assign(const Probe& probe) {
+    bool assign(const probe_lines& probe) {
         can_cut_ = slices_.assign(probe);
         return can_cut_;
     }
@@ -100,8 +99,8 @@ class layer_finder {
     /// @param directions  in which each line is traced
     /// @param keep_all    also keep segments that cross no line
     /// @param beyond      other lines that segments are kept for
-    template <exec::policy Policy, transducer Probe>
-    void prepare(const Policy& policy, const scene& body, const frame_lines<Probe>& frame, line_search how,
+    template <exec::policy Policy>
+    void prepare(const Policy& policy, const scene& body, const frame_lines& frame, line_search how,
                  std::uint32_t directions = 1, bool keep_all = false, const outer_lines& beyond = {}) {
         const view<const elevation_plane> planes{frame.plane, frame.planes};
         sliced_ = false;
@@ -115,7 +114,7 @@ class layer_finder {
         } else {
             scene_ = body.view_for_rays(policy);
         }
-        if (memory_.size() < blocks_of(frame.probe.lines)) memory_.resize(blocks_of(frame.probe.lines));
+        if (memory_.size() < blocks_of(frame.count())) memory_.resize(blocks_of(frame.count()));
     }
 
     /// The scene as `prepare` has seen it.
@@ -132,21 +131,19 @@ class layer_finder {
     }
 
     /// Begins a frame, whose blocks are then found.
-    template <transducer Probe>
-    void begin(const frame_lines<Probe>& frame, line_layers& found) const {
-        found.begin(frame.probe.lines, frame.planes, scene_.media);
+    void begin(const frame_lines& frame, line_layers& found) const {
+        found.begin(frame.count(), frame.planes, scene_.media);
     }
     /// Finds the layers of the block of lines that begins with one; different blocks on any threads.
     /// @param incident  whether to compute how lines meet surfaces: see `stack_layers`
-    template <transducer Probe>
-    void find_block(const frame_lines<Probe>& frame, std::size_t begin, bool incident, line_layers& found) {
+    void find_block(const frame_lines& frame, std::size_t begin, bool incident, line_layers& found) {
         block_memory& own = memory_[begin / lines_per_block];
         const crossing_lists& sliced = own.sliced;
         layer_block& into = found.block_at(begin);
         into.clear();
         if (sliced_) slices_.find_block(begin, own.sliced);
         const auto count = static_cast<std::uint32_t>(begin) + lines_per_block;
-        for (auto number = static_cast<std::uint32_t>(begin); number < frame.probe.lines && number < count; ++number)
+        for (auto number = static_cast<std::uint32_t>(begin); number < frame.count() && number < count; ++number)
             for (std::uint32_t plane = 0; plane < frame.planes; ++plane) {
                 const line_frame line = frame.line(number, plane);
                 const crossing_source from =
@@ -161,11 +158,10 @@ class layer_finder {
     }
 
     /// Finds those of all lines.
-    template <exec::policy Policy, transducer Probe>
-    void find(const Policy& policy, const frame_lines<Probe>& frame, bool incident, line_layers& found) {
+    template <exec::policy Policy>
+    void find(const Policy& policy, const frame_lines& frame, bool incident, line_layers& found) {
         begin(frame, found);
-        exec::for_each_block(policy, frame.probe.lines, lines_per_block,
-                             search_time() * static_cast<float>(frame.planes),
+        exec::for_each_block(policy, frame.count(), lines_per_block, search_time() * static_cast<float>(frame.planes),
                              [&](std::size_t begin, std::size_t) { find_block(frame, begin, incident, found); });
     }
 
@@ -189,12 +185,13 @@ class layer_search {
     /// @param max_depth  how far the lines are followed, metres
     /// @param incident   whether to compute how they meet surfaces
     /// @return           valid until the next call
-    template <exec::policy Policy, transducer Probe>
-    line_layers& operator()(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+    template <exec::policy Policy>
+    line_layers& operator()(const Policy& policy, const scene& body, const probe_lines& probe, const pose& at,
                             const acquisition& scan, float max_depth, bool incident) {
-        frame_lines<Probe> frame{
-            .probe = probe, .at = at, .depth = scan.depth, .max_depth = max_depth, .planes = scan.planes};
-        const elevation_planes planes{beam_of(probe, scan.depth), scan.planes, scan.depth, lines_follow_depth(probe)};
+        frame_lines frame{
+            .lines = probe.lines(), .at = at, .depth = scan.depth, .max_depth = max_depth, .planes = scan.planes};
+        const elevation_planes planes{make_beam(probe.settings(), scan.depth), scan.planes, scan.depth,
+                                      lines_follow_depth(probe)};
         for (std::uint32_t i = 0; i < scan.planes; ++i) frame.plane[i] = planes[i];
         finder_.assign(probe);
         finder_.prepare(policy, body, frame, line_search::best);

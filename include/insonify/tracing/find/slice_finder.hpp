@@ -62,10 +62,7 @@ class slice_finder {
     static_assert(block % simd_width == 0);
 
     /// Takes over the lines of a probe. @return false where they are not a `line_fan`: then nothing can be cut
-    template <transducer Probe>
-    bool assign(const Probe& probe) {
-        return fan_.assign(probe);
-    }
+    bool assign(const probe_lines& probe) { return fan_.assign(probe); }
 
     /// Chooses the objects to be cut, after `assign`: all, or those whose trees are out of date and those for which
     /// slicing is faster than rays:

@@ -6,6 +6,7 @@
 #include <insonify/geometry/ray.hpp>
 #include <insonify/scene/scene.hpp>
 #include <insonify/tracing/plan/frame_plan.hpp>
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -16,13 +17,13 @@ namespace insonify::inline INSONIFY_ABI::detail {
 class frame_displacements {
   public:
     /// @throws geometry_error  where the map that deforms the scene folds over in the field of view
-    template <class Policy, transducer Probe>
-    view<const displacement_view> compute(const Policy& policy, const scene& body, const frame_view<Probe>& frame) {
+    template <class Policy>
+    view<const displacement_view> compute(const Policy& policy, const scene& body, const frame_view& frame) {
         if (!body.is_deformed()) return {};
         const displacement_lattice where = lattice_of(frame);
         const view<const displacement_view> found = body.displacements(policy, where, nodes_, places_);
         for (std::size_t i = 0; !found.empty() && i < where.count(); ++i)
-            if (nodes_[4 * i + 3] != 0 && is_seen(frame, where.point(i))) throw_folded(where.point(i));
+            if (nodes_[4 * i + 3] != 0 && is_seen(frame, where, where.point(i))) throw_folded(where.point(i));
         return found;
     }
 
@@ -30,18 +31,21 @@ class frame_displacements {
     static constexpr float min_spacing = 1e-3F; // metres
     static constexpr float max_cells = 64;      // along an axis
 
-    template <transducer Probe>
-    static bool is_seen(const frame_view<Probe>& frame, vec3 point) {
-        const vec3 local = frame.at.local_point(point);
-        const vec2 place = frame.probe.locate({local.x, local.z}); // line, depth
-        return place.x > -1 && place.x < static_cast<float>(frame.probe.lines) && place.y > 0 && place.y < frame.depth;
+    // Whether some line passes a node so closely that it is interpolated from it.
+    static bool is_seen(const frame_view& frame, const displacement_lattice& where, vec3 node) {
+        vec3 local = frame.at.local_point(node);
+        local.y = 0;
+        return std::any_of(frame.lines.begin(), frame.lines.end(), [&](const probe_line& line) {
+            const vec3 from = local - line.origin;
+            const float depth = dot(from, line.direction);
+            return depth > 0 && depth < frame.depth && length(from - depth * line.direction) < where.spacing.x;
+        });
     }
 
-    template <transducer Probe>
-    static displacement_lattice lattice_of(const frame_view<Probe>& frame) {
+    static displacement_lattice lattice_of(const frame_view& frame) {
         aabb box;
         for (std::uint32_t plane = 0; plane < frame.planes; ++plane)
-            for (std::uint32_t i = 0; i < frame.probe.lines; ++i) {
+            for (std::uint32_t i = 0; i < frame.count(); ++i) {
                 const line_frame line = frame.line(i, plane);
                 box = merged(merged(box, frame.at.local_point(line.origin)),
                              frame.at.local_point(line.at(frame.max_depth)));

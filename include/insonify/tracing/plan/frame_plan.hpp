@@ -27,10 +27,9 @@ inline constexpr float max_wavelengths = 1 << 24;
 /// Checks the lines of a frame.
 /// @throws usage_error     for a scene that was not built, or a probe or depth out of range
 /// @throws geometry_error  for a pose that is not rigid
-template <transducer Probe>
-void check_lines(const scene& body, const Probe& probe, const pose& at, float depth, const char* caller) {
+inline void check_lines(const scene& body, const probe_settings& probe, const pose& at, float depth,
+                        const char* caller) {
     body.require_built();
-    probe.check();
     if (!is_rigid(at))
         throw geometry_error{joined({caller, ": the pose of the probe is not a rigid transform; make it with look_at, "
                                              "or mend it with orthonormalised"})};
@@ -53,8 +52,8 @@ inline std::uint32_t checked_samples(std::uint32_t lines, std::uint32_t samples,
 /// @return the number of samples along each line
 /// @throws usage_error     for a scene that was not built, or settings out of range
 /// @throws geometry_error  for a pose that is not rigid
-template <transducer Probe, class Model>
-std::uint32_t check_acquisition(const scene& body, const Probe& probe, const pose& at, const Model& model,
+template <class Model>
+std::uint32_t check_acquisition(const scene& body, const probe_settings& probe, const pose& at, const Model& model,
                                 const acquisition& settings) {
     check_lines(body, probe, at, settings.depth, "trace");
     if constexpr (requires { model.check(); }) model.check();
@@ -63,10 +62,9 @@ std::uint32_t check_acquisition(const scene& body, const Probe& probe, const pos
                            "trace");
 }
 
-/// The lines of a frame in all of its elevation planes. Trivially copyable where the probe is.
-template <transducer Probe>
+/// The lines of a frame in all of its elevation planes. Trivially copyable.
 struct frame_lines {
-    Probe probe{};                                    ///< that sends and receives
+    view<const probe_line> lines{};                   ///< of the probe that sends and receives
     pose at{};                                        ///< probe to world
     float depth = 0;                                  ///< of the last sample's end, metres
     float max_depth = 0;                              ///< how far lines are followed, metres
@@ -76,24 +74,23 @@ struct frame_lines {
     /// A line of the probe in one of the planes, in the world: displaced in elevation alone, so the distance along it
     /// stays the displayed one.
     INSONIFY_FN line_frame line(std::uint32_t number, std::uint32_t of_plane) const {
-        const ray beam = probe.beam(static_cast<float>(number));
+        const probe_line& beam = lines[number];
         const vec3 elevation = at.direction({0, 1, 0});
         line_frame line{at.point(beam.origin) + plane[of_plane].height(beam.origin.z) * elevation,
                         at.direction(beam.direction), elevation, plane[of_plane].slope * beam.direction.z};
-        if constexpr (requires { probe.scatterer_axis(0.0F); })
-            line.steering = at.direction(beam.direction - probe.scatterer_axis(static_cast<float>(number)));
+        line.steering = at.direction(beam.direction - beam.scatterer_axis);
         return line;
     }
+    INSONIFY_FN std::uint32_t count() const { return static_cast<std::uint32_t>(lines.size()); }
     /// The tilt of a line of any direction in the world that runs in one of the planes: see `line_frame`.
     INSONIFY_FN float tilt(vec3 direction, std::uint32_t of_plane) const {
         return plane[of_plane].slope * dot(direction, at.direction({0, 0, 1}));
     }
 };
 
-/// What the function of one line reads of a frame: its lines, sampling and kernels. Trivially copyable where the probe
-/// is.
-template <transducer Probe>
-struct frame_view : frame_lines<Probe> {
+/// What the function of one line reads of a frame: its lines, sampling and kernels. Trivially copyable.
+struct frame_view : frame_lines {
+    float frequency = 0;                    ///< of the probe, hertz
     float spacing = 0;                      ///< metres from sample to sample
     float pulse_sigma = 0;                  ///< standard deviation of the pulse envelope, metres of displayed depth
     float bandwidth = 0;                    ///< see `traced_line`
@@ -106,30 +103,33 @@ struct frame_view : frame_lines<Probe> {
 
     /// The weights of the samples of a line in one of the planes; where there are several.
     INSONIFY_FN const float* weights(std::uint32_t number, std::uint32_t of_plane) const {
-        return plane_weights.data() + (std::size_t{plane_sets[number]} * this->planes + of_plane) * samples;
+        return plane_weights.data() + (std::size_t{plane_sets[number]} * planes + of_plane) * samples;
     }
 };
 
 /// All that follows from probe, acquisition and model alone: kept between frames, recomputed where one of them changes.
-template <transducer Probe, acoustic_model Model>
+template <acoustic_model Model>
 class frame_plan {
   public:
     /// @param samples  along each line, chosen
+    /// @return         refers to `probe`
     /// @throws usage_error  for a number of planes other than 1, 3, 5 or 7
     template <class Policy>
-    frame_view<Probe> view_of(const Policy& policy, const Probe& probe, const pose& at, const Model& model,
-                              const acquisition& scan, std::uint32_t samples, view<const medium> media) {
+    frame_view view_of(const Policy& policy, const probe_lines& probe, const pose& at, const Model& model,
+                       const acquisition& scan, std::uint32_t samples, view<const medium> media) {
         const tables& made =
             tables_([&](tables& t) { t.compute(policy, probe, scan.depth, samples, scan.planes, model); }, probe,
                     scan.depth, samples, scan.planes, model);
-        frame_view<Probe> frame{frame_lines<Probe>{.probe = probe,
-                                                   .at = at,
-                                                   .depth = scan.depth,
-                                                   .max_depth = max_depth_of(model, scan.depth, media),
-                                                   .planes = scan.planes}};
+        const probe_settings& settings = probe.settings();
+        frame_view frame{frame_lines{.lines = probe.lines(),
+                                     .at = at,
+                                     .depth = scan.depth,
+                                     .max_depth = max_depth_of(model, scan.depth, media),
+                                     .planes = scan.planes}};
+        frame.frequency = settings.frequency;
         frame.spacing = scan.depth / static_cast<float>(samples);
-        frame.pulse_sigma = nominal_pulse(probe).sigma_z(probe.frequency);
-        frame.bandwidth = fractional_bandwidth(probe);
+        frame.pulse_sigma = axial_sigma(settings.bandwidth, settings.frequency);
+        frame.bandwidth = settings.bandwidth;
         frame.samples = samples;
         frame.plane_sets = made.plane_sets;
         frame.plane_weights = made.plane_weights;
@@ -150,9 +150,9 @@ class frame_plan {
         kernel_table kernels{};
 
         template <class Policy>
-        void compute(const Policy& policy, const Probe& probe, float depth, std::uint32_t samples, std::uint32_t count,
-                     const Model& model) {
-            const beam_model beam = beam_of(probe, depth);
+        void compute(const Policy& policy, const probe_lines& probe, float depth, std::uint32_t samples,
+                     std::uint32_t count, const Model& model) {
+            const beam_model beam = make_beam(probe.settings(), depth);
             const elevation_planes planes{beam, count, depth, lines_follow_depth(probe)};
             plane.clear();
             for (std::uint32_t i = 0; i < count; ++i) plane.push_back(planes[i]);
@@ -181,7 +181,7 @@ class frame_plan {
         }
     };
 
-    memo<tables, Probe, float, std::uint32_t, std::uint32_t, Model> tables_{};
+    memo<tables, probe_lines, float, std::uint32_t, std::uint32_t, Model> tables_{};
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail

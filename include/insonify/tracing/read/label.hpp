@@ -36,9 +36,8 @@ struct label_stretch {
 
 /// Checks the arguments of `label`.
 /// @return the number of samples of the grid: by default two for each standard deviation of the pulse, a multiple of 64
-template <transducer Probe>
-std::uint32_t check_labels(const scene& body, const Probe& probe, const pose& at, const label_settings& settings,
-                           const char* caller) {
+inline std::uint32_t check_labels(const scene& body, const probe_settings& probe, const pose& at,
+                                  const label_settings& settings, const char* caller) {
     check_lines(body, probe, at, settings.depth, caller);
     const float sigma = pulse{}.sigma_z(probe.frequency);
     return checked_samples(probe.lines, settings.samples != 0 ? settings.samples : samples_for(settings.depth, sigma),
@@ -75,8 +74,8 @@ void for_each_stretch(view<const layer> layers, view<const medium> media, label_
 }
 
 /// The layers that labels are read from: of one plane.
-template <exec::policy Policy, transducer Probe>
-const line_layers& layers_for_labels(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+template <exec::policy Policy>
+const line_layers& layers_for_labels(const Policy& policy, const scene& body, const probe_lines& probe, const pose& at,
                                      const label_settings& settings, bool incident, layer_search& search) {
     return search(policy, body, probe, at, {.depth = settings.depth}, max_depth_of(settings, body.media()), incident);
 }
