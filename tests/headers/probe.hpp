@@ -20,6 +20,12 @@ bool call(scan_lines& lines, iq_lines& echoes, label_lines& labels) {
 #ifdef CALL_probe_presets
 float call(const linear_array& probe) { return presets::in_use(probe).bandwidth; }
 #endif
+#ifdef CALL_probe_probe_lines
+bool call(const pencil& probe) {
+    const detail::probe_lines lines{probe};
+    return lines == detail::probe_lines{probe} && lines.settings().spacing(1) > lines.settings().advance();
+}
+#endif
 #ifdef CALL_probe_transducer
 bool call(const pencil& probe) { return is_full_circle(probe) && line_at_fraction(aperture_fraction(0, 1), 1) == 0; }
 vec2 call(const refined<pencil>& probe) {
