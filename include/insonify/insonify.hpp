@@ -4,6 +4,7 @@
 /// All of insonify. In exactly one file of a program define INSONIFY_IMPLEMENTATION before including this: the OBJ
 /// reader and the PNG writer are compiled there. What is not named here, these include.
 #include <insonify/b_mode.hpp>
+#include <insonify/compiled.hpp>
 #include <insonify/diagnose.hpp>
 #include <insonify/doppler.hpp>
 #include <insonify/examinations.hpp>
@@ -39,4 +40,5 @@
 
 #endif
 // Outside the guard, so that it is reached also after an earlier include or a precompiled header.
+#include <insonify/compiled_implementation.hpp>
 #include <insonify/io/implementation.hpp>

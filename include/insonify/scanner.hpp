@@ -475,41 +475,10 @@ class scanner {
         if (cine_.empty())
             throw usage_error{"scanner: there is no picture yet; call `scan`, and `unfreeze` where it is frozen"};
     }
-    // Compiled once for all policies that agree on SIMD, as `show_by`, whatever they are.
     template <bool Unsequenced>
-    const image& scan_by(const detail::any_policy<Unsequenced>& policy, const scene& body, const pose& at) {
-        probe.check(); // all of these before a stored frame is overwritten
-        settings.check();
-        detail::check_lines(body, probe, at, settings.depth, "scanner");
-        if constexpr (requires { model.check(); }) model.check();
-        if constexpr (requires { how.check(); }) how.check();
-        const detail::stopwatch clock;
-        times_ = {};
-        if (interrupted_) forget(); // the last frame threw
-        interrupted_ = true;
-        cine_.add(cine_length, [&](stored_frame<Probe>& frame) { acquire(policy, body, at, frame); });
-        shown_ = 0;
-        const detail::stopwatch display;
-        display_.draw_next(policy, cine_[0], settings);
-        interrupted_ = false;
-        times_.display = display.seconds();
-        times_.total = clock.seconds();
-        return display_.picture;
-    }
+    const image& scan_by(const detail::any_policy<Unsequenced>& policy, const scene& body, const pose& at);
     template <bool Unsequenced>
-    const image& show_by(const detail::any_policy<Unsequenced>& policy, std::uint32_t back) {
-        check_picture();
-        if (back >= cine_.size())
-            throw usage_error{"scanner: `back` is " + std::to_string(back) + ", and " + std::to_string(cine_.size()) +
-                              " frames are stored; `cine_length` is the number to store"};
-        const detail::stopwatch clock;
-        display_.draw(policy, cine_, back, settings);
-        shown_ = back;
-        at_ = cine_[back].at;
-        watch_.reset();
-        times_ = {.display = clock.seconds(), .total = clock.seconds()};
-        return display_.picture;
-    }
+    const image& show_by(const detail::any_policy<Unsequenced>& policy, std::uint32_t back);
     void check_layers() const {
         check_picture();
         if (!layers_probe_.has_value())
@@ -635,6 +604,45 @@ class scanner {
     std::uint32_t shown_ = 0; // frames back
     bool frozen_ = false, interrupted_ = false;
 };
+
+template <transducer Probe, acoustic_model Model, class Tracer>
+template <bool Unsequenced>
+const image& scanner<Probe, Model, Tracer>::scan_by(const detail::any_policy<Unsequenced>& policy, const scene& body,
+                                                    const pose& at) {
+    probe.check(); // all of these before a stored frame is overwritten
+    settings.check();
+    detail::check_lines(body, probe, at, settings.depth, "scanner");
+    if constexpr (requires { model.check(); }) model.check();
+    if constexpr (requires { how.check(); }) how.check();
+    const detail::stopwatch clock;
+    times_ = {};
+    if (interrupted_) forget(); // the last frame threw
+    interrupted_ = true;
+    cine_.add(cine_length, [&](stored_frame<Probe>& frame) { acquire(policy, body, at, frame); });
+    shown_ = 0;
+    const detail::stopwatch display;
+    display_.draw_next(policy, cine_[0], settings);
+    interrupted_ = false;
+    times_.display = display.seconds();
+    times_.total = clock.seconds();
+    return display_.picture;
+}
+
+template <transducer Probe, acoustic_model Model, class Tracer>
+template <bool Unsequenced>
+const image& scanner<Probe, Model, Tracer>::show_by(const detail::any_policy<Unsequenced>& policy, std::uint32_t back) {
+    check_picture();
+    if (back >= cine_.size())
+        throw usage_error{"scanner: `back` is " + std::to_string(back) + ", and " + std::to_string(cine_.size()) +
+                          " frames are stored; `cine_length` is the number to store"};
+    const detail::stopwatch clock;
+    display_.draw(policy, cine_, back, settings);
+    shown_ = back;
+    at_ = cine_[back].at;
+    watch_.reset();
+    times_ = {.display = clock.seconds(), .total = clock.seconds()};
+    return display_.picture;
+}
 
 } // namespace insonify::inline INSONIFY_ABI
 

@@ -114,18 +114,10 @@ void copy_nearest(const Policy& policy, const line_grid<Value>& lines, const sca
     });
 }
 
-} // namespace detail
-
-/// Makes the interpolation table of `scan_convert`.
-///
-/// The field of view extends half a line beyond the first and the last line, and from depth 0 to `depth`.
-/// @param scan  depth and samples of the lines to come; 0 samples: as many as `b_mode` chooses for the pulse of the
-///              probe
-/// @param recycled  a map whose memory is reused
-/// @throws usage_error  for a probe, depth, number of samples or picture size out of range
-template <exec::policy Policy, transducer Probe>
-scan_map make_scan_map(const Policy& policy, const Probe& probe, const acquisition& scan,
-                       const scan_convert_settings& settings = {}, scan_map recycled = {}) {
+/// See `make_scan_map`.
+template <transducer Probe>
+scan_map map_pixels(const any_policy<false>& policy, const Probe& probe, const acquisition& scan,
+                    const scan_convert_settings& settings, scan_map recycled) {
     probe.check();
     check_depth(scan.depth, "scan_convert");
     const std::uint32_t samples =
@@ -206,6 +198,21 @@ scan_map make_scan_map(const Policy& policy, const Probe& probe, const acquisiti
         }
     });
     return map;
+}
+
+} // namespace detail
+
+/// Makes the interpolation table of `scan_convert`.
+///
+/// The field of view extends half a line beyond the first and the last line, and from depth 0 to `depth`.
+/// @param scan  depth and samples of the lines to come; 0 samples: as many as `b_mode` chooses for the pulse of the
+///              probe
+/// @param recycled  a map whose memory is reused
+/// @throws usage_error  for a probe, depth, number of samples or picture size out of range
+template <exec::policy Policy, transducer Probe>
+scan_map make_scan_map(const Policy& policy, const Probe& probe, const acquisition& scan,
+                       const scan_convert_settings& settings = {}, scan_map recycled = {}) {
+    return detail::map_pixels(detail::any_policy<false>{policy}, probe, scan, settings, std::move(recycled));
 }
 
 /// A map that is kept from frame to frame, and made again where the probe, the lines or the settings have changed, or

@@ -292,39 +292,11 @@ class scene {
         detail::refuse_frame(*refused, vertex);
     }
 
-    // The work of `update`.
-    void follow(const threads& policy) {
-        require_built();
-        read_positions(policy, [](const detail::object_state& state) { return state.moved; });
-        constexpr std::uint32_t updates_worth_a_tree = 2;
-        for (std::size_t i = 0; i < objects_.size(); ++i) {
-            detail::object_state& state = states_[i];
-            if (state.moved) {
-                state.accept(objects_[i]);
-                views_.reset_slices();
-            } else if (state.tree_is_current || ++state.updates_at_rest < updates_worth_a_tree) {
-                continue;
-            } else {
-                state.update_tree(policy, objects_[i]);
-            }
-            expire();
-        }
-    }
-
-    // The work of `build`.
-    void rebuild(const threads& policy) {
-        read_positions(policy, [](const detail::object_state& state) { return state.handed_out(); });
-        std::vector<detail::object_state> states(objects_.size());
-        for (std::size_t i = 0; i < objects_.size(); ++i) states[i].build(policy, objects_[i], states_[i].rest);
-        std::vector<std::uint32_t> by_rank = detail::ranked(objects_);
-        std::vector<medium> media = detail::distinct_media(background_, objects_, states);
-        for (std::size_t i = 0; i < objects_.size(); ++i) states[i].keep(states_[i]);
-        states_ = std::move(states);
-        by_rank_ = std::move(by_rank);
-        media_ = std::move(media);
-        place_background();
-        built_ = true;
-    }
+    // The work of `update` and `build`.
+    template <class Threads>
+    void follow(const Threads& policy);
+    template <class Threads>
+    void rebuild(const Threads& policy);
 
     // The work of `deform`.
     template <class Map, class Follows>
@@ -381,6 +353,40 @@ class scene {
     detail::kept_map deformation_{};
     mutable detail::scene_views views_{}; // what const functions bring up to date
 };
+
+template <class Threads>
+void scene::follow(const Threads& policy) {
+    require_built();
+    read_positions(policy, [](const detail::object_state& state) { return state.moved; });
+    constexpr std::uint32_t updates_worth_a_tree = 2;
+    for (std::size_t i = 0; i < objects_.size(); ++i) {
+        detail::object_state& state = states_[i];
+        if (state.moved) {
+            state.accept(objects_[i]);
+            views_.reset_slices();
+        } else if (state.tree_is_current || ++state.updates_at_rest < updates_worth_a_tree) {
+            continue;
+        } else {
+            state.update_tree(policy, objects_[i]);
+        }
+        expire();
+    }
+}
+
+template <class Threads>
+void scene::rebuild(const Threads& policy) {
+    read_positions(policy, [](const detail::object_state& state) { return state.handed_out(); });
+    std::vector<detail::object_state> states(objects_.size());
+    for (std::size_t i = 0; i < objects_.size(); ++i) states[i].build(policy, objects_[i], states_[i].rest);
+    std::vector<std::uint32_t> by_rank = detail::ranked(objects_);
+    std::vector<medium> media = detail::distinct_media(background_, objects_, states);
+    for (std::size_t i = 0; i < objects_.size(); ++i) states[i].keep(states_[i]);
+    states_ = std::move(states);
+    by_rank_ = std::move(by_rank);
+    media_ = std::move(media);
+    place_background();
+    built_ = true;
+}
 
 } // namespace insonify::inline INSONIFY_ABI
 

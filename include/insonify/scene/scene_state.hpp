@@ -476,30 +476,12 @@ class scene_views {
     /// Vertices have moved: trees are out of date again.
     void reset_slices() { sliced_.store(0, std::memory_order_relaxed); }
 
-    /// See `scene::view_for_slices`.
-    scene_view for_slices(const any_policy<false>& policy, const scene_parts& of) {
-        constexpr std::uint32_t slices_worth_a_tree = 3;
-        const scene_view flat = flattened(policy, of);
-        if (for_slices_.all_current() || sliced_.fetch_add(1, std::memory_order_relaxed) < slices_worth_a_tree)
-            return flat;
-        return for_rays(policy, of);
-    }
-
-    /// See `scene::view_for_rays`.
-    scene_view for_rays(const any_policy<false>& policy, const scene_parts& of) {
-        const scene_view flat = flattened(policy, of);
-        if (for_slices_.all_current()) return flat;
-        if (!for_rays_.current()) {
-            const std::lock_guard lock{mutex_};
-            if (!for_rays_.current()) {
-                exec::for_each_block(policy, of.objects.size(), 1, 20e3F, [&](std::size_t i, std::size_t) {
-                    of.states[i].update_tree(policy, of.objects[i]);
-                });
-                for_rays_.assign(policy, of);
-            }
-        }
-        return for_rays_.view_of();
-    }
+    /// See `scene::view_for_slices` and `scene::view_for_rays`. @{
+    template <class Threads>
+    scene_view for_slices(const Threads& policy, const scene_parts& of);
+    template <class Threads>
+    scene_view for_rays(const Threads& policy, const scene_parts& of);
+    /// @}
 
   private:
     scene_view flattened(const any_policy<false>& policy, const scene_parts& of) {
@@ -514,6 +496,29 @@ class scene_views {
     flat_scene for_slices_{}, for_rays_{};
     std::atomic<std::uint32_t> sliced_{0}; // times, while trees were out of date
 };
+
+template <class Threads>
+scene_view scene_views::for_slices(const Threads& policy, const scene_parts& of) {
+    constexpr std::uint32_t slices_worth_a_tree = 3;
+    const scene_view flat = flattened(policy, of);
+    if (for_slices_.all_current() || sliced_.fetch_add(1, std::memory_order_relaxed) < slices_worth_a_tree) return flat;
+    return for_rays(policy, of);
+}
+
+template <class Threads>
+scene_view scene_views::for_rays(const Threads& policy, const scene_parts& of) {
+    const scene_view flat = flattened(policy, of);
+    if (for_slices_.all_current()) return flat;
+    if (!for_rays_.current()) {
+        const std::lock_guard lock{mutex_};
+        if (!for_rays_.current()) {
+            exec::for_each_block(policy, of.objects.size(), 1, 20e3F,
+                                 [&](std::size_t i, std::size_t) { of.states[i].update_tree(policy, of.objects[i]); });
+            for_rays_.assign(policy, of);
+        }
+    }
+    return for_rays_.view_of();
+}
 
 } // namespace insonify::inline INSONIFY_ABI::detail
 

@@ -223,6 +223,8 @@ class line_tracer {
 
   public:
     using sample_type = typename Model::sample_type; ///< that the model makes
+    using model_type = Model;
+    using tracer_type = Tracer;
 
     /// What the probe receives along its lines: see `insonify::trace`.
     /// @param recycled  lines whose memory is reused, whatever they held
@@ -241,28 +243,35 @@ class line_tracer {
   private:
     template <class Policy>
     line_grid<sample_type> trace_lines(const Policy& policy, const scene& body, const pose& at, const Model& model,
-                                       const acquisition& scan, const Tracer& how, line_grid<sample_type> recycled) {
-        const std::uint32_t samples = detail::check_acquisition(body, probe_.settings(), at, model, scan);
-        if (scan.planes > 1 && !detail::is_average_v<sample_type>)
-            throw usage_error{"trace: samples of this model's type cannot be averaged over `planes`; use one plane"};
-        if constexpr (requires { how.check(); }) how.check();
-        const detail::frame_view frame = plan_.view_of(policy, probe_, at, model, scan, samples, body.media());
-        recycled.reshape(probe_.size(), samples, scan.depth);
-        line_grid<sample_type>* const sink = &recycled;
-        if constexpr (std::same_as<Tracer, straight_lines>)
-            driver_.emit_lines(policy, body, probe_, frame, model, how,
-                               detail::nanoseconds_of<Model>() * static_cast<float>(samples), {&sink, 1},
-                               [&](std::size_t, const line_task& task, view<const layer> layers,
-                                   view<sample_type> out) { task.apply(policy, model, layers, out); });
-        else
-            driver_.trace_lines(policy, body, frame, model, how, recycled);
-        return recycled;
-    }
+                                       const acquisition& scan, const Tracer& how, line_grid<sample_type> recycled);
 
     detail::probe_lines probe_{};
     detail::frame_plan<Model> plan_{};
     detail::line_driver<sample_type> driver_{};
 };
+
+template <acoustic_model Model, tracer<Model> Tracer>
+template <class Policy>
+auto line_tracer<Model, Tracer>::trace_lines(const Policy& policy, const scene& body, const pose& at,
+                                             const Model& model, const acquisition& scan, const Tracer& how,
+                                             line_grid<sample_type> recycled) -> line_grid<sample_type> {
+    const std::uint32_t samples = detail::check_acquisition(body, probe_.settings(), at, model, scan);
+    if (scan.planes > 1 && !detail::is_average_v<sample_type>)
+        throw usage_error{"trace: samples of this model's type cannot be averaged over `planes`; use one plane"};
+    if constexpr (requires { how.check(); }) how.check();
+    const detail::frame_view frame = plan_.view_of(policy, probe_, at, model, scan, samples, body.media());
+    recycled.reshape(probe_.size(), samples, scan.depth);
+    line_grid<sample_type>* const sink = &recycled;
+    if constexpr (std::same_as<Tracer, straight_lines>)
+        driver_.emit_lines(policy, body, probe_, frame, model, how,
+                           detail::nanoseconds_of<Model>() * static_cast<float>(samples), {&sink, 1},
+                           [&](std::size_t, const line_task& task, view<const layer> layers, view<sample_type> out) {
+                               task.apply(policy, model, layers, out);
+                           });
+    else
+        driver_.trace_lines(policy, body, frame, model, how, recycled);
+    return recycled;
+}
 
 /// What the probe receives along its lines.
 ///

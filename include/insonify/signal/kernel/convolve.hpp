@@ -459,50 +459,10 @@ class convolver {
     }
 
   private:
-    // The axial half of `convolve`; in place without decimation.
-    // @param sent  in units of samples
     template <exec::policy Policy>
-    iq_lines along(const Policy& policy, iq_lines echoes, const pulse_envelope& sent, std::uint32_t decimation) {
-        constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
-        axial_.set(echoes.samples, sent, decimation);
-        if (decimation > 1) decimated_.reshape(echoes.count, echoes.samples / decimation, echoes.depth);
-        iq_lines& results = decimation > 1 ? decimated_ : echoes;
-        detail::for_each_block_with_memory(
-            policy, echoes.count, 8, axial_.nanoseconds(), blocks_,
-            [&](std::size_t begin, std::size_t end, std::vector<vec2>& layout) {
-                layout.assign(axial_.layout_size(), vec2{0, 0});
-                for (std::size_t line = begin; line < end; ++line) {
-                    axial_.lay_out(echoes.values.data() + line * echoes.samples, layout.data());
-                    axial_.template apply<width>(layout.data(), results.values.data() + line * results.samples);
-                }
-            });
-        if (decimation > 1) std::swap(decimated_, echoes);
-        return echoes;
-    }
-
-    // The lateral half of `convolve`; in place where lines are not steered. The weights change from sample to sample.
+    iq_lines along(const Policy& policy, iq_lines echoes, const pulse_envelope& sent, std::uint32_t decimation);
     template <exec::policy Policy>
-    iq_lines across(const Policy& policy, iq_lines lines) {
-        constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
-        constexpr std::size_t thickness = detail::lateral_slab::samples;
-        const std::size_t slabs = (lines.samples + thickness - 1) / thickness;
-        const bool in_place = !lateral_.steered();
-        if (!in_place) steered_.reshape(lines.count, lines.samples, lines.depth);
-        iq_lines& results = in_place ? lines : steered_;
-        const float slab_time = 0.2F * static_cast<float>((2 * lateral_.half_width() + 1) * lines.count * thickness);
-        detail::for_each_block_with_memory(
-            policy, slabs, 8, slab_time, blocks_, [&](std::size_t begin, std::size_t end, std::vector<vec2>& memory) {
-                detail::lateral_slab slab{lateral_, memory};
-                for (std::size_t i = begin; i < end; ++i) {
-                    const std::size_t first = i * thickness, count = std::min(thickness, lines.samples - first);
-                    slab.weigh(first, count);
-                    slab.copy(lines.values.data() + first, lines.samples, count, first, lines.samples - first - count);
-                    slab.template apply<width>(results.values.data() + first, lines.samples, count);
-                }
-            });
-        if (!in_place) std::swap(steered_, lines);
-        return lines;
-    }
+    iq_lines across(const Policy& policy, iq_lines lines);
 
     detail::lateral_kernel lateral_{};        // weights across the lines
     detail::axial_kernel axial_{};            // weights along a line
@@ -510,6 +470,51 @@ class convolver {
     iq_lines decimated_{};                    // the lines of the previous frame
     iq_lines steered_{};                      // lines that cannot be filtered in place
 };
+
+// The axial half of `convolve`; in place without decimation.
+// @param sent  in units of samples
+template <exec::policy Policy>
+iq_lines convolver::along(const Policy& policy, iq_lines echoes, const pulse_envelope& sent, std::uint32_t decimation) {
+    constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
+    axial_.set(echoes.samples, sent, decimation);
+    if (decimation > 1) decimated_.reshape(echoes.count, echoes.samples / decimation, echoes.depth);
+    iq_lines& results = decimation > 1 ? decimated_ : echoes;
+    detail::for_each_block_with_memory(
+        policy, echoes.count, 8, axial_.nanoseconds(), blocks_,
+        [&](std::size_t begin, std::size_t end, std::vector<vec2>& layout) {
+            layout.assign(axial_.layout_size(), vec2{0, 0});
+            for (std::size_t line = begin; line < end; ++line) {
+                axial_.lay_out(echoes.values.data() + line * echoes.samples, layout.data());
+                axial_.template apply<width>(layout.data(), results.values.data() + line * results.samples);
+            }
+        });
+    if (decimation > 1) std::swap(decimated_, echoes);
+    return echoes;
+}
+
+// The lateral half of `convolve`; in place where lines are not steered. The weights change from sample to sample.
+template <exec::policy Policy>
+iq_lines convolver::across(const Policy& policy, iq_lines lines) {
+    constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
+    constexpr std::size_t thickness = detail::lateral_slab::samples;
+    const std::size_t slabs = (lines.samples + thickness - 1) / thickness;
+    const bool in_place = !lateral_.steered();
+    if (!in_place) steered_.reshape(lines.count, lines.samples, lines.depth);
+    iq_lines& results = in_place ? lines : steered_;
+    const float slab_time = 0.2F * static_cast<float>((2 * lateral_.half_width() + 1) * lines.count * thickness);
+    detail::for_each_block_with_memory(
+        policy, slabs, 8, slab_time, blocks_, [&](std::size_t begin, std::size_t end, std::vector<vec2>& memory) {
+            detail::lateral_slab slab{lateral_, memory};
+            for (std::size_t i = begin; i < end; ++i) {
+                const std::size_t first = i * thickness, count = std::min(thickness, lines.samples - first);
+                slab.weigh(first, count);
+                slab.copy(lines.values.data() + first, lines.samples, count, first, lines.samples - first - count);
+                slab.template apply<width>(results.values.data() + first, lines.samples, count);
+            }
+        });
+    if (!in_place) std::swap(steered_, lines);
+    return lines;
+}
 
 /// Convolves echoes with the point-spread function of the probe: the pulse along each line, the beam across the lines.
 ///

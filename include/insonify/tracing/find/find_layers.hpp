@@ -187,22 +187,26 @@ class layer_search {
     /// @return           valid until the next call
     template <exec::policy Policy>
     line_layers& operator()(const Policy& policy, const scene& body, const probe_lines& probe, const pose& at,
-                            const acquisition& scan, float max_depth, bool incident) {
-        frame_lines frame{
-            .lines = probe.lines(), .at = at, .depth = scan.depth, .max_depth = max_depth, .planes = scan.planes};
-        const elevation_planes planes{make_beam(probe.settings(), scan.depth), scan.planes, scan.depth,
-                                      lines_follow_depth(probe)};
-        for (std::uint32_t i = 0; i < scan.planes; ++i) frame.plane[i] = planes[i];
-        finder_.assign(probe);
-        finder_.prepare(policy, body, frame, line_search::best);
-        finder_.find(policy, frame, incident, found_);
-        return found_;
-    }
+                            const acquisition& scan, float max_depth, bool incident);
 
   private:
     layer_finder finder_{};
     line_layers found_{};
 };
+
+template <exec::policy Policy>
+line_layers& layer_search::operator()(const Policy& policy, const scene& body, const probe_lines& probe, const pose& at,
+                                      const acquisition& scan, float max_depth, bool incident) {
+    frame_lines frame{
+        .lines = probe.lines(), .at = at, .depth = scan.depth, .max_depth = max_depth, .planes = scan.planes};
+    const elevation_planes planes{make_beam(probe.settings(), scan.depth), scan.planes, scan.depth,
+                                  lines_follow_depth(probe)};
+    for (std::uint32_t i = 0; i < scan.planes; ++i) frame.plane[i] = planes[i];
+    finder_.assign(probe);
+    finder_.prepare(policy, body, frame, line_search::best);
+    finder_.find(policy, frame, incident, found_);
+    return found_;
+}
 
 } // namespace detail
 
