@@ -65,5 +65,7 @@ TEST_CASE("probe_lines: equal for equal probes; settings out of range are errors
     CHECK_FALSE(detail::probe_lines{linear_array{}} == detail::probe_lines{linear_array{.elevation_focus = 21_mm}});
     CHECK_FALSE(detail::probe_lines{linear_array{}} == detail::probe_lines{steered{linear_array{}, 1_deg}});
     CHECK_THROWS_AS(detail::probe_lines{linear_array{.lines = 0}}, usage_error);
+    CHECK_THROWS_WITH_AS(detail::probe_lines{linear_array{.lines = 1U << 25U}},
+                         "probe: lines is 33554432; at most 2^24 can be traced", usage_error);
     CHECK_THROWS_AS(detail::probe_settings{linear_array{.fnumber = 0}}, usage_error);
 }

@@ -8,6 +8,7 @@
 #include <insonify/probe/transducer.hpp>
 #include <cmath>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI::detail {
@@ -69,9 +70,13 @@ class probe_lines {
         assign(probe);
     }
 
-    /// @throws usage_error  for a setting out of range
+    static constexpr std::uint32_t max_lines = 1U << 24U;
+
+    /// @throws usage_error  for a setting out of range, or more than `max_lines` lines
     template <transducer Probe>
     void assign(const Probe& probe) {
+        if (probe.lines > max_lines)
+            throw usage_error{"probe: lines is " + std::to_string(probe.lines) + "; at most 2^24 can be traced"};
         settings_ = probe_settings{probe};
         lines_.resize(probe.lines);
         for (std::uint32_t i = 0; i < probe.lines; ++i) {
