@@ -24,9 +24,8 @@
                                                                const detail::scene_parts&);                            \
     prefix template scene_view detail::scene_views::for_rays(const detail::any_policy<false>&,                         \
                                                              const detail::scene_parts&);                              \
-    prefix template line_layers& detail::layer_search::operator()(const detail::any_policy<false>&, const scene&,      \
-                                                                  const detail::probe_lines&, const pose&,             \
-                                                                  const acquisition&, float, bool);                    \
+    prefix template void detail::layer_search::find(const detail::any_policy<false>&, const scene&, const pose&,       \
+                                                    const acquisition&, float, bool);                                  \
     INSONIFY_COMPILED_TRACER(prefix, vec2, physical<>, straight_lines)                                                 \
     INSONIFY_COMPILED_TRACER(prefix, vec2, physical<>, paths)                                                          \
     INSONIFY_COMPILED_TRACER(prefix, float, law2011, straight_lines)                                                   \

@@ -3167,11 +3167,16 @@ class memo {
     /// @param compute  compute(value) overwrites the old value, whose memory it may reuse
     template <class Compute>
     const Value& operator()(const Compute& compute, const Inputs&... inputs) {
-        if constexpr ((comparable<Inputs> && ...))
-            if (inputs_ && *inputs_ == std::tie(inputs...)) return value_;
-        inputs_.reset(); // an exception in compute leaves no valid value
+        constexpr bool compares = (comparable<Inputs> && ...);
+        if constexpr (compares)
+            if (valid_ && *inputs_ == std::tie(inputs...)) return value_;
+        valid_ = false; // an exception in compute leaves no valid value
         compute(value_);
-        inputs_.emplace(inputs...);
+        if constexpr ((std::is_copy_assignable_v<Inputs> && ...))
+            inputs_ = std::tie(inputs...); // in the same memory
+        else
+            inputs_.emplace(inputs...);
+        valid_ = compares;
         return value_;
     }
     /// The value that was returned last.
@@ -3180,6 +3185,7 @@ class memo {
   private:
     std::optional<std::tuple<Inputs...>> inputs_{};
     Value value_{};
+    bool valid_ = false;
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
@@ -3256,8 +3262,7 @@ inline void check_angle(float radians, const char* setting, float max, const cha
 /// - `vec2 locate(vec2 point) const`: the inverse, from {x, z} in metres to {line, depth along the line in metres},
 ///   also outside the field of view.
 /// - `void check() const`: throws usage_error for settings out of range.
-/// Mark `beam` and `locate` INSONIFY_FN to use them on a device. With an == of its own, a probe's tables are computed
-/// once, not for every frame.
+/// With an == of its own, the map of a probe's pixels is computed once, not for every frame.
 template <class Probe>
 concept transducer = requires(const Probe& probe, float line, vec2 point) {
     { probe.lines } -> std::same_as<const std::uint32_t&>;
@@ -3275,6 +3280,53 @@ INSONIFY_FN constexpr float aperture_fraction(float line, std::uint32_t lines) {
 INSONIFY_FN constexpr float line_at_fraction(float fraction, std::uint32_t lines) {
     return (fraction + 0.5F) * static_cast<float>(lines) - 0.5F;
 }
+
+namespace detail {
+
+/// The settings of a probe: those that it states, and for those that it lacks the values here.
+struct stated_settings {
+    std::uint32_t lines = 0;
+    float frequency = 0;            ///< hertz
+    float fnumber = 2;              ///< see `beam_model`, as those that follow
+    float aperture = FLT_MAX;       ///< metres
+    float focus = 0;                ///< metres; 0: half the depth of the picture
+    float elevation_height = 5e-3F; ///< metres
+    float elevation_focus = 20e-3F; ///< metres
+    float side_lobes = 0;           ///< amplitude
+    float bandwidth = 0.644F;       ///< fractional, at -6 dB: that of a pulse of 2.5 cycles
+
+    stated_settings() = default;
+    template <class Array>
+    INSONIFY_FN explicit constexpr stated_settings(const Array& array)
+        : lines{array.lines}, frequency{array.frequency} {
+        if constexpr (requires { array.fnumber; }) fnumber = array.fnumber;
+        if constexpr (requires { array.aperture(); }) aperture = array.aperture();
+        if constexpr (requires { array.focus; }) focus = array.focus;
+        if constexpr (requires { array.elevation_height; }) elevation_height = array.elevation_height;
+        if constexpr (requires { array.elevation_focus; }) elevation_focus = array.elevation_focus;
+        if constexpr (requires { array.side_lobes; }) side_lobes = array.side_lobes;
+        if constexpr (requires { array.bandwidth; }) bandwidth = array.bandwidth;
+    }
+
+    /// @throws usage_error  naming a setting that is out of range
+    void check() const {
+        if (lines == 0) throw usage_error{"probe: lines is 0; it must be at least 1"};
+        check_frequency(frequency);
+        check_positive(fnumber, "fnumber");
+        if (focus != 0) check_length(focus, "focus", max_scan_depth);
+        check_length(elevation_height, "elevation_height");
+        check_length(elevation_focus, "elevation_focus", max_scan_depth);
+        check_positive(bandwidth, "bandwidth");
+        if (!(side_lobes >= 0 && side_lobes <= 0.2F))
+            throw usage_error{"probe: side_lobes is " + number_text(side_lobes) +
+                              "; it must be an amplitude of 0 (none) to 0.2, and 0.047 (-26.5 dB) is that of a "
+                              "rectangular aperture"};
+    }
+
+    friend bool operator==(const stated_settings&, const stated_settings&) = default;
+};
+
+} // namespace detail
 
 /// True for a field of view of 360 degrees, where the last line is next to the first.
 template <transducer Probe>
@@ -3300,20 +3352,7 @@ INSONIFY_FN constexpr float fractional_bandwidth(const Probe& probe) {
 /// @throws usage_error  naming a setting that is out of range
 template <class Array>
 void check_array(const Array& array) {
-    if (array.lines == 0) throw usage_error{"probe: lines is 0; it must be at least 1"};
-    check_frequency(array.frequency);
-    if constexpr (requires { array.fnumber; }) check_positive(array.fnumber, "fnumber");
-    if constexpr (requires { array.focus; })
-        if (array.focus != 0) check_length(array.focus, "focus", max_scan_depth); // 0: half the depth of the picture
-    if constexpr (requires { array.elevation_height; }) check_length(array.elevation_height, "elevation_height");
-    if constexpr (requires { array.elevation_focus; })
-        check_length(array.elevation_focus, "elevation_focus", max_scan_depth);
-    if constexpr (requires { array.bandwidth; }) check_positive(array.bandwidth, "bandwidth");
-    if constexpr (requires { array.side_lobes; })
-        if (!(array.side_lobes >= 0 && array.side_lobes <= 0.2F))
-            throw usage_error{"probe: side_lobes is " + detail::number_text(array.side_lobes) +
-                              "; it must be an amplitude of 0 (none) to 0.2, and 0.047 (-26.5 dB) is that of a "
-                              "rectangular aperture"};
+    detail::stated_settings{array}.check();
 }
 
 namespace detail {
@@ -8103,30 +8142,12 @@ class scene_views {
     /// Vertices have moved: trees are out of date again.
     void reset_slices() { sliced_.store(0, std::memory_order_relaxed); }
 
-    /// See `scene::view_for_slices`.
-    scene_view for_slices(const any_policy<false>& policy, const scene_parts& of) {
-        constexpr std::uint32_t slices_worth_a_tree = 3;
-        const scene_view flat = flattened(policy, of);
-        if (for_slices_.all_current() || sliced_.fetch_add(1, std::memory_order_relaxed) < slices_worth_a_tree)
-            return flat;
-        return for_rays(policy, of);
-    }
-
-    /// See `scene::view_for_rays`.
-    scene_view for_rays(const any_policy<false>& policy, const scene_parts& of) {
-        const scene_view flat = flattened(policy, of);
-        if (for_slices_.all_current()) return flat;
-        if (!for_rays_.current()) {
-            const std::lock_guard lock{mutex_};
-            if (!for_rays_.current()) {
-                exec::for_each_block(policy, of.objects.size(), 1, 20e3F, [&](std::size_t i, std::size_t) {
-                    of.states[i].update_tree(policy, of.objects[i]);
-                });
-                for_rays_.assign(policy, of);
-            }
-        }
-        return for_rays_.view_of();
-    }
+    /// See `scene::view_for_slices` and `scene::view_for_rays`. @{
+    template <class Threads>
+    scene_view for_slices(const Threads& policy, const scene_parts& of);
+    template <class Threads>
+    scene_view for_rays(const Threads& policy, const scene_parts& of);
+    /// @}
 
   private:
     scene_view flattened(const any_policy<false>& policy, const scene_parts& of) {
@@ -8141,6 +8162,29 @@ class scene_views {
     flat_scene for_slices_{}, for_rays_{};
     std::atomic<std::uint32_t> sliced_{0}; // times, while trees were out of date
 };
+
+template <class Threads>
+scene_view scene_views::for_slices(const Threads& policy, const scene_parts& of) {
+    constexpr std::uint32_t slices_worth_a_tree = 3;
+    const scene_view flat = flattened(policy, of);
+    if (for_slices_.all_current() || sliced_.fetch_add(1, std::memory_order_relaxed) < slices_worth_a_tree) return flat;
+    return for_rays(policy, of);
+}
+
+template <class Threads>
+scene_view scene_views::for_rays(const Threads& policy, const scene_parts& of) {
+    const scene_view flat = flattened(policy, of);
+    if (for_slices_.all_current()) return flat;
+    if (!for_rays_.current()) {
+        const std::lock_guard lock{mutex_};
+        if (!for_rays_.current()) {
+            exec::for_each_block(policy, of.objects.size(), 1, 20e3F,
+                                 [&](std::size_t i, std::size_t) { of.states[i].update_tree(policy, of.objects[i]); });
+            for_rays_.assign(policy, of);
+        }
+    }
+    return for_rays_.view_of();
+}
 
 } // namespace insonify::inline INSONIFY_ABI::detail
 
@@ -8434,39 +8478,11 @@ class scene {
         detail::refuse_frame(*refused, vertex);
     }
 
-    // The work of `update`.
-    void follow(const threads& policy) {
-        require_built();
-        read_positions(policy, [](const detail::object_state& state) { return state.moved; });
-        constexpr std::uint32_t updates_worth_a_tree = 2;
-        for (std::size_t i = 0; i < objects_.size(); ++i) {
-            detail::object_state& state = states_[i];
-            if (state.moved) {
-                state.accept(objects_[i]);
-                views_.reset_slices();
-            } else if (state.tree_is_current || ++state.updates_at_rest < updates_worth_a_tree) {
-                continue;
-            } else {
-                state.update_tree(policy, objects_[i]);
-            }
-            expire();
-        }
-    }
-
-    // The work of `build`.
-    void rebuild(const threads& policy) {
-        read_positions(policy, [](const detail::object_state& state) { return state.handed_out(); });
-        std::vector<detail::object_state> states(objects_.size());
-        for (std::size_t i = 0; i < objects_.size(); ++i) states[i].build(policy, objects_[i], states_[i].rest);
-        std::vector<std::uint32_t> by_rank = detail::ranked(objects_);
-        std::vector<medium> media = detail::distinct_media(background_, objects_, states);
-        for (std::size_t i = 0; i < objects_.size(); ++i) states[i].keep(states_[i]);
-        states_ = std::move(states);
-        by_rank_ = std::move(by_rank);
-        media_ = std::move(media);
-        place_background();
-        built_ = true;
-    }
+    // The work of `update` and `build`.
+    template <class Threads>
+    void follow(const Threads& policy);
+    template <class Threads>
+    void rebuild(const Threads& policy);
 
     // The work of `deform`.
     template <class Map, class Follows>
@@ -8523,6 +8539,40 @@ class scene {
     detail::kept_map deformation_{};
     mutable detail::scene_views views_{}; // what const functions bring up to date
 };
+
+template <class Threads>
+void scene::follow(const Threads& policy) {
+    require_built();
+    read_positions(policy, [](const detail::object_state& state) { return state.moved; });
+    constexpr std::uint32_t updates_worth_a_tree = 2;
+    for (std::size_t i = 0; i < objects_.size(); ++i) {
+        detail::object_state& state = states_[i];
+        if (state.moved) {
+            state.accept(objects_[i]);
+            views_.reset_slices();
+        } else if (state.tree_is_current || ++state.updates_at_rest < updates_worth_a_tree) {
+            continue;
+        } else {
+            state.update_tree(policy, objects_[i]);
+        }
+        expire();
+    }
+}
+
+template <class Threads>
+void scene::rebuild(const Threads& policy) {
+    read_positions(policy, [](const detail::object_state& state) { return state.handed_out(); });
+    std::vector<detail::object_state> states(objects_.size());
+    for (std::size_t i = 0; i < objects_.size(); ++i) states[i].build(policy, objects_[i], states_[i].rest);
+    std::vector<std::uint32_t> by_rank = detail::ranked(objects_);
+    std::vector<medium> media = detail::distinct_media(background_, objects_, states);
+    for (std::size_t i = 0; i < objects_.size(); ++i) states[i].keep(states_[i]);
+    states_ = std::move(states);
+    by_rank_ = std::move(by_rank);
+    media_ = std::move(media);
+    place_background();
+    built_ = true;
+}
 
 } // namespace insonify::inline INSONIFY_ABI
 
@@ -8860,6 +8910,107 @@ constexpr float nanoseconds_of() {
 #define INSONIFY_PROBE_LINE_FAN_HPP
 
 
+#ifndef INSONIFY_PROBE_PROBE_LINES_HPP
+#define INSONIFY_PROBE_PROBE_LINES_HPP
+
+
+#include <cmath>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// One line of a probe, in the frame of the probe.
+struct probe_line {
+    vec3 origin{0, 0, 0};
+    vec3 direction{0, 0, 1};      ///< of length 1
+    vec3 scatterer_axis{0, 0, 1}; ///< that of `steered`; of other probes the direction
+
+    friend bool operator==(const probe_line&, const probe_line&) = default;
+};
+
+/// What all lines of a probe have in common. Any probe converts to it.
+struct probe_settings : stated_settings {
+    bool full_circle = false; ///< see `is_full_circle`
+    vec3 along{0, 0, 1};      ///< direction of the line in the centre of the field of view
+    vec3 apart{0, 0, 0};      ///< from half a line to its left to half a line to its right: at the face, metres
+    vec3 diverging{0, 0, 0};  ///< and how much further per metre of depth
+
+    probe_settings() = default;
+    /// @throws usage_error  for a setting out of range
+    template <transducer Probe>
+    probe_settings(const Probe& probe) : stated_settings{probe} {
+        probe.check();
+        check();
+        full_circle = is_full_circle(probe);
+        const float middle = 0.5F * static_cast<float>(probe.lines) - 0.5F;
+        const ray left = probe.beam(middle - 0.5F), right = probe.beam(middle + 0.5F);
+        along = probe.beam(middle).direction;
+        apart = right.origin - left.origin;
+        diverging = right.direction - left.direction;
+    }
+
+    /// See `line_spacing`.
+    INSONIFY_FN float spacing(float depth) const {
+        const vec3 between = apart + depth * diverging;
+        const float chord = length(between - dot(between, along) * along);
+        const float half_sine = 0.5F * length(diverging); // of half the angle between them
+        return half_sine < 1e-3F ? chord : chord * std::asin(min(half_sine, 1)) / half_sine;
+    }
+    /// See `line_advance`.
+    INSONIFY_FN float advance() const {
+        const float forward = dot(apart, along);
+        return lines < 2 || std::fabs(forward) < 1e-9F ? 0 : forward; // less is rounding
+    }
+
+    friend bool operator==(const probe_settings&, const probe_settings&) = default;
+};
+
+/// A probe as data: its lines and settings. What works on these is compiled once for all types of probe, and runs on a
+/// device without their code. Any probe converts to it. Keeps its memory.
+class probe_lines {
+  public:
+    probe_lines() = default;
+    /// @throws usage_error  for a setting out of range
+    template <transducer Probe>
+    probe_lines(const Probe& probe) {
+        assign(probe);
+    }
+
+    static constexpr std::uint32_t max_lines = 1U << 24U;
+
+    /// @throws usage_error  for a setting out of range, or more than `max_lines` lines
+    template <transducer Probe>
+    void assign(const Probe& probe) {
+        if (probe.lines > max_lines)
+            throw usage_error{"probe: lines is " + std::to_string(probe.lines) + "; at most 2^24 can be traced"};
+        settings_ = probe_settings{probe};
+        lines_.resize(probe.lines);
+        for (std::uint32_t i = 0; i < probe.lines; ++i) {
+            const ray beam = probe.beam(static_cast<float>(i));
+            lines_[i] = {beam.origin, beam.direction, beam.direction};
+            if constexpr (requires { probe.scatterer_axis(0.0F); })
+                lines_[i].scatterer_axis = probe.scatterer_axis(static_cast<float>(i));
+        }
+    }
+
+    const probe_settings& settings() const { return settings_; }
+    std::uint32_t size() const { return settings_.lines; }
+    const probe_line& operator[](std::size_t line) const { return lines_[line]; }
+    view<const probe_line> lines() const { return lines_; }
+
+    friend bool operator==(const probe_lines&, const probe_lines&) = default;
+
+  private:
+    probe_settings settings_{};
+    std::vector<probe_line> lines_{};
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+
+#endif
 #include <algorithm>
 #include <cstddef>
 #include <vector>
@@ -8908,13 +9059,11 @@ class line_fan {
     /// Sets the lines, those of a probe. False where they are not a fan: then no other member may be called.
     ///
     /// A fan lies in the plane y = 0, is numbered from left to right, covers at most a full circle, and diverges.
-    template <transducer Probe>
-    bool assign(const Probe& probe) {
-        lines_.resize(probe.lines);
-        for (std::uint32_t i = 0; i < probe.lines; ++i) {
-            const ray beam = probe.beam(static_cast<float>(i));
-            if (std::fabs(beam.origin.y) > 1e-7F || std::fabs(beam.direction.y) > 1e-6F) return false;
-            lines_[i] = {{beam.origin.x, beam.origin.z}, {beam.direction.x, beam.direction.z}};
+    bool assign(const probe_lines& probe) {
+        lines_.clear();
+        for (const auto& [origin, direction, axis] : probe.lines()) {
+            if (std::fabs(origin.y) > 1e-7F || std::fabs(direction.y) > 1e-6F) return false;
+            lines_.push_back({{origin.x, origin.z}, {direction.x, direction.z}});
         }
         if (!find_apex()) return false;
         turn_upright();
@@ -11900,6 +12049,21 @@ struct beam_model {
     }
 };
 
+namespace detail {
+
+/// @param depth  image depth, metres
+inline beam_model make_beam(const stated_settings& probe, float depth) {
+    return {.wavelength = display_speed / probe.frequency,
+            .min_fnumber = probe.fnumber,
+            .aperture = probe.aperture,
+            .focus = probe.focus > 0 ? probe.focus : depth / 2,
+            .elevation_height = probe.elevation_height,
+            .elevation_focus = probe.elevation_focus,
+            .side_lobes = probe.side_lobes};
+}
+
+} // namespace detail
+
 /// The beam of a probe. Members that a user's probe lacks (`fnumber`, `focus`, `elevation_height`, `elevation_focus`,
 /// `side_lobes`, and `float aperture() const`) take the defaults of `beam_model`: F/2, half the image depth, 5 mm, 20
 /// mm, none, and unlimited.
@@ -11910,27 +12074,14 @@ beam_model beam_of(const Probe& probe, float depth) {
     probe.check();
     check_array(probe);
     check_depth(depth, "beam_of");
-    beam_model beam{.wavelength = display_speed / probe.frequency, .focus = depth / 2};
-    if constexpr (requires { probe.fnumber; }) beam.min_fnumber = probe.fnumber;
-    if constexpr (requires { probe.aperture(); }) beam.aperture = probe.aperture();
-    if constexpr (requires { probe.focus; })
-        if (probe.focus > 0) beam.focus = probe.focus;
-    if constexpr (requires { probe.elevation_height; }) beam.elevation_height = probe.elevation_height;
-    if constexpr (requires { probe.elevation_focus; }) beam.elevation_focus = probe.elevation_focus;
-    if constexpr (requires { probe.side_lobes; }) beam.side_lobes = probe.side_lobes;
-    return beam;
+    return detail::make_beam(detail::stated_settings{probe}, depth);
 }
 
 /// Distance between neighbouring lines at a depth, in the centre of the field of view, metres: across the lines; along
 /// the arc where they diverge.
 template <transducer Probe>
 INSONIFY_FN float line_spacing(const Probe& probe, float depth) {
-    const float middle = 0.5F * static_cast<float>(probe.lines) - 0.5F;
-    const ray left = probe.beam(middle - 0.5F), right = probe.beam(middle + 0.5F);
-    const vec3 apart = right.at(depth) - left.at(depth), along = probe.beam(middle).direction;
-    const float chord = length(apart - dot(apart, along) * along);
-    const float half_sine = 0.5F * length(right.direction - left.direction); // of half the angle between them
-    return half_sine < 1e-3F ? chord : chord * std::asin(min(half_sine, 1)) / half_sine;
+    return detail::probe_settings{probe}.spacing(depth);
 }
 
 /// How much further along the lines the next line begins, metres: 0 where lines leave the face along its normals.
@@ -11939,10 +12090,7 @@ INSONIFY_FN float line_spacing(const Probe& probe, float depth) {
 /// at all depths: there R dt sin(a), for lines dt apart that leave the face at an angle a to its normals.
 template <transducer Probe>
 INSONIFY_FN float line_advance(const Probe& probe) {
-    const float middle = 0.5F * static_cast<float>(probe.lines) - 0.5F;
-    const ray left = probe.beam(middle - 0.5F), right = probe.beam(middle + 0.5F);
-    const float advance = dot(right.origin - left.origin, probe.beam(middle).direction);
-    return probe.lines < 2 || std::fabs(advance) < 1e-9F ? 0 : advance; // less is rounding
+    return detail::probe_settings{probe}.advance();
 }
 
 /// Number of lines to trace for each line of the probe, so that at the focus `lines_per_beam_width` lines lie within
@@ -12197,16 +12345,17 @@ struct lateral_kernel {
 
 /// @param scan      depth and samples of the lines; `samples` must not be 0
 /// @param recycled  a kernel whose memory is reused
-/// @throws usage_error  for a setting of the probe or acquisition out of range
-template <transducer Probe>
-lateral_kernel make_lateral_kernel(const Probe& probe, const acquisition& scan, lateral_kernel recycled = {}) {
-    const beam_model beam = beam_of(probe, scan.depth);
+/// @throws usage_error  for an acquisition out of range
+inline lateral_kernel make_lateral_kernel(const probe_settings& probe, const acquisition& scan,
+                                          lateral_kernel recycled = {}) {
+    check_depth(scan.depth, "make_lateral_kernel");
+    const beam_model beam = make_beam(probe, scan.depth);
     if (scan.samples == 0) throw usage_error{"make_lateral_kernel: `samples` is 0; it must be that of the lines"};
     constexpr std::uint32_t step = lateral_kernel::depth_step;
     lateral_kernel kernel = std::move(recycled);
     kernel.lines = probe.lines;
-    kernel.full_circle = is_full_circle(probe);
-    const float advance = line_advance(probe);
+    kernel.full_circle = probe.full_circle;
+    const float advance = probe.advance();
     kernel.cycles_per_line = 2.0 * static_cast<double>(probe.frequency) * static_cast<double>(advance / display_speed);
     auto& entries = kernel.entries;
     auto& weights = kernel.weights;
@@ -12216,7 +12365,7 @@ lateral_kernel make_lateral_kernel(const Probe& probe, const acquisition& scan, 
     for (std::uint32_t sample = 0; sample < scan.samples; sample += step) {
         const float depth = (static_cast<float>(sample) + 0.5F * step) * scan.depth / static_cast<float>(scan.samples);
         const float sigma = beam.lateral_sigma(depth), lobe = beam.side_lobe_width(depth);
-        const float spacing = line_spacing(probe, depth);
+        const float spacing = probe.spacing(depth);
         const float max_sigmas =
             max(kernel_sigmas, beam.side_lobes > 0 ? beam_model::side_lobe_extent * lobe / sigma : 0);
         const std::size_t begin = weights.size();
@@ -12380,7 +12529,7 @@ class convolver {
     template <exec::policy Policy, transducer Probe>
     iq_lines convolve(const Policy& policy, iq_lines echoes, const pulse& sent, const Probe& probe,
                       const convolve_settings& settings = {}) {
-        probe.check();
+        const detail::probe_settings own{probe};
         sent.check(probe.frequency);
         if (echoes.count != probe.lines || echoes.samples == 0 ||
             echoes.values.size() != static_cast<std::size_t>(echoes.count) * echoes.samples)
@@ -12405,55 +12554,15 @@ class convolver {
 
         iq_lines lines = along(policy, std::move(echoes), envelope, settings.decimation);
         lateral_ =
-            detail::make_lateral_kernel(probe, {.depth = lines.depth, .samples = lines.samples}, std::move(lateral_));
+            detail::make_lateral_kernel(own, {.depth = lines.depth, .samples = lines.samples}, std::move(lateral_));
         return across(policy, std::move(lines));
     }
 
   private:
-    // The axial half of `convolve`; in place without decimation.
-    // @param sent  in units of samples
     template <exec::policy Policy>
-    iq_lines along(const Policy& policy, iq_lines echoes, const pulse_envelope& sent, std::uint32_t decimation) {
-        constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
-        axial_.set(echoes.samples, sent, decimation);
-        if (decimation > 1) decimated_.reshape(echoes.count, echoes.samples / decimation, echoes.depth);
-        iq_lines& results = decimation > 1 ? decimated_ : echoes;
-        detail::for_each_block_with_memory(
-            policy, echoes.count, 8, axial_.nanoseconds(), blocks_,
-            [&](std::size_t begin, std::size_t end, std::vector<vec2>& layout) {
-                layout.assign(axial_.layout_size(), vec2{0, 0});
-                for (std::size_t line = begin; line < end; ++line) {
-                    axial_.lay_out(echoes.values.data() + line * echoes.samples, layout.data());
-                    axial_.template apply<width>(layout.data(), results.values.data() + line * results.samples);
-                }
-            });
-        if (decimation > 1) std::swap(decimated_, echoes);
-        return echoes;
-    }
-
-    // The lateral half of `convolve`; in place where lines are not steered. The weights change from sample to sample.
+    iq_lines along(const Policy& policy, iq_lines echoes, const pulse_envelope& sent, std::uint32_t decimation);
     template <exec::policy Policy>
-    iq_lines across(const Policy& policy, iq_lines lines) {
-        constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
-        constexpr std::size_t thickness = detail::lateral_slab::samples;
-        const std::size_t slabs = (lines.samples + thickness - 1) / thickness;
-        const bool in_place = !lateral_.steered();
-        if (!in_place) steered_.reshape(lines.count, lines.samples, lines.depth);
-        iq_lines& results = in_place ? lines : steered_;
-        const float slab_time = 0.2F * static_cast<float>((2 * lateral_.half_width() + 1) * lines.count * thickness);
-        detail::for_each_block_with_memory(
-            policy, slabs, 8, slab_time, blocks_, [&](std::size_t begin, std::size_t end, std::vector<vec2>& memory) {
-                detail::lateral_slab slab{lateral_, memory};
-                for (std::size_t i = begin; i < end; ++i) {
-                    const std::size_t first = i * thickness, count = std::min(thickness, lines.samples - first);
-                    slab.weigh(first, count);
-                    slab.copy(lines.values.data() + first, lines.samples, count, first, lines.samples - first - count);
-                    slab.template apply<width>(results.values.data() + first, lines.samples, count);
-                }
-            });
-        if (!in_place) std::swap(steered_, lines);
-        return lines;
-    }
+    iq_lines across(const Policy& policy, iq_lines lines);
 
     detail::lateral_kernel lateral_{};        // weights across the lines
     detail::axial_kernel axial_{};            // weights along a line
@@ -12461,6 +12570,51 @@ class convolver {
     iq_lines decimated_{};                    // the lines of the previous frame
     iq_lines steered_{};                      // lines that cannot be filtered in place
 };
+
+// The axial half of `convolve`; in place without decimation.
+// @param sent  in units of samples
+template <exec::policy Policy>
+iq_lines convolver::along(const Policy& policy, iq_lines echoes, const pulse_envelope& sent, std::uint32_t decimation) {
+    constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
+    axial_.set(echoes.samples, sent, decimation);
+    if (decimation > 1) decimated_.reshape(echoes.count, echoes.samples / decimation, echoes.depth);
+    iq_lines& results = decimation > 1 ? decimated_ : echoes;
+    detail::for_each_block_with_memory(
+        policy, echoes.count, 8, axial_.nanoseconds(), blocks_,
+        [&](std::size_t begin, std::size_t end, std::vector<vec2>& layout) {
+            layout.assign(axial_.layout_size(), vec2{0, 0});
+            for (std::size_t line = begin; line < end; ++line) {
+                axial_.lay_out(echoes.values.data() + line * echoes.samples, layout.data());
+                axial_.template apply<width>(layout.data(), results.values.data() + line * results.samples);
+            }
+        });
+    if (decimation > 1) std::swap(decimated_, echoes);
+    return echoes;
+}
+
+// The lateral half of `convolve`; in place where lines are not steered. The weights change from sample to sample.
+template <exec::policy Policy>
+iq_lines convolver::across(const Policy& policy, iq_lines lines) {
+    constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
+    constexpr std::size_t thickness = detail::lateral_slab::samples;
+    const std::size_t slabs = (lines.samples + thickness - 1) / thickness;
+    const bool in_place = !lateral_.steered();
+    if (!in_place) steered_.reshape(lines.count, lines.samples, lines.depth);
+    iq_lines& results = in_place ? lines : steered_;
+    const float slab_time = 0.2F * static_cast<float>((2 * lateral_.half_width() + 1) * lines.count * thickness);
+    detail::for_each_block_with_memory(
+        policy, slabs, 8, slab_time, blocks_, [&](std::size_t begin, std::size_t end, std::vector<vec2>& memory) {
+            detail::lateral_slab slab{lateral_, memory};
+            for (std::size_t i = begin; i < end; ++i) {
+                const std::size_t first = i * thickness, count = std::min(thickness, lines.samples - first);
+                slab.weigh(first, count);
+                slab.copy(lines.values.data() + first, lines.samples, count, first, lines.samples - first - count);
+                slab.template apply<width>(results.values.data() + first, lines.samples, count);
+            }
+        });
+    if (!in_place) std::swap(steered_, lines);
+    return lines;
+}
 
 /// Convolves echoes with the point-spread function of the probe: the pulse along each line, the beam across the lines.
 ///
@@ -12485,6 +12639,7 @@ iq_lines convolve(const Policy& policy, iq_lines echoes, const pulse& sent, cons
 #define INSONIFY_SIGNAL_KERNEL_ELEVATION_HPP
 
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -12514,11 +12669,9 @@ inline void check_planes(std::uint32_t count, const char* caller) {
 }
 
 /// Whether the planes of a probe can follow its beam with the depth z: all lines within 60 degrees of z.
-template <transducer Probe>
-bool lines_follow_depth(const Probe& probe) {
-    for (std::uint32_t i = 0; i < probe.lines; ++i)
-        if (!(probe.beam(static_cast<float>(i)).direction.z > 0.5F)) return false;
-    return true;
+inline bool lines_follow_depth(const probe_lines& probe) {
+    const view<const probe_line> lines = probe.lines();
+    return std::all_of(lines.begin(), lines.end(), [](const probe_line& line) { return line.direction.z > 0.5F; });
 }
 
 /// The heights of a pair of planes: see `elevation_planes`.
@@ -12760,19 +12913,19 @@ class elevation_planes {
 class planes_of_lines {
   public:
     planes_of_lines() = default;
-    template <class Policy, transducer Probe>
-    planes_of_lines(const Policy& policy, const Probe& probe, const elevation_planes& planes) {
+    template <class Policy>
+    planes_of_lines(const Policy& policy, const probe_lines& probe, const elevation_planes& planes) {
         assign(policy, probe, planes);
     }
 
-    template <class Policy, transducer Probe>
-    void assign(const Policy& policy, const Probe& probe, const elevation_planes& planes) {
-        set_of_line_.assign(probe.lines, 0);
+    template <class Policy>
+    void assign(const Policy& policy, const probe_lines& probe, const elevation_planes& planes) {
+        set_of_line_.assign(probe.size(), 0);
         angles_.clear();
         lines_.clear();
         const bool tilted = lines_follow_depth(probe) && planes.count() > 1;
-        for (std::uint32_t i = 0; i < probe.lines; ++i) {
-            const ray line = probe.beam(static_cast<float>(i));
+        for (std::uint32_t i = 0; i < probe.size(); ++i) {
+            const probe_line& line = probe[i];
             const int angle = tilted ? static_cast<int>(std::lround(200 * (1 - line.direction.z))) : 0;
             std::size_t set = 0;
             while (set < angles_.size() && angles_[set] != angle) ++set;
@@ -13180,22 +13333,38 @@ struct kernel_table_view {
 /// planes, and the covariance C of the echoes. Lines near the border have fewer neighbours, hence tables of their own.
 class kernel_table {
   public:
+    /// Covariance of two echoes, by metres apart in the slice plane and out of it, and radians turned: a reference to a
+    /// function of any type, so that the table is compiled once.
+    class covariance {
+      public:
+        template <class Function>
+        covariance(const Function& function)
+            : function_{&function}, call_{[](const void* called, vec2 apart, float turned) -> float {
+                  return (*static_cast<const Function*>(called))(apart, turned);
+              }} {}
+        float operator()(vec2 apart, float turned) const { return call_(function_, apart, turned); }
+
+      private:
+        const void* function_;
+        float (*call_)(const void*, vec2 apart, float turned);
+    };
+
     /// Without compensation.
     void clear() { samples_.resize(0); }
 
     /// Computes the table in the same memory.
     /// @param of_lines          the gains are those of the planes along the middle line
-    /// @param speckle, surface  covariance(metres apart in the slice plane and out of it, radians turned, height of the
-    ///                          scatterers) of speckle, and of the echoes of rough surfaces
-    template <class Policy, transducer Probe, class Speckle, class Surface>
-    void compute(const Policy& policy, const Probe& probe, float depth, const planes_of_lines& of_lines,
-                 const Speckle& speckle, const Surface& surface) {
+    /// @param speckle, surface  of speckle, and of the echoes of rough surfaces
+    template <class Policy>
+    void compute(const Policy& policy, const probe_lines& all, float depth, const planes_of_lines& of_lines,
+                 const covariance& speckle, const covariance& surface) {
+        const probe_settings& probe = all.settings();
         planes_ = of_lines[0].count();
         lines_ = probe.lines;
         spacing_ = depth / depths;
         sets_ = of_lines.set_of_line();
         const elevation_planes& planes = of_lines[sets_[probe.lines / 2]];
-        const beam_model beam = beam_of(probe, depth);
+        const beam_model beam = make_beam(probe, depth);
         // One step of the kernel for each of the depths.
         kernel_ = make_lateral_kernel(probe, {.depth = depth, .samples = depths * lateral_kernel::depth_step},
                                       std::move(kernel_));
@@ -13205,7 +13374,7 @@ class kernel_table {
         of_planes_.resize(of_lines.sets() * depths * planes_);
         work_.resize(depths);
         constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
-        const float turned = probe.lines < 2 ? 0.0F : angle_between(probe.beam(0).direction, probe.beam(1).direction);
+        const float turned = probe.lines < 2 ? 0.0F : angle_between(all[0].direction, all[1].direction);
         for_each_index(policy, depths, [&](std::size_t k) {
             const float z = (static_cast<float>(k) + 0.5F) * spacing_;
             const elevation_planes::weights weights = planes.at(z);
@@ -13220,9 +13389,9 @@ class kernel_table {
             }
             const lateral_weights across = kernel_.at(static_cast<std::uint32_t>(k) * lateral_kernel::depth_step);
             scratch& work = work_[k];
-            const auto levels_with = [&](levels& found, const auto& covariance) {
+            const auto levels_with = [&](levels& found, const covariance& of) {
                 find_levels<width>(across, turned, planes, z, weights.random,
-                                   max_slope * 4 * pi * probe.frequency / display_speed, covariance, work, found);
+                                   max_slope * 4 * pi * probe.frequency / display_speed, of, work, found);
             };
             levels &of_speckle = work.speckle, &of_surface = work.surface, &uncorrelated = work.uncorrelated;
             levels_with(of_speckle, speckle);
@@ -13308,10 +13477,9 @@ class kernel_table {
     // @param turned      radians from line to line
     // @param weight      of independent echoes, of each plane
     // @param steepest    phase per metre across the lines, at which the loss is exact
-    // @param covariance  as of `compute`
-    template <int Width, class Covariance>
+    template <int Width>
     void find_levels(const lateral_weights& lines, float turned, const elevation_planes& planes, float depth,
-                     const float (&weight)[max_elevation_planes], float steepest, const Covariance& covariance,
+                     const float (&weight)[max_elevation_planes], float steepest, const covariance& common_of,
                      scratch& work, levels& found) const {
         float power = 0, distance_squared = 0;
         for (std::uint32_t i = 0; i < planes_; ++i)
@@ -13319,7 +13487,7 @@ class kernel_table {
                 const float apart = std::fabs(planes[i].height(depth) - planes[j].height(depth));
                 const float common =
                     weight[i] * weight[j] *
-                    (i == j ? 1 : covariance(vec2{0, apart}, std::fabs(planes[i].slope - planes[j].slope)));
+                    (i == j ? 1 : common_of(vec2{0, apart}, std::fabs(planes[i].slope - planes[j].slope)));
                 power += common;
                 distance_squared += common * apart * apart;
             }
@@ -13330,7 +13498,7 @@ class kernel_table {
         work.of_lags.assign((lags + 1) * static_cast<std::size_t>(size), 1.0F);
         for (std::size_t lag = 1; lag < work.of_lags.size(); ++lag) {
             const auto distance = static_cast<float>(lag);
-            work.of_lags[lag] = covariance(vec2{distance * lines.spacing, 0}, distance * turned);
+            work.of_lags[lag] = common_of(vec2{distance * lines.spacing, 0}, distance * turned);
         }
         const auto metres = [&](std::size_t lag) { return static_cast<float>(lag) * lines.spacing; };
         for (std::vector<float>* const each : {&work.common, &work.squared, &work.sloping}) each->resize(lags);
@@ -13399,8 +13567,8 @@ class kernel_table {
 };
 
 /// Computes the table for a model that states the covariance of its speckle; no compensation for others.
-template <class Policy, transducer Probe, class Model>
-void compute_kernel_table(const Policy& policy, const Probe& probe, float depth, const planes_of_lines& planes,
+template <class Policy, class Model>
+void compute_kernel_table(const Policy& policy, const probe_lines& probe, float depth, const planes_of_lines& planes,
                           const Model& model, kernel_table& table) {
     if constexpr (states_covariance<Model>)
         table.compute(
@@ -13441,10 +13609,9 @@ inline constexpr float max_wavelengths = 1 << 24;
 /// Checks the lines of a frame.
 /// @throws usage_error     for a scene that was not built, or a probe or depth out of range
 /// @throws geometry_error  for a pose that is not rigid
-template <transducer Probe>
-void check_lines(const scene& body, const Probe& probe, const pose& at, float depth, const char* caller) {
+inline void check_lines(const scene& body, const probe_settings& probe, const pose& at, float depth,
+                        const char* caller) {
     body.require_built();
-    probe.check();
     if (!is_rigid(at))
         throw geometry_error{joined({caller, ": the pose of the probe is not a rigid transform; make it with look_at, "
                                              "or mend it with orthonormalised"})};
@@ -13467,8 +13634,8 @@ inline std::uint32_t checked_samples(std::uint32_t lines, std::uint32_t samples,
 /// @return the number of samples along each line
 /// @throws usage_error     for a scene that was not built, or settings out of range
 /// @throws geometry_error  for a pose that is not rigid
-template <transducer Probe, class Model>
-std::uint32_t check_acquisition(const scene& body, const Probe& probe, const pose& at, const Model& model,
+template <class Model>
+std::uint32_t check_acquisition(const scene& body, const probe_settings& probe, const pose& at, const Model& model,
                                 const acquisition& settings) {
     check_lines(body, probe, at, settings.depth, "trace");
     if constexpr (requires { model.check(); }) model.check();
@@ -13477,10 +13644,9 @@ std::uint32_t check_acquisition(const scene& body, const Probe& probe, const pos
                            "trace");
 }
 
-/// The lines of a frame in all of its elevation planes. Trivially copyable where the probe is.
-template <transducer Probe>
+/// The lines of a frame in all of its elevation planes. Trivially copyable.
 struct frame_lines {
-    Probe probe{};                                    ///< that sends and receives
+    view<const probe_line> lines{};                   ///< of the probe that sends and receives
     pose at{};                                        ///< probe to world
     float depth = 0;                                  ///< of the last sample's end, metres
     float max_depth = 0;                              ///< how far lines are followed, metres
@@ -13490,24 +13656,23 @@ struct frame_lines {
     /// A line of the probe in one of the planes, in the world: displaced in elevation alone, so the distance along it
     /// stays the displayed one.
     INSONIFY_FN line_frame line(std::uint32_t number, std::uint32_t of_plane) const {
-        const ray beam = probe.beam(static_cast<float>(number));
+        const probe_line& beam = lines[number];
         const vec3 elevation = at.direction({0, 1, 0});
         line_frame line{at.point(beam.origin) + plane[of_plane].height(beam.origin.z) * elevation,
                         at.direction(beam.direction), elevation, plane[of_plane].slope * beam.direction.z};
-        if constexpr (requires { probe.scatterer_axis(0.0F); })
-            line.steering = at.direction(beam.direction - probe.scatterer_axis(static_cast<float>(number)));
+        line.steering = at.direction(beam.direction - beam.scatterer_axis);
         return line;
     }
+    INSONIFY_FN std::uint32_t count() const { return static_cast<std::uint32_t>(lines.size()); }
     /// The tilt of a line of any direction in the world that runs in one of the planes: see `line_frame`.
     INSONIFY_FN float tilt(vec3 direction, std::uint32_t of_plane) const {
         return plane[of_plane].slope * dot(direction, at.direction({0, 0, 1}));
     }
 };
 
-/// What the function of one line reads of a frame: its lines, sampling and kernels. Trivially copyable where the probe
-/// is.
-template <transducer Probe>
-struct frame_view : frame_lines<Probe> {
+/// What the function of one line reads of a frame: its lines, sampling and kernels. Trivially copyable.
+struct frame_view : frame_lines {
+    float frequency = 0;                    ///< of the probe, hertz
     float spacing = 0;                      ///< metres from sample to sample
     float pulse_sigma = 0;                  ///< standard deviation of the pulse envelope, metres of displayed depth
     float bandwidth = 0;                    ///< see `traced_line`
@@ -13520,30 +13685,33 @@ struct frame_view : frame_lines<Probe> {
 
     /// The weights of the samples of a line in one of the planes; where there are several.
     INSONIFY_FN const float* weights(std::uint32_t number, std::uint32_t of_plane) const {
-        return plane_weights.data() + (std::size_t{plane_sets[number]} * this->planes + of_plane) * samples;
+        return plane_weights.data() + (std::size_t{plane_sets[number]} * planes + of_plane) * samples;
     }
 };
 
 /// All that follows from probe, acquisition and model alone: kept between frames, recomputed where one of them changes.
-template <transducer Probe, acoustic_model Model>
+template <acoustic_model Model>
 class frame_plan {
   public:
     /// @param samples  along each line, chosen
+    /// @return         refers to `probe`
     /// @throws usage_error  for a number of planes other than 1, 3, 5 or 7
     template <class Policy>
-    frame_view<Probe> view_of(const Policy& policy, const Probe& probe, const pose& at, const Model& model,
-                              const acquisition& scan, std::uint32_t samples, view<const medium> media) {
+    frame_view view_of(const Policy& policy, const probe_lines& probe, const pose& at, const Model& model,
+                       const acquisition& scan, std::uint32_t samples, view<const medium> media) {
         const tables& made =
             tables_([&](tables& t) { t.compute(policy, probe, scan.depth, samples, scan.planes, model); }, probe,
                     scan.depth, samples, scan.planes, model);
-        frame_view<Probe> frame{frame_lines<Probe>{.probe = probe,
-                                                   .at = at,
-                                                   .depth = scan.depth,
-                                                   .max_depth = max_depth_of(model, scan.depth, media),
-                                                   .planes = scan.planes}};
+        const probe_settings& settings = probe.settings();
+        frame_view frame{frame_lines{.lines = probe.lines(),
+                                     .at = at,
+                                     .depth = scan.depth,
+                                     .max_depth = max_depth_of(model, scan.depth, media),
+                                     .planes = scan.planes}};
+        frame.frequency = settings.frequency;
         frame.spacing = scan.depth / static_cast<float>(samples);
-        frame.pulse_sigma = nominal_pulse(probe).sigma_z(probe.frequency);
-        frame.bandwidth = fractional_bandwidth(probe);
+        frame.pulse_sigma = axial_sigma(settings.bandwidth, settings.frequency);
+        frame.bandwidth = settings.bandwidth;
         frame.samples = samples;
         frame.plane_sets = made.plane_sets;
         frame.plane_weights = made.plane_weights;
@@ -13564,9 +13732,9 @@ class frame_plan {
         kernel_table kernels{};
 
         template <class Policy>
-        void compute(const Policy& policy, const Probe& probe, float depth, std::uint32_t samples, std::uint32_t count,
-                     const Model& model) {
-            const beam_model beam = beam_of(probe, depth);
+        void compute(const Policy& policy, const probe_lines& probe, float depth, std::uint32_t samples,
+                     std::uint32_t count, const Model& model) {
+            const beam_model beam = make_beam(probe.settings(), depth);
             const elevation_planes planes{beam, count, depth, lines_follow_depth(probe)};
             plane.clear();
             for (std::uint32_t i = 0; i < count; ++i) plane.push_back(planes[i]);
@@ -13595,7 +13763,7 @@ class frame_plan {
         }
     };
 
-    memo<tables, Probe, float, std::uint32_t, std::uint32_t, Model> tables_{};
+    memo<tables, probe_lines, float, std::uint32_t, std::uint32_t, Model> tables_{};
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
@@ -13678,12 +13846,11 @@ template <class Sample>
 inline constexpr bool is_average_v = std::same_as<Sample, float> || std::same_as<Sample, vec2>;
 
 /// The task of a tracer: one line of one plane.
-template <transducer Probe>
-INSONIFY_FN line_task task_of(const frame_view<Probe>& frame, const scene_view& scene, std::uint32_t number,
-                              std::uint32_t plane) {
+INSONIFY_FN inline line_task task_of(const frame_view& frame, const scene_view& scene, std::uint32_t number,
+                                     std::uint32_t plane) {
     return {.scene = scene,
             .line = {.media = scene.media,
-                     .frequency = frame.probe.frequency,
+                     .frequency = frame.frequency,
                      .places = scene.places,
                      .structures = scene.structures,
                      .frame = frame.line(number, plane),
@@ -13720,8 +13887,8 @@ INSONIFY_FN void add_weighted(view<Sample> samples, const float* weights, view<S
 ///                after those of another; false where it cannot
 /// @return        false where `trace` did; the samples are then undefined
 INSONIFY_VISITS
-template <transducer Probe, class Sample, class OutOf, class Trace>
-INSONIFY_FN bool sum_planes(const frame_view<Probe>& frame, std::uint32_t number, std::size_t grids, view<Sample> room,
+template <class Sample, class OutOf, class Trace>
+INSONIFY_FN bool sum_planes(const frame_view& frame, std::uint32_t number, std::size_t grids, view<Sample> room,
                             const OutOf& out_of, const Trace& trace) {
     for (std::size_t grid = 0; grid < grids; ++grid)
         for (Sample& sample : out_of(grid)) sample = Sample{};
@@ -13946,12 +14113,11 @@ struct frame_gains {
 
 /// The steps of an aperture shading, each for one line or some points, over flat arrays. To be done in this order, each
 /// for all lines; those of one step in any order, on any threads or on a device. Trivially copyable.
-template <transducer Probe>
 struct aperture_view {
     static constexpr std::uint32_t steps = sound_profile::steps;
     static constexpr std::uint32_t points_at_once = simd_width;
 
-    frame_view<Probe> frame;
+    frame_view frame;
     scene_view scene{};
     shaded_lines points{};
     view<const line_fan::line> fan{};  ///< in coordinates of its own
@@ -13978,7 +14144,7 @@ struct aperture_view {
                                   const Model& model) const {
         traced_line traced = task_of(frame, scene, line, plane).line;
         traced.layers = layers;
-        profiles[std::size_t{plane} * frame.probe.lines + line].compute(traced, model, spacing);
+        profiles[std::size_t{plane} * frame.count() + line].compute(traced, model, spacing);
     }
 
     /// Step 2: what arrives along a line of the fan in one direction.
@@ -14100,7 +14266,7 @@ struct aperture_view {
     using floats = lanes<simd_width>;
 
     INSONIFY_FN const sound_profile& profile_of(std::uint32_t line, std::uint32_t plane) const {
-        return profiles[std::size_t{plane} * frame.probe.lines + line];
+        return profiles[std::size_t{plane} * frame.count() + line];
     }
 
     // A line of the fan in one plane. Those beyond the lines of the probe are like the nearest of these, but for their
@@ -14891,10 +15057,7 @@ class slice_finder {
     static_assert(block % simd_width == 0);
 
     /// Takes over the lines of a probe. @return false where they are not a `line_fan`: then nothing can be cut
-    template <transducer Probe>
-    bool assign(const Probe& probe) {
-        return fan_.assign(probe);
-    }
+    bool assign(const probe_lines& probe) { return fan_.assign(probe); }
 
     /// Chooses the objects to be cut, after `assign`: all, or those whose trees are out of date and those for which
     /// slicing is faster than rays:
@@ -15289,12 +15452,11 @@ class aperture_shading {
     /// Takes over the lines of a probe.
     /// @return whether they can be turned or shifted: at equal distances on a plane or round face, or from one point of
     ///         a plane face; lines that are steered from a round one cannot
-    template <transducer Probe>
-    bool assign(const Probe& probe, const line_fan& fan, const beam_model& beam) {
-        const bool circle = is_full_circle(probe);
+    bool assign(const probe_settings& probe, const line_fan& fan, const beam_model& beam) {
+        const bool circle = probe.full_circle;
         const std::uint32_t lines = fan.size();
         if (!points_.face.assign(fan, circle)) return false;
-        const float wide = beam.lateral_width(beam.focus) / line_spacing(probe, beam.focus);
+        const float wide = beam.lateral_width(beam.focus) / probe.spacing(beam.focus);
         std::uint32_t stride = static_cast<std::uint32_t>(clamp(wide + 0.5F, 1, 16));
         while (circle && lines % stride != 0) --stride; // of a prime number of lines, each is a point
         points_.stride = stride;
@@ -15313,22 +15475,20 @@ class aperture_shading {
     /// Makes the view and its tables, after `assign`; no step is done yet.
     /// @param directions  in which lines are traced to each point of a single plane; with several planes, each uses a
     ///                    quarter as many, at least 2, interleaved with the others'
-    template <transducer Probe>
-    aperture_view<Probe> prepare(const scene_view& scene, const frame_view<Probe>& frame, std::uint32_t directions) {
+    aperture_view prepare(const scene_view& scene, const frame_view& frame, std::uint32_t directions) {
         lines_.clear();
         for (std::uint32_t i = 0; i < fan_.size(); ++i) lines_.push_back(fan_[i]);
-        aperture_view<Probe> all{
-            .frame = frame,
-            .scene = scene,
-            .points = points_,
-            .fan = lines_,
-            .upright = fan_.upright(),
-            .directions = frame.planes == 1 ? directions : std::max((directions + 3) / 4, 2U),
-            // To the depth of the picture as if all sound had the display's speed; deeper, the last
-            // gain holds.
-            .spacing = frame.depth / steps};
+        aperture_view all{.frame = frame,
+                          .scene = scene,
+                          .points = points_,
+                          .fan = lines_,
+                          .upright = fan_.upright(),
+                          .directions = frame.planes == 1 ? directions : std::max((directions + 3) / 4, 2U),
+                          // To the depth of the picture as if all sound had the display's speed; deeper, the last
+                          // gain holds.
+                          .spacing = frame.depth / steps};
         const std::size_t rows = std::size_t{frame.planes} * steps;
-        profiles_.resize(std::size_t{frame.planes} * frame.probe.lines);
+        profiles_.resize(std::size_t{frame.planes} * frame.count());
         sound_.resize(all.directions * rows * lines_.size());
         means_.resize(rows * points_.count);
         gains_.resize(profiles_.size() * steps);
@@ -15338,17 +15498,17 @@ class aperture_shading {
         all.profiles = profiles_;
         all.sound = sound_;
         all.means = means_;
-        all.gains = {gains_, frame.probe.lines, all.spacing};
+        all.gains = {gains_, frame.count(), all.spacing};
         return all;
     }
 
     /// Does all steps.
     /// @param found   the layers of the lines of the probe, in `scene`
     /// @param slices  that they were found by; null: by rays, as everything else then is
-    template <exec::policy Policy, transducer Probe, states_arrivals Model>
-    void compute(const Policy& policy, const aperture_view<Probe>& all, const Model& model, const line_layers& found,
+    template <exec::policy Policy, states_arrivals Model>
+    void compute(const Policy& policy, const aperture_view& all, const Model& model, const line_layers& found,
                  const slice_finder* slices) {
-        const std::uint32_t lines = all.frame.probe.lines, planes = all.frame.planes;
+        const std::uint32_t lines = all.frame.count(), planes = all.frame.planes;
         exec::for_each_block(policy, lines, lines_per_block, 500, [&](std::size_t begin, std::size_t end) {
             for (auto line = static_cast<std::uint32_t>(begin); line < end; ++line)
                 for (std::uint32_t plane = 0; plane < planes; ++plane)
@@ -15384,8 +15544,7 @@ class aperture_shading {
     }
 
     /// The lines beyond those of the probe for which slices must be cut: those of a phased array; none for others.
-    template <transducer Probe>
-    outer_lines beyond(const frame_view<Probe>& frame) const {
+    outer_lines beyond(const frame_view& frame) const {
         if (!is_point()) return {};
         return {&fan_, half_aperture(frame, frame.depth)};
     }
@@ -15397,16 +15556,14 @@ class aperture_shading {
     };
 
     bool is_point() const { return points_.face.form == face_form::point; }
-    template <transducer Probe>
-    static float half_aperture(const frame_view<Probe>& frame, float depth) {
+    static float half_aperture(const frame_view& frame, float depth) {
         return 0.5F * depth / frame.aperture.fnumber(depth);
     }
 
     // The largest turn whose line is still received at some depth, within the angles for which depths and places of
     // turned lines are accurate: the tangent on a plane face, at most 0.9 of that of a line along the face; the angle
     // on a round one; the shift along the face of a phased array.
-    template <transducer Probe>
-    float widest(const aperture_view<Probe>& all) const {
+    float widest(const aperture_view& all) const {
         const face_shape& face = points_.face;
         if (is_point()) return half_aperture(all.frame, all.frame.depth);
         const float incline = std::fabs(face.incline);
@@ -15425,9 +15582,8 @@ class aperture_shading {
     }
 
     // Divides the aperture of each plane among the directions.
-    template <transducer Probe>
-    void divide_aperture(const aperture_view<Probe>& all) {
-        const frame_view<Probe>& frame = all.frame;
+    void divide_aperture(const aperture_view& all) {
+        const frame_view& frame = all.frame;
         const face_shape& face = points_.face;
         const float max_turn = widest(all);
         const auto turned_by = [&](float part) -> line_turn { // -1 to 1
@@ -15566,8 +15722,7 @@ class cut_normals {
 class layer_finder {
   public:
     /// Takes over the lines of a probe. @return whether slices contain them: see `slice_finder`
-    template <transducer Probe>
-    bool assign(const Probe& probe) {
+    bool assign(const probe_lines& probe) {
         can_cut_ = slices_.assign(probe);
         return can_cut_;
     }
@@ -15576,8 +15731,8 @@ class layer_finder {
     /// @param directions  in which each line is traced
     /// @param keep_all    also keep segments that cross no line
     /// @param beyond      other lines that segments are kept for
-    template <exec::policy Policy, transducer Probe>
-    void prepare(const Policy& policy, const scene& body, const frame_lines<Probe>& frame, line_search how,
+    template <exec::policy Policy>
+    void prepare(const Policy& policy, const scene& body, const frame_lines& frame, line_search how,
                  std::uint32_t directions = 1, bool keep_all = false, const outer_lines& beyond = {}) {
         const view<const elevation_plane> planes{frame.plane, frame.planes};
         sliced_ = false;
@@ -15591,7 +15746,7 @@ class layer_finder {
         } else {
             scene_ = body.view_for_rays(policy);
         }
-        if (memory_.size() < blocks_of(frame.probe.lines)) memory_.resize(blocks_of(frame.probe.lines));
+        if (memory_.size() < blocks_of(frame.count())) memory_.resize(blocks_of(frame.count()));
     }
 
     /// The scene as `prepare` has seen it.
@@ -15608,21 +15763,19 @@ class layer_finder {
     }
 
     /// Begins a frame, whose blocks are then found.
-    template <transducer Probe>
-    void begin(const frame_lines<Probe>& frame, line_layers& found) const {
-        found.begin(frame.probe.lines, frame.planes, scene_.media);
+    void begin(const frame_lines& frame, line_layers& found) const {
+        found.begin(frame.count(), frame.planes, scene_.media);
     }
     /// Finds the layers of the block of lines that begins with one; different blocks on any threads.
     /// @param incident  whether to compute how lines meet surfaces: see `stack_layers`
-    template <transducer Probe>
-    void find_block(const frame_lines<Probe>& frame, std::size_t begin, bool incident, line_layers& found) {
+    void find_block(const frame_lines& frame, std::size_t begin, bool incident, line_layers& found) {
         block_memory& own = memory_[begin / lines_per_block];
         const crossing_lists& sliced = own.sliced;
         layer_block& into = found.block_at(begin);
         into.clear();
         if (sliced_) slices_.find_block(begin, own.sliced);
         const auto count = static_cast<std::uint32_t>(begin) + lines_per_block;
-        for (auto number = static_cast<std::uint32_t>(begin); number < frame.probe.lines && number < count; ++number)
+        for (auto number = static_cast<std::uint32_t>(begin); number < frame.count() && number < count; ++number)
             for (std::uint32_t plane = 0; plane < frame.planes; ++plane) {
                 const line_frame line = frame.line(number, plane);
                 const crossing_source from =
@@ -15637,11 +15790,10 @@ class layer_finder {
     }
 
     /// Finds those of all lines.
-    template <exec::policy Policy, transducer Probe>
-    void find(const Policy& policy, const frame_lines<Probe>& frame, bool incident, line_layers& found) {
+    template <exec::policy Policy>
+    void find(const Policy& policy, const frame_lines& frame, bool incident, line_layers& found) {
         begin(frame, found);
-        exec::for_each_block(policy, frame.probe.lines, lines_per_block,
-                             search_time() * static_cast<float>(frame.planes),
+        exec::for_each_block(policy, frame.count(), lines_per_block, search_time() * static_cast<float>(frame.planes),
                              [&](std::size_t begin, std::size_t) { find_block(frame, begin, incident, found); });
     }
 
@@ -15668,20 +15820,33 @@ class layer_search {
     template <exec::policy Policy, transducer Probe>
     line_layers& operator()(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                             const acquisition& scan, float max_depth, bool incident) {
-        frame_lines<Probe> frame{
-            .probe = probe, .at = at, .depth = scan.depth, .max_depth = max_depth, .planes = scan.planes};
-        const elevation_planes planes{beam_of(probe, scan.depth), scan.planes, scan.depth, lines_follow_depth(probe)};
-        for (std::uint32_t i = 0; i < scan.planes; ++i) frame.plane[i] = planes[i];
-        finder_.assign(probe);
-        finder_.prepare(policy, body, frame, line_search::best);
-        finder_.find(policy, frame, incident, found_);
+        probe_.assign(probe);
+        find(policy, body, at, scan, max_depth, incident);
         return found_;
     }
 
   private:
+    template <class Policy>
+    void find(const Policy& policy, const scene& body, const pose& at, const acquisition& scan, float max_depth,
+              bool incident);
+
+    probe_lines probe_{};
     layer_finder finder_{};
     line_layers found_{};
 };
+
+template <class Policy>
+void layer_search::find(const Policy& policy, const scene& body, const pose& at, const acquisition& scan,
+                        float max_depth, bool incident) {
+    frame_lines frame{
+        .lines = probe_.lines(), .at = at, .depth = scan.depth, .max_depth = max_depth, .planes = scan.planes};
+    const elevation_planes planes{make_beam(probe_.settings(), scan.depth), scan.planes, scan.depth,
+                                  lines_follow_depth(probe_)};
+    for (std::uint32_t i = 0; i < scan.planes; ++i) frame.plane[i] = planes[i];
+    finder_.assign(probe_);
+    finder_.prepare(policy, body, frame, line_search::best);
+    finder_.find(policy, frame, incident, found_);
+}
 
 } // namespace detail
 
@@ -16097,6 +16262,7 @@ struct paths {
 #define INSONIFY_TRACING_PLAN_FRAME_DISPLACEMENTS_HPP
 
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -16107,13 +16273,13 @@ namespace insonify::inline INSONIFY_ABI::detail {
 class frame_displacements {
   public:
     /// @throws geometry_error  where the map that deforms the scene folds over in the field of view
-    template <class Policy, transducer Probe>
-    view<const displacement_view> compute(const Policy& policy, const scene& body, const frame_view<Probe>& frame) {
+    template <class Policy>
+    view<const displacement_view> compute(const Policy& policy, const scene& body, const frame_view& frame) {
         if (!body.is_deformed()) return {};
         const displacement_lattice where = lattice_of(frame);
         const view<const displacement_view> found = body.displacements(policy, where, nodes_, places_);
         for (std::size_t i = 0; !found.empty() && i < where.count(); ++i)
-            if (nodes_[4 * i + 3] != 0 && is_seen(frame, where.point(i))) throw_folded(where.point(i));
+            if (nodes_[4 * i + 3] != 0 && is_seen(frame, where, where.point(i))) throw_folded(where.point(i));
         return found;
     }
 
@@ -16121,18 +16287,21 @@ class frame_displacements {
     static constexpr float min_spacing = 1e-3F; // metres
     static constexpr float max_cells = 64;      // along an axis
 
-    template <transducer Probe>
-    static bool is_seen(const frame_view<Probe>& frame, vec3 point) {
-        const vec3 local = frame.at.local_point(point);
-        const vec2 place = frame.probe.locate({local.x, local.z}); // line, depth
-        return place.x > -1 && place.x < static_cast<float>(frame.probe.lines) && place.y > 0 && place.y < frame.depth;
+    // Whether some line passes a node so closely that it is interpolated from it.
+    static bool is_seen(const frame_view& frame, const displacement_lattice& where, vec3 node) {
+        vec3 local = frame.at.local_point(node);
+        local.y = 0;
+        return std::any_of(frame.lines.begin(), frame.lines.end(), [&](const probe_line& line) {
+            const vec3 from = local - line.origin;
+            const float depth = dot(from, line.direction);
+            return depth > 0 && depth < frame.depth && length(from - depth * line.direction) < where.spacing.x;
+        });
     }
 
-    template <transducer Probe>
-    static displacement_lattice lattice_of(const frame_view<Probe>& frame) {
+    static displacement_lattice lattice_of(const frame_view& frame) {
         aabb box;
         for (std::uint32_t plane = 0; plane < frame.planes; ++plane)
-            for (std::uint32_t i = 0; i < frame.probe.lines; ++i) {
+            for (std::uint32_t i = 0; i < frame.count(); ++i) {
                 const line_frame line = frame.line(i, plane);
                 box = merged(merged(box, frame.at.local_point(line.origin)),
                              frame.at.local_point(line.at(frame.max_depth)));
@@ -16241,17 +16410,17 @@ class line_driver {
     /// @param sinks      grids that receive the samples; planes are weighted and added
     /// @param emit       emit(block, task, layers, samples): adds to samples that are 0, those of one sink after those
     ///                   of another
-    template <exec::policy Policy, transducer Probe, acoustic_model Model, class Emit>
-    void emit_lines(const Policy& policy, const scene& body, const frame_view<Probe>& frame, const Model& model,
-                    const straight_lines& how, float line_time, view<line_grid<Sample>* const> sinks,
-                    const Emit& emit) {
+    template <exec::policy Policy, acoustic_model Model, class Emit>
+    void emit_lines(const Policy& policy, const scene& body, const probe_lines& probe, const frame_view& frame,
+                    const Model& model, const straight_lines& how, float line_time,
+                    view<line_grid<Sample>* const> sinks, const Emit& emit) {
         constexpr bool incident = !takes_normal_incidence<Model>();
         const view<const displacement_view> displaced = displacements_.compute(policy, body, frame);
-        const bool fan = finder_.assign(frame.probe);
+        const bool fan = finder_.assign(probe);
         bool shaded = false;
         if constexpr (states_arrivals<Model>)
             shaded = how.directions > 1 && fan &&
-                     shading_.assign(frame.probe, finder_.fan(), beam_of(frame.probe, frame.depth));
+                     shading_.assign(probe.settings(), finder_.fan(), make_beam(probe.settings(), frame.depth));
         finder_.prepare(policy, body, frame, how.search, shaded ? 1 + how.directions : 1, shaded,
                         shaded ? shading_.beyond(frame) : outer_lines{});
         frame_guard unfinished{layers_};
@@ -16261,7 +16430,7 @@ class line_driver {
         if constexpr (states_arrivals<Model>)
             if (shaded) {
                 finder_.find(policy, frame, incident, layers_);
-                const aperture_view<Probe> shading = shading_.prepare(seen, frame, how.directions);
+                const aperture_view shading = shading_.prepare(seen, frame, how.directions);
                 shading_.compute(policy, shading, model, layers_, finder_.slices());
                 gains = shading.gains;
             }
@@ -16283,14 +16452,14 @@ class line_driver {
     }
 
     /// The same for a tracer that makes the samples of a line itself.
-    template <exec::policy Policy, transducer Probe, acoustic_model Model, tracer<Model> Tracer>
-    void trace_lines(const Policy& policy, const scene& body, const frame_view<Probe>& frame, const Model& model,
+    template <exec::policy Policy, acoustic_model Model, tracer<Model> Tracer>
+    void trace_lines(const Policy& policy, const scene& body, const frame_view& frame, const Model& model,
                      const Tracer& how, line_grid<Sample>& lines) {
         constexpr float line_time = 1e6F;
         scene_view seen = body.view_for_rays(policy);
         seen.displacements = displacements_.compute(policy, body, frame);
         layers_ = {};
-        if (scratch_.size() < blocks_of(frame.probe.lines)) scratch_.resize(blocks_of(frame.probe.lines));
+        if (scratch_.size() < blocks_of(frame.count())) scratch_.resize(blocks_of(frame.count()));
         line_grid<Sample>* const sink = &lines;
         sum_blocks(
             policy, frame, line_time, {&sink, 1}, [](std::size_t) {},
@@ -16321,13 +16490,13 @@ class line_driver {
         line_layers* layers_;
     };
 
-    template <exec::policy Policy, transducer Probe, class BeginBlock, class Trace>
-    void sum_blocks(const Policy& policy, const frame_view<Probe>& frame, float line_time,
+    template <exec::policy Policy, class BeginBlock, class Trace>
+    void sum_blocks(const Policy& policy, const frame_view& frame, float line_time,
                     view<line_grid<Sample>* const> sinks, const BeginBlock& begin_block, const Trace& trace) {
-        if (rooms_.size() < blocks_of(frame.probe.lines)) rooms_.resize(blocks_of(frame.probe.lines));
+        if (rooms_.size() < blocks_of(frame.count())) rooms_.resize(blocks_of(frame.count()));
         line_time *= static_cast<float>(frame.planes);
         exec::for_each_block(
-            policy, frame.probe.lines, lines_per_block, line_time, [&](std::size_t begin, std::size_t end) {
+            policy, frame.count(), lines_per_block, line_time, [&](std::size_t begin, std::size_t end) {
                 const std::size_t block = begin / lines_per_block;
                 begin_block(begin);
                 std::vector<Sample>& room = rooms_[block];
@@ -16359,48 +16528,64 @@ class line_driver {
 
 /// `trace`, frame after frame: holds tables, layers and memory, so that it allocates only while buffers grow.
 ///
-///     line_tracer<linear_array> lines;
+///     line_tracer<> lines;
 ///     iq_lines echoes;
 ///     for (;;) echoes = lines.trace(exec::par_unseq, body, probe, at, physical{}, scan, {}, std::move(echoes));
-template <transducer Probe, acoustic_model Model = physical<>, tracer<Model> Tracer = straight_lines>
+template <acoustic_model Model = physical<>, tracer<Model> Tracer = straight_lines>
 class line_tracer {
     static_assert(detail::model_check<Model>::passed);
 
   public:
     using sample_type = typename Model::sample_type; ///< that the model makes
+    using model_type = Model;
+    using tracer_type = Tracer;
 
     /// What the probe receives along its lines: see `insonify::trace`.
     /// @param recycled  lines whose memory is reused, whatever they held
     /// @throws usage_error, geometry_error  as `insonify::trace`
-    template <exec::policy Policy>
-    line_grid<sample_type> trace(const Policy& any, const scene& body, const Probe& probe, const pose& at,
+    template <exec::policy Policy, transducer Probe>
+    line_grid<sample_type> trace(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                                  const Model& model, const acquisition& scan, const Tracer& how = {},
                                  line_grid<sample_type> recycled = {}) {
-        const detail::any_policy policy{any};
-        const std::uint32_t samples = detail::check_acquisition(body, probe, at, model, scan);
-        if (scan.planes > 1 && !detail::is_average_v<sample_type>)
-            throw usage_error{"trace: samples of this model's type cannot be averaged over `planes`; use one plane"};
-        if constexpr (requires { how.check(); }) how.check();
-        const detail::frame_view<Probe> frame = plan_.view_of(policy, probe, at, model, scan, samples, body.media());
-        recycled.reshape(probe.lines, samples, scan.depth);
-        line_grid<sample_type>* const sink = &recycled;
-        if constexpr (std::same_as<Tracer, straight_lines>)
-            driver_.emit_lines(policy, body, frame, model, how,
-                               detail::nanoseconds_of<Model>() * static_cast<float>(samples), {&sink, 1},
-                               [&](std::size_t, const line_task& task, view<const layer> layers,
-                                   view<sample_type> out) { task.apply(policy, model, layers, out); });
-        else
-            driver_.trace_lines(policy, body, frame, model, how, recycled);
-        return recycled;
+        probe_.assign(probe);
+        return trace_lines(detail::any_policy{policy}, body, at, model, scan, how, std::move(recycled));
     }
 
     /// What lies along the lines of the last frame; of tracers other than `straight_lines`, no lines.
     const line_layers& layers() const { return driver_.layers(); }
 
   private:
-    detail::frame_plan<Probe, Model> plan_{};
+    template <class Policy>
+    line_grid<sample_type> trace_lines(const Policy& policy, const scene& body, const pose& at, const Model& model,
+                                       const acquisition& scan, const Tracer& how, line_grid<sample_type> recycled);
+
+    detail::probe_lines probe_{};
+    detail::frame_plan<Model> plan_{};
     detail::line_driver<sample_type> driver_{};
 };
+
+template <acoustic_model Model, tracer<Model> Tracer>
+template <class Policy>
+auto line_tracer<Model, Tracer>::trace_lines(const Policy& policy, const scene& body, const pose& at,
+                                             const Model& model, const acquisition& scan, const Tracer& how,
+                                             line_grid<sample_type> recycled) -> line_grid<sample_type> {
+    const std::uint32_t samples = detail::check_acquisition(body, probe_.settings(), at, model, scan);
+    if (scan.planes > 1 && !detail::is_average_v<sample_type>)
+        throw usage_error{"trace: samples of this model's type cannot be averaged over `planes`; use one plane"};
+    if constexpr (requires { how.check(); }) how.check();
+    const detail::frame_view frame = plan_.view_of(policy, probe_, at, model, scan, samples, body.media());
+    recycled.reshape(probe_.size(), samples, scan.depth);
+    line_grid<sample_type>* const sink = &recycled;
+    if constexpr (std::same_as<Tracer, straight_lines>)
+        driver_.emit_lines(policy, body, probe_, frame, model, how,
+                           detail::nanoseconds_of<Model>() * static_cast<float>(samples), {&sink, 1},
+                           [&](std::size_t, const line_task& task, view<const layer> layers, view<sample_type> out) {
+                               task.apply(policy, model, layers, out);
+                           });
+    else
+        driver_.trace_lines(policy, body, frame, model, how, recycled);
+    return recycled;
+}
 
 /// What the probe receives along its lines.
 ///
@@ -16419,7 +16604,7 @@ template <exec::policy Policy, transducer Probe, acoustic_model Model, tracer<Mo
 line_grid<typename Model::sample_type> trace(const Policy& policy, const scene& body, const Probe& probe,
                                              const pose& at, const Model& model, const acquisition& settings,
                                              const Tracer& how = {}) {
-    return line_tracer<Probe, Model, Tracer>{}.trace(policy, body, probe, at, model, settings, how);
+    return line_tracer<Model, Tracer>{}.trace(policy, body, probe, at, model, settings, how);
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -16721,16 +16906,17 @@ void emit_ensemble(const line_task& task, const Model& model, view<const layer> 
 } // namespace detail
 
 /// `trace_ensemble`, train after train: holds tables, layers and memory, so that it allocates only while buffers grow.
-template <transducer Probe, acoustic_model Model = physical<>>
+template <acoustic_model Model = physical<>>
 class ensemble_tracer {
   public:
     /// See `trace_ensemble`.
     /// @param out  receives the echoes; its memory is reused
-    template <exec::policy Policy, velocity_field Field>
+    template <exec::policy Policy, transducer Probe, velocity_field Field>
     void trace(const Policy& policy, const scene& body, const Probe& probe, const pose& at, const Model& model,
                const Field& field, const acquisition& scan, const pulse_train& pulses, ensemble_echoes& out) {
-        const std::uint32_t samples = detail::check_acquisition(body, probe, at, model, scan);
-        detail::frame_view<Probe> frame = plan_.view_of(policy, probe, at, model, scan, samples, body.media());
+        probe_.assign(probe);
+        const std::uint32_t samples = detail::check_acquisition(body, probe_.settings(), at, model, scan);
+        detail::frame_view frame = plan_.view_of(policy, probe_, at, model, scan, samples, body.media());
         frame.bandwidth = nominal_pulse(probe, pulses.burst).bandwidth_at_peak();
         out.moving.resize(pulses.count);
         sinks_.assign(1, &out.resting);
@@ -16738,15 +16924,16 @@ class ensemble_tracer {
         for (iq_lines* const each : sinks_) each->reshape(probe.lines, samples, scan.depth);
         if (surfaces_.size() < detail::blocks_of(probe.lines)) surfaces_.resize(detail::blocks_of(probe.lines));
         constexpr float line_time = 1e6F;
-        driver_.emit_lines(policy, body, frame, model, straight_lines{}, line_time, {sinks_.data(), sinks_.size()},
-                           [&](std::size_t block, const line_task& task, view<const layer> layers, view<vec2> echoes) {
-                               detail::emit_ensemble(task, model, layers, field, pulses, surfaces_[block], samples,
-                                                     echoes);
-                           });
+        driver_.emit_lines(
+            policy, body, probe_, frame, model, straight_lines{}, line_time, {sinks_.data(), sinks_.size()},
+            [&](std::size_t block, const line_task& task, view<const layer> layers, view<vec2> echoes) {
+                detail::emit_ensemble(task, model, layers, field, pulses, surfaces_[block], samples, echoes);
+            });
     }
 
   private:
-    detail::frame_plan<Probe, Model> plan_{};
+    detail::probe_lines probe_{};
+    detail::frame_plan<Model> plan_{};
     detail::line_driver<vec2> driver_{};
     std::vector<detail::moving_surfaces> surfaces_{}; // of each block of lines
     std::vector<iq_lines*> sinks_{};
@@ -16763,8 +16950,7 @@ ensemble_echoes trace_ensemble(const Policy& policy, const scene& body, const Pr
                                const Model& model, const Field& field, const acquisition& scan,
                                const pulse_train& pulses) {
     ensemble_echoes echoes;
-    ensemble_tracer<Probe, Model>{}.trace(detail::any_policy{policy}, body, probe, at, model, field, scan, pulses,
-                                          echoes);
+    ensemble_tracer<Model>{}.trace(detail::any_policy{policy}, body, probe, at, model, field, scan, pulses, echoes);
     return echoes;
 }
 
@@ -16796,11 +16982,11 @@ struct ensemble_settings {
 };
 
 /// `doppler_ensemble`, train after train: holds tables and memory, so that it allocates only while buffers grow.
-template <transducer Probe, acoustic_model Model = physical<>>
+template <acoustic_model Model = physical<>>
 class ensemble_scanner {
   public:
     /// See `doppler_ensemble`. @return valid until the next call
-    template <exec::policy Policy, velocity_field Field>
+    template <exec::policy Policy, transducer Probe, velocity_field Field>
     const iq_ensemble& acquire(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                                const Model& model, const Field& field, const ensemble_settings& settings) {
         settings.check();
@@ -16842,7 +17028,7 @@ class ensemble_scanner {
     }
 
   private:
-    ensemble_tracer<Probe, Model> tracer_{};
+    ensemble_tracer<Model> tracer_{};
     convolver convolver_{};
     ensemble_echoes traced_{};
     iq_ensemble echoes_{};
@@ -16857,7 +17043,7 @@ class ensemble_scanner {
 template <exec::policy Policy, transducer Probe, acoustic_model Model, velocity_field Field>
 iq_ensemble doppler_ensemble(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                              const Model& model, const Field& field, const ensemble_settings& settings = {}) {
-    return ensemble_scanner<Probe, Model>{}.acquire(policy, body, probe, at, model, field, settings);
+    return ensemble_scanner<Model>{}.acquire(policy, body, probe, at, model, field, settings);
 }
 /// The same with `physical`.
 template <exec::policy Policy, transducer Probe, velocity_field Field>
@@ -17052,18 +17238,10 @@ void copy_nearest(const Policy& policy, const line_grid<Value>& lines, const sca
     });
 }
 
-} // namespace detail
-
-/// Makes the interpolation table of `scan_convert`.
-///
-/// The field of view extends half a line beyond the first and the last line, and from depth 0 to `depth`.
-/// @param scan  depth and samples of the lines to come; 0 samples: as many as `b_mode` chooses for the pulse of the
-///              probe
-/// @param recycled  a map whose memory is reused
-/// @throws usage_error  for a probe, depth, number of samples or picture size out of range
-template <exec::policy Policy, transducer Probe>
-scan_map make_scan_map(const Policy& policy, const Probe& probe, const acquisition& scan,
-                       const scan_convert_settings& settings = {}, scan_map recycled = {}) {
+/// See `make_scan_map`.
+template <transducer Probe>
+scan_map map_pixels(const any_policy<false>& policy, const Probe& probe, const acquisition& scan,
+                    const scan_convert_settings& settings, scan_map recycled) {
     probe.check();
     check_depth(scan.depth, "scan_convert");
     const std::uint32_t samples =
@@ -17144,6 +17322,21 @@ scan_map make_scan_map(const Policy& policy, const Probe& probe, const acquisiti
         }
     });
     return map;
+}
+
+} // namespace detail
+
+/// Makes the interpolation table of `scan_convert`.
+///
+/// The field of view extends half a line beyond the first and the last line, and from depth 0 to `depth`.
+/// @param scan  depth and samples of the lines to come; 0 samples: as many as `b_mode` chooses for the pulse of the
+///              probe
+/// @param recycled  a map whose memory is reused
+/// @throws usage_error  for a probe, depth, number of samples or picture size out of range
+template <exec::policy Policy, transducer Probe>
+scan_map make_scan_map(const Policy& policy, const Probe& probe, const acquisition& scan,
+                       const scan_convert_settings& settings = {}, scan_map recycled = {}) {
+    return detail::map_pixels(detail::any_policy<false>{policy}, probe, scan, settings, std::move(recycled));
 }
 
 /// A map that is kept from frame to frame, and made again where the probe, the lines or the settings have changed, or
@@ -17390,11 +17583,11 @@ void for_each_flow_pixel(const Policy& policy, const flow_lines& lines, const sc
 } // namespace detail
 
 /// `colour_doppler`, frame after frame: holds tables and memory, so that it allocates only while buffers grow.
-template <transducer Probe, acoustic_model Model = physical<>>
+template <acoustic_model Model = physical<>>
 class colour_scanner {
   public:
     /// See `colour_doppler`.
-    template <exec::policy Policy, velocity_field Field>
+    template <exec::policy Policy, transducer Probe, velocity_field Field>
     flow_lines acquire(const Policy& policy, const scene& body, const Probe& probe, const pose& at, const Model& model,
                        const Field& field, const doppler_settings& settings) {
         constexpr std::uint32_t decimation = 8;
@@ -17463,7 +17656,7 @@ class colour_scanner {
     }
 
   private:
-    ensemble_scanner<probe_section<refined<Probe>>, Model> train_{};
+    ensemble_scanner<Model> train_{};
     iq_ensemble filtered_{};             // after the wall filter
     autocorrelation_lines correlated_{}; // on the traced lines
 };
@@ -17484,7 +17677,7 @@ class colour_scanner {
 template <exec::policy Policy, transducer Probe, acoustic_model Model, velocity_field Field>
 flow_lines colour_doppler(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                           const Model& model, const Field& field, const doppler_settings& settings = {}) {
-    return colour_scanner<Probe, Model>{}.acquire(policy, body, probe, at, model, field, settings);
+    return colour_scanner<Model>{}.acquire(policy, body, probe, at, model, field, settings);
 }
 /// The same with `physical`.
 template <exec::policy Policy, transducer Probe, velocity_field Field>
@@ -17972,11 +18165,11 @@ struct pulsed_doppler_settings {
 };
 
 /// `gate_echoes` and `pulsed_doppler`, series after series: allocates only while buffers grow.
-template <transducer Probe, acoustic_model Model = physical<>>
+template <acoustic_model Model = physical<>>
 class gate_scanner {
   public:
     /// See `insonify::gate_echoes`.
-    template <exec::policy Policy, velocity_field Field>
+    template <exec::policy Policy, transducer Probe, velocity_field Field>
     std::vector<vec2> gate_echoes(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                                   const Model& model, const Field& field, const pulsed_doppler_settings& settings) {
         settings.check(probe);
@@ -18023,7 +18216,7 @@ class gate_scanner {
     }
 
     /// See `pulsed_doppler`.
-    template <exec::policy Policy, velocity_field Field>
+    template <exec::policy Policy, transducer Probe, velocity_field Field>
     doppler_spectrum acquire(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                              const Model& model, const Field& field, const pulsed_doppler_settings& settings) {
         return spectrum_of(policy, gate_echoes(policy, body, probe, at, model, field, settings), settings.prf,
@@ -18031,7 +18224,7 @@ class gate_scanner {
     }
 
   private:
-    ensemble_scanner<probe_section<refined<Probe>>, Model> train_{};
+    ensemble_scanner<Model> train_{};
 };
 
 /// The echoes of a gate on one line, pulse after pulse: the sum over the gate, a mean of its samples.
@@ -18040,7 +18233,7 @@ class gate_scanner {
 template <exec::policy Policy, transducer Probe, acoustic_model Model, velocity_field Field>
 std::vector<vec2> gate_echoes(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                               const Model& model, const Field& field, const pulsed_doppler_settings& settings) {
-    return gate_scanner<Probe, Model>{}.gate_echoes(policy, body, probe, at, model, field, settings);
+    return gate_scanner<Model>{}.gate_echoes(policy, body, probe, at, model, field, settings);
 }
 /// The same with `physical`.
 template <exec::policy Policy, transducer Probe, velocity_field Field>
@@ -18063,7 +18256,7 @@ std::vector<vec2> gate_echoes(const Policy& policy, const scene& body, const Pro
 template <exec::policy Policy, transducer Probe, acoustic_model Model, velocity_field Field>
 doppler_spectrum pulsed_doppler(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                                 const Model& model, const Field& field, const pulsed_doppler_settings& settings = {}) {
-    return gate_scanner<Probe, Model>{}.acquire(policy, body, probe, at, model, field, settings);
+    return gate_scanner<Model>{}.acquire(policy, body, probe, at, model, field, settings);
 }
 /// The same with `physical`.
 template <exec::policy Policy, transducer Probe, velocity_field Field>
@@ -18880,9 +19073,8 @@ struct label_stretch {
 
 /// Checks the arguments of `label`.
 /// @return the number of samples of the grid: by default two for each standard deviation of the pulse, a multiple of 64
-template <transducer Probe>
-std::uint32_t check_labels(const scene& body, const Probe& probe, const pose& at, const label_settings& settings,
-                           const char* caller) {
+inline std::uint32_t check_labels(const scene& body, const probe_settings& probe, const pose& at,
+                                  const label_settings& settings, const char* caller) {
     check_lines(body, probe, at, settings.depth, caller);
     const float sigma = pulse{}.sigma_z(probe.frequency);
     return checked_samples(probe.lines, settings.samples != 0 ? settings.samples : samples_for(settings.depth, sigma),
@@ -19227,6 +19419,7 @@ constexpr std::optional<medium> find(std::string_view name) {
 
 #endif
 #include <string>
+#include <utility>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -19268,35 +19461,21 @@ inline const layer& layer_below_face(view<const layer> layers) {
     return layers[i];
 }
 
-} // namespace detail
-
-/// Adds the echoes of the face of the probe to traced echoes, and removes the other echoes of lines that start in gas.
-/// Call it between `trace` and `convolve`.
-///
-///     echo k = r (r b)^k 10^(-k loss/20)   at the displayed depth k d c0 / c,   k = 0, 1, 2, ...
-///
-/// with r the amplitude that the face reflects into the lens (from the impedances of `tissue::lens` and of the medium
-/// 10 um below the face; 1 in gas), b = `back_reflection`, d and c the thickness and sound speed of the lens, c0 = 1540
-/// m/s, and `loss` the attenuation in the lens, there and back, dB. Echoes below -120 dB are left out. The ringing is
-/// `ring_down_db` - 60 dB z / `ring_down` at depth z, after `convolve` with the nominal pulse.
-/// @param echoes  of the lines of the probe, at baseband
-/// @param found   what lies along these lines
-/// @throws usage_error  for lines that are not those of the probe, or a setting out of range
-template <exec::policy Policy, transducer Probe>
-iq_lines add_near_field(const Policy& policy, iq_lines echoes, const line_layers& found, const Probe& probe,
-                        const near_field_settings& settings = {}) {
+/// See `add_near_field`.
+inline iq_lines with_near_field(const any_policy<false>& policy, iq_lines echoes, const line_layers& found,
+                                const probe_settings& probe, const near_field_settings& settings) {
     using lines = near_field_settings::lines;
     settings.check();
     if (found.lines != probe.lines)
         throw usage_error{
-            detail::joined({"add_near_field: the layers have ", std::to_string(found.lines), " lines and the probe ",
-                            std::to_string(probe.lines), "; give those that find_layers finds for this probe"})};
+            joined({"add_near_field: the layers have ", std::to_string(found.lines), " lines and the probe ",
+                    std::to_string(probe.lines), "; give those that find_layers finds for this probe"})};
     if (echoes.count != probe.lines || echoes.samples == 0 ||
         echoes.values.size() != static_cast<std::size_t>(echoes.count) * echoes.samples)
         throw usage_error{
             "add_near_field: the echoes must have as many lines as the probe, and a value for every sample"};
     bool some_gas = false;
-    for (const medium& m : found.media) some_gas = some_gas || detail::is_gas(m);
+    for (const medium& m : found.media) some_gas = some_gas || is_gas(m);
     if (settings.shown == lines::none || (settings.shown == lines::in_gas && !some_gas)) return echoes;
 
     constexpr float faintest = 1e-6F;
@@ -19306,13 +19485,13 @@ iq_lines add_near_field(const Policy& policy, iq_lines echoes, const line_layers
     const float round_trip =
         settings.back_reflection * amplitude_of_decibels(-settings.lens_thickness * echo_loss(lens, probe.frequency));
     // Of a constant signal, `convolve` makes the sum of the pulse's samples times as much.
-    const float sigma = nominal_pulse(probe).sigma_z(probe.frequency);
+    const float sigma = axial_sigma(probe.bandwidth, probe.frequency);
     const float ringing = amplitude_of_decibels(settings.ring_down_db) * spacing / (std::sqrt(2 * pi) * sigma);
     exec::for_each_block(policy, echoes.count, 8, 1000, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             const view<vec2> line{echoes.values.data() + i * echoes.samples, echoes.samples};
-            const medium& below = found.media[detail::layer_below_face(found(static_cast<std::uint32_t>(i))).medium];
-            const bool gas = detail::is_gas(below);
+            const medium& below = found.media[layer_below_face(found(static_cast<std::uint32_t>(i))).medium];
+            const bool gas = is_gas(below);
             if (gas)
                 for (vec2& sample : line) sample = {0, 0};
             else if (settings.shown == lines::in_gas)
@@ -19334,6 +19513,25 @@ iq_lines add_near_field(const Policy& policy, iq_lines echoes, const line_layers
     });
     return echoes;
 }
+} // namespace detail
+
+/// Adds the echoes of the face of the probe to traced echoes, and removes the other echoes of lines that start in gas.
+/// Call it between `trace` and `convolve`.
+///
+///     echo k = r (r b)^k 10^(-k loss/20)   at the displayed depth k d c0 / c,   k = 0, 1, 2, ...
+///
+/// with r the amplitude that the face reflects into the lens (from the impedances of `tissue::lens` and of the medium
+/// 10 um below the face; 1 in gas), b = `back_reflection`, d and c the thickness and sound speed of the lens, c0 = 1540
+/// m/s, and `loss` the attenuation in the lens, there and back, dB. Echoes below -120 dB are left out. The ringing is
+/// `ring_down_db` - 60 dB z / `ring_down` at depth z, after `convolve` with the nominal pulse.
+/// @param echoes  of the lines of the probe, at baseband
+/// @param found   what lies along these lines
+/// @throws usage_error  for lines that are not those of the probe, or a setting out of range
+template <exec::policy Policy, transducer Probe>
+iq_lines add_near_field(const Policy& policy, iq_lines echoes, const line_layers& found, const Probe& probe,
+                        const near_field_settings& settings = {}) {
+    return detail::with_near_field(detail::any_policy<false>{policy}, std::move(echoes), found, probe, settings);
+}
 /// The same in a scene, whose layers are found.
 /// @param at  probe to world
 /// @throws usage_error, geometry_error  as above, and as `find_layers`
@@ -19353,6 +19551,7 @@ iq_lines add_near_field(const Policy& policy, iq_lines echoes, const scene& body
 #include <algorithm>
 #include <array>
 #include <concepts>
+#include <deque>
 #include <optional>
 #include <string>
 #include <type_traits>
@@ -19673,24 +19872,7 @@ class scanner {
     /// @throws geometry_error  for a pose that is not rigid
     template <exec::policy Policy>
     const image& scan(const Policy& policy, const scene& body, const pose& at) {
-        if (frozen_) return show(policy, shown_);
-        probe.check(); // all of these before a stored frame is overwritten
-        settings.check();
-        detail::check_lines(body, probe, at, settings.depth, "scanner");
-        if constexpr (requires { model.check(); }) model.check();
-        if constexpr (requires { how.check(); }) how.check();
-        const detail::stopwatch clock;
-        times_ = {};
-        if (interrupted_) forget(); // the last frame threw
-        interrupted_ = true;
-        cine_.add(cine_length, [&](stored_frame<Probe>& frame) { acquire(policy, body, at, frame); });
-        shown_ = 0;
-        const detail::stopwatch display;
-        display_.draw_next(policy, cine_[0], settings);
-        interrupted_ = false;
-        times_.display = display.seconds();
-        times_.total = clock.seconds();
-        return display_.picture;
+        return frozen_ ? show(policy, shown_) : scan_by(detail::any_policy{policy}, body, at);
     }
 
     /// Draws a stored frame with the present gain, dynamic range, time gain, grey map, persistence and size. If `tgc`
@@ -19702,17 +19884,7 @@ class scanner {
     /// @throws usage_error  for a frame that is not stored, or a setting out of range
     template <exec::policy Policy>
     const image& show(const Policy& policy, std::uint32_t back = 0) {
-        check_picture();
-        if (back >= cine_.size())
-            throw usage_error{"scanner: `back` is " + std::to_string(back) + ", and " + std::to_string(cine_.size()) +
-                              " frames are stored; `cine_length` is the number to store"};
-        const detail::stopwatch clock;
-        display_.draw(policy, cine_, back, settings);
-        shown_ = back;
-        at_ = cine_[back].at;
-        watch_.reset();
-        times_ = {.display = clock.seconds(), .total = clock.seconds()};
-        return display_.picture;
+        return show_by(detail::any_policy{policy}, back);
     }
 
     /// Stops acquiring. @{
@@ -19808,7 +19980,7 @@ class scanner {
         check_picture();
         const stored_frame<Probe>& shown = cine_[shown_];
         with.depth = shown.amplitudes.depth;
-        return colour_.acquire(policy, body, Probe{*shown.probe}, shown.at, model, field, with);
+        return colour_.acquire(detail::any_policy{policy}, body, Probe{*shown.probe}, shown.at, model, field, with);
     }
     /// Pulsed Doppler of what the last picture shows: see `pulsed_doppler`. Its probe, pose and depth are those of the
     /// picture, its model is that of the scanner.
@@ -19819,7 +19991,7 @@ class scanner {
         check_picture();
         const stored_frame<Probe>& shown = cine_[shown_];
         with.depth = shown.amplitudes.depth;
-        return gate_.acquire(policy, body, Probe{*shown.probe}, shown.at, model, field, with);
+        return gate_.acquire(detail::any_policy{policy}, body, Probe{*shown.probe}, shown.at, model, field, with);
     }
 
   private:
@@ -19834,6 +20006,10 @@ class scanner {
         if (cine_.empty())
             throw usage_error{"scanner: there is no picture yet; call `scan`, and `unfreeze` where it is frozen"};
     }
+    template <bool Unsequenced>
+    const image& scan_by(const detail::any_policy<Unsequenced>& policy, const scene& body, const pose& at);
+    template <bool Unsequenced>
+    const image& show_by(const detail::any_policy<Unsequenced>& policy, std::uint32_t back);
     void check_layers() const {
         check_picture();
         if (!layers_probe_.has_value())
@@ -19933,10 +20109,10 @@ class scanner {
         gain_ = detail::time_gain_of(settings, attenuation, detail::restored_bandwidth(model, probe));
     }
 
-    std::vector<line_tracer<look_probe, Model, Tracer>> tracers_{}; // for each look
+    std::deque<line_tracer<Model, Tracer>> tracers_{}; // for each look
     convolver convolver_{};
-    colour_scanner<Probe, Model> colour_{};
-    gate_scanner<Probe, Model> gate_{};
+    colour_scanner<Model> colour_{};
+    gate_scanner<Model> gate_{};
     compounding<refined<Probe>> looks_{};
     looks_memo acquired_{};
     tgc_settings gain_{};
@@ -19959,6 +20135,45 @@ class scanner {
     std::uint32_t shown_ = 0; // frames back
     bool frozen_ = false, interrupted_ = false;
 };
+
+template <transducer Probe, acoustic_model Model, class Tracer>
+template <bool Unsequenced>
+const image& scanner<Probe, Model, Tracer>::scan_by(const detail::any_policy<Unsequenced>& policy, const scene& body,
+                                                    const pose& at) {
+    probe.check(); // all of these before a stored frame is overwritten
+    settings.check();
+    detail::check_lines(body, probe, at, settings.depth, "scanner");
+    if constexpr (requires { model.check(); }) model.check();
+    if constexpr (requires { how.check(); }) how.check();
+    const detail::stopwatch clock;
+    times_ = {};
+    if (interrupted_) forget(); // the last frame threw
+    interrupted_ = true;
+    cine_.add(cine_length, [&](stored_frame<Probe>& frame) { acquire(policy, body, at, frame); });
+    shown_ = 0;
+    const detail::stopwatch display;
+    display_.draw_next(policy, cine_[0], settings);
+    interrupted_ = false;
+    times_.display = display.seconds();
+    times_.total = clock.seconds();
+    return display_.picture;
+}
+
+template <transducer Probe, acoustic_model Model, class Tracer>
+template <bool Unsequenced>
+const image& scanner<Probe, Model, Tracer>::show_by(const detail::any_policy<Unsequenced>& policy, std::uint32_t back) {
+    check_picture();
+    if (back >= cine_.size())
+        throw usage_error{"scanner: `back` is " + std::to_string(back) + ", and " + std::to_string(cine_.size()) +
+                          " frames are stored; `cine_length` is the number to store"};
+    const detail::stopwatch clock;
+    display_.draw(policy, cine_, back, settings);
+    shown_ = back;
+    at_ = cine_[back].at;
+    watch_.reset();
+    times_ = {.display = clock.seconds(), .total = clock.seconds()};
+    return display_.picture;
+}
 
 } // namespace insonify::inline INSONIFY_ABI
 
@@ -19999,6 +20214,464 @@ image b_mode(const Policy& policy, const scene& body, const Probe& probe, const 
 }
 
 } // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#ifndef INSONIFY_COMPILED_HPP
+#define INSONIFY_COMPILED_HPP
+
+
+#ifndef INSONIFY_PAPER_LAW2011_HPP
+#define INSONIFY_PAPER_LAW2011_HPP
+
+
+#include <concepts>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// The acoustic model of Law et al. 2011: intensities along a beam, eqs. 1 to 6.
+///
+///     I(z)   = I_a I_t + I_r                                                                          (1)
+///     R      = ((Z2 - Z1) / (Z2 + Z1))^2,   I_r = R I_t  within `reflection_length` of an interface      (2)
+///     I_t    = product of 4 Z1 Z2 / (Z1 + Z2)^2 over the interfaces above z                           (3)
+///     I_a    = 10^(-sum of alpha d f / 20) over the media above z                                     (6)
+///
+/// z and d are depth and path length in a medium, in m; Z is impedance in rayl, alpha attenuation in dB/m at 1 MHz, f
+/// frequency in MHz. I is relative to the emitted intensity.
+///
+/// Eq. 3 is corrected: as printed, (4 Z1 Z2 / (Z1 + Z2))^2, it depends on the unit of impedance. Everything else
+/// follows the paper by default; each departure is an option. Incidence is assumed normal, and a bright band ends at
+/// the next interface.
+/// Source: Law et al., "Ultrasound image simulation with GPU-based ray tracing", 2011.
+struct law2011 {
+    using sample_type = float;                     ///< relative intensity
+    static constexpr bool normal_incidence = true; ///< angles are not computed
+    static constexpr float nanoseconds = 0.5F;     ///< per sample
+
+    /// Path of attenuation. With the paper's 20 log10, `two_way` is the loss of an echo's amplitude.
+    enum class travel { one_way, two_way };
+    /// Whether I_r of eq. 1 is attenuated on the path to the interface. As printed, it is not.
+    enum class reflection { bare, attenuated };
+    /// Side of an interface on which its bright band lies: towards the probe, as in the paper, or beyond, as of echoes.
+    enum class band { before, after };
+    /// Growth of attenuation with frequency: as f, as in eq. 4, or as f^attenuation_power of each medium.
+    enum class spectrum { linear, power_law };
+    /// Meaning of I_a I_t in eq. 1: the incident field, as printed, or its backscatter by the medium.
+    enum class incident { field, backscattered };
+
+    float reflection_length = 1e-3F;               ///< metres
+    enum travel travel = travel::one_way;          ///< of attenuation
+    enum reflection reflection = reflection::bare; ///< attenuation of I_r
+    enum band band = band::before;                 ///< side of the bright band
+    enum spectrum spectrum = spectrum::linear;     ///< of attenuation
+    enum incident incident = incident::field;      ///< meaning of I_a I_t
+    float texture = 1.78e-3F; ///< with `backscattered`: level of the speckle of liver; 1.78e-3 is -55 dB
+
+    /// R: fraction of the intensity that an interface reflects, eq. 2.
+    INSONIFY_FN static float reflected(const medium& before, const medium& after) {
+        const float z1 = before.impedance(), z2 = after.impedance();
+        const float r = (z2 - z1) * (1 / (z1 + z2));
+        return r * r;
+    }
+
+    /// Fraction of the intensity that an interface transmits, 1 - R: eq. 3, corrected.
+    INSONIFY_FN static float transmitted(const medium& before, const medium& after) {
+        const float z1 = before.impedance(), z2 = after.impedance();
+        const float inverse_sum = 1 / (z1 + z2);
+        return 4 * (z1 * inverse_sum) * (z2 * inverse_sum);
+    }
+
+    /// Attenuation per metre of depth, dB/m, at a frequency in hertz; one way or two, depending on `travel`.
+    INSONIFY_FN float loss(const medium& m, float frequency) const {
+        const float megahertz = frequency * 1e-6F;
+        const float growth = spectrum == spectrum::linear ? megahertz : std::pow(megahertz, m.attenuation_power);
+        const float ways = travel == travel::two_way ? 2.0F : 1.0F;
+        constexpr float max_loss = 1e30F; // keeps sums finite
+        return min(m.attenuation * min(ways * growth, max_loss), max_loss);
+    }
+
+    /// Default number of samples of a line: four per wavelength at 1540 m/s, rounded up to a multiple of 64.
+    INSONIFY_FN std::uint32_t samples(float depth, float frequency) const {
+        const float blocks = std::ceil(4 * depth * frequency / 1540 / 64);
+        return 64 * static_cast<std::uint32_t>(clamp(blocks, 1, 1024));
+    }
+
+    /// The bright band of an interface below the last sample may extend up to it.
+    INSONIFY_FN float max_depth(float depth, view<const medium>) const { return depth + reflection_length; }
+
+    /// Reflected and transmitted fractions of the intensity, for `ground_truth`.
+    INSONIFY_FN response at_interface(const incidence& at) const {
+        return {.reflected = reflected(at.before, at.after), .transmitted = transmitted(at.before, at.after)};
+    }
+
+    /// The intensity at one depth of a line, metres: eq. 1.
+    INSONIFY_FN float at(const traced_line& line, float depth) const {
+        float total_loss = 0; // dB
+        float transmitted_here = 1;
+        interface_echo above{};
+        for (std::size_t i = 0;;) {
+            const std::size_t next = i + same_medium(line, i);
+            const medium& m = line.media[line.layers[i].medium];
+            const float begin = line.layers[i].begin, end = line.layers[next - 1].end;
+            const interface_echo below = next_interface(line, next, transmitted_here);
+            if (depth < end || next == line.layers.size()) {
+                total_loss += loss(m, line.frequency) * (depth - begin);
+                const float remaining = decay(total_loss);
+                const interface_echo& echo = band == band::before ? below : above;
+                const bool bright = std::fabs(echo.depth - depth) <= reflection_length;
+                const float echo_decay = reflection == reflection::attenuated ? remaining : 1.0F;
+                return remaining * transmitted_here * strength(m) + (bright ? echo.intensity * echo_decay : 0.0F);
+            }
+            total_loss += loss(m, line.frequency) * (end - begin);
+            transmitted_here *= transmitted(m, line.media[line.layers[next].medium]);
+            above = below;
+            i = next;
+        }
+    }
+
+    /// Writes the intensity at each sample of a line; sample k lies at depth (k + 1/2) * spacing metres.
+    /// @tparam Policy  unsequenced policies use SIMD along the line; results agree within rounding
+    template <class Policy>
+    INSONIFY_FN void operator()(const Policy&, const traced_line& line, float spacing, view<float> out) const {
+        float loss_above = 0;       // of the layers above, dB
+        float transmitted_here = 1; // I_t
+        interface_echo above{};
+        const auto count = static_cast<float>(out.size());
+        const auto samples_before = [&](float depth) { return clamp(std::ceil(depth / spacing - 0.5F), 0, count); };
+        float next_sample = 0;
+        for (std::size_t i = 0, next = 0; i < line.layers.size(); i = next) {
+            next = i + same_medium(line, i);
+            const medium& m = line.media[line.layers[i].medium];
+            const float begin = line.layers[i].begin, end = line.layers[next - 1].end;
+            const float slope = loss(m, line.frequency);
+            const interface_echo below = next_interface(line, next, transmitted_here);
+            const decay_segment field{.first = bits_per_db * (loss_above - slope * begin),
+                                      .step = bits_per_db * slope * spacing,
+                                      .strength = transmitted_here * strength(m)};
+            const float last_sample = max(next_sample, samples_before(end));
+            const bool before = band == band::before;
+            const float end_of_band = before ? below.depth - reflection_length : above.depth + reflection_length;
+            const float border = clamp(samples_before(end_of_band), next_sample, last_sample);
+            fill<Policy>(out, next_sample, border, field, before ? 0 : above.intensity);
+            fill<Policy>(out, border, last_sample, field, before ? below.intensity : 0);
+            next_sample = last_sample;
+            if (next == line.layers.size()) break;
+            loss_above += slope * (end - begin);
+            transmitted_here *= transmitted(m, line.media[line.layers[next].medium]);
+            above = below;
+        }
+    }
+
+  private:
+    struct interface_echo {
+        float depth = -FLT_MAX;
+        float intensity = 0; // R I_t
+    };
+
+    // I_a I_t in one layer: strength * 2^(first + step (k + 1/2)) at sample k.
+    struct decay_segment {
+        float first = 0, step = 0;
+        float strength = 1;
+    };
+
+    static constexpr float bits_per_db = -0.166096404744F; // 10^(-x/20) = 2^(-x log2(10)/20)
+    INSONIFY_FN static float decay(float decibels) { return std::exp2(bits_per_db * decibels); }
+
+    // Number of consecutive layers with the medium of the first: there is no interface between them.
+    INSONIFY_FN static std::size_t same_medium(const traced_line& line, std::size_t first) {
+        std::size_t next = first + 1;
+        while (next < line.layers.size() && line.layers[next].medium == line.layers[first].medium) ++next;
+        return next - first;
+    }
+
+    // The echo of the interface at the beginning of layer `after`; none at the end of the line.
+    INSONIFY_FN static interface_echo next_interface(const traced_line& line, std::size_t after, float intensity) {
+        if (after == line.layers.size()) return {FLT_MAX, 0};
+        const medium &above = line.media[line.layers[after - 1].medium], &below = line.media[line.layers[after].medium];
+        return {line.layers[after].begin, intensity * reflected(above, below)};
+    }
+
+    INSONIFY_FN float strength(const medium& m) const {
+        return incident == incident::backscattered ? texture * m.backscatter : 1.0F;
+    }
+
+    // Fills the samples from `begin` to before `end`, both whole numbers.
+    template <class Policy>
+    INSONIFY_FN void fill(view<float> out, float begin, float end, const decay_segment& field, float echo) const {
+        if (begin >= end) return;
+        const float attenuated = reflection == reflection::attenuated ? echo : 0.0F;
+        const float bare = echo - attenuated, scale = field.strength + attenuated;
+        auto next = static_cast<std::size_t>(begin);
+        const auto last = static_cast<std::size_t>(end);
+#if !defined(INSONIFY_NO_SIMD)
+        if constexpr (exec::is_unsequenced_v<Policy>) {
+            constexpr int width = simd_width;
+            using floats = lanes<width>;
+            const floats ratio(last - next > width ? std::exp2(field.step * width) : 0.0F);
+            floats position =
+                each_lane<width>([](int lane) { return static_cast<float>(lane) + 0.5F; }) + floats(begin);
+            // May overrun the end of the segment, where the next one writes. Powers are computed for every fourth
+            // vector; the ratio between consecutive vectors is constant.
+            while (next < last && next + width <= out.size()) {
+                floats decayed = power_of_two<width>(position * floats(field.step) + floats(field.first));
+                for (int i = 0; i < 4 && next < last && next + width <= out.size(); ++i, next += width) {
+                    store(multiply_add(floats(scale), decayed, floats(bare)), out.data() + next);
+                    decayed = decayed * ratio;
+                }
+                position = position + floats(4 * width);
+            }
+        }
+#endif
+        for (; next < last; ++next)
+            out[next] = scale * std::exp2((static_cast<float>(next) + 0.5F) * field.step + field.first) + bare;
+    }
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#ifndef INSONIFY_PROBE_CONVEX_ARRAY_HPP
+#define INSONIFY_PROBE_CONVEX_ARRAY_HPP
+
+
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Curved array, its lines normal to the face: for the abdomen.
+///
+/// Defaults in elevation: C5-2v. Source: the probe table of PyMUST.
+struct convex_array {
+    std::uint32_t lines = 192;        ///< scan lines of a frame
+    float radius = 60_mm;             ///< radius of the face, metres
+    float field_of_view = 60_deg;     ///< angle between the ends of the face, radians; up to 360_deg
+    float frequency = 3.5_MHz;        ///< carrier frequency, hertz
+    float fnumber = 2;                ///< depth over active aperture, in the lateral direction
+    float focus = 0;                  ///< transmit focus, metres; 0: half the depth of the image
+    float elevation_height = 13.5_mm; ///< height of the aperture, metres
+    float elevation_focus = 60_mm;    ///< depth of the elevation focus, where the slice is thinnest, metres
+    float bandwidth = 0.644F;         ///< fractional bandwidth of echoes at -6 dB
+    float side_lobes = 0;             ///< amplitude of the first side lobe; 0: none, 0.047: rectangular aperture
+
+    /// The line as a ray in the probe frame; see `transducer`.
+    INSONIFY_FN ray beam(float line) const { return detail::sector{lines, radius, field_of_view}.beam(line); }
+    /// From {x, z} to {line, depth along it}; see `transducer`.
+    INSONIFY_FN vec2 locate(vec2 point) const { return detail::sector{lines, radius, field_of_view}.locate(point); }
+
+    /// The largest active aperture, metres.
+    INSONIFY_FN float aperture() const { return radius * field_of_view; }
+
+    /// @throws usage_error  naming a setting that is out of range
+    void check() const {
+        check_array(*this);
+        check_length(radius, "radius");
+        check_angle(field_of_view, "field_of_view", 2 * pi, "convex_array");
+    }
+
+    friend bool operator==(const convex_array&, const convex_array&) = default;
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#ifndef INSONIFY_PROBE_LINEAR_ARRAY_HPP
+#define INSONIFY_PROBE_LINEAR_ARRAY_HPP
+
+
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Flat array of parallel lines: for vessels, nerves and muscles.
+///
+/// Defaults: L12-3v. Source: the probe table of PyMUST.
+struct linear_array {
+    std::uint32_t lines = 192;     ///< scan lines of a frame
+    float width = 38_mm;           ///< width of the face, metres
+    float frequency = 7.5_MHz;     ///< carrier frequency, hertz
+    float fnumber = 2;             ///< depth over active aperture, in the lateral direction
+    float focus = 0;               ///< transmit focus, metres; 0: half the depth of the image
+    float elevation_height = 5_mm; ///< height of the aperture, metres
+    float elevation_focus = 20_mm; ///< depth of the elevation focus, where the slice is thinnest, metres
+    float bandwidth = 0.644F;      ///< fractional bandwidth of echoes at -6 dB
+    float side_lobes = 0;          ///< amplitude of the first side lobe; 0: none, 0.047: rectangular aperture
+
+    /// The line as a ray in the probe frame; see `transducer`.
+    INSONIFY_FN ray beam(float line) const { return {.origin = {aperture_fraction(line, lines) * width, 0, 0}}; }
+    /// From {x, z} to {line, depth along it}; see `transducer`.
+    INSONIFY_FN vec2 locate(vec2 point) const { return {line_at_fraction(point.x / width, lines), point.y}; }
+
+    /// The largest active aperture, metres.
+    INSONIFY_FN float aperture() const { return width; }
+
+    /// @throws usage_error  naming a setting that is out of range
+    void check() const {
+        check_array(*this);
+        check_length(width, "width");
+    }
+
+    friend bool operator==(const linear_array&, const linear_array&) = default;
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#ifndef INSONIFY_PROBE_PHASED_ARRAY_HPP
+#define INSONIFY_PROBE_PHASED_ARRAY_HPP
+
+
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Small flat array that steers its lines from its centre: for the heart, between the ribs.
+///
+/// Defaults in elevation: P4-2v. Source: the probe table of PyMUST.
+struct phased_array {
+    std::uint32_t lines = 128;      ///< scan lines of a frame
+    float width = 20_mm;            ///< width of the face, metres; all lines start at its centre
+    float field_of_view = 90_deg;   ///< angle between the ends of the sector, radians; up to 180_deg
+    float frequency = 2.5_MHz;      ///< carrier frequency, hertz
+    float fnumber = 2;              ///< depth over active aperture, in the lateral direction
+    float focus = 0;                ///< transmit focus, metres; 0: half the depth of the image
+    float elevation_height = 14_mm; ///< height of the aperture, metres
+    float elevation_focus = 60_mm;  ///< depth of the elevation focus, where the slice is thinnest, metres
+    float bandwidth = 0.644F;       ///< fractional bandwidth of echoes at -6 dB
+    float side_lobes = 0;           ///< amplitude of the first side lobe; 0: none, 0.047: rectangular aperture
+
+    /// The line as a ray in the probe frame; see `transducer`.
+    INSONIFY_FN ray beam(float line) const { return detail::sector{lines, 0, field_of_view}.beam(line); }
+    /// From {x, z} to {line, depth along it}; see `transducer`.
+    INSONIFY_FN vec2 locate(vec2 point) const { return detail::sector{lines, 0, field_of_view}.locate(point); }
+
+    /// The largest active aperture, metres.
+    INSONIFY_FN float aperture() const { return width; }
+
+    /// @throws usage_error  naming a setting that is out of range
+    void check() const {
+        check_array(*this);
+        check_length(width, "width");
+        check_angle(field_of_view, "field_of_view", pi, "phased_array");
+    }
+
+    friend bool operator==(const phased_array&, const phased_array&) = default;
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#ifndef INSONIFY_PROBE_RADIAL_ARRAY_HPP
+#define INSONIFY_PROBE_RADIAL_ARRAY_HPP
+
+
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Catheter that scans a full circle: for vessels, from inside.
+///
+/// The origin of the probe frame lies on the axis of the catheter, which is y. Line i of N leaves the face at the angle
+/// ((i + 1/2) / N - 1/2) * 2 pi, from z towards x. Depth starts at the face; the last line is next to the first.
+struct radial_array {
+    std::uint32_t lines = 256;     ///< scan lines of a frame
+    float radius = 0.5_mm;         ///< radius of the face, metres
+    float frequency = 20_MHz;      ///< carrier frequency, hertz
+    float fnumber = 2;             ///< depth over active aperture, in the lateral direction
+    float focus = 0;               ///< transmit focus, metres; 0: half the depth of the image
+    float elevation_height = 1_mm; ///< height of the aperture along the axis, metres
+    float elevation_focus = 3_mm;  ///< depth of the elevation focus, where the slice is thinnest, metres
+    float bandwidth = 0.644F;      ///< fractional bandwidth of echoes at -6 dB
+    float side_lobes = 0;          ///< amplitude of the first side lobe; 0: none, 0.047: rectangular aperture
+
+    /// The line as a ray in the probe frame; see `transducer`.
+    INSONIFY_FN ray beam(float line) const {
+        const float angle = aperture_fraction(line, lines) * 2 * pi;
+        const vec3 direction{std::sin(angle), 0, std::cos(angle)};
+        return {.origin = radius * direction, .direction = direction};
+    }
+    /// From {x, z} to {line, depth along it}; see `transducer`.
+    INSONIFY_FN vec2 locate(vec2 point) const {
+        return {line_at_fraction(std::atan2(point.x, point.y) / (2 * pi), lines), length(point) - radius};
+    }
+
+    /// The largest active aperture, metres: the diameter of the face.
+    INSONIFY_FN float aperture() const { return 2 * radius; }
+
+    /// @throws usage_error  naming a setting that is out of range
+    void check() const {
+        check_array(*this);
+        check_length(radius, "radius");
+    }
+
+    friend bool operator==(const radial_array&, const radial_array&) = default;
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+
+/// INSONIFY_COMPILED, defined in every file of a program, compiles the library once: these templates, with the probes,
+/// models and policies of the library, are compiled in the file that defines INSONIFY_IMPLEMENTATION, and only declared
+/// elsewhere. They take a type-erased policy, and probes as data, so that few instantiations serve all. Templates with a
+/// user's types are compiled where they are called, as without the macro.
+///
+/// Of these functions none is `inline`, nor defined in its class: then compilers do not instantiate them where they are
+/// declared `extern template`.
+#define INSONIFY_COMPILED_TEMPLATES(prefix)                                                                            \
+    prefix template void scene::rebuild(const detail::any_policy<false>&);                                             \
+    prefix template void scene::follow(const detail::any_policy<false>&);                                              \
+    prefix template scene_view detail::scene_views::for_slices(const detail::any_policy<false>&,                       \
+                                                               const detail::scene_parts&);                            \
+    prefix template scene_view detail::scene_views::for_rays(const detail::any_policy<false>&,                         \
+                                                             const detail::scene_parts&);                              \
+    prefix template void detail::layer_search::find(const detail::any_policy<false>&, const scene&, const pose&,       \
+                                                    const acquisition&, float, bool);                                  \
+    INSONIFY_COMPILED_TRACER(prefix, vec2, physical<>, straight_lines)                                                 \
+    INSONIFY_COMPILED_TRACER(prefix, vec2, physical<>, paths)                                                          \
+    INSONIFY_COMPILED_TRACER(prefix, float, law2011, straight_lines)                                                   \
+    INSONIFY_COMPILED_SCANNER(prefix, linear_array)                                                                    \
+    INSONIFY_COMPILED_SCANNER(prefix, convex_array)                                                                    \
+    INSONIFY_COMPILED_SCANNER(prefix, phased_array)                                                                    \
+    INSONIFY_COMPILED_SCANNER(prefix, radial_array)                                                                    \
+    INSONIFY_COMPILED_STAGES(prefix, exec::sequenced_policy)                                                           \
+    INSONIFY_COMPILED_STAGES(prefix, exec::unsequenced_policy)                                                         \
+    INSONIFY_COMPILED_STAGES(prefix, exec::parallel_policy)                                                            \
+    INSONIFY_COMPILED_STAGES(prefix, exec::parallel_unsequenced_policy)
+
+#define INSONIFY_COMPILED_TRACER(prefix, sample, model, how)                                                           \
+    prefix template line_grid<sample> line_tracer<model, how>::trace_lines(                                            \
+        const detail::any_policy<false>&, const scene&, const pose&, const model&, const acquisition&, const how&,     \
+        line_grid<sample>);                                                                                            \
+    prefix template line_grid<sample> line_tracer<model, how>::trace_lines(                                            \
+        const detail::any_policy<true>&, const scene&, const pose&, const model&, const acquisition&, const how&,      \
+        line_grid<sample>);
+
+#define INSONIFY_COMPILED_SCANNER(prefix, probe)                                                                       \
+    prefix template const image& scanner<probe>::scan_by(const detail::any_policy<false>&, const scene&, const pose&); \
+    prefix template const image& scanner<probe>::scan_by(const detail::any_policy<true>&, const scene&, const pose&);  \
+    prefix template const image& scanner<probe>::show_by(const detail::any_policy<false>&, std::uint32_t);             \
+    prefix template const image& scanner<probe>::show_by(const detail::any_policy<true>&, std::uint32_t);              \
+    prefix template scan_map detail::map_pixels(const detail::any_policy<false>&, const probe&, const acquisition&,    \
+                                                const scan_convert_settings&, scan_map);                               \
+    prefix template scan_map detail::map_pixels(const detail::any_policy<false>&, const refined<probe>&,               \
+                                                const acquisition&, const scan_convert_settings&, scan_map);
+
+#define INSONIFY_COMPILED_STAGES(prefix, policy)                                                                       \
+    prefix template iq_lines convolver::along(const policy&, iq_lines, const pulse_envelope&, std::uint32_t);          \
+    prefix template iq_lines convolver::across(const policy&, iq_lines);                                               \
+    prefix template iq_lines add_electronic_noise(const policy&, iq_lines, const electronic_noise_settings&);          \
+    prefix template scan_lines envelope(const policy&, const iq_lines&, scan_lines);                                   \
+    prefix template scan_lines tgc(const policy&, scan_lines, float, const tgc_settings&);                             \
+    prefix template scan_lines log_compress(const policy&, scan_lines, const log_compress_settings&);                  \
+    prefix template scan_lines map_grey(const policy&, scan_lines, const grey_map&);                                   \
+    prefix template image scan_convert(const policy&, const scan_lines&, const scan_map&, image);
+
+#if defined(INSONIFY_COMPILED)
+namespace insonify::inline INSONIFY_ABI {
+INSONIFY_COMPILED_TEMPLATES(extern)
+} // namespace insonify::inline INSONIFY_ABI
+#endif
 
 
 #endif
@@ -20646,136 +21319,6 @@ diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const 
 #define INSONIFY_PROBE_PRESETS_HPP
 
 
-#ifndef INSONIFY_PROBE_CONVEX_ARRAY_HPP
-#define INSONIFY_PROBE_CONVEX_ARRAY_HPP
-
-
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Curved array, its lines normal to the face: for the abdomen.
-///
-/// Defaults in elevation: C5-2v. Source: the probe table of PyMUST.
-struct convex_array {
-    std::uint32_t lines = 192;        ///< scan lines of a frame
-    float radius = 60_mm;             ///< radius of the face, metres
-    float field_of_view = 60_deg;     ///< angle between the ends of the face, radians; up to 360_deg
-    float frequency = 3.5_MHz;        ///< carrier frequency, hertz
-    float fnumber = 2;                ///< depth over active aperture, in the lateral direction
-    float focus = 0;                  ///< transmit focus, metres; 0: half the depth of the image
-    float elevation_height = 13.5_mm; ///< height of the aperture, metres
-    float elevation_focus = 60_mm;    ///< depth of the elevation focus, where the slice is thinnest, metres
-    float bandwidth = 0.644F;         ///< fractional bandwidth of echoes at -6 dB
-    float side_lobes = 0;             ///< amplitude of the first side lobe; 0: none, 0.047: rectangular aperture
-
-    /// The line as a ray in the probe frame; see `transducer`.
-    INSONIFY_FN ray beam(float line) const { return detail::sector{lines, radius, field_of_view}.beam(line); }
-    /// From {x, z} to {line, depth along it}; see `transducer`.
-    INSONIFY_FN vec2 locate(vec2 point) const { return detail::sector{lines, radius, field_of_view}.locate(point); }
-
-    /// The largest active aperture, metres.
-    INSONIFY_FN float aperture() const { return radius * field_of_view; }
-
-    /// @throws usage_error  naming a setting that is out of range
-    void check() const {
-        check_array(*this);
-        check_length(radius, "radius");
-        check_angle(field_of_view, "field_of_view", 2 * pi, "convex_array");
-    }
-
-    friend bool operator==(const convex_array&, const convex_array&) = default;
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#ifndef INSONIFY_PROBE_LINEAR_ARRAY_HPP
-#define INSONIFY_PROBE_LINEAR_ARRAY_HPP
-
-
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Flat array of parallel lines: for vessels, nerves and muscles.
-///
-/// Defaults: L12-3v. Source: the probe table of PyMUST.
-struct linear_array {
-    std::uint32_t lines = 192;     ///< scan lines of a frame
-    float width = 38_mm;           ///< width of the face, metres
-    float frequency = 7.5_MHz;     ///< carrier frequency, hertz
-    float fnumber = 2;             ///< depth over active aperture, in the lateral direction
-    float focus = 0;               ///< transmit focus, metres; 0: half the depth of the image
-    float elevation_height = 5_mm; ///< height of the aperture, metres
-    float elevation_focus = 20_mm; ///< depth of the elevation focus, where the slice is thinnest, metres
-    float bandwidth = 0.644F;      ///< fractional bandwidth of echoes at -6 dB
-    float side_lobes = 0;          ///< amplitude of the first side lobe; 0: none, 0.047: rectangular aperture
-
-    /// The line as a ray in the probe frame; see `transducer`.
-    INSONIFY_FN ray beam(float line) const { return {.origin = {aperture_fraction(line, lines) * width, 0, 0}}; }
-    /// From {x, z} to {line, depth along it}; see `transducer`.
-    INSONIFY_FN vec2 locate(vec2 point) const { return {line_at_fraction(point.x / width, lines), point.y}; }
-
-    /// The largest active aperture, metres.
-    INSONIFY_FN float aperture() const { return width; }
-
-    /// @throws usage_error  naming a setting that is out of range
-    void check() const {
-        check_array(*this);
-        check_length(width, "width");
-    }
-
-    friend bool operator==(const linear_array&, const linear_array&) = default;
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#ifndef INSONIFY_PROBE_PHASED_ARRAY_HPP
-#define INSONIFY_PROBE_PHASED_ARRAY_HPP
-
-
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Small flat array that steers its lines from its centre: for the heart, between the ribs.
-///
-/// Defaults in elevation: P4-2v. Source: the probe table of PyMUST.
-struct phased_array {
-    std::uint32_t lines = 128;      ///< scan lines of a frame
-    float width = 20_mm;            ///< width of the face, metres; all lines start at its centre
-    float field_of_view = 90_deg;   ///< angle between the ends of the sector, radians; up to 180_deg
-    float frequency = 2.5_MHz;      ///< carrier frequency, hertz
-    float fnumber = 2;              ///< depth over active aperture, in the lateral direction
-    float focus = 0;                ///< transmit focus, metres; 0: half the depth of the image
-    float elevation_height = 14_mm; ///< height of the aperture, metres
-    float elevation_focus = 60_mm;  ///< depth of the elevation focus, where the slice is thinnest, metres
-    float bandwidth = 0.644F;       ///< fractional bandwidth of echoes at -6 dB
-    float side_lobes = 0;           ///< amplitude of the first side lobe; 0: none, 0.047: rectangular aperture
-
-    /// The line as a ray in the probe frame; see `transducer`.
-    INSONIFY_FN ray beam(float line) const { return detail::sector{lines, 0, field_of_view}.beam(line); }
-    /// From {x, z} to {line, depth along it}; see `transducer`.
-    INSONIFY_FN vec2 locate(vec2 point) const { return detail::sector{lines, 0, field_of_view}.locate(point); }
-
-    /// The largest active aperture, metres.
-    INSONIFY_FN float aperture() const { return width; }
-
-    /// @throws usage_error  naming a setting that is out of range
-    void check() const {
-        check_array(*this);
-        check_length(width, "width");
-        check_angle(field_of_view, "field_of_view", pi, "phased_array");
-    }
-
-    friend bool operator==(const phased_array&, const phased_array&) = default;
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
 
 /// Real probes, with one line for each element (the phased array: 128 lines over 90 degrees). They have the bandwidth
 /// of the transducer, and F/2; `in_use` gives them the pulse and the aperture of a scanner in use.
@@ -20822,55 +21365,6 @@ constexpr Array in_use(Array array) {
 }
 
 } // namespace insonify::inline INSONIFY_ABI::presets
-
-
-#endif
-#ifndef INSONIFY_PROBE_RADIAL_ARRAY_HPP
-#define INSONIFY_PROBE_RADIAL_ARRAY_HPP
-
-
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Catheter that scans a full circle: for vessels, from inside.
-///
-/// The origin of the probe frame lies on the axis of the catheter, which is y. Line i of N leaves the face at the angle
-/// ((i + 1/2) / N - 1/2) * 2 pi, from z towards x. Depth starts at the face; the last line is next to the first.
-struct radial_array {
-    std::uint32_t lines = 256;     ///< scan lines of a frame
-    float radius = 0.5_mm;         ///< radius of the face, metres
-    float frequency = 20_MHz;      ///< carrier frequency, hertz
-    float fnumber = 2;             ///< depth over active aperture, in the lateral direction
-    float focus = 0;               ///< transmit focus, metres; 0: half the depth of the image
-    float elevation_height = 1_mm; ///< height of the aperture along the axis, metres
-    float elevation_focus = 3_mm;  ///< depth of the elevation focus, where the slice is thinnest, metres
-    float bandwidth = 0.644F;      ///< fractional bandwidth of echoes at -6 dB
-    float side_lobes = 0;          ///< amplitude of the first side lobe; 0: none, 0.047: rectangular aperture
-
-    /// The line as a ray in the probe frame; see `transducer`.
-    INSONIFY_FN ray beam(float line) const {
-        const float angle = aperture_fraction(line, lines) * 2 * pi;
-        const vec3 direction{std::sin(angle), 0, std::cos(angle)};
-        return {.origin = radius * direction, .direction = direction};
-    }
-    /// From {x, z} to {line, depth along it}; see `transducer`.
-    INSONIFY_FN vec2 locate(vec2 point) const {
-        return {line_at_fraction(std::atan2(point.x, point.y) / (2 * pi), lines), length(point) - radius};
-    }
-
-    /// The largest active aperture, metres: the diameter of the face.
-    INSONIFY_FN float aperture() const { return 2 * radius; }
-
-    /// @throws usage_error  naming a setting that is out of range
-    void check() const {
-        check_array(*this);
-        check_length(radius, "radius");
-    }
-
-    friend bool operator==(const radial_array&, const radial_array&) = default;
-};
-
-} // namespace insonify::inline INSONIFY_ABI
 
 
 #endif
@@ -22280,216 +22774,6 @@ auto compose(First first, Second second, Others... others) {
 #define INSONIFY_PAPER_HPP
 
 /// The algorithm of Law et al. 2011: its acoustic model, its tracer and the stages of its picture.
-#ifndef INSONIFY_PAPER_LAW2011_HPP
-#define INSONIFY_PAPER_LAW2011_HPP
-
-
-#include <concepts>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// The acoustic model of Law et al. 2011: intensities along a beam, eqs. 1 to 6.
-///
-///     I(z)   = I_a I_t + I_r                                                                          (1)
-///     R      = ((Z2 - Z1) / (Z2 + Z1))^2,   I_r = R I_t  within `reflection_length` of an interface      (2)
-///     I_t    = product of 4 Z1 Z2 / (Z1 + Z2)^2 over the interfaces above z                           (3)
-///     I_a    = 10^(-sum of alpha d f / 20) over the media above z                                     (6)
-///
-/// z and d are depth and path length in a medium, in m; Z is impedance in rayl, alpha attenuation in dB/m at 1 MHz, f
-/// frequency in MHz. I is relative to the emitted intensity.
-///
-/// Eq. 3 is corrected: as printed, (4 Z1 Z2 / (Z1 + Z2))^2, it depends on the unit of impedance. Everything else
-/// follows the paper by default; each departure is an option. Incidence is assumed normal, and a bright band ends at
-/// the next interface.
-/// Source: Law et al., "Ultrasound image simulation with GPU-based ray tracing", 2011.
-struct law2011 {
-    using sample_type = float;                     ///< relative intensity
-    static constexpr bool normal_incidence = true; ///< angles are not computed
-    static constexpr float nanoseconds = 0.5F;     ///< per sample
-
-    /// Path of attenuation. With the paper's 20 log10, `two_way` is the loss of an echo's amplitude.
-    enum class travel { one_way, two_way };
-    /// Whether I_r of eq. 1 is attenuated on the path to the interface. As printed, it is not.
-    enum class reflection { bare, attenuated };
-    /// Side of an interface on which its bright band lies: towards the probe, as in the paper, or beyond, as of echoes.
-    enum class band { before, after };
-    /// Growth of attenuation with frequency: as f, as in eq. 4, or as f^attenuation_power of each medium.
-    enum class spectrum { linear, power_law };
-    /// Meaning of I_a I_t in eq. 1: the incident field, as printed, or its backscatter by the medium.
-    enum class incident { field, backscattered };
-
-    float reflection_length = 1e-3F;               ///< metres
-    enum travel travel = travel::one_way;          ///< of attenuation
-    enum reflection reflection = reflection::bare; ///< attenuation of I_r
-    enum band band = band::before;                 ///< side of the bright band
-    enum spectrum spectrum = spectrum::linear;     ///< of attenuation
-    enum incident incident = incident::field;      ///< meaning of I_a I_t
-    float texture = 1.78e-3F; ///< with `backscattered`: level of the speckle of liver; 1.78e-3 is -55 dB
-
-    /// R: fraction of the intensity that an interface reflects, eq. 2.
-    INSONIFY_FN static float reflected(const medium& before, const medium& after) {
-        const float z1 = before.impedance(), z2 = after.impedance();
-        const float r = (z2 - z1) * (1 / (z1 + z2));
-        return r * r;
-    }
-
-    /// Fraction of the intensity that an interface transmits, 1 - R: eq. 3, corrected.
-    INSONIFY_FN static float transmitted(const medium& before, const medium& after) {
-        const float z1 = before.impedance(), z2 = after.impedance();
-        const float inverse_sum = 1 / (z1 + z2);
-        return 4 * (z1 * inverse_sum) * (z2 * inverse_sum);
-    }
-
-    /// Attenuation per metre of depth, dB/m, at a frequency in hertz; one way or two, depending on `travel`.
-    INSONIFY_FN float loss(const medium& m, float frequency) const {
-        const float megahertz = frequency * 1e-6F;
-        const float growth = spectrum == spectrum::linear ? megahertz : std::pow(megahertz, m.attenuation_power);
-        const float ways = travel == travel::two_way ? 2.0F : 1.0F;
-        constexpr float max_loss = 1e30F; // keeps sums finite
-        return min(m.attenuation * min(ways * growth, max_loss), max_loss);
-    }
-
-    /// Default number of samples of a line: four per wavelength at 1540 m/s, rounded up to a multiple of 64.
-    INSONIFY_FN std::uint32_t samples(float depth, float frequency) const {
-        const float blocks = std::ceil(4 * depth * frequency / 1540 / 64);
-        return 64 * static_cast<std::uint32_t>(clamp(blocks, 1, 1024));
-    }
-
-    /// The bright band of an interface below the last sample may extend up to it.
-    INSONIFY_FN float max_depth(float depth, view<const medium>) const { return depth + reflection_length; }
-
-    /// Reflected and transmitted fractions of the intensity, for `ground_truth`.
-    INSONIFY_FN response at_interface(const incidence& at) const {
-        return {.reflected = reflected(at.before, at.after), .transmitted = transmitted(at.before, at.after)};
-    }
-
-    /// The intensity at one depth of a line, metres: eq. 1.
-    INSONIFY_FN float at(const traced_line& line, float depth) const {
-        float total_loss = 0; // dB
-        float transmitted_here = 1;
-        interface_echo above{};
-        for (std::size_t i = 0;;) {
-            const std::size_t next = i + same_medium(line, i);
-            const medium& m = line.media[line.layers[i].medium];
-            const float begin = line.layers[i].begin, end = line.layers[next - 1].end;
-            const interface_echo below = next_interface(line, next, transmitted_here);
-            if (depth < end || next == line.layers.size()) {
-                total_loss += loss(m, line.frequency) * (depth - begin);
-                const float remaining = decay(total_loss);
-                const interface_echo& echo = band == band::before ? below : above;
-                const bool bright = std::fabs(echo.depth - depth) <= reflection_length;
-                const float echo_decay = reflection == reflection::attenuated ? remaining : 1.0F;
-                return remaining * transmitted_here * strength(m) + (bright ? echo.intensity * echo_decay : 0.0F);
-            }
-            total_loss += loss(m, line.frequency) * (end - begin);
-            transmitted_here *= transmitted(m, line.media[line.layers[next].medium]);
-            above = below;
-            i = next;
-        }
-    }
-
-    /// Writes the intensity at each sample of a line; sample k lies at depth (k + 1/2) * spacing metres.
-    /// @tparam Policy  unsequenced policies use SIMD along the line; results agree within rounding
-    template <class Policy>
-    INSONIFY_FN void operator()(const Policy&, const traced_line& line, float spacing, view<float> out) const {
-        float loss_above = 0;       // of the layers above, dB
-        float transmitted_here = 1; // I_t
-        interface_echo above{};
-        const auto count = static_cast<float>(out.size());
-        const auto samples_before = [&](float depth) { return clamp(std::ceil(depth / spacing - 0.5F), 0, count); };
-        float next_sample = 0;
-        for (std::size_t i = 0, next = 0; i < line.layers.size(); i = next) {
-            next = i + same_medium(line, i);
-            const medium& m = line.media[line.layers[i].medium];
-            const float begin = line.layers[i].begin, end = line.layers[next - 1].end;
-            const float slope = loss(m, line.frequency);
-            const interface_echo below = next_interface(line, next, transmitted_here);
-            const decay_segment field{.first = bits_per_db * (loss_above - slope * begin),
-                                      .step = bits_per_db * slope * spacing,
-                                      .strength = transmitted_here * strength(m)};
-            const float last_sample = max(next_sample, samples_before(end));
-            const bool before = band == band::before;
-            const float end_of_band = before ? below.depth - reflection_length : above.depth + reflection_length;
-            const float border = clamp(samples_before(end_of_band), next_sample, last_sample);
-            fill<Policy>(out, next_sample, border, field, before ? 0 : above.intensity);
-            fill<Policy>(out, border, last_sample, field, before ? below.intensity : 0);
-            next_sample = last_sample;
-            if (next == line.layers.size()) break;
-            loss_above += slope * (end - begin);
-            transmitted_here *= transmitted(m, line.media[line.layers[next].medium]);
-            above = below;
-        }
-    }
-
-  private:
-    struct interface_echo {
-        float depth = -FLT_MAX;
-        float intensity = 0; // R I_t
-    };
-
-    // I_a I_t in one layer: strength * 2^(first + step (k + 1/2)) at sample k.
-    struct decay_segment {
-        float first = 0, step = 0;
-        float strength = 1;
-    };
-
-    static constexpr float bits_per_db = -0.166096404744F; // 10^(-x/20) = 2^(-x log2(10)/20)
-    INSONIFY_FN static float decay(float decibels) { return std::exp2(bits_per_db * decibels); }
-
-    // Number of consecutive layers with the medium of the first: there is no interface between them.
-    INSONIFY_FN static std::size_t same_medium(const traced_line& line, std::size_t first) {
-        std::size_t next = first + 1;
-        while (next < line.layers.size() && line.layers[next].medium == line.layers[first].medium) ++next;
-        return next - first;
-    }
-
-    // The echo of the interface at the beginning of layer `after`; none at the end of the line.
-    INSONIFY_FN static interface_echo next_interface(const traced_line& line, std::size_t after, float intensity) {
-        if (after == line.layers.size()) return {FLT_MAX, 0};
-        const medium &above = line.media[line.layers[after - 1].medium], &below = line.media[line.layers[after].medium];
-        return {line.layers[after].begin, intensity * reflected(above, below)};
-    }
-
-    INSONIFY_FN float strength(const medium& m) const {
-        return incident == incident::backscattered ? texture * m.backscatter : 1.0F;
-    }
-
-    // Fills the samples from `begin` to before `end`, both whole numbers.
-    template <class Policy>
-    INSONIFY_FN void fill(view<float> out, float begin, float end, const decay_segment& field, float echo) const {
-        if (begin >= end) return;
-        const float attenuated = reflection == reflection::attenuated ? echo : 0.0F;
-        const float bare = echo - attenuated, scale = field.strength + attenuated;
-        auto next = static_cast<std::size_t>(begin);
-        const auto last = static_cast<std::size_t>(end);
-#if !defined(INSONIFY_NO_SIMD)
-        if constexpr (exec::is_unsequenced_v<Policy>) {
-            constexpr int width = simd_width;
-            using floats = lanes<width>;
-            const floats ratio(last - next > width ? std::exp2(field.step * width) : 0.0F);
-            floats position =
-                each_lane<width>([](int lane) { return static_cast<float>(lane) + 0.5F; }) + floats(begin);
-            // May overrun the end of the segment, where the next one writes. Powers are computed for every fourth
-            // vector; the ratio between consecutive vectors is constant.
-            while (next < last && next + width <= out.size()) {
-                floats decayed = power_of_two<width>(position * floats(field.step) + floats(field.first));
-                for (int i = 0; i < 4 && next < last && next + width <= out.size(); ++i, next += width) {
-                    store(multiply_add(floats(scale), decayed, floats(bare)), out.data() + next);
-                    decayed = decayed * ratio;
-                }
-                position = position + floats(4 * width);
-            }
-        }
-#endif
-        for (; next < last; ++next)
-            out[next] = scale * std::exp2((static_cast<float>(next) + 0.5F) * field.step + field.first) + bare;
-    }
-};
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
 #ifndef INSONIFY_PAPER_PICTURE_HPP
 #define INSONIFY_PAPER_PICTURE_HPP
 
@@ -22967,6 +23251,16 @@ ground_truth_lines ground_truth(const Policy& policy, const scene& body, const P
 
 #endif
 // Outside the guard, so that it is reached also after an earlier include or a precompiled header.
+/// The file that defines INSONIFY_IMPLEMENTATION compiles what `compiled.hpp` declares.
+#if defined(INSONIFY_IMPLEMENTATION) && defined(INSONIFY_COMPILED) && !defined(INSONIFY_COMPILED_IMPLEMENTATION_HPP)
+#define INSONIFY_COMPILED_IMPLEMENTATION_HPP
+
+namespace insonify::inline INSONIFY_ABI {
+
+INSONIFY_COMPILED_TEMPLATES()
+
+} // namespace insonify::inline INSONIFY_ABI
+#endif
 /// Definitions of the functions that io/ declares, for the one source file of a program that defines
 /// INSONIFY_IMPLEMENTATION. It may have included the library before.
 #if defined(INSONIFY_IMPLEMENTATION) && !defined(INSONIFY_IO_IMPLEMENTATION_HPP)

@@ -185,27 +185,35 @@ class layer_search {
     /// @param max_depth  how far the lines are followed, metres
     /// @param incident   whether to compute how they meet surfaces
     /// @return           valid until the next call
-    template <exec::policy Policy>
-    line_layers& operator()(const Policy& policy, const scene& body, const probe_lines& probe, const pose& at,
-                            const acquisition& scan, float max_depth, bool incident);
+    template <exec::policy Policy, transducer Probe>
+    line_layers& operator()(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                            const acquisition& scan, float max_depth, bool incident) {
+        probe_.assign(probe);
+        find(policy, body, at, scan, max_depth, incident);
+        return found_;
+    }
 
   private:
+    template <class Policy>
+    void find(const Policy& policy, const scene& body, const pose& at, const acquisition& scan, float max_depth,
+              bool incident);
+
+    probe_lines probe_{};
     layer_finder finder_{};
     line_layers found_{};
 };
 
-template <exec::policy Policy>
-line_layers& layer_search::operator()(const Policy& policy, const scene& body, const probe_lines& probe, const pose& at,
-                                      const acquisition& scan, float max_depth, bool incident) {
+template <class Policy>
+void layer_search::find(const Policy& policy, const scene& body, const pose& at, const acquisition& scan,
+                        float max_depth, bool incident) {
     frame_lines frame{
-        .lines = probe.lines(), .at = at, .depth = scan.depth, .max_depth = max_depth, .planes = scan.planes};
-    const elevation_planes planes{make_beam(probe.settings(), scan.depth), scan.planes, scan.depth,
-                                  lines_follow_depth(probe)};
+        .lines = probe_.lines(), .at = at, .depth = scan.depth, .max_depth = max_depth, .planes = scan.planes};
+    const elevation_planes planes{make_beam(probe_.settings(), scan.depth), scan.planes, scan.depth,
+                                  lines_follow_depth(probe_)};
     for (std::uint32_t i = 0; i < scan.planes; ++i) frame.plane[i] = planes[i];
-    finder_.assign(probe);
+    finder_.assign(probe_);
     finder_.prepare(policy, body, frame, line_search::best);
     finder_.find(policy, frame, incident, found_);
-    return found_;
 }
 
 } // namespace detail

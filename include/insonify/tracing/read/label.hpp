@@ -74,8 +74,8 @@ void for_each_stretch(view<const layer> layers, view<const medium> media, label_
 }
 
 /// The layers that labels are read from: of one plane.
-template <exec::policy Policy>
-const line_layers& layers_for_labels(const Policy& policy, const scene& body, const probe_lines& probe, const pose& at,
+template <exec::policy Policy, transducer Probe>
+const line_layers& layers_for_labels(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                                      const label_settings& settings, bool incident, layer_search& search) {
     return search(policy, body, probe, at, {.depth = settings.depth}, max_depth_of(settings, body.media()), incident);
 }
