@@ -147,12 +147,6 @@ struct fresnel {
         return at.transmitted == 0 ? 1.0F : (at.incident - at.transmitted) / (at.incident + at.transmitted);
     }
 
-    /// p: pressure behind the interface relative to the incident pressure, 0 to 2; 0 for total reflection.
-    INSONIFY_FN float pressure_transmission(const medium& before, const medium& after, float cosine) const {
-        const terms at = terms_of(before, after, cosine);
-        return at.transmitted == 0 ? 0.0F : 2 * (at.incident / (at.incident + at.transmitted));
-    }
-
     /// R: fraction of the energy that is reflected, 0 to 1.
     INSONIFY_FN float energy_reflection(const medium& before, const medium& after, float cosine) const {
         const float r = pressure_reflection(before, after, cosine);
@@ -192,14 +186,11 @@ struct fresnel {
     }
 };
 
-/// Rms height of a surface of which only the two media are known, metres: the larger `roughness` of the two.
-INSONIFY_FN inline float rms_height(const medium& before, const medium& after) {
-    return max(before.roughness, after.roughness);
-}
-/// Rms height of the surface that a wave meets, metres: its own where it is known. Tracers give the roughness of the
-/// object whose surface it is, of higher priority than what it lies in: polished steel in rough muscle stays a mirror.
+/// Rms height of the surface that a wave meets, metres: its own where it is known, else the larger `roughness` of the
+/// two media. Tracers give that of the object whose surface it is, of higher priority than what it lies in: polished
+/// steel in rough muscle stays a mirror.
 INSONIFY_FN inline float rms_height(const incidence& at) {
-    return at.roughness < 0 ? rms_height(at.before, at.after) : at.roughness;
+    return at.roughness < 0 ? max(at.before.roughness, at.after.roughness) : at.roughness;
 }
 
 namespace detail {
