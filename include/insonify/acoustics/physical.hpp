@@ -393,7 +393,7 @@ struct physical {
             within.own_surfaces = here.own_surfaces;
             level /= within.structure->rms(within.fnumber);
         }
-        detail::scatter_along_fibres(scattering, within, here.begin, end, slot, [&](const scatterer_run& run) {
+        scattering.scatter(within, here.begin, end, slot, [&](const scatterer_run& run) {
             const auto length = static_cast<float>(run.count) * run.step;
             const aperture_gain first = path.gains.at(run.first), last = path.gains.at(run.first + length);
             const auto shown_at = [&](float distance, const aperture_gain& gain) {

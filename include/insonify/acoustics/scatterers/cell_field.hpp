@@ -308,19 +308,19 @@ INSONIFY_FN inline vec3 resolvable(vec3 point, float cell, float spacing) {
     return size.x < max_coordinate && size.y < max_coordinate && size.z < max_coordinate ? point : vec3{0, 0, 0};
 }
 
-/// Part of a line as it was at rest, which is curved where tissue is deformed: points at equal steps, of which the last
-/// may be up to half a step shorter or longer.
+/// Part of a line as it was at rest, which is curved where tissue is deformed or its fibres are curved: points at equal
+/// steps, of which the last may be up to half a step shorter or longer.
 class rest_curve {
   public:
-    /// @param line   with a displacement
     /// @param begin  metres along the line
     /// @param end    metres along the line; the curve ends before it where it would have too many points
     INSONIFY_FN rest_curve(const material_line& line, float begin, float end)
-        : begin_{begin}, step_{line.displacement->straight_length / length(line.along)} {
+        : begin_{begin}, step_{(line.displacement != nullptr ? line.displacement->straight_length : of_fibres) /
+                               length(line.along)} {
         const float steps = (end - begin) / step_;
         last_ = static_cast<std::uint32_t>(clamp(steps + 0.5F, 1, max_steps));
         end_ = steps < static_cast<float>(max_steps) + 0.5F ? end : begin + static_cast<float>(max_steps) * step_;
-        for (std::uint32_t i = 0; i <= last_; ++i) point_[i] = line.displacement->rest(line.at(distance(i)));
+        for (std::uint32_t i = 0; i <= last_; ++i) point_[i] = line.rest(line.at(distance(i)));
     }
 
     INSONIFY_FN std::uint32_t last() const { return last_; }
@@ -346,6 +346,7 @@ class rest_curve {
 
   private:
     static constexpr std::uint32_t max_steps = 32;
+    static constexpr float of_fibres = 2e-3F; // metres over which fibres count as straight
 
     INSONIFY_FN bool is_straight(std::uint32_t from, std::uint32_t to, float tolerance) const {
         const vec3 step = along(from, to);
@@ -448,7 +449,7 @@ struct cell_field {
     INSONIFY_FN void scatter(const material_line& line, float begin, float end, float spacing, Emit&& emit) const {
         // More slots than any line has samples: the sound speed is close to 0, and floats barely resolve the interval.
         if (!(end - begin < 0x1p25F * spacing)) return;
-        if (line.displacement == nullptr) {
+        if (!line.bends()) {
             const detail::rest_line rest = rest_at(line, begin, spacing);
             return with_structure(rest, begin, end, [&](detail::structured_line* structure) {
                 scatter_slabs(rest, begin, end, spacing, structure, emit);
@@ -523,13 +524,22 @@ struct cell_field {
     // The line in tissue at rest, straight as it is at a distance along it, where its origin is.
     INSONIFY_FN detail::rest_line rest_at(const material_line& line, float distance, float spacing) const {
         detail::rest_line rest{line, cross(line.elevation, line.along)};
-        rest.origin = line.at(distance);
+        vec3 point = line.at(distance);
+        const auto turn = [&](const auto& turned) {
+            for (vec3* each : {&rest.along, &rest.elevation, &rest.lateral, &rest.steering}) *each = turned(*each);
+        };
         if (line.displacement != nullptr) {
-            const mat3 gradient = line.displacement->gradient(rest.origin);
-            rest.origin = line.displacement->rest(rest.origin);
-            for (vec3* each : {&rest.along, &rest.elevation, &rest.lateral, &rest.steering}) *each = gradient * *each;
+            turn([gradient = line.displacement->gradient(point)](vec3 each) { return gradient * each; });
+            point = line.displacement->rest(point);
         }
-        rest.origin = detail::resolvable(rest.origin, cell, spacing);
+        if (const fibre_chart* const chart = line.chart()) {
+            constexpr float step = 0.5e-3F; // metres
+            turn([&](vec3 each) {
+                return ((*chart)(point + step * each) - (*chart)(point - step * each)) * (0.5F / step);
+            });
+            point = (*chart)(point);
+        }
+        rest.origin = detail::resolvable(point, cell, spacing);
         return rest;
     }
 
