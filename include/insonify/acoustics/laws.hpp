@@ -277,19 +277,16 @@ struct specular_return {
     /// How the echo decreases with the angle phi between the beam and the surface normal.
     enum class lobe_shape {
         aperture, ///< max(0, 1 - |phi| / psi), psi = atan(1 / (2 F)): overlap of the aperture and its mirror image
-        cosine,   ///< cos^power phi, the specularity of Buerger et al. 2013; a plate at F/2 has power 79, at F/4 270
         exact,    ///< `aperture` with diffraction at its edges, in closed form, at a single frequency
         pulse     ///< `exact` averaged over the spectrum of a short pulse
     };
 
     lobe_shape lobe = lobe_shape::pulse; ///< shape of the lobe
-    float power = 1;                     ///< exponent of `lobe_shape::cosine`
 
     /// @param angle        phi: from the beam to the surface normal, in the plane of beam and aperture, radians
     /// @param fnumber      F: depth of the facet over the width of the aperture
     /// @param wavelengths  depth of the facet over the wavelength, above 0; used by `exact` and `pulse` only
     INSONIFY_FN float operator()(float angle, float fnumber, float wavelengths) const {
-        if (lobe == lobe_shape::cosine) return std::pow(max(std::cos(angle), 0), power);
         const float edge = std::atan(1 / (2 * fnumber));
         if (lobe == lobe_shape::aperture) return max(0, 1 - std::fabs(angle) / edge);
         if (angle == 0) return 1;
@@ -308,12 +305,6 @@ struct specular_return {
             at_frequency(1 + deviation, turned, straight);
         }
         return length(turned) / length(straight);
-    }
-
-    /// @throws usage_error  if `power` is out of range
-    void check() const {
-        if (!is_finite(power) || !(power >= 0))
-            throw usage_error{"specular_return: `power` must be a finite number, 0 or more"};
     }
 
     friend bool operator==(const specular_return&, const specular_return&) = default;

@@ -70,9 +70,9 @@ struct physical {
     std::uint32_t seed = 0x5EED;      ///< of the diffuse echoes of rough surfaces
     Roughness roughness{};            ///< of surfaces
     Attenuation attenuation{};        ///< dB per metre, there and back
-    float min_ringing =
-        0.5F; ///< thin hard layers ring on straight lines, such as a needle: their far surface repeats its echo
-              ///< where each repetition has at least this fraction of the one before; 1: none rings
+    /// Thin hard layers, such as a needle, ring on straight lines: their far surface repeats its echo where each
+    /// repetition has at least this fraction of the one before; 1: none rings.
+    float min_ringing = 0.5F;
 
     /// The same model with another interface law.
     auto with_boundary(const interface_law auto& law) const {
@@ -156,9 +156,8 @@ struct physical {
     /// @param loss_db  what its carrier would lose alone
     INSONIFY_FN float pulse_loss(const traced_line& line, float loss_db) const {
         if (bandwidth == pulse_bandwidth::narrow || !(max(line.bandwidth, line.pulse_sigma) > 0)) return loss_db;
-        const float fractional =
-            line.bandwidth > 0 ? line.bandwidth : axial_sigma(line.pulse_sigma, line.frequency); // its own inverse
-        return attenuated(loss_db, line.frequency, fractional).loss_db;
+        const float of_pulse = axial_sigma(line.pulse_sigma, line.frequency); // the function is its own inverse
+        return attenuated(loss_db, line.frequency, line.bandwidth > 0 ? line.bandwidth : of_pulse).loss_db;
     }
 
     /// What arrives along a line, at equal steps of depth: x, the amplitude there and back, 1 at the probe face, and y,
@@ -258,7 +257,7 @@ struct physical {
                              .slope = slope,
                              .curvature = normal_incidence ? vec3{0, 0, 0} : stretch * below.curvature};
         if (min_ringing < 1) add_repetitions(coherent, line, entry, above, below, path.shown, loss_db, wave.reflected);
-        add_specular(echoes, coherent);
+        if (coherent.amplitude != 0) echoes.curved_surface(coherent);
 
         // Lambert's law over the solid angle of the array: 0.166 / (Fx Fy), calibrated by an independent simulation.
         const float scattered = wave.reflected * wave.reflected * roughness.diffuse(at);
@@ -342,18 +341,6 @@ struct physical {
         const float first = whole.x * whole.y;
         one.repeat_ratio = ratio * (first > 0 ? min(turned.x * turned.y / first, 1) : 0);
         one.repeat_step = step;
-    }
-
-    // At normal incidence throughout, no surface turns from line to line.
-    template <class Echoes>
-    INSONIFY_FN void add_specular(const Echoes& echoes, const curved_echo& one) const {
-        if constexpr (requires { echoes.curved_surface(one); })
-            if (angle != insonify::angle::normal || one.repeat_ratio != 0) {
-                if (one.amplitude != 0) echoes.curved_surface(one);
-                return;
-            }
-        const float whole = one.amplitude * (one.collected.x * one.collected.y);
-        if (whole != 0) echoes.surface(one.depth, whole, one.slope);
     }
 
     INSONIFY_FN gaussian_field surface_field() const { return {.seed = seed}; }

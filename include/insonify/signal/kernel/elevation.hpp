@@ -281,32 +281,23 @@ class elevation_planes {
 /// The elevation planes along each line of a probe. Lines at nearly the same angle share them. Keeps its memory.
 class planes_of_lines {
   public:
-    planes_of_lines() = default;
-    template <class Policy, transducer Probe>
-    planes_of_lines(const Policy& policy, const Probe& probe, const elevation_planes& planes) {
-        assign(policy, probe, planes);
-    }
-
     template <class Policy, transducer Probe>
     void assign(const Policy& policy, const Probe& probe, const elevation_planes& planes) {
         set_of_line_.assign(probe.lines, 0);
-        angles_.clear();
         lines_.clear();
         const bool tilted = lines_follow_depth(probe) && planes.count() > 1;
         for (std::uint32_t i = 0; i < probe.lines; ++i) {
             const ray line = probe.beam(static_cast<float>(i));
             const int angle = tilted ? static_cast<int>(std::lround(200 * (1 - line.direction.z))) : 0;
             std::size_t set = 0;
-            while (set < angles_.size() && angles_[set] != angle) ++set;
+            while (set < lines_.size() && lines_[set].angle != angle) ++set;
             set_of_line_[i] = static_cast<std::uint32_t>(set);
-            if (set < angles_.size()) continue;
-            angles_.push_back(angle);
-            lines_.push_back({line.origin.z, line.direction.z});
+            if (set == lines_.size()) lines_.push_back({angle, line.origin.z, line.direction.z});
         }
-        sets_.assign(angles_.size(), planes);
+        sets_.assign(lines_.size(), planes);
         if (tilted)
             for_each_index(policy, sets_.size(),
-                           [&](std::size_t set) { sets_[set] = planes.along(lines_[set].x, lines_[set].y); });
+                           [&](std::size_t set) { sets_[set] = planes.along(lines_[set].begin, lines_[set].cosine); });
     }
 
     const std::vector<std::uint32_t>& set_of_line() const { return set_of_line_; }
@@ -314,10 +305,13 @@ class planes_of_lines {
     const elevation_planes& operator[](std::size_t set) const { return sets_[set]; }
 
   private:
+    struct first_line {
+        int angle = 0;
+        float begin = 0, cosine = 1; // z of the origin and of the direction
+    };
     std::vector<std::uint32_t> set_of_line_{};
     std::vector<elevation_planes> sets_{};
-    std::vector<int> angles_{}; // of the sets
-    std::vector<vec2> lines_{}; // of the sets: z of the origin and of the direction
+    std::vector<first_line> lines_{}; // of the sets
 };
 
 } // namespace detail

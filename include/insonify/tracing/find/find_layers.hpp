@@ -167,6 +167,7 @@ class layer_finder {
         exec::for_each_block(policy, frame.probe.lines, lines_per_block,
                              search_time() * static_cast<float>(frame.planes),
                              [&](std::size_t begin, std::size_t) { find_block(frame, begin, incident, found); });
+        found.lines = frame.probe.lines;
     }
 
   private:

@@ -58,7 +58,7 @@ struct line_memory {
 struct found_line {
     view<const layer> layers{}; ///< none: the memory was too small
     view<const std::uint32_t>
-        behind_face{}; ///< ranks of the objects that contain its origin, just behind the face; ascending
+        behind_face{}; ///< ranks of the objects that contain its origin, behind the face; ascending
 };
 
 /// Finds what lies along a straight line.

@@ -79,11 +79,10 @@ class line_layers {
     line_layers& operator=(const line_layers&) = default;
     line_layers(line_layers&& other) noexcept { *this = std::move(other); }
     line_layers& operator=(line_layers&& other) noexcept {
-        if (this == &other) return *this;
         lines = std::exchange(other.lines, 0);
         planes = std::exchange(other.planes, 0);
-        media = std::move(other.media);
-        blocks_ = std::move(other.blocks_);
+        media = std::exchange(other.media, {});
+        blocks_ = std::exchange(other.blocks_, {});
         return *this;
     }
     /// @}
@@ -107,12 +106,12 @@ class line_layers {
     friend class detail::layer_finder;
 
     // Forgets all lines, and keeps their memory: those of each block are then to be added, for each line those of all
-    // planes.
+    // planes. Until whoever adds them sets `lines`, there are none: an exception may end the frame.
     void begin(std::uint32_t new_lines, std::uint32_t new_planes, view<const medium> of_scene) {
-        lines = new_lines;
+        lines = 0;
         planes = new_planes;
         media.assign(of_scene.begin(), of_scene.end());
-        if (blocks_.size() < detail::blocks_of(lines)) blocks_.resize(detail::blocks_of(lines));
+        if (blocks_.size() < detail::blocks_of(new_lines)) blocks_.resize(detail::blocks_of(new_lines));
     }
     detail::layer_block& block_at(std::size_t line) { return blocks_[line / detail::lines_per_block]; }
 

@@ -47,12 +47,6 @@ namespace detail {
 /// Where it is decided what the face touches, metres: thinner films do not count.
 inline constexpr float below_face = 10e-6F;
 
-inline const layer& layer_below_face(view<const layer> layers) {
-    std::size_t i = 0;
-    while (i + 1 < layers.size() && layers[i].end <= below_face) ++i;
-    return layers[i];
-}
-
 } // namespace detail
 
 /// Adds the echoes of the face of the probe to traced echoes, and removes the other echoes of lines that start in gas.
@@ -96,7 +90,10 @@ iq_lines add_near_field(const Policy& policy, iq_lines echoes, const line_layers
     exec::for_each_block(policy, echoes.count, 8, 1000, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             const view<vec2> line{echoes.values.data() + i * echoes.samples, echoes.samples};
-            const medium& below = found.media[detail::layer_below_face(found(static_cast<std::uint32_t>(i))).medium];
+            const layer* touched = found(static_cast<std::uint32_t>(i)).begin();
+            while (touched->end <= detail::below_face && touched + 1 != found(static_cast<std::uint32_t>(i)).end())
+                ++touched;
+            const medium& below = found.media[touched->medium];
             const bool gas = detail::is_gas(below);
             if (gas)
                 for (vec2& sample : line) sample = {0, 0};
