@@ -24,15 +24,6 @@ struct layer_entry {
     const medium* outside = nullptr; ///< before it
 };
 
-/// Where the far surface of a layer is nearest to the probe, metres across the line; at most half of the thickness
-/// away.
-INSONIFY_FN inline vec2 nearest_of(vec2 slope, vec2 curvature, float thickness) {
-    const auto along = [&](float s, float bend) {
-        return bend == 0 ? 0.0F : clamp(s / bend, -0.5F * thickness, 0.5F * thickness);
-    };
-    return {along(slope.x, curvature.x), along(slope.y, curvature.y)};
-}
-
 } // namespace detail
 
 /// The pulse-echo model: complex pressure amplitudes at baseband, as input for `convolve`.
@@ -301,7 +292,7 @@ struct physical {
     // for each time that sound crosses the layer and returns. Where the surfaces are not parallel, each reflection
     // turns it further: the ratio takes the fraction of the first repetition that the aperture collects. The echo of a
     // curved surface comes from where that is nearest to the probe, so slopes, angles and thickness are those of that
-    // place: a needle rings alike in all planes that cut it.
+    // place, `nearest`: a needle rings alike in all planes that cut it.
     // @param far        the layer that begins at the far surface
     // @param shown      displayed depth of the far surface, metres
     // @param loss_db    attenuation down to it, there and back, of the peak of the pulse, dB
@@ -318,7 +309,13 @@ struct physical {
         vec2 near_slope = near.present->slope, far_slope = far.slope, whole = one.collected;
         float near_reflected = near.reflected;
         const vec2 near_bend{near.present->curvature.x, near.present->curvature.y},
-            bend{far.curvature.x, far.curvature.y}, nearest = detail::nearest_of(far_slope, bend, step / stretch);
+            bend{far.curvature.x, far.curvature.y};
+        // Metres across the line from there, at most half of the thickness.
+        const float half = 0.5F * step / stretch;
+        const auto nearest_along = [&](int i) {
+            return bend[i] == 0 ? 0.0F : clamp(far_slope[i] / bend[i], -half, half);
+        };
+        const vec2 nearest{nearest_along(0), nearest_along(1)};
         if (nearest != vec2{0, 0}) {
             step += stretch * dot(near_slope - far_slope + 0.5F * (bend - near_bend) * nearest, nearest);
             near_slope -= near_bend * nearest;

@@ -11,18 +11,18 @@
 /// Factors on the amplitude of speckle along a line, a register at a time.
 namespace insonify::inline INSONIFY_ABI::detail {
 
-inline constexpr int wide = max_simd_width;
-using wide_floats = lanes<wide>;
-using wide_bits = bit_lanes<wide>;
+inline constexpr int wide_lanes = max_simd_width;
+using wide_floats = lanes<wide_lanes>;
+using wide_bits = bit_lanes<wide_lanes>;
 
 /// first, first + 1, first + 2, ...
 INSONIFY_FN INSONIFY_INLINE wide_floats whole_numbers(std::uint32_t first) {
-    return floats_of<wide>(steps_of_bits<wide>(first, 1));
+    return floats_of<wide_lanes>(steps_of_bits<wide_lanes>(first, 1));
 }
 
 /// Fraction 0 to 1 of some of the bits.
 INSONIFY_FN INSONIFY_INLINE wide_floats fraction_of_bits(const wide_bits& random, int shift, std::uint32_t count) {
-    return floats_of<wide>((random >> shift) & ((1U << count) - 1)) *
+    return floats_of<wide_lanes>((random >> shift) & ((1U << count) - 1)) *
            wide_floats(1 / static_cast<float>((1U << count) - 1));
 }
 /// A number between two others, by eight of the bits.
@@ -32,12 +32,12 @@ INSONIFY_FN INSONIFY_INLINE wide_floats between(const wide_bits& random, int shi
 
 /// Amplitude of a level of `mean` plus `number` times `deviation`, dB.
 INSONIFY_FN INSONIFY_INLINE wide_floats decibels(const wide_floats& number, float deviation, float mean = 0) {
-    return power_of_two<wide>(
+    return power_of_two<wide_lanes>(
         multiply_add(number, wide_floats(bits_per_decibel * deviation), wide_floats(bits_per_decibel * mean)));
 }
 /// A Gaussian of standard deviation 1 and peak 1.
 INSONIFY_FN INSONIFY_INLINE wide_floats gaussian(const wide_floats& x) {
-    return power_of_two<wide>(x * x * wide_floats(-0.72134752F)); // -log2(e) / 2
+    return power_of_two<wide_lanes>(x * x * wide_floats(-0.72134752F)); // -log2(e) / 2
 }
 
 /// A linear function of the distance along a line, metres.
@@ -62,7 +62,7 @@ INSONIFY_FN INSONIFY_INLINE wide_floats interpolate(const float* values, std::ui
     const float* const at = values + before;
     const wide_floats away = whole_numbers(0) * wide_floats(step) + wide_floats(part);
     wide_floats sum = multiply_add(away, wide_floats(at[1] - at[0]), wide_floats(at[0]));
-    for (std::uint32_t i = 1; static_cast<float>(i) < 1 + (wide - 1) * step && before + i + 1 < count; ++i)
+    for (std::uint32_t i = 1; static_cast<float>(i) < 1 + (wide_lanes - 1) * step && before + i + 1 < count; ++i)
         sum = multiply_add(max(away - wide_floats(static_cast<float>(i)), wide_floats(0.0F)),
                            wide_floats(at[i + 1] - 2 * at[i] + at[i - 1]), sum);
     return sum;
@@ -80,7 +80,7 @@ class line_nodes {
         step_ = max(apart, (to - from) / (max_count - 3));
         first_ = std::floor((origin + from) / step_) * step_ - origin;
         count_ = static_cast<std::uint32_t>(clamp((to - first_) / step_, 0, max_count - 3)) + 2;
-        for (std::uint32_t i = 0; i < count_; i += wide)
+        for (std::uint32_t i = 0; i < count_; i += wide_lanes)
             store(field(wide_floats(first_) + whole_numbers(i) * wide_floats(step_)), value_ + i);
     }
 
@@ -107,7 +107,7 @@ class line_nodes {
 
     float first_ = 0, step_ = 1; // metres
     std::uint32_t count_ = 0;
-    float value_[max_count + wide];
+    float value_[max_count + wide_lanes];
 };
 
 /// Points at equal steps of a line, and their gains.
@@ -174,7 +174,7 @@ struct object_segment {
     INSONIFY_FN wide_floats noise(const mat3& axes, vec3 size, std::uint32_t random,
                                   const wide_floats& distance) const {
         const auto place = [&](int i) { return coordinate(axes[i], size[i]).at(distance); };
-        return value_noise<wide>(mix_bits(random), place(0), place(1), place(2));
+        return value_noise<wide_lanes>(mix_bits(random), place(0), place(1), place(2));
     }
 };
 
@@ -287,31 +287,31 @@ class sheet_crossings {
     // Cells within a row are shifted too.
     INSONIFY_FN void enter_cells(passage_list& rows, const gain_points& points) const {
         const floats zero(0.0F);
-        for (std::uint32_t i = 0; i < rows.count; i += wide) {
+        for (std::uint32_t i = 0; i < rows.count; i += wide_lanes) {
             const auto listed = whole_numbers(i) < floats(static_cast<float>(rows.count));
             const auto at = [&](const float* list) { // behind the end of the list all is 0, so that parts are empty
-                return select(listed, load<wide>(list + i), zero);
+                return select(listed, load<wide_lanes>(list + i), zero);
             };
             const linear_lanes wave{at(rows.wave), at(rows.wave_step)};
-            const bits of_layer = load_bits<wide>(rows.of_layer + i);
+            const bits of_layer = load_bits<wide_lanes>(rows.of_layer + i);
             const floats row = at(rows.row);
             cell_lanes in{{}, displaced(1, wave), displaced(2, wave), at(rows.begin), at(rows.end)};
             in.y.first = in.y.first + fraction_of_bits(of_layer, 0, 16) - row;
             in.y.clip(zero, floats(1.0F), in.begin, in.end);
             in.z.first = in.z.first - at(rows.layer);
-            const bits column = mix_lanes<wide>(bits_of_whole<wide>(row) * 0x85EBCA6BU + of_layer);
+            const bits column = mix_lanes<wide_lanes>(bits_of_whole<wide_lanes>(row) * 0x85EBCA6BU + of_layer);
             linear_lanes x = displaced(0, wave);
             x.first = x.first + fraction_of_bits(column, 0, 16);
             const floats from = x.at(in.begin), to = x.at(in.end), lowest = min(from, to), highest = max(from, to);
             const auto passed = in.begin < in.end;
-            bits number = floor_bits<wide>(lowest);
+            bits number = floor_bits<wide_lanes>(lowest);
             for (std::uint32_t tries = 0; tries < max_cells; ++tries, number = number + 1U) {
-                const auto entered = passed && floats_of<wide>(number) <= highest;
+                const auto entered = passed && floats_of<wide_lanes>(number) <= highest;
                 if (bits_of(entered) == 0) break;
-                const bits random = mix_lanes<wide>(column + number * 0x9E3779B9U);
+                const bits random = mix_lanes<wide_lanes>(column + number * 0x9E3779B9U);
                 const auto holds_sheet = entered && fraction_of_bits(random, 0, 8) < floats(of_.fill);
                 if (bits_of(holds_sheet) == 0) continue;
-                in.x = {x.first - floats_of<wide>(number), x.step};
+                in.x = {x.first - floats_of<wide_lanes>(number), x.step};
                 cross(in, random, holds_sheet, points);
             }
         }
@@ -326,15 +326,16 @@ class sheet_crossings {
 
     // Size, angle and place of the sheet in each cell, within which it stays, and the part of the line inside it. Its
     // profile ends at four standard deviations.
-    INSONIFY_FN void cross(const cell_lanes& in, const bits& a, const lane_mask<wide>& holds_sheet,
+    INSONIFY_FN void cross(const cell_lanes& in, const bits& a, const lane_mask<wide_lanes>& holds_sheet,
                            const gain_points& points) const {
         const floats one(1.0F), half(0.5F);
-        const bits b = mix_lanes<wide>(a + 0x51ED270BU);
+        const bits b = mix_lanes<wide_lanes>(a + 0x51ED270BU);
         const floats half_length = floats(0.375F) * between(a, 8, 0.45F, 1);
         const floats half_width = floats(0.4F * lattice_.cell.y) * between(a, 16, 0.6F, 1);
         const floats angle = between(b, 14, -of_.turn, of_.turn), squared = angle * angle;
-        const floats sine = angle * polynomial<wide>(squared, -1.9841270e-4F, 8.3333333e-3F, -0.16666667F, 1.0F);
-        const floats cosine = polynomial<wide>(squared, 2.4801587e-5F, -1.3888889e-3F, 4.1666667e-2F, -0.5F, 1.0F);
+        const floats sine = angle * polynomial<wide_lanes>(squared, -1.9841270e-4F, 8.3333333e-3F, -0.16666667F, 1.0F);
+        const floats cosine =
+            polynomial<wide_lanes>(squared, 2.4801587e-5F, -1.3888889e-3F, 4.1666667e-2F, -0.5F, 1.0F);
         const auto from_centre = [&](const linear_lanes& at, const floats& extent, const floats& random,
                                      const floats& unit) -> linear_lanes {
             const floats e = min(extent, half);
@@ -357,23 +358,24 @@ class sheet_crossings {
         within.clip(-one, one, begin, end);
         x.clip(-one, one, begin, end);
         const floats per_point(1 / points.spacing);
-        const bits first = floor_bits<wide>((floats(points.first) - begin) * per_point), // less than 0
-            last = floor_bits<wide>((end - floats(points.first)) * per_point);
-        std::uint32_t met = bits_of(holds_sheet && begin < end && -floats_of<wide>(first) <= floats_of<wide>(last));
+        const bits first = floor_bits<wide_lanes>((floats(points.first) - begin) * per_point), // less than 0
+            last = floor_bits<wide_lanes>((end - floats(points.first)) * per_point);
+        std::uint32_t met =
+            bits_of(holds_sheet && begin < end && -floats_of<wide_lanes>(first) <= floats_of<wide_lanes>(last));
         if (met == 0) return;
 
-        const floats steps = floats_of<wide>(((b >> 22) & 31U) + (b >> 27)); // a sum of two, each 0 to 31
+        const floats steps = floats_of<wide_lanes>(((b >> 22) & 31U) + (b >> 27)); // a sum of two, each 0 to 31
         const floats level_number =
             multiply_add(steps, floats(max_level_number / 32), floats(-max_level_number * 31 / 32));
         const floats level = decibels(level_number, of_.spread_db, of_.level_db);
         const floats facing = sine * floats(facing_y_) + cosine * floats(facing_z_);
         const floats turned = (facing * facing - one) * floats(per_lobe_);
-        const floats echo = multiply_add(power_of_two<wide>(turned), floats(1 - diffuse_), floats(diffuse_));
+        const floats echo = multiply_add(power_of_two<wide_lanes>(turned), floats(1 - diffuse_), floats(diffuse_));
 
-        std::uint32_t from[wide], to[wide];
-        store_bits<wide>(-first, from);
-        store_bits<wide>(last, to);
-        float sheet[7][wide];
+        std::uint32_t from[wide_lanes], to[wide_lanes];
+        store_bits<wide_lanes>(-first, from);
+        store_bits<wide_lanes>(last, to);
+        float sheet[7][wide_lanes];
         const linear_lanes* const coordinates[] = {&across, &within, &x};
         for (std::size_t k = 0; k < 3; ++k) {
             store(coordinates[k]->first, sheet[2 * k]);
@@ -386,13 +388,13 @@ class sheet_crossings {
                 return multiply_add(distance, floats(sheet[which + 1][k]), floats(sheet[which][k]));
             };
             const floats amplitude(sheet[6][k]), zero(0.0F), end_point(static_cast<float>(to[k]) + 0.5F);
-            for (std::uint32_t i = from[k]; i <= to[k] && i < points.count; i += wide) {
+            for (std::uint32_t i = from[k]; i <= to[k] && i < points.count; i += wide_lanes) {
                 const floats distance = points.distances(i), offset = at(0, distance), w = at(2, distance),
                              l = at(4, distance);
                 const floats outline = max(one - l * l, zero) * max(one - w * w, zero);
                 const floats here = gaussian(offset) * sqrt(outline) * amplitude;
                 const auto inside = whole_numbers(i) < end_point;
-                store(load<wide>(points.gain + i) + select(inside, here, zero), points.gain + i);
+                store(load<wide_lanes>(points.gain + i) + select(inside, here, zero), points.gain + i);
             }
         }
     }
@@ -443,7 +445,7 @@ class structure_gains {
             return of.wave > 0 ? noise(of.wave_length * vec3{1, 0.6F, 0.6F}, 3, distance) * floats(of.wave)
                                : floats(0.0F);
         });
-        for (std::uint32_t i = 0; i < points.count; i += wide) {
+        for (std::uint32_t i = 0; i < points.count; i += wide_lanes) {
             const float here = points.distance(i);
             floats between = of.grain.deviation_db == 0 ? floats(1.0F) : grain.at(here, points.spacing);
             if (of.bundles.spacing > 0)
@@ -454,17 +456,17 @@ class structure_gains {
             for (std::uint32_t k = 0; k < all.count; ++k)
                 sheet_crossings{all, k, segment_, lobe_of(all.of.waviness, segment_.fnumber)}.add(waves, points);
         if (of.mottling.deviation_db == 0) return;
-        for (std::uint32_t i = 0; i < points.count; i += wide)
-            store(load<wide>(points.gain + i) * mottling.at(points.distance(i), points.spacing), points.gain + i);
+        for (std::uint32_t i = 0; i < points.count; i += wide_lanes)
+            store(load<wide_lanes>(points.gain + i) * mottling.at(points.distance(i), points.spacing), points.gain + i);
     }
 
     /// Multiplies `count` complex amplitudes, at equal steps from a distance on; distances never decrease. The gains
     /// are computed as far ahead as there is room for. The arrays have room for whole registers.
     INSONIFY_FN void multiply(float first, float step, std::uint32_t count, float* real, float* imaginary) {
-        for (std::uint32_t i = 0; i < count; i += wide) {
+        for (std::uint32_t i = 0; i < count; i += wide_lanes) {
             const floats gain = at(first + static_cast<float>(i) * step, step);
-            store(load<wide>(real + i) * gain, real + i);
-            store(load<wide>(imaginary + i) * gain, imaginary + i);
+            store(load<wide_lanes>(real + i) * gain, real + i);
+            store(load<wide_lanes>(imaginary + i) * gain, imaginary + i);
         }
     }
 
@@ -479,14 +481,16 @@ class structure_gains {
         const structure::bundle_layer& of = tissue_.of.bundles;
         const auto place = [&](int i) { return segment_.coordinate(tissue_.axes[i], of.spacing).at(distance); };
         const floats z = place(2) + aside * floats(1 / of.spacing);
-        const bits layer = floor_bits<wide>(z), row_bits = mix_lanes<wide>(layer * 0x9E3779B9U + segment_.key);
+        const bits layer = floor_bits<wide_lanes>(z),
+                   row_bits = mix_lanes<wide_lanes>(layer * 0x9E3779B9U + segment_.key);
         const floats y = place(1) + aside * floats(0.7F / of.spacing) +
                          fraction_of_bits(row_bits, 0, 16); // each row by itself, or bundles would be in columns
-        const bits row = floor_bits<wide>(y);
-        const bits random = mix_lanes<wide>(row * 0x85EBCA6BU + layer * 0xC2B2AE35U + (segment_.key ^ 0x2545F491U));
+        const bits row = floor_bits<wide_lanes>(y);
+        const bits random =
+            mix_lanes<wide_lanes>(row * 0x85EBCA6BU + layer * 0xC2B2AE35U + (segment_.key ^ 0x2545F491U));
         const floats radius = floats(0.5F * of.diameter / of.spacing) * between(random, 0, 0.6F, 1);
         const auto from_centre = [&](const floats& at, const bits& cell, int shift) {
-            return at - floats_of<wide>(cell) -
+            return at - floats_of<wide_lanes>(cell) -
                    multiply_add(floats(1.0F) - (radius + radius), fraction_of_bits(random, shift, 8), radius);
         };
         const floats dy = from_centre(y, row, 8), dz = from_centre(z, layer, 16);
@@ -497,9 +501,9 @@ class structure_gains {
 
     // At a register full of distances.
     INSONIFY_FN INSONIFY_INLINE floats at(float distance, float step) {
-        const float length = (wide - 1) * step;
+        const float length = (wide_lanes - 1) * step;
         if (count_ == 0 || (distance + length - begin_) * per_point_ > static_cast<float>(count_ - 2))
-            fill(distance - 2 * step, max(segment_.length, distance) + wide * step); // slabs overlap by a step
+            fill(distance - 2 * step, max(segment_.length, distance) + wide_lanes * step); // slabs overlap by a step
         return interpolate(gain_, count_, (distance - begin_) * per_point_, step * per_point_);
     }
     // From the last point before a distance on. Points lie at whole multiples of their distance in the material.
@@ -517,7 +521,7 @@ class structure_gains {
     object_segment segment_;
     float begin_ = 0, per_point_ = 1; // of the points
     std::uint32_t count_ = 0;
-    float gain_[max_points + wide];
+    float gain_[max_points + wide_lanes];
 };
 
 /// Factors on the amplitude of speckle in the sheath of an object, below one surface of a segment of a line: see
@@ -546,12 +550,12 @@ class sheath_gains {
             return static_cast<std::uint32_t>(clamp((distance - first) / step, 0, static_cast<float>(count)));
         };
         if (!(begin_ < end_)) return;
-        const std::uint32_t from = slot(begin_) / wide * wide,
+        const std::uint32_t from = slot(begin_) / wide_lanes * wide_lanes,
                             to = slot(end_ + 1.5F * step); // past the slot that the end cuts
         if (from >= to) return;
         if (!prepared_) prepare();
         const floats per_width(1 / min(0.12e-3F / of_.thickness, 0.25F)); // standard deviation of a line
-        for (std::uint32_t i = from; i < to; i += wide) {
+        for (std::uint32_t i = from; i < to; i += wide_lanes) {
             const float here = first + static_cast<float>(i) * step;
             const floats distance = floats(here - surface_) + whole_numbers(0) * floats(step);
             const floats within = distance * floats(cosine_ / of_.thickness) / thickness_.at(here, step);
@@ -559,8 +563,8 @@ class sheath_gains {
             const floats both = multiply_add(line(0.85F), other_.at(here, step), line(0.1F)), one(1.0F);
             const floats gain =
                 select(abs(distance) < floats(range_), multiply_add(level_.at(here, step), both, one), one);
-            store(load<wide>(real + i) * gain, real + i);
-            store(load<wide>(imaginary + i) * gain, imaginary + i);
+            store(load<wide_lanes>(real + i) * gain, real + i);
+            store(load<wide_lanes>(imaginary + i) * gain, imaginary + i);
         }
     }
 
@@ -570,7 +574,7 @@ class sheath_gains {
             nodes.evaluate(begin_, end_, 0.2F * size, segment_.place(), [&](const floats& distance) {
                 const floats noise =
                     segment_.noise(mat3{1}, vec3{size}, segment_.key ^ (number * 0x632BE5ABU), distance);
-                return power_of_two<wide>(multiply_add(noise, floats(factor), floats(offset)));
+                return power_of_two<wide_lanes>(multiply_add(noise, floats(factor), floats(offset)));
             });
         };
         const float sine_squared = 1 - min(cosine_ * cosine_, 1), diffuse = amplitude_of_decibels(of_.diffuse_db);

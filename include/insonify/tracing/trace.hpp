@@ -11,7 +11,6 @@
 #include <insonify/tracing/emit/tracer.hpp>
 #include <insonify/tracing/find/find_layers.hpp>
 #include <insonify/tracing/paths.hpp>
-#include <insonify/tracing/plan/frame_displacements.hpp>
 #include <insonify/tracing/plan/frame_plan.hpp>
 #include <concepts>
 #include <string>

@@ -138,13 +138,11 @@ INSONIFY_FN inline std::uint32_t lattice_index(vec3 direction) {
     return (digit(direction.x) << 16U) + (digit(direction.y) << 8U) + digit(direction.z);
 }
 
-/// Parallel oblique slabs that fill space; the view direction is chosen once for each.
-struct view_slabs {
-    static constexpr float thickness = 2e-3F; ///< metres
-
-    /// Position of a point in slabs; its floor is the index of the slab.
-    INSONIFY_FN static float position(vec3 point) { return dot(point, vec3{0.48F, 0.6F, 0.64F}) / thickness; }
-};
+/// Position of a point in parallel oblique slabs of 2 mm that fill space; its floor is the index of its slab. The view
+/// direction is chosen once for each.
+INSONIFY_FN inline double slab_position(vec3 point) {
+    return static_cast<double>(dot(point, vec3{0.48F, 0.6F, 0.64F}) / 2e-3F);
+}
 
 /// A straight segment of a line in the undeformed material: per metre of the line now, or across it.
 struct rest_line : material_line {
@@ -474,7 +472,7 @@ struct cell_field {
         INSONIFY_FN vec2 operator()(float distance) {
             detail::rest_line line = line_;
             line.origin = line_.at(distance - around_);
-            const double slab = std::floor(static_cast<double>(detail::view_slabs::position(line.origin)));
+            const double slab = std::floor(detail::slab_position(line.origin));
             if (slab != slab_) { // points of one slab have one layout
                 cells_ = detail::make_cell_layout(field_.seed, field_.cell, line, slab, spacing_);
                 slab_ = slab;
@@ -600,8 +598,8 @@ struct cell_field {
     template <class Emit>
     INSONIFY_FN void scatter_slabs(const detail::rest_line& line, float begin, float end, float spacing,
                                    detail::structured_line* structure, Emit&& emit) const {
-        const double position = static_cast<double>(detail::view_slabs::position(line.origin));
-        const double slabs_per_metre = static_cast<double>(detail::view_slabs::position(line.along));
+        const double position = detail::slab_position(line.origin);
+        const double slabs_per_metre = detail::slab_position(line.along);
         const bool ascending = slabs_per_metre > 0;
         const auto end_of = [&](double slab, float from) {
             if (!(std::fabs(slabs_per_metre) > 1e-3)) return end;
@@ -650,12 +648,10 @@ struct cell_field {
             const std::int64_t remaining = end_slot - slot;
             const auto count = static_cast<std::uint32_t>(remaining < run_length ? remaining : run_length);
             const double offset = static_cast<double>(slot) + 0.5 - from;
-            for (std::uint32_t i = 0; i < count; i += max_simd_width) {
-                const auto value =
-                    cells.values<max_simd_width>(static_cast<std::uint32_t>(slot) + i,
-                                                 floats_of<max_simd_width>(steps_of_bits<max_simd_width>(i, 1)) +
-                                                     lanes<max_simd_width>(static_cast<float>(offset)),
-                                                 numbers);
+            for (std::uint32_t i = 0; i < count; i += detail::wide_lanes) {
+                const auto value = cells.values<detail::wide_lanes>(
+                    static_cast<std::uint32_t>(slot) + i,
+                    detail::whole_numbers(i) + detail::wide_floats(static_cast<float>(offset)), numbers);
                 store(value.real, real + i);
                 store(value.imaginary, imaginary + i);
             }

@@ -7,7 +7,7 @@
 #include <insonify/execution/simd.hpp>
 #include <insonify/tracing/aperture/turned_line.hpp>
 #include <insonify/tracing/emit/tracer.hpp>
-#include <insonify/tracing/find/find_line.hpp>
+#include <insonify/tracing/find/line_layers.hpp>
 #include <cfloat>
 #include <cmath>
 #include <cstddef>

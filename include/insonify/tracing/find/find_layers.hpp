@@ -5,7 +5,6 @@
 
 #include <insonify/execution/policy.hpp>
 #include <insonify/scene/scene.hpp>
-#include <insonify/tracing/find/find_line.hpp>
 #include <insonify/tracing/find/line_layers.hpp>
 #include <insonify/tracing/find/slice_cut.hpp>
 #include <insonify/tracing/find/slice_finder.hpp>

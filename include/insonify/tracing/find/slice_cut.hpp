@@ -210,9 +210,9 @@ INSONIFY_INLINE void cut_faces(const slice_frame& frame, const leaf<Range, Width
         }
         // The corner that is alone on its side, and the two that follow it.
         const auto first = (b && c) || !(b || c), second = (a && c) || !(a || c);
-        const auto turned = [&](int c) {
-            return select_corner<Width>(first, corner[c],
-                                        select_corner<Width>(second, corner[(c + 1) % 3], corner[(c + 2) % 3]));
+        const auto turned = [&](int by) {
+            return select_corner<Width>(first, corner[by],
+                                        select_corner<Width>(second, corner[(by + 1) % 3], corner[(by + 2) % 3]));
         };
         const slice_corner<Width> alone = turned(0);
         const auto up = here < alone.height;
@@ -235,18 +235,13 @@ inline void find_levels(const slice_frame& frame, view<const vec3> points, std::
     float x[few], y[few], z[few], height[few]; // from the origin
     for (std::size_t begin = 0; begin < points.size(); begin += few) {
         const std::size_t count = std::min(few, points.size() - begin);
-        const vec3* const from = points.data() + begin;
         std::uint8_t* const to = levels + begin;
-        for (std::size_t i = 0; i < count; ++i) height[i] = own.height_of(0, from[i]);
-        const float first = own.height[0];
-        for (std::size_t i = 0; i < count; ++i) to[i] = height[i] > first;
-        if (own.count == 1) continue;
         for (std::size_t i = 0; i < count; ++i) {
-            x[i] = from[i].x - own.origin.x;
-            y[i] = from[i].y - own.origin.y;
-            z[i] = from[i].z - own.origin.z;
+            const vec3 from_origin = points[begin + i] - own.origin;
+            x[i] = from_origin.x, y[i] = from_origin.y, z[i] = from_origin.z;
+            to[i] = 0;
         }
-        for (std::uint32_t slice = 1; slice < own.count; ++slice) {
+        for (std::uint32_t slice = 0; slice < own.count; ++slice) {
             const vec3 normal = own.normal[slice];
             for (std::size_t i = 0; i < count; ++i) height[i] = slice_frame::component(normal, x[i], y[i], z[i]);
             const float here = own.height[slice];

@@ -90,10 +90,10 @@ iq_lines add_near_field(const Policy& policy, iq_lines echoes, const line_layers
     exec::for_each_block(policy, echoes.count, 8, 1000, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             const view<vec2> line{echoes.values.data() + i * echoes.samples, echoes.samples};
-            const layer* touched = found(static_cast<std::uint32_t>(i)).begin();
-            while (touched->end <= detail::below_face && touched + 1 != found(static_cast<std::uint32_t>(i)).end())
-                ++touched;
-            const medium& below = found.media[touched->medium];
+            const view<const layer> layers = found(static_cast<std::uint32_t>(i));
+            std::size_t touched = 0;
+            while (touched + 1 < layers.size() && layers[touched].end <= detail::below_face) ++touched;
+            const medium& below = found.media[layers[touched].medium];
             const bool gas = detail::is_gas(below);
             if (gas)
                 for (vec2& sample : line) sample = {0, 0};
