@@ -115,10 +115,13 @@ class elevation_planes {
     /// The slice plane, then pairs.
     const elevation_plane& operator[](std::size_t plane) const { return planes_[plane]; }
 
-    /// Height of the cells of the scatterer field out of the slice, metres: half the aperture's for a single plane. For
-    /// several planes 0.7 of it, with a correlation length as that of the beam twice as deep as its focus; nearer to
-    /// the focus, `phase_spread` shortens it. It is the same at all depths, so that speckle stays the same as tissue
-    /// moves in depth.
+    /// Height of the cells of the scatterer field out of the slice, metres. For several planes 0.7 of the aperture's,
+    /// with the correlation length of the beam twice as deep as its focus; nearer to the focus, `phase_spread` shortens
+    /// it. By its formula both are equal for sqrt(5) sigma, and there sigma is 0.31 of the aperture's height, by its
+    /// shadow and diffraction. For a single plane half of the aperture's height, as of the beam at 1.75 times the focus:
+    /// a compromise, since phases are not spread. It is the same at all depths, so that speckle stays the same as
+    /// tissue moves in depth. `bench/studies/elevation_motion.cpp` prints what follows for a probe that moves; the level
+    /// of speckle does not depend on it.
     float scatterer_height() const { return (count_ > 1 ? 0.7F : 0.5F) * beam_.elevation_height; }
 
     /// How fast the phases of the scatterers of one place come apart as the probe moves out of the slice: rms, rad/m.
