@@ -147,8 +147,9 @@ struct physical {
     /// @param loss_db  what its carrier would lose alone
     INSONIFY_FN float pulse_loss(const traced_line& line, float loss_db) const {
         if (bandwidth == pulse_bandwidth::narrow || !(max(line.bandwidth, line.pulse_sigma) > 0)) return loss_db;
-        const float of_pulse = axial_sigma(line.pulse_sigma, line.frequency); // the function is its own inverse
-        return attenuated(loss_db, line.frequency, line.bandwidth > 0 ? line.bandwidth : of_pulse).loss_db;
+        const float fractional =
+            line.bandwidth > 0 ? line.bandwidth : axial_sigma(line.pulse_sigma, line.frequency); // its own inverse
+        return attenuated(loss_db, line.frequency, fractional).loss_db;
     }
 
     /// What arrives along a line, at equal steps of depth: x, the amplitude there and back, 1 at the probe face, and y,
