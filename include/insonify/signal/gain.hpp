@@ -95,7 +95,8 @@ struct tgc_settings {
         const float manual = sliders[slider] + fraction * (sliders[slider + 1] - sliders[slider]);
         if (curve.empty()) {
             const float lost = 2 * attenuation * frequency * 1e-6F * depth;
-            return manual + min(bandwidth > 0 ? attenuated(lost, frequency, bandwidth).loss_db : lost, max_db);
+            return manual +
+                   min(bandwidth > 0 && lost > 0 ? attenuated(lost, frequency, bandwidth).loss_db : lost, max_db);
         }
         const auto after =
             std::find_if(curve.begin(), curve.end(), [=](const tgc_point& p) { return p.depth > depth; });
