@@ -312,9 +312,10 @@ class rest_curve {
   public:
     /// @param begin  metres along the line
     /// @param end    metres along the line; the curve ends before it where it would have too many points
-    INSONIFY_FN rest_curve(const material_line& line, float begin, float end)
-        : begin_{begin}, step_{(line.displacement != nullptr ? line.displacement->straight_length : of_fibres) /
-                               length(line.along)} {
+    INSONIFY_FN rest_curve(const material_line& line, float begin, float end) : begin_{begin} {
+        step_ = line.chart() != nullptr ? of_fibres : FLT_MAX;
+        if (line.displacement != nullptr) step_ = min(step_, line.displacement->straight_length);
+        step_ /= length(line.along);
         const float steps = (end - begin) / step_;
         last_ = static_cast<std::uint32_t>(clamp(steps + 0.5F, 1, max_steps));
         end_ = steps < static_cast<float>(max_steps) + 0.5F ? end : begin + static_cast<float>(max_steps) * step_;
@@ -355,7 +356,7 @@ class rest_curve {
         return true;
     }
 
-    float begin_, step_, end_ = 0; // metres along the line
+    float begin_, step_ = 1, end_ = 0; // metres along the line
     std::uint32_t last_ = 0;
     vec3 point_[max_steps + 1];
 };
