@@ -249,7 +249,10 @@ struct physical {
                              .slope = slope,
                              .curvature = normal_incidence ? vec3{0, 0, 0} : stretch * below.curvature};
         if (min_ringing < 1) add_repetitions(coherent, line, entry, above, below, path.shown, loss_db, wave.reflected);
-        if (coherent.amplitude != 0) echoes.curved_surface(coherent);
+        if (normal_incidence && coherent.repeat_ratio == 0) // no surface turns from line to line
+            echoes.surface(shown, coherent.amplitude * coherent.collected.x * coherent.collected.y, slope);
+        else if (coherent.amplitude != 0)
+            echoes.curved_surface(coherent);
 
         // Lambert's law over the solid angle of the array: 0.166 / (Fx Fy), calibrated by an independent simulation.
         const float scattered = wave.reflected * wave.reflected * roughness.diffuse(at);
