@@ -4,6 +4,7 @@
 #include <insonify/signal/envelope.hpp>
 #include <insonify/signal/kernel/convolve.hpp>
 #include <insonify/tracing/paths.hpp>
+#include <insonify/tracing/trace.hpp>
 #include <algorithm>
 #include <cmath>
 #include <doctest/doctest.h>
