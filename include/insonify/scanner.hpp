@@ -243,13 +243,9 @@ class clip_watch {
   public:
     /// Whether the next frame starts a clip.
     bool starts(const Probe& probe, const pose& at, const b_mode_settings& settings) {
-        bool changed = starts_;
-        starts_ = false;
         before_.frame = settings.frame;
-        if (!(before_ == settings)) {
-            before_ = settings;
-            changed = true;
-        }
+        bool changed = std::exchange(starts_, false) || !(before_ == settings);
+        before_ = settings;
         probe_([&](char&) { changed = true; }, probe);
         fast_ = motion(probe, settings.depth, at_, at) > settings.max_motion;
         at_ = at;

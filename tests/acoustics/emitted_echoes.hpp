@@ -38,6 +38,9 @@ struct recorder {
 
     float depth() const { return end; }
     void surface(float depth, float amplitude, vec2 slope) const { surfaces->push_back({depth, amplitude, slope}); }
+    void curved_surface(const curved_echo& one) const {
+        surface(one.depth, one.amplitude * one.collected.x * one.collected.y, one.slope);
+    }
     template <class Value>
     void rough_surface(float depth, float amplitude, vec2 slope, vec3 /* curvature */, const Value& value) const {
         rough->push_back({depth, amplitude, slope, value(0.0F), value(0.1e-3F)});

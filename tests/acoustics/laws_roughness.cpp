@@ -54,8 +54,8 @@ TEST_CASE("roughness: a nearly smooth surface scatters 4 k^2 h^2 without cancell
 
 TEST_CASE("roughness: an interface has the larger roughness, and the wavelength of the first medium") {
     const medium smooth{.roughness = 2_um}, rough{.roughness = 30_um};
-    CHECK(rms_height(smooth, rough) == 30_um);
-    CHECK(rms_height(rough, smooth) == 30_um);
+    CHECK(rms_height(incidence{smooth, rough}) == 30_um);
+    CHECK(rms_height(incidence{rough, smooth}) == 30_um);
     incidence at = at_interface(30_um, 1, 5_MHz);
     const float before = kirchhoff{}.rms_phase(at);
     at.before.sound_speed /= 2;

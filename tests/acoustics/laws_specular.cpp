@@ -80,23 +80,9 @@ TEST_CASE("specular: the exact lobe tends to the aperture lobe for short wavelen
     }
 }
 
-TEST_CASE("specular: the cosine lobe is cos^power; power 1.386 / phi^2 gives -6 dB at phi") {
-    CHECK(specular_return{.lobe = specular_return::lobe_shape::cosine}(60_deg, 2, 1) ==
-          doctest::Approx(0.5).scale(1e-30));
-    CHECK(specular_return{.lobe = specular_return::lobe_shape::cosine, .power = 4}(60_deg, 2, 1) ==
-          doctest::Approx(0.0625).scale(1e-30));
-    CHECK(specular_return{.lobe = specular_return::lobe_shape::cosine}(100_deg, 2, 1) == 0);
-    for (const float power : {79.0F, 270.0F}) {
-        const float half = degrees_at({.lobe = specular_return::lobe_shape::cosine, .power = power}, -6.0206F, 2, 1);
-        CHECK(half * static_cast<float>(radians) ==
-              doctest::Approx(std::sqrt(1.386F / power)).epsilon(0.01).scale(1e-30));
-    }
-}
-
 TEST_CASE("specular: every lobe is 1 at normal incidence, symmetric and monotonic") {
     for (const specular_return& lobe : {specular_return{},
                                         {.lobe = specular_return::lobe_shape::aperture},
-                                        {.lobe = specular_return::lobe_shape::cosine, .power = 79},
                                         {.lobe = specular_return::lobe_shape::exact}})
         for (const float fnumber : {1.0F, 2.0F, 4.0F})
             for (const float wavelengths : {20.0F, 100.0F, 400.0F}) {

@@ -1,4 +1,4 @@
-// Covers tracing/aperture/turned_line.hpp, tracing/aperture/turned_crossings.hpp.
+// Covers tracing/aperture/turned_line.hpp.
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/probe/convex_array.hpp>

@@ -8,6 +8,7 @@
 #include <insonify/signal/envelope.hpp>
 #include <insonify/signal/kernel/convolve.hpp>
 #include <insonify/tracing/paths.hpp>
+#include <insonify/tracing/trace.hpp>
 #include <algorithm>
 #include <cmath>
 #include <doctest/doctest.h>
@@ -28,7 +29,7 @@ double decibels(double amplitude) { return 20 * std::log10(amplitude); }
 double peak(const scene& body, const linear_array& probe, std::uint32_t planes) {
     const iq_lines echoes =
         trace(exec::par_unseq, body, probe, pose{}, physical<>{}, {.depth = 40_mm, .planes = planes});
-    const scan_lines seen = envelope(exec::par_unseq, convolve(exec::par_unseq, echoes, pulse{}, probe, {}));
+    const scan_lines seen = envelope(exec::par_unseq, convolve(exec::par_unseq, echoes, pulse{}, probe));
     float largest = 0;
     for (std::uint32_t i = probe.lines / 2 - 12; i < probe.lines / 2 + 12; ++i)
         for (std::uint32_t k = 0; k < seen.samples; ++k) largest = std::max(largest, seen(i, k));
@@ -213,7 +214,7 @@ TEST_CASE("where all incidence is normal, surfaces have the level of planes unde
         const phased_array probe{.lines = 193, .frequency = 3_MHz};
         const iq_lines echoes = trace(exec::par_unseq, body.build(exec::par), probe, pose{},
                                       physical<>{.angle = angle::normal}, {.depth = 40_mm});
-        const scan_lines seen = envelope(exec::par_unseq, convolve(exec::par_unseq, echoes, pulse{}, probe, {}));
+        const scan_lines seen = envelope(exec::par_unseq, convolve(exec::par_unseq, echoes, pulse{}, probe));
         const double level = decibels(static_cast<double>(*std::max_element(seen.values.begin(), seen.values.end())));
         MESSAGE("cylinder of ", radius * 1e3F, " mm: ", level, " dB (expected ", decibels(1.0 / 3), ")");
         CHECK(std::fabs(level - decibels(1.0 / 3)) < 0.5);
@@ -229,7 +230,7 @@ TEST_CASE("a plane has its own level under lines that diverge, however close to 
         body.build(exec::par);
         const iq_lines echoes =
             trace(exec::par_unseq, body, probe, pose{}, physical<>{}, {.depth = 40_mm, .planes = planes});
-        const scan_lines seen = envelope(exec::par_unseq, convolve(exec::par_unseq, echoes, pulse{}, probe, {}));
+        const scan_lines seen = envelope(exec::par_unseq, convolve(exec::par_unseq, echoes, pulse{}, probe));
         return decibels(static_cast<double>(*std::max_element(seen.values.begin(), seen.values.end())));
     };
     for (const float depth : {4_mm, 6_mm, 12_mm, 25_mm})

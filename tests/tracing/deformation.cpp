@@ -1,4 +1,4 @@
-// Covers tracing/plan/frame_displacements.hpp.
+// Covers tracing/plan/frame_plan.hpp.
 #include <insonify/b_mode.hpp>
 #include "deformed_frames.hpp"
 #include <doctest/doctest.h>

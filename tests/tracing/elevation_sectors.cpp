@@ -27,7 +27,8 @@ template <class Probe>
 double most_off(const std::string& what, const Probe& probe, std::uint32_t count, float angle, float until) {
     const beam_model beam = beam_of(probe, image_depth);
     const detail::elevation_planes base{beam, count, image_depth, detail::lines_follow_depth(probe)};
-    const detail::planes_of_lines planes{exec::seq, probe, base};
+    detail::planes_of_lines planes;
+    planes.assign(exec::seq, probe, base);
     const auto line =
         static_cast<std::uint32_t>(std::lround(line_at_fraction(angle / probe.field_of_view, probe.lines) - 0.01F));
     const ray along = probe.beam(static_cast<float>(line));
@@ -77,7 +78,8 @@ TEST_CASE("parallel lines share one set of plane weights, lines of a sector have
     const auto sets = [](const auto& probe, std::uint32_t count) {
         const detail::elevation_planes base{beam_of(probe, image_depth), count, image_depth,
                                             detail::lines_follow_depth(probe)};
-        const detail::planes_of_lines planes{exec::seq, probe, base};
+        detail::planes_of_lines planes;
+        planes.assign(exec::seq, probe, base);
         for (std::uint32_t i = 0; i < probe.lines; ++i) // to both sides alike
             REQUIRE(planes.set_of_line()[i] == planes.set_of_line()[probe.lines - 1 - i]);
         return planes.sets();

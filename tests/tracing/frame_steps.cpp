@@ -1,4 +1,4 @@
-// Covers tracing/aperture/aperture_view.hpp, tracing/find/find_line.hpp.
+// Covers tracing/aperture/aperture_view.hpp, tracing/find/line_layers.hpp.
 #include "../device/frame_steps.hpp"
 
 #include <insonify/insonify.hpp>

@@ -2,6 +2,7 @@
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/tracing/paths.hpp>
+#include <insonify/tracing/trace.hpp>
 #include <cmath>
 #include <doctest/doctest.h>
 #include <map>

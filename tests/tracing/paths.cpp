@@ -2,6 +2,7 @@
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/tracing/paths.hpp>
+#include <insonify/tracing/trace.hpp>
 #include <doctest/doctest.h>
 
 #include "echoes.hpp"
@@ -146,9 +147,10 @@ TEST_CASE("a target below a tilted plane is seen where refraction puts it") { //
     body.add(make_sphere({0, 0, deep}, 0.3_mm, 3), tissue::air, {.priority = 1});
     body.build(exec::par);
     const linear_array probe{.lines = 401, .width = 20.05_mm, .frequency = 5_MHz}; // 50 um apart
-    const auto model =
-        physical<>{.specular = {.lobe = specular_return::lobe_shape::cosine, .power = 1}}.with_scattering(
-            no_scatterers{});
+    struct by_cosine {
+        float operator()(float angle, float, float) const { return std::cos(angle); }
+    };
+    const auto model = physical<>{}.with_specular(by_cosine{}).with_scattering(no_scatterers{});
     const iq_lines lines =
         trace(exec::par, body, probe, pose{}, model, {.depth = 66_mm, .samples = 3300}, paths{{.bounces = 0}});
     double sum = 0, moment = 0;

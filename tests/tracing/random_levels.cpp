@@ -75,7 +75,7 @@ scene random_body(drawn_numbers& drawn) {
 template <transducer Probe>
 float strongest_echo(const scene& body, const Probe& probe, const acquisition& scan) {
     const iq_lines echoes = trace(exec::unseq, body, probe, pose{}, physical{}, scan);
-    const scan_lines seen = envelope(exec::unseq, convolve(exec::unseq, echoes, pulse{}, probe, {}));
+    const scan_lines seen = envelope(exec::unseq, convolve(exec::unseq, echoes, pulse{}, probe));
     float strongest = 0;
     for (const float one : seen.values) {
         if (!is_finite(one)) return one;

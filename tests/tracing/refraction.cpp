@@ -14,6 +14,11 @@ using namespace insonify;
 namespace refraction_test {
 namespace {
 
+/// The aperture collects every specular echo whole.
+struct whole_echo {
+    float operator()(float, float, float) const { return 1; }
+};
+
 double wide(float x) { return static_cast<double>(x); }
 
 // A plane plate in a medium, tilted by an angle, and an air wall behind it at right angles to the line: level and displayed
@@ -66,8 +71,7 @@ TEST_CASE("behind an oblique plate, straight lines have the level of the refract
     using namespace refraction_test;
     const medium muscle = quiet(tissue::muscle), bone = quiet(tissue::bone);
     const medium silicone{.density = 1070, .sound_speed = 1000, .attenuation = 100}; // slower than its surroundings
-    const physical<> model = physical<>{.specular = {.lobe = specular_return::lobe_shape::cosine, .power = 0},
-                                        .bandwidth = pulse_bandwidth::narrow};
+    const auto model = physical<>{.bandwidth = pulse_bandwidth::narrow}.with_specular(whole_echo{});
     const linear_array one_line{.lines = 1, .width = 1_mm, .frequency = 2.5_MHz};
     const oblique_plate plates[] = {{muscle, bone, 3e-3, 0},     {muscle, bone, 3e-3, 10}, {muscle, bone, 3e-3, 20},
                                     {muscle, bone, 3e-3, 24},    {muscle, bone, 1e-3, 26}, {muscle, silicone, 5e-3, 20},
@@ -114,8 +118,8 @@ TEST_CASE("through parallel oblique layers, every surface has the level of the r
     body.build(exec::par);
     const auto found = echoes_test::echoes_of(
         trace(exec::par, body, linear_array{.lines = 1, .width = 1_mm, .frequency = 2.5_MHz}, pose{},
-              physical<>{.specular = {.lobe = specular_return::lobe_shape::cosine, .power = 0},
-                         .bandwidth = pulse_bandwidth::narrow}
+              physical<>{.bandwidth = pulse_bandwidth::narrow}
+                  .with_specular(whole_echo{})
                   .with_scattering(no_scatterers{}),
               {.depth = 70_mm, .samples = 7000}),
         0);

@@ -4,6 +4,7 @@
 #include <insonify/signal/envelope.hpp>
 #include <insonify/signal/kernel/convolve.hpp>
 #include <insonify/tracing/paths.hpp>
+#include <insonify/tracing/trace.hpp>
 #include <algorithm>
 #include <cmath>
 #include <doctest/doctest.h>
@@ -113,7 +114,7 @@ TEST_CASE("below a flat needle stand its reverberations, and its shadow beside t
         const linear_array probe{.lines = 128};
         const iq_lines lines = trace(exec::par_unseq, body, probe, pose{}, physical<>{.min_ringing = ringing},
                                      {.depth = 40_mm, .planes = 5});
-        return envelope(exec::par_unseq, convolve(exec::par_unseq, lines, pulse{}, probe, {}));
+        return envelope(exec::par_unseq, convolve(exec::par_unseq, lines, pulse{}, probe));
     };
     const auto rms = [](const scan_lines& lines, float from, float to) {
         double sum = 0, count = 0;

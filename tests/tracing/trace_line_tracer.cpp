@@ -4,6 +4,7 @@
 #include <insonify/paper/pixels.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/tracing/paths.hpp>
+#include <insonify/tracing/trace.hpp>
 #include <insonify/tracing/read/label.hpp>
 #include <algorithm>
 #include <cmath>

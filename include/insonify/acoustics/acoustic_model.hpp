@@ -30,9 +30,9 @@ struct scatterer_echoes {
 struct curved_echo {
     float depth = 0;     ///< displayed, metres
     float amplitude = 0; ///< of the whole echo, before the aperture has its part
-    vec2 collected{
-        1, 1}; ///< fraction that the aperture collects of a plane of this slope, in the slice plane and out of it
-    vec2 slope{0, 0};        ///< change of displayed depth per metre across the line, in the slice plane and out of it
+    vec2 collected{1,
+                   1}; ///< fraction that the aperture collects of a plane of this slope: in the slice plane, out of it
+    vec2 slope{0, 0};  ///< change of displayed depth per metre across the line, in the slice plane and out of it
     vec3 curvature{0, 0, 0}; ///< second derivatives of displayed depth, 1/m, as in `layer`
     float repeat_ratio = 0;  ///< of the amplitudes of each repetition and the echo before it; 0: not repeated
     float repeat_step = 0;   ///< from one to the next, metres of displayed depth
@@ -60,9 +60,8 @@ struct curved_echo {
 /// divided linearly between the two neighbouring samples. Sample k lies at depth (k + 1/2) * spacing. The phase is
 /// reduced in cycles, in double precision, so it is accurate at any depth.
 ///
-/// Models call `surface`, `rough_surface` and `scatterers`, and receive any type with these three and `depth`; those
-/// with `curved_surface` receive specular echoes there instead, unless all incidence is normal. The tracer substitutes
-/// one that compensates for the kernels of later stages.
+/// Models call `surface` or `curved_surface`, `rough_surface` and `scatterers`, and receive any type with these and
+/// `depth`. The tracer substitutes one that compensates for the kernels of later stages.
 /// Source: demodulation to baseband of an echo with delay 2 z / c0.
 class echo_line {
   public:
@@ -70,10 +69,8 @@ class echo_line {
     /// @param spacing    metres of displayed depth from sample to sample
     /// @param frequency  of the carrier, hertz
     INSONIFY_FN echo_line(view<vec2> samples, float spacing, float frequency)
-        : samples_{samples}, per_spacing_{1 / spacing}, spacing_{spacing}, cycles_{2.0 *
-                                                                                   static_cast<double>(frequency) /
-                                                                                   static_cast<double>(display_speed)} {
-    }
+        : samples_{samples}, per_spacing_{1 / spacing}, spacing_{spacing}, cycles_{2 * double{frequency} /
+                                                                                   double{display_speed}} {}
 
     /// Metres to the end of the last sample.
     INSONIFY_FN float depth() const { return spacing_ * static_cast<float>(samples_.size()); }

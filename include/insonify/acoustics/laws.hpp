@@ -147,12 +147,6 @@ struct fresnel {
         return at.transmitted == 0 ? 1.0F : (at.incident - at.transmitted) / (at.incident + at.transmitted);
     }
 
-    /// p: pressure behind the interface relative to the incident pressure, 0 to 2; 0 for total reflection.
-    INSONIFY_FN float pressure_transmission(const medium& before, const medium& after, float cosine) const {
-        const terms at = terms_of(before, after, cosine);
-        return at.transmitted == 0 ? 0.0F : 2 * (at.incident / (at.incident + at.transmitted));
-    }
-
     /// R: fraction of the energy that is reflected, 0 to 1.
     INSONIFY_FN float energy_reflection(const medium& before, const medium& after, float cosine) const {
         const float r = pressure_reflection(before, after, cosine);
@@ -192,14 +186,11 @@ struct fresnel {
     }
 };
 
-/// Rms height of a surface of which only the two media are known, metres: the larger `roughness` of the two.
-INSONIFY_FN inline float rms_height(const medium& before, const medium& after) {
-    return max(before.roughness, after.roughness);
-}
-/// Rms height of the surface that a wave meets, metres: its own where it is known. Tracers give the roughness of the
-/// object whose surface it is, of higher priority than what it lies in: polished steel in rough muscle stays a mirror.
+/// Rms height of the surface that a wave meets, metres: its own where it is known, else the larger `roughness` of the
+/// two media. Tracers give that of the object whose surface it is, of higher priority than what it lies in: polished
+/// steel in rough muscle stays a mirror.
 INSONIFY_FN inline float rms_height(const incidence& at) {
-    return at.roughness < 0 ? rms_height(at.before, at.after) : at.roughness;
+    return at.roughness < 0 ? max(at.before.roughness, at.after.roughness) : at.roughness;
 }
 
 namespace detail {
@@ -286,19 +277,16 @@ struct specular_return {
     /// How the echo decreases with the angle phi between the beam and the surface normal.
     enum class lobe_shape {
         aperture, ///< max(0, 1 - |phi| / psi), psi = atan(1 / (2 F)): overlap of the aperture and its mirror image
-        cosine,   ///< cos^power phi, the specularity of Buerger et al. 2013; a plate at F/2 has power 79, at F/4 270
         exact,    ///< `aperture` with diffraction at its edges, in closed form, at a single frequency
         pulse     ///< `exact` averaged over the spectrum of a short pulse
     };
 
     lobe_shape lobe = lobe_shape::pulse; ///< shape of the lobe
-    float power = 1;                     ///< exponent of `lobe_shape::cosine`
 
     /// @param angle        phi: from the beam to the surface normal, in the plane of beam and aperture, radians
     /// @param fnumber      F: depth of the facet over the width of the aperture
     /// @param wavelengths  depth of the facet over the wavelength, above 0; used by `exact` and `pulse` only
     INSONIFY_FN float operator()(float angle, float fnumber, float wavelengths) const {
-        if (lobe == lobe_shape::cosine) return std::pow(max(std::cos(angle), 0), power);
         const float edge = std::atan(1 / (2 * fnumber));
         if (lobe == lobe_shape::aperture) return max(0, 1 - std::fabs(angle) / edge);
         if (angle == 0) return 1;
@@ -317,12 +305,6 @@ struct specular_return {
             at_frequency(1 + deviation, turned, straight);
         }
         return length(turned) / length(straight);
-    }
-
-    /// @throws usage_error  if `power` is out of range
-    void check() const {
-        if (!is_finite(power) || !(power >= 0))
-            throw usage_error{"specular_return: `power` must be a finite number, 0 or more"};
     }
 
     friend bool operator==(const specular_return&, const specular_return&) = default;

@@ -22,12 +22,12 @@ struct layer {
     std::uint32_t medium = 0;   ///< index into the media of the line
     std::uint32_t object = ~0U; ///< id of the object, ~0 for the background
     float cosine = 1;           ///< of the angle of incidence on the surface at `begin`; 1 on the first layer
-    vec2 slope{0, 0}; ///< of that surface: tangents of the angles between its forward normal and the line, within the
-                      ///< slice plane and out of it
-    vec3 curvature{0, 0,
-                   0};    ///< of that surface: second derivatives of its depth, 1/m, positive where it recedes to both
-                          ///< sides: across the line in the slice plane, out of it, and mixed
-    float roughness = -1; ///< of that surface: rms height, metres; below 0: the larger one of the two media
+    /// Tangents of the angles between that surface's forward normal and the line, within the slice plane and out of it.
+    vec2 slope{0, 0};
+    /// Second derivatives of that surface's depth, 1/m, positive where it recedes to both sides: across the line in the
+    /// slice plane, out of it, and mixed.
+    vec3 curvature{0, 0, 0};
+    float roughness = -1;    ///< of that surface: rms height, metres; below 0: the larger one of the two media
     std::uint32_t place = 0; ///< index into the poses of the line
     /// Cosines of the angles of incidence on the surfaces at `begin` and `end`, where these are the object's own; 0
     /// where there is none, or where it belongs to the object on its other side.
@@ -164,10 +164,9 @@ struct traced_line {
     line_frame frame{};                        ///< in the world
     line_aperture aperture{};                  ///< of the receiving array
     std::uint32_t plane = 0;                   ///< of the frame's elevation planes, the middle one first
-    float pulse_sigma = 0; ///< standard deviation of the pulse envelope, metres of displayed depth; 0: of 2.5 cycles
-    float bandwidth =
-        0; ///< fractional, of the pulse under attenuation; 0: that of `pulse_sigma`, or a single frequency
-    aperture_gains gains{};                        ///< corrections for the width of the aperture
+    float pulse_sigma = 0;  ///< standard deviation of the pulse envelope, metres of displayed depth; 0: of 2.5 cycles
+    float bandwidth = 0;    ///< fractional, of the pulse under attenuation; 0: by `pulse_sigma`, or a single frequency
+    aperture_gains gains{}; ///< corrections for the width of the aperture
     std::uint32_t frame_number = 0;                ///< speckle of flowing media depends on it
     view<const displacement_view> displacements{}; ///< of the tissue of each place; empty: all of it is at rest
 

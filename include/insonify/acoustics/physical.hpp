@@ -24,15 +24,6 @@ struct layer_entry {
     const medium* outside = nullptr; ///< before it
 };
 
-/// Where the far surface of a layer is nearest to the probe, metres across the line; at most half of the thickness
-/// away.
-INSONIFY_FN inline vec2 nearest_of(vec2 slope, vec2 curvature, float thickness) {
-    const auto along = [&](float s, float bend) {
-        return bend == 0 ? 0.0F : clamp(s / bend, -0.5F * thickness, 0.5F * thickness);
-    };
-    return {along(slope.x, curvature.x), along(slope.y, curvature.y)};
-}
-
 } // namespace detail
 
 /// The pulse-echo model: complex pressure amplitudes at baseband, as input for `convolve`.
@@ -70,9 +61,9 @@ struct physical {
     std::uint32_t seed = 0x5EED;      ///< of the diffuse echoes of rough surfaces
     Roughness roughness{};            ///< of surfaces
     Attenuation attenuation{};        ///< dB per metre, there and back
-    float min_ringing =
-        0.5F; ///< thin hard layers ring on straight lines, such as a needle: their far surface repeats its echo
-              ///< where each repetition has at least this fraction of the one before; 1: none rings
+    /// Thin hard layers, such as a needle, ring on straight lines: their far surface repeats its echo where each
+    /// repetition has at least this fraction of the one before; 1: none rings.
+    float min_ringing = 0.5F;
 
     /// The same model with another interface law.
     auto with_boundary(const interface_law auto& law) const {
@@ -258,7 +249,10 @@ struct physical {
                              .slope = slope,
                              .curvature = normal_incidence ? vec3{0, 0, 0} : stretch * below.curvature};
         if (min_ringing < 1) add_repetitions(coherent, line, entry, above, below, path.shown, loss_db, wave.reflected);
-        add_specular(echoes, coherent);
+        if (normal_incidence && coherent.repeat_ratio == 0) // no surface turns from line to line
+            echoes.surface(shown, coherent.amplitude * coherent.collected.x * coherent.collected.y, slope);
+        else if (coherent.amplitude != 0)
+            echoes.curved_surface(coherent);
 
         // Lambert's law over the solid angle of the array: 0.166 / (Fx Fy), calibrated by an independent simulation.
         const float scattered = wave.reflected * wave.reflected * roughness.diffuse(at);
@@ -302,7 +296,7 @@ struct physical {
     // for each time that sound crosses the layer and returns. Where the surfaces are not parallel, each reflection
     // turns it further: the ratio takes the fraction of the first repetition that the aperture collects. The echo of a
     // curved surface comes from where that is nearest to the probe, so slopes, angles and thickness are those of that
-    // place: a needle rings alike in all planes that cut it.
+    // place, `nearest`: a needle rings alike in all planes that cut it.
     // @param far        the layer that begins at the far surface
     // @param shown      displayed depth of the far surface, metres
     // @param loss_db    attenuation down to it, there and back, of the peak of the pulse, dB
@@ -319,7 +313,13 @@ struct physical {
         vec2 near_slope = near.present->slope, far_slope = far.slope, whole = one.collected;
         float near_reflected = near.reflected;
         const vec2 near_bend{near.present->curvature.x, near.present->curvature.y},
-            bend{far.curvature.x, far.curvature.y}, nearest = detail::nearest_of(far_slope, bend, step / stretch);
+            bend{far.curvature.x, far.curvature.y};
+        // Metres across the line from there, at most half of the thickness.
+        const float half = 0.5F * step / stretch;
+        const auto nearest_along = [&](int i) {
+            return bend[i] == 0 ? 0.0F : clamp(far_slope[i] / bend[i], -half, half);
+        };
+        const vec2 nearest{nearest_along(0), nearest_along(1)};
         if (nearest != vec2{0, 0}) {
             step += stretch * dot(near_slope - far_slope + 0.5F * (bend - near_bend) * nearest, nearest);
             near_slope -= near_bend * nearest;
@@ -342,18 +342,6 @@ struct physical {
         const float first = whole.x * whole.y;
         one.repeat_ratio = ratio * (first > 0 ? min(turned.x * turned.y / first, 1) : 0);
         one.repeat_step = step;
-    }
-
-    // At normal incidence throughout, no surface turns from line to line.
-    template <class Echoes>
-    INSONIFY_FN void add_specular(const Echoes& echoes, const curved_echo& one) const {
-        if constexpr (requires { echoes.curved_surface(one); })
-            if (angle != insonify::angle::normal || one.repeat_ratio != 0) {
-                if (one.amplitude != 0) echoes.curved_surface(one);
-                return;
-            }
-        const float whole = one.amplitude * (one.collected.x * one.collected.y);
-        if (whole != 0) echoes.surface(one.depth, whole, one.slope);
     }
 
     INSONIFY_FN gaussian_field surface_field() const { return {.seed = seed}; }
@@ -393,7 +381,7 @@ struct physical {
             within.own_surfaces = here.own_surfaces;
             level /= within.structure->rms(within.fnumber);
         }
-        detail::scatter_along_fibres(scattering, within, here.begin, end, slot, [&](const scatterer_run& run) {
+        scattering.scatter(within, here.begin, end, slot, [&](const scatterer_run& run) {
             const auto length = static_cast<float>(run.count) * run.step;
             const aperture_gain first = path.gains.at(run.first), last = path.gains.at(run.first + length);
             const auto shown_at = [&](float distance, const aperture_gain& gain) {

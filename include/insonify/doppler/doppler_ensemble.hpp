@@ -51,7 +51,6 @@ namespace detail {
 template <scattering_field Scattering, velocity_field Field>
 struct moving_scatterers {
     static constexpr std::uint32_t all_pulses = ~0U; ///< the value of `*current` for tissue at rest
-    static constexpr bool straightens_fibres = true; ///< of what has moved: see `scatter_along_fibres`
 
     Scattering at_rest{};             ///< at the first pulse
     const Field* field = nullptr;     ///< velocities
@@ -67,7 +66,7 @@ struct moving_scatterers {
         float resting_from = begin;
         const auto emit_resting = [&](float until) {
             *current = all_pulses;
-            if (until > resting_from) scatter_along_fibres(at_rest, line, resting_from, until, spacing, emit);
+            if (until > resting_from) at_rest.scatter(line, resting_from, until, spacing, emit);
         };
         const auto last = static_cast<std::uint32_t>(end / piece);
         for (auto i = static_cast<std::uint32_t>(begin / piece); i <= last; ++i) {
@@ -127,10 +126,10 @@ struct moving_scatterers {
             }
             now.frame_number += number * 0x9E3779B9U;
             if (weight == 1)
-                scatter_along_fibres(at_rest, now, begin, end, spacing, emit);
+                at_rest.scatter(now, begin, end, spacing, emit);
             else
-                scatter_along_fibres(at_rest, now, begin, end, spacing,
-                                     [&](const scatterer_run& run) { emit_weighted(run, weight, emit); });
+                at_rest.scatter(now, begin, end, spacing,
+                                [&](const scatterer_run& run) { emit_weighted(run, weight, emit); });
         };
         const std::uint32_t first =
             renewed && pulses.first >= generation ? pulses.first / generation * generation - stay : 0;

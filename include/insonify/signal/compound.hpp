@@ -94,7 +94,7 @@ class compounding {
         steered<Probe> probe;
         acquisition scan{};
         std::vector<row> rows{};
-        std::vector<float> weighted{}; // amplitudes on the lines of the probe, times the weight
+        std::vector<float> weighted{}, weights{}; // amplitudes on the lines of the probe, times the weight; the weight
         bool acquired = false;
     };
     static constexpr float min_weight = 1e-3F; // where only ends of looks meet, their mean counts
@@ -164,6 +164,7 @@ class compounding {
                                     : row{at.x, static_cast<std::uint32_t>(above), clamp(place - above, 0, 1)});
         }
         made.weighted.resize(std::size_t{probe_->lines} * scan_.samples);
+        made.weights.resize(made.weighted.size());
     }
 
     // Looks in the order of their angles to the straight line.
@@ -194,11 +195,12 @@ class compounding {
         exec::for_each_block(
             policy, probe_->lines, 8, 3 * static_cast<float>(samples), [&](std::size_t begin, std::size_t end) {
                 for (std::size_t line = begin; line < end; ++line) {
-                    float* const to = own.weighted.data() + line * samples;
+                    float *const to = own.weighted.data() + line * samples, *const weights =
+                                                                                own.weights.data() + line * samples;
                     for (std::size_t k = 0; k < samples; ++k) {
                         const row& at = own.rows[k];
                         const float place = static_cast<float>(line) - at.shift;
-                        const float fraction = straight ? 1.0F : weight(place);
+                        const float fraction = weights[k] = straight ? 1.0F : weight(place);
                         to[k] = 0;
                         if (fraction == 0) continue;
                         const float left = clamp(std::floor(place), 0, last), part = clamp(place - left, 0, 1);
@@ -210,7 +212,6 @@ class compounding {
                     }
                 }
             });
-        if (!own.acquired) inverse_weights_.clear(); // another look takes part
         own.acquired = true;
         ++acquired_;
     }
@@ -218,36 +219,21 @@ class compounding {
     template <class Policy>
     void average(const Policy& policy, scan_lines& lines) {
         lines.reshape(probe_->lines, scan_.samples, scan_.depth);
-        if (inverse_weights_.size() != lines.values.size()) weigh(policy);
-        exec::for_each_block(policy, lines.values.size(), 4096, 0.3F * static_cast<float>(looks_.size()),
-                             [&](std::size_t begin, std::size_t end) {
-                                 float* const to = lines.values.data();
-                                 std::fill(to + begin, to + end, 0.0F);
-                                 for (const look& each : looks_) {
-                                     if (!each.acquired) continue;
-                                     const float* const from = each.weighted.data();
-                                     for (std::size_t i = begin; i < end; ++i) to[i] += from[i];
-                                 }
-                                 for (std::size_t i = begin; i < end; ++i) to[i] *= inverse_weights_[i];
-                             });
-    }
-
-    // One over the sum of the weights of all looks that have been acquired; 0 where there is none.
-    template <class Policy>
-    void weigh(const Policy& policy) {
-        const std::size_t samples = scan_.samples;
-        inverse_weights_.resize(probe_->lines * samples);
+        constexpr std::size_t block = 4096;
         exec::for_each_block(
-            policy, probe_->lines, 8, 10 * static_cast<float>(samples), [&](std::size_t begin, std::size_t end) {
-                for (std::size_t i = begin * samples; i < end * samples; ++i) {
-                    float sum = 0;
-                    for (const look& each : looks_)
-                        if (each.acquired)
-                            sum += each.probe.steering == 0
-                                       ? 1.0F
-                                       : weight(static_cast<float>(i / samples) - each.rows[i % samples].shift);
-                    inverse_weights_[i] = sum > 0 ? 1 / sum : 0.0F;
+            policy, lines.values.size(), block, 0.3F * static_cast<float>(looks_.size()),
+            [&](std::size_t begin, std::size_t end) {
+                float* const to = lines.values.data() + begin;
+                float weights[block] = {};
+                std::fill_n(to, end - begin, 0.0F);
+                for (const look& each : looks_) {
+                    if (!each.acquired) continue;
+                    const float *const from = each.weighted.data() + begin, *const own = each.weights.data() + begin;
+                    for (std::size_t i = 0; i < end - begin; ++i) to[i] += from[i];
+                    for (std::size_t i = 0; i < end - begin; ++i) weights[i] += own[i];
                 }
+                // Where no look has a weight, both sums are 0.
+                for (std::size_t i = 0; i < end - begin; ++i) to[i] /= max(weights[i], min_weight);
             });
     }
 
@@ -255,7 +241,6 @@ class compounding {
     acquisition scan_{};
     compound_settings settings_{};
     std::vector<look> looks_{};
-    std::vector<float> inverse_weights_{};
     std::uint32_t acquired_ = 0; // since the start
     bool ready_ = false;
 };

@@ -45,49 +45,38 @@ class fourier_transform {
     void forward(float* real, float* imaginary) const {
         for (std::size_t half = size_ / 2; half > 0; half /= 2)
             for (std::size_t begin = 0; begin < size_; begin += 2 * half)
-                forward<Width>(real + begin, imaginary + begin, half);
+                combine<Width, true>(real + begin, imaginary + begin, half);
     }
     /// The inverse, times the size.
     template <int Width>
     void back(float* real, float* imaginary) const {
         for (std::size_t half = 1; half < size_; half *= 2)
             for (std::size_t begin = 0; begin < size_; begin += 2 * half)
-                back<Width>(real + begin, imaginary + begin, half);
+                combine<Width, false>(real + begin, imaginary + begin, half);
     }
 
   private:
-    /// (a, b) becomes (a + b, (a - b) exp(-j angle)), for `half` values a and as many values b after them.
-    template <int Width>
-    void forward(float* real, float* imaginary, std::size_t half) const {
+    /// (a, b) becomes (a + b, (a - b) exp(-j angle)), or back (a + b exp(+j angle), a - b exp(+j angle)), for `half`
+    /// values a and as many values b after them.
+    template <int Width, bool Forward>
+    void combine(float* real, float* imaginary, std::size_t half) const {
         using floats = lanes<Width>;
         if constexpr (Width > 1)
-            if (half < Width) return forward<1>(real, imaginary, half);
+            if (half < Width) return combine<1, Forward>(real, imaginary, half);
         for (std::size_t i = 0; i < half; i += Width) {
             const floats c = load<Width>(cosine_.data() + half + i), s = load<Width>(sine_.data() + half + i);
-            const floats ar = load<Width>(real + i), br = load<Width>(real + half + i);
-            const floats ai = load<Width>(imaginary + i), bi = load<Width>(imaginary + half + i);
-            store(ar + br, real + i);
-            store(ai + bi, imaginary + i);
-            store((ar - br) * c + (ai - bi) * s, real + half + i);
-            store((ai - bi) * c - (ar - br) * s, imaginary + half + i);
-        }
-    }
-
-    /// (a, b) becomes (a + b exp(+j angle), a - b exp(+j angle)).
-    template <int Width>
-    void back(float* real, float* imaginary, std::size_t half) const {
-        using floats = lanes<Width>;
-        if constexpr (Width > 1)
-            if (half < Width) return back<1>(real, imaginary, half);
-        for (std::size_t i = 0; i < half; i += Width) {
-            const floats c = load<Width>(cosine_.data() + half + i), s = load<Width>(sine_.data() + half + i);
-            const floats xr = load<Width>(real + half + i), xi = load<Width>(imaginary + half + i);
             const floats ar = load<Width>(real + i), ai = load<Width>(imaginary + i);
-            const floats br = xr * c - xi * s, bi = xi * c + xr * s;
+            floats br = load<Width>(real + half + i), bi = load<Width>(imaginary + half + i);
+            if constexpr (!Forward) {
+                const floats turned = br * c - bi * s;
+                bi = bi * c + br * s;
+                br = turned;
+            }
+            const floats r = ar - br, j = ai - bi;
             store(ar + br, real + i);
             store(ai + bi, imaginary + i);
-            store(ar - br, real + half + i);
-            store(ai - bi, imaginary + half + i);
+            store(Forward ? r * c + j * s : r, real + half + i);
+            store(Forward ? j * c - r * s : j, imaginary + half + i);
         }
     }
 

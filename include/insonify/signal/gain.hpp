@@ -82,8 +82,7 @@ struct tgc_settings {
     float max_db = 60;      ///< limit of the automatic gain
     std::array<float, 8> sliders{}; ///< dB at eight depths from 0 to the end of the lines; linear between
     std::vector<tgc_point> curve{}; ///< points in order of depth; linear between, constant before and after
-    float bandwidth =
-        0; ///< fractional, of a pulse whose losses are to be restored (`attenuated`); 0: a single frequency
+    float bandwidth = 0; ///< fractional, of a pulse whose losses are restored (`attenuated`); 0: a single frequency
 
     /// @param depth      metres
     /// @param end        depth of the lines, metres
@@ -94,9 +93,11 @@ struct tgc_settings {
         const std::size_t slider = place < 7 ? static_cast<std::size_t>(place) : 6;
         const float fraction = place - static_cast<float>(slider);
         const float manual = sliders[slider] + fraction * (sliders[slider + 1] - sliders[slider]);
-        if (curve.empty())
-            return manual + min(restored_db(2 * attenuation * frequency * 1e-6F * depth, frequency), max_db);
-
+        if (curve.empty()) {
+            const float lost = 2 * attenuation * frequency * 1e-6F * depth;
+            return manual +
+                   min(bandwidth > 0 && lost > 0 ? attenuated(lost, frequency, bandwidth).loss_db : lost, max_db);
+        }
         const auto after =
             std::find_if(curve.begin(), curve.end(), [=](const tgc_point& p) { return p.depth > depth; });
         if (after == curve.begin()) return manual + curve.front().gain_db;
@@ -104,11 +105,6 @@ struct tgc_settings {
         const tgc_point& before = *(after - 1);
         const float between = (depth - before.depth) / (after->depth - before.depth);
         return manual + before.gain_db + between * (after->gain_db - before.gain_db);
-    }
-
-    /// What is restored where the carrier loses so much, dB.
-    float restored_db(float loss_db, float frequency) const {
-        return bandwidth > 0 && loss_db > 0 ? attenuated(loss_db, frequency, bandwidth).loss_db : loss_db;
     }
 
     /// @throws usage_error  naming a setting that is out of range

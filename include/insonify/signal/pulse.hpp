@@ -125,7 +125,8 @@ struct beam_model {
     ///
     /// The beam is narrowest before the focus, where the near side of the transmitted wave meets the growing aperture.
     /// Source: fit to simulated fields of an array that receives at constant F#: 3.5 to 7.5 MHz, F/2 to F/4, foci of 20
-    /// to 40 mm, depths of 0.4 to 2.2 times the focus; within 10 % in 98 % of 513 cases, 20 % at most.
+    /// to 40 mm, depths of 0.4 to 2.2 times the focus. `bench/studies/beam_width.cpp` simulates them again and prints
+    /// the difference: of 513 widths 98.8 % agree within 10 %, all from -10 to +20 %.
     INSONIFY_FN float lateral_width(float depth) const {
         const float z = max(max(depth, 0.1F * focus), 1e-6F), sent = fnumber(focus);
         const float defocus = focus * (1 - focus / z) / (wavelength * sent * sent);

@@ -11,18 +11,33 @@
 /// Factors on the amplitude of speckle along a line, a register at a time.
 namespace insonify::inline INSONIFY_ABI::detail {
 
-using wide_floats = lanes<max_simd_width>;
-using wide_bits = bit_lanes<max_simd_width>;
+inline constexpr int wide_lanes = max_simd_width;
+using wide_floats = lanes<wide_lanes>;
+using wide_bits = bit_lanes<wide_lanes>;
 
 /// first, first + 1, first + 2, ...
 INSONIFY_FN INSONIFY_INLINE wide_floats whole_numbers(std::uint32_t first) {
-    return floats_of<max_simd_width>(steps_of_bits<max_simd_width>(first, 1));
+    return floats_of<wide_lanes>(steps_of_bits<wide_lanes>(first, 1));
 }
 
 /// Fraction 0 to 1 of some of the bits.
 INSONIFY_FN INSONIFY_INLINE wide_floats fraction_of_bits(const wide_bits& random, int shift, std::uint32_t count) {
-    return floats_of<max_simd_width>((random >> shift) & ((1U << count) - 1)) *
+    return floats_of<wide_lanes>((random >> shift) & ((1U << count) - 1)) *
            wide_floats(1 / static_cast<float>((1U << count) - 1));
+}
+/// A number between two others, by eight of the bits.
+INSONIFY_FN INSONIFY_INLINE wide_floats between(const wide_bits& random, int shift, float lowest, float highest) {
+    return multiply_add(fraction_of_bits(random, shift, 8), wide_floats(highest - lowest), wide_floats(lowest));
+}
+
+/// Amplitude of a level of `mean` plus `number` times `deviation`, dB.
+INSONIFY_FN INSONIFY_INLINE wide_floats decibels(const wide_floats& number, float deviation, float mean = 0) {
+    return power_of_two<wide_lanes>(
+        multiply_add(number, wide_floats(bits_per_decibel * deviation), wide_floats(bits_per_decibel * mean)));
+}
+/// A Gaussian of standard deviation 1 and peak 1.
+INSONIFY_FN INSONIFY_INLINE wide_floats gaussian(const wide_floats& x) {
+    return power_of_two<wide_lanes>(x * x * wide_floats(-0.72134752F)); // -log2(e) / 2
 }
 
 /// A linear function of the distance along a line, metres.
@@ -47,7 +62,7 @@ INSONIFY_FN INSONIFY_INLINE wide_floats interpolate(const float* values, std::ui
     const float* const at = values + before;
     const wide_floats away = whole_numbers(0) * wide_floats(step) + wide_floats(part);
     wide_floats sum = multiply_add(away, wide_floats(at[1] - at[0]), wide_floats(at[0]));
-    for (std::uint32_t i = 1; static_cast<float>(i) < 1 + (max_simd_width - 1) * step && before + i + 1 < count; ++i)
+    for (std::uint32_t i = 1; static_cast<float>(i) < 1 + (wide_lanes - 1) * step && before + i + 1 < count; ++i)
         sum = multiply_add(max(away - wide_floats(static_cast<float>(i)), wide_floats(0.0F)),
                            wide_floats(at[i + 1] - 2 * at[i] + at[i - 1]), sum);
     return sum;
@@ -65,7 +80,7 @@ class line_nodes {
         step_ = max(apart, (to - from) / (max_count - 3));
         first_ = std::floor((origin + from) / step_) * step_ - origin;
         count_ = static_cast<std::uint32_t>(clamp((to - first_) / step_, 0, max_count - 3)) + 2;
-        for (std::uint32_t i = 0; i < count_; i += max_simd_width)
+        for (std::uint32_t i = 0; i < count_; i += wide_lanes)
             store(field(wide_floats(first_) + whole_numbers(i) * wide_floats(step_)), value_ + i);
     }
 
@@ -92,7 +107,7 @@ class line_nodes {
 
     float first_ = 0, step_ = 1; // metres
     std::uint32_t count_ = 0;
-    float value_[max_count + max_simd_width];
+    float value_[max_count + wide_lanes];
 };
 
 /// Points at equal steps of a line, and their gains.
@@ -109,6 +124,37 @@ struct gain_points {
     }
 };
 
+/// Value noise: random numbers at the points of the unit lattice, and cubic interpolation between them. Mean 0,
+/// variance 1, approximately normally distributed.
+/// Source: lattice value noise, Perlin & Hoffert 1989.
+template <int N>
+INSONIFY_FN INSONIFY_INLINE lanes<N> value_noise(std::uint32_t key, const lanes<N>& x, const lanes<N>& y,
+                                                 const lanes<N>& z) {
+    using floats = lanes<N>;
+    using bits = bit_lanes<N>;
+    constexpr std::uint32_t next_x = 0x9E3779B9U, next_y = 0x85EBCA6BU, next_z = 0xC2B2AE35U;
+    const bits column = floor_bits<N>(x), row = floor_bits<N>(y), layer = floor_bits<N>(z);
+    const auto smooth = [](const floats& t) { return t * t * (floats(3.0F) - (t + t)); };
+    const floats right = smooth(x - floats_of<N>(column)), down = smooth(y - floats_of<N>(row)),
+                 back = smooth(z - floats_of<N>(layer));
+    const bits first = column * next_x + row * next_y + layer * next_z + key;
+    const auto corner = [&](std::uint32_t offset) {
+        constexpr std::uint32_t bytes = 0x00FF00FFU;
+        const bits random = mix_lanes<N>(first + offset), pairs = (random & bytes) + ((random >> 8) & bytes);
+        return floats_of<N>((pairs & 0xFFFFU) + (pairs >> 16)); // the sum of four bytes
+    };
+    const auto between = [](const floats& a, const floats& b, const floats& part) {
+        return multiply_add(part, b - a, a);
+    };
+    const auto side = [&](std::uint32_t offset) {
+        return between(between(corner(offset), corner(offset + next_x), right),
+                       between(corner(offset + next_y), corner(offset + next_y + next_x), right), down);
+    };
+    // The variance of four bytes, and the mean of the squared weights over the cell: 0.743^3.
+    constexpr float deviation = 147.8F * 0.6403F;
+    return (between(side(0), side(next_z), back) - floats(510.0F)) * floats(1 / deviation);
+}
+
 /// A straight segment of a line in an object.
 struct object_segment {
     vec3 origin{0, 0, 0};      ///< metres
@@ -124,6 +170,12 @@ struct object_segment {
     INSONIFY_FN linear_along coordinate(vec3 axis, float unit) const {
         return {dot(axis, origin) / unit, dot(axis, along) / unit};
     }
+    /// `value_noise` of cells of a size along axes.
+    INSONIFY_FN wide_floats noise(const mat3& axes, vec3 size, std::uint32_t random,
+                                  const wide_floats& distance) const {
+        const auto place = [&](int i) { return coordinate(axes[i], size[i]).at(distance); };
+        return value_noise<wide_lanes>(mix_bits(random), place(0), place(1), place(2));
+    }
 };
 
 /// One lattice of sheets along a segment of a line. Most points of a line are outside every sheet, so the cells that
@@ -137,11 +189,11 @@ class sheet_crossings {
     /// @param lobe    see `lobe_of`
     INSONIFY_FN sheet_crossings(const placed_structure::sheets& all, std::uint32_t k, const object_segment& segment,
                                 float lobe)
-        : of_{all.of}, cell_{all.lattices[k].cell}, aside_{all.lattices[k].aside},
-          key_{all.lattices[k].key ^ segment.key}, facing_y_{dot(all.lattices[k].axes[1], segment.propagation)},
-          facing_z_{dot(all.lattices[k].axes[2], segment.propagation)}, per_lobe_{1 / (lobe * lobe)}, diffuse_{
-                                                                                                          all.diffuse} {
-        for (int i = 0; i < 3; ++i) place_[i] = segment.coordinate(all.lattices[k].cells[i], 1);
+        : of_{all.of}, lattice_{all.lattices[k]}, key_{lattice_.key ^ segment.key}, per_lobe_{1 / (lobe * lobe)},
+          diffuse_{all.diffuse} {
+        facing_y_ = dot(lattice_.axes[1], segment.propagation);
+        facing_z_ = dot(lattice_.axes[2], segment.propagation);
+        for (int i = 0; i < 3; ++i) place_[i] = segment.coordinate(lattice_.cells[i], 1);
         place_[2].first += static_cast<float>(key_ & 0xFFFFU) * 0x1p-16F; // of each object by itself
     }
 
@@ -215,10 +267,11 @@ class sheet_crossings {
 
     // A coordinate in cells where the lattice is displaced.
     INSONIFY_FN linear_along displaced(int axis, const linear_along& wave) const {
-        return {place_[axis].first + aside_[axis] * wave.first, place_[axis].step + aside_[axis] * wave.step};
+        return {place_[axis].first + lattice_.aside[axis] * wave.first,
+                place_[axis].step + lattice_.aside[axis] * wave.step};
     }
     INSONIFY_FN INSONIFY_INLINE linear_lanes displaced(int axis, const linear_lanes& wave) const {
-        const floats aside(aside_[axis]);
+        const floats aside(lattice_.aside[axis]);
         return {multiply_add(aside, wave.first, floats(place_[axis].first)),
                 multiply_add(aside, wave.step, floats(place_[axis].step))};
     }
@@ -234,31 +287,31 @@ class sheet_crossings {
     // Cells within a row are shifted too.
     INSONIFY_FN void enter_cells(passage_list& rows, const gain_points& points) const {
         const floats zero(0.0F);
-        for (std::uint32_t i = 0; i < rows.count; i += max_simd_width) {
+        for (std::uint32_t i = 0; i < rows.count; i += wide_lanes) {
             const auto listed = whole_numbers(i) < floats(static_cast<float>(rows.count));
             const auto at = [&](const float* list) { // behind the end of the list all is 0, so that parts are empty
-                return select(listed, load<max_simd_width>(list + i), zero);
+                return select(listed, load<wide_lanes>(list + i), zero);
             };
             const linear_lanes wave{at(rows.wave), at(rows.wave_step)};
-            const bits of_layer = load_bits<max_simd_width>(rows.of_layer + i);
+            const bits of_layer = load_bits<wide_lanes>(rows.of_layer + i);
             const floats row = at(rows.row);
             cell_lanes in{{}, displaced(1, wave), displaced(2, wave), at(rows.begin), at(rows.end)};
             in.y.first = in.y.first + fraction_of_bits(of_layer, 0, 16) - row;
             in.y.clip(zero, floats(1.0F), in.begin, in.end);
             in.z.first = in.z.first - at(rows.layer);
-            const bits column = mix_lanes<max_simd_width>(bits_of_whole<max_simd_width>(row) * 0x85EBCA6BU + of_layer);
+            const bits column = mix_lanes<wide_lanes>(bits_of_whole<wide_lanes>(row) * 0x85EBCA6BU + of_layer);
             linear_lanes x = displaced(0, wave);
             x.first = x.first + fraction_of_bits(column, 0, 16);
             const floats from = x.at(in.begin), to = x.at(in.end), lowest = min(from, to), highest = max(from, to);
             const auto passed = in.begin < in.end;
-            bits number = floor_bits<max_simd_width>(lowest);
+            bits number = floor_bits<wide_lanes>(lowest);
             for (std::uint32_t tries = 0; tries < max_cells; ++tries, number = number + 1U) {
-                const auto entered = passed && floats_of<max_simd_width>(number) <= highest;
+                const auto entered = passed && floats_of<wide_lanes>(number) <= highest;
                 if (bits_of(entered) == 0) break;
-                const bits random = mix_lanes<max_simd_width>(column + number * 0x9E3779B9U);
+                const bits random = mix_lanes<wide_lanes>(column + number * 0x9E3779B9U);
                 const auto holds_sheet = entered && fraction_of_bits(random, 0, 8) < floats(of_.fill);
                 if (bits_of(holds_sheet) == 0) continue;
-                in.x = {x.first - floats_of<max_simd_width>(number), x.step};
+                in.x = {x.first - floats_of<wide_lanes>(number), x.step};
                 cross(in, random, holds_sheet, points);
             }
         }
@@ -273,31 +326,29 @@ class sheet_crossings {
 
     // Size, angle and place of the sheet in each cell, within which it stays, and the part of the line inside it. Its
     // profile ends at four standard deviations.
-    INSONIFY_FN void cross(const cell_lanes& in, const bits& a, const lane_mask<max_simd_width>& holds_sheet,
+    INSONIFY_FN void cross(const cell_lanes& in, const bits& a, const lane_mask<wide_lanes>& holds_sheet,
                            const gain_points& points) const {
         const floats one(1.0F), half(0.5F);
-        const bits b = mix_lanes<max_simd_width>(a + 0x51ED270BU);
-        const floats half_length =
-            floats(0.375F) * multiply_add(fraction_of_bits(a, 8, 8), floats(0.55F), floats(0.45F));
-        const floats half_width =
-            floats(0.4F * cell_.y) * multiply_add(fraction_of_bits(a, 16, 8), floats(0.4F), floats(0.6F));
-        const floats angle = (fraction_of_bits(b, 14, 8) - half) * floats(2 * of_.turn), squared = angle * angle;
-        const floats sine =
-            angle * polynomial<max_simd_width>(squared, -1.9841270e-4F, 8.3333333e-3F, -0.16666667F, 1.0F);
+        const bits b = mix_lanes<wide_lanes>(a + 0x51ED270BU);
+        const floats half_length = floats(0.375F) * between(a, 8, 0.45F, 1);
+        const floats half_width = floats(0.4F * lattice_.cell.y) * between(a, 16, 0.6F, 1);
+        const floats angle = between(b, 14, -of_.turn, of_.turn), squared = angle * angle;
+        const floats sine = angle * polynomial<wide_lanes>(squared, -1.9841270e-4F, 8.3333333e-3F, -0.16666667F, 1.0F);
         const floats cosine =
-            polynomial<max_simd_width>(squared, 2.4801587e-5F, -1.3888889e-3F, 4.1666667e-2F, -0.5F, 1.0F);
+            polynomial<wide_lanes>(squared, 2.4801587e-5F, -1.3888889e-3F, 4.1666667e-2F, -0.5F, 1.0F);
         const auto from_centre = [&](const linear_lanes& at, const floats& extent, const floats& random,
                                      const floats& unit) -> linear_lanes {
             const floats e = min(extent, half);
             return {(at.first - multiply_add(one - (e + e), random, e)) * unit, at.step * unit};
         };
         const floats margin(1.5F * of_.thickness); // so that little of the profile is cut off at the sides of the cell
-        const floats wide = half_width * cosine + margin * abs(sine), high = half_width * abs(sine) + margin * cosine;
+        const floats y_extent = half_width * cosine + margin * abs(sine),
+                     z_extent = half_width * abs(sine) + margin * cosine;
         const linear_lanes x = from_centre(in.x, half_length, fraction_of_bits(a, 24, 8), one / half_length),
-                           y = from_centre(in.y, wide * floats(1 / cell_.y), fraction_of_bits(b, 0, 7),
-                                           floats(cell_.y)),
-                           z = from_centre(in.z, high * floats(1 / cell_.z), fraction_of_bits(b, 7, 7),
-                                           floats(cell_.z));
+                           y = from_centre(in.y, y_extent * floats(1 / lattice_.cell.y), fraction_of_bits(b, 0, 7),
+                                           floats(lattice_.cell.y)),
+                           z = from_centre(in.z, z_extent * floats(1 / lattice_.cell.z), fraction_of_bits(b, 7, 7),
+                                           floats(lattice_.cell.z));
         const floats per_width = one / half_width, thicknesses(1 / of_.thickness);
         const linear_lanes across{(y.first * sine + z.first * cosine) * thicknesses,
                                   (y.step * sine + z.step * cosine) * thicknesses},
@@ -307,87 +358,54 @@ class sheet_crossings {
         within.clip(-one, one, begin, end);
         x.clip(-one, one, begin, end);
         const floats per_point(1 / points.spacing);
-        const bits first = floor_bits<max_simd_width>((floats(points.first) - begin) * per_point), // less than 0
-            last = floor_bits<max_simd_width>((end - floats(points.first)) * per_point);
+        const bits first = floor_bits<wide_lanes>((floats(points.first) - begin) * per_point), // less than 0
+            last = floor_bits<wide_lanes>((end - floats(points.first)) * per_point);
         std::uint32_t met =
-            bits_of(holds_sheet && begin < end && -floats_of<max_simd_width>(first) <= floats_of<max_simd_width>(last));
+            bits_of(holds_sheet && begin < end && -floats_of<wide_lanes>(first) <= floats_of<wide_lanes>(last));
         if (met == 0) return;
 
-        const floats steps = floats_of<max_simd_width>(((b >> 22) & 31U) + (b >> 27)); // a sum of two, each 0 to 31
+        const floats steps = floats_of<wide_lanes>(((b >> 22) & 31U) + (b >> 27)); // a sum of two, each 0 to 31
         const floats level_number =
             multiply_add(steps, floats(max_level_number / 32), floats(-max_level_number * 31 / 32));
-        const floats level = multiply_add(level_number, floats(bits_per_decibel * of_.spread_db),
-                                          floats(bits_per_decibel * of_.level_db));
+        const floats level = decibels(level_number, of_.spread_db, of_.level_db);
         const floats facing = sine * floats(facing_y_) + cosine * floats(facing_z_);
         const floats turned = (facing * facing - one) * floats(per_lobe_);
-        const floats echo = multiply_add(power_of_two<max_simd_width>(turned), floats(1 - diffuse_), floats(diffuse_));
+        const floats echo = multiply_add(power_of_two<wide_lanes>(turned), floats(1 - diffuse_), floats(diffuse_));
 
-        std::uint32_t from[max_simd_width], to[max_simd_width];
-        store_bits<max_simd_width>(-first, from);
-        store_bits<max_simd_width>(last, to);
-        float sheet[7][max_simd_width];
+        std::uint32_t from[wide_lanes], to[wide_lanes];
+        store_bits<wide_lanes>(-first, from);
+        store_bits<wide_lanes>(last, to);
+        float sheet[7][wide_lanes];
         const linear_lanes* const coordinates[] = {&across, &within, &x};
         for (std::size_t k = 0; k < 3; ++k) {
             store(coordinates[k]->first, sheet[2 * k]);
             store(coordinates[k]->step, sheet[2 * k + 1]);
         }
-        store(power_of_two<max_simd_width>(level) * echo, sheet[6]);
+        store(level * echo, sheet[6]);
         for (std::uint32_t k = 0; met != 0; ++k, met >>= 1) {
             if ((met & 1U) == 0) continue;
             const auto at = [&](int which, const floats& distance) {
                 return multiply_add(distance, floats(sheet[which + 1][k]), floats(sheet[which][k]));
             };
             const floats amplitude(sheet[6][k]), zero(0.0F), end_point(static_cast<float>(to[k]) + 0.5F);
-            for (std::uint32_t i = from[k]; i <= to[k] && i < points.count; i += max_simd_width) {
+            for (std::uint32_t i = from[k]; i <= to[k] && i < points.count; i += wide_lanes) {
                 const floats distance = points.distances(i), offset = at(0, distance), w = at(2, distance),
                              l = at(4, distance);
                 const floats outline = max(one - l * l, zero) * max(one - w * w, zero);
-                const floats here =
-                    power_of_two<max_simd_width>(offset * offset * floats(-0.72134752F)) * sqrt(outline) * amplitude;
+                const floats here = gaussian(offset) * sqrt(outline) * amplitude;
                 const auto inside = whole_numbers(i) < end_point;
-                store(load<max_simd_width>(points.gain + i) + select(inside, here, zero), points.gain + i);
+                store(load<wide_lanes>(points.gain + i) + select(inside, here, zero), points.gain + i);
             }
         }
     }
 
     const structure::sheet_layer& of_;
-    vec3 cell_, aside_;
+    const placed_structure::lattice& lattice_;
     linear_along place_[3]; // coordinates in cells
     std::uint32_t key_;
     float facing_y_, facing_z_; // components of the direction of propagation
     float per_lobe_, diffuse_;
 };
-
-/// Value noise: random numbers at the points of the unit lattice, and cubic interpolation between them. Mean 0,
-/// variance 1, approximately normally distributed.
-/// Source: lattice value noise, Perlin & Hoffert 1989.
-template <int N>
-INSONIFY_FN INSONIFY_INLINE lanes<N> value_noise(std::uint32_t key, const lanes<N>& x, const lanes<N>& y,
-                                                 const lanes<N>& z) {
-    using floats = lanes<N>;
-    using bits = bit_lanes<N>;
-    constexpr std::uint32_t next_x = 0x9E3779B9U, next_y = 0x85EBCA6BU, next_z = 0xC2B2AE35U;
-    const bits column = floor_bits<N>(x), row = floor_bits<N>(y), layer = floor_bits<N>(z);
-    const auto smooth = [](const floats& t) { return t * t * (floats(3.0F) - (t + t)); };
-    const floats right = smooth(x - floats_of<N>(column)), down = smooth(y - floats_of<N>(row)),
-                 back = smooth(z - floats_of<N>(layer));
-    const bits first = column * next_x + row * next_y + layer * next_z + key;
-    const auto corner = [&](std::uint32_t offset) {
-        constexpr std::uint32_t bytes = 0x00FF00FFU;
-        const bits random = mix_lanes<N>(first + offset), pairs = (random & bytes) + ((random >> 8) & bytes);
-        return floats_of<N>((pairs & 0xFFFFU) + (pairs >> 16)); // the sum of four bytes
-    };
-    const auto between = [](const floats& a, const floats& b, const floats& part) {
-        return multiply_add(part, b - a, a);
-    };
-    const auto side = [&](std::uint32_t offset) {
-        return between(between(corner(offset), corner(offset + next_x), right),
-                       between(corner(offset + next_y), corner(offset + next_y + next_x), right), down);
-    };
-    // The variance of four bytes, and the mean of the squared weights over the cell: 0.743^3.
-    constexpr float deviation = 147.8F * 0.6403F;
-    return (between(side(0), side(next_z), back) - floats(510.0F)) * floats(1 / deviation);
-}
 
 /// Distance of points between which the gains of a structure are as good as linear, metres: less than the thickness of
 /// sheets.
@@ -418,10 +436,8 @@ class structure_gains {
         const auto vary = [&](line_nodes& nodes, const structure::variation& v, std::uint32_t number) {
             if (v.deviation_db == 0) return;
             const float shortest = min(v.size.x, min(v.size.y, v.size.z));
-            evaluate(nodes, 0.5F * shortest, [&](const floats& distance) {
-                return power_of_two<max_simd_width>(noise(v.size, number, distance) *
-                                                    floats(bits_per_decibel * v.deviation_db));
-            });
+            evaluate(nodes, 0.5F * shortest,
+                     [&](const floats& distance) { return decibels(noise(v.size, number, distance), v.deviation_db); });
         };
         vary(mottling, of.mottling, 1);
         vary(grain, of.grain, 2);
@@ -429,7 +445,7 @@ class structure_gains {
             return of.wave > 0 ? noise(of.wave_length * vec3{1, 0.6F, 0.6F}, 3, distance) * floats(of.wave)
                                : floats(0.0F);
         });
-        for (std::uint32_t i = 0; i < points.count; i += max_simd_width) {
+        for (std::uint32_t i = 0; i < points.count; i += wide_lanes) {
             const float here = points.distance(i);
             floats between = of.grain.deviation_db == 0 ? floats(1.0F) : grain.at(here, points.spacing);
             if (of.bundles.spacing > 0)
@@ -440,25 +456,23 @@ class structure_gains {
             for (std::uint32_t k = 0; k < all.count; ++k)
                 sheet_crossings{all, k, segment_, lobe_of(all.of.waviness, segment_.fnumber)}.add(waves, points);
         if (of.mottling.deviation_db == 0) return;
-        for (std::uint32_t i = 0; i < points.count; i += max_simd_width)
-            store(load<max_simd_width>(points.gain + i) * mottling.at(points.distance(i), points.spacing),
-                  points.gain + i);
+        for (std::uint32_t i = 0; i < points.count; i += wide_lanes)
+            store(load<wide_lanes>(points.gain + i) * mottling.at(points.distance(i), points.spacing), points.gain + i);
     }
 
     /// Multiplies `count` complex amplitudes, at equal steps from a distance on; distances never decrease. The gains
     /// are computed as far ahead as there is room for. The arrays have room for whole registers.
     INSONIFY_FN void multiply(float first, float step, std::uint32_t count, float* real, float* imaginary) {
-        for (std::uint32_t i = 0; i < count; i += max_simd_width) {
+        for (std::uint32_t i = 0; i < count; i += wide_lanes) {
             const floats gain = at(first + static_cast<float>(i) * step, step);
-            store(load<max_simd_width>(real + i) * gain, real + i);
-            store(load<max_simd_width>(imaginary + i) * gain, imaginary + i);
+            store(load<wide_lanes>(real + i) * gain, real + i);
+            store(load<wide_lanes>(imaginary + i) * gain, imaginary + i);
         }
     }
 
   private:
     INSONIFY_FN floats noise(vec3 size, std::uint32_t number, const floats& distance) const {
-        const auto place = [&](int i) { return segment_.coordinate(tissue_.axes[i], size[i]).at(distance); };
-        return value_noise<max_simd_width>(mix_bits(segment_.key + number), place(0), place(1), place(2));
+        return segment_.noise(tissue_.axes, size, segment_.key + number, distance);
     }
 
     // 1 between the bundles, their level inside.
@@ -467,17 +481,16 @@ class structure_gains {
         const structure::bundle_layer& of = tissue_.of.bundles;
         const auto place = [&](int i) { return segment_.coordinate(tissue_.axes[i], of.spacing).at(distance); };
         const floats z = place(2) + aside * floats(1 / of.spacing);
-        const bits layer = floor_bits<max_simd_width>(z),
-                   row_bits = mix_lanes<max_simd_width>(layer * 0x9E3779B9U + segment_.key);
+        const bits layer = floor_bits<wide_lanes>(z),
+                   row_bits = mix_lanes<wide_lanes>(layer * 0x9E3779B9U + segment_.key);
         const floats y = place(1) + aside * floats(0.7F / of.spacing) +
                          fraction_of_bits(row_bits, 0, 16); // each row by itself, or bundles would be in columns
-        const bits row = floor_bits<max_simd_width>(y);
+        const bits row = floor_bits<wide_lanes>(y);
         const bits random =
-            mix_lanes<max_simd_width>(row * 0x85EBCA6BU + layer * 0xC2B2AE35U + (segment_.key ^ 0x2545F491U));
-        const floats radius = floats(0.5F * of.diameter / of.spacing) *
-                              multiply_add(fraction_of_bits(random, 0, 8), floats(0.4F), floats(0.6F));
+            mix_lanes<wide_lanes>(row * 0x85EBCA6BU + layer * 0xC2B2AE35U + (segment_.key ^ 0x2545F491U));
+        const floats radius = floats(0.5F * of.diameter / of.spacing) * between(random, 0, 0.6F, 1);
         const auto from_centre = [&](const floats& at, const bits& cell, int shift) {
-            return at - floats_of<max_simd_width>(cell) -
+            return at - floats_of<wide_lanes>(cell) -
                    multiply_add(floats(1.0F) - (radius + radius), fraction_of_bits(random, shift, 8), radius);
         };
         const floats dy = from_centre(y, row, 8), dz = from_centre(z, layer, 16);
@@ -488,10 +501,9 @@ class structure_gains {
 
     // At a register full of distances.
     INSONIFY_FN INSONIFY_INLINE floats at(float distance, float step) {
-        const float length = (max_simd_width - 1) * step;
+        const float length = (wide_lanes - 1) * step;
         if (count_ == 0 || (distance + length - begin_) * per_point_ > static_cast<float>(count_ - 2))
-            fill(distance - 2 * step,
-                 max(segment_.length, distance) + max_simd_width * step); // slabs overlap by a step
+            fill(distance - 2 * step, max(segment_.length, distance) + wide_lanes * step); // slabs overlap by a step
         return interpolate(gain_, count_, (distance - begin_) * per_point_, step * per_point_);
     }
     // From the last point before a distance on. Points lie at whole multiples of their distance in the material.
@@ -509,7 +521,7 @@ class structure_gains {
     object_segment segment_;
     float begin_ = 0, per_point_ = 1; // of the points
     std::uint32_t count_ = 0;
-    float gain_[max_points + max_simd_width];
+    float gain_[max_points + wide_lanes];
 };
 
 /// Factors on the amplitude of speckle in the sheath of an object, below one surface of a segment of a line: see
@@ -538,38 +550,31 @@ class sheath_gains {
             return static_cast<std::uint32_t>(clamp((distance - first) / step, 0, static_cast<float>(count)));
         };
         if (!(begin_ < end_)) return;
-        const std::uint32_t from = slot(begin_) / max_simd_width * max_simd_width,
+        const std::uint32_t from = slot(begin_) / wide_lanes * wide_lanes,
                             to = slot(end_ + 1.5F * step); // past the slot that the end cuts
         if (from >= to) return;
         if (!prepared_) prepare();
         const floats per_width(1 / min(0.12e-3F / of_.thickness, 0.25F)); // standard deviation of a line
-        for (std::uint32_t i = from; i < to; i += max_simd_width) {
+        for (std::uint32_t i = from; i < to; i += wide_lanes) {
             const float here = first + static_cast<float>(i) * step;
             const floats distance = floats(here - surface_) + whole_numbers(0) * floats(step);
             const floats within = distance * floats(cosine_ / of_.thickness) / thickness_.at(here, step);
-            const auto line = [&](float place) {
-                const floats away = (within - floats(place)) * per_width;
-                return power_of_two<max_simd_width>(away * away * floats(-0.72134752F));
-            };
+            const auto line = [&](float place) { return gaussian((within - floats(place)) * per_width); };
             const floats both = multiply_add(line(0.85F), other_.at(here, step), line(0.1F)), one(1.0F);
             const floats gain =
                 select(abs(distance) < floats(range_), multiply_add(level_.at(here, step), both, one), one);
-            store(load<max_simd_width>(real + i) * gain, real + i);
-            store(load<max_simd_width>(imaginary + i) * gain, imaginary + i);
+            store(load<wide_lanes>(real + i) * gain, real + i);
+            store(load<wide_lanes>(imaginary + i) * gain, imaginary + i);
         }
     }
 
   private:
     INSONIFY_FN void prepare() {
         const auto evaluate = [&](line_nodes& nodes, float size, std::uint32_t number, float factor, float offset) {
-            const auto place = [&](int i, const floats& distance) {
-                return linear_along{segment_.origin[i] / size, segment_.along[i] / size}.at(distance);
-            };
             nodes.evaluate(begin_, end_, 0.2F * size, segment_.place(), [&](const floats& distance) {
                 const floats noise =
-                    value_noise<max_simd_width>(mix_bits(segment_.key ^ (number * 0x632BE5ABU)), place(0, distance),
-                                                place(1, distance), place(2, distance));
-                return power_of_two<max_simd_width>(multiply_add(noise, floats(factor), floats(offset)));
+                    segment_.noise(mat3{1}, vec3{size}, segment_.key ^ (number * 0x632BE5ABU), distance);
+                return power_of_two<wide_lanes>(multiply_add(noise, floats(factor), floats(offset)));
             });
         };
         const float sine_squared = 1 - min(cosine_ * cosine_, 1), diffuse = amplitude_of_decibels(of_.diffuse_db);

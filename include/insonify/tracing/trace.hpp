@@ -11,7 +11,6 @@
 #include <insonify/tracing/emit/tracer.hpp>
 #include <insonify/tracing/find/find_layers.hpp>
 #include <insonify/tracing/paths.hpp>
-#include <insonify/tracing/plan/frame_displacements.hpp>
 #include <insonify/tracing/plan/frame_plan.hpp>
 #include <concepts>
 #include <string>
@@ -109,7 +108,6 @@ class line_driver {
                      shading_.assign(probe.settings(), finder_.fan(), make_beam(probe.settings(), frame.depth));
         finder_.prepare(policy, body, frame, how.search, shaded ? 1 + how.directions : 1, shaded,
                         shaded ? shading_.beyond(frame) : outer_lines{});
-        frame_guard unfinished{layers_};
         scene_view seen = finder_.scene_seen();
         seen.displacements = displaced;
         frame_gains gains{};
@@ -134,7 +132,7 @@ class line_driver {
                 task.line.gains = gains.of_line(number, plane);
                 emit(block, task, layers_(number, plane), samples);
             });
-        unfinished.release();
+        layers_.lines = frame.probe.lines;
     }
 
     /// The same for a tracer that makes the samples of a line itself.
@@ -161,21 +159,6 @@ class line_driver {
     const line_layers& layers() const { return layers_; }
 
   private:
-    // Drops the layers of a frame that an exception ends: those of some lines are missing.
-    class frame_guard {
-      public:
-        explicit frame_guard(line_layers& layers) : layers_{&layers} {}
-        frame_guard(const frame_guard&) = delete;
-        frame_guard& operator=(const frame_guard&) = delete;
-        ~frame_guard() {
-            if (layers_ != nullptr) *layers_ = {};
-        }
-        void release() { layers_ = nullptr; }
-
-      private:
-        line_layers* layers_;
-    };
-
     template <exec::policy Policy, class BeginBlock, class Trace>
     void sum_blocks(const Policy& policy, const frame_view& frame, float line_time,
                     view<line_grid<Sample>* const> sinks, const BeginBlock& begin_block, const Trace& trace) {

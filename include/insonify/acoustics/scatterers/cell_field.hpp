@@ -138,13 +138,11 @@ INSONIFY_FN inline std::uint32_t lattice_index(vec3 direction) {
     return (digit(direction.x) << 16U) + (digit(direction.y) << 8U) + digit(direction.z);
 }
 
-/// Parallel oblique slabs that fill space; the view direction is chosen once for each.
-struct view_slabs {
-    static constexpr float thickness = 2e-3F; ///< metres
-
-    /// Position of a point in slabs; its floor is the index of the slab.
-    INSONIFY_FN static float position(vec3 point) { return dot(point, vec3{0.48F, 0.6F, 0.64F}) / thickness; }
-};
+/// Position of a point in parallel oblique slabs of 2 mm that fill space; its floor is the index of its slab. The view
+/// direction is chosen once for each.
+INSONIFY_FN inline double slab_position(vec3 point) {
+    return static_cast<double>(dot(point, vec3{0.48F, 0.6F, 0.64F}) / 2e-3F);
+}
 
 /// A straight segment of a line in the undeformed material: per metre of the line now, or across it.
 struct rest_line : material_line {
@@ -308,19 +306,20 @@ INSONIFY_FN inline vec3 resolvable(vec3 point, float cell, float spacing) {
     return size.x < max_coordinate && size.y < max_coordinate && size.z < max_coordinate ? point : vec3{0, 0, 0};
 }
 
-/// Part of a line as it was at rest, which is curved where tissue is deformed: points at equal steps, of which the last
-/// may be up to half a step shorter or longer.
+/// Part of a line as it was at rest, which is curved where tissue is deformed or its fibres are curved: points at equal
+/// steps, of which the last may be up to half a step shorter or longer.
 class rest_curve {
   public:
-    /// @param line   with a displacement
     /// @param begin  metres along the line
     /// @param end    metres along the line; the curve ends before it where it would have too many points
-    INSONIFY_FN rest_curve(const material_line& line, float begin, float end)
-        : begin_{begin}, step_{line.displacement->straight_length / length(line.along)} {
+    INSONIFY_FN rest_curve(const material_line& line, float begin, float end) : begin_{begin} {
+        step_ = line.chart() != nullptr ? of_fibres : FLT_MAX;
+        if (line.displacement != nullptr) step_ = min(step_, line.displacement->straight_length);
+        step_ /= length(line.along);
         const float steps = (end - begin) / step_;
         last_ = static_cast<std::uint32_t>(clamp(steps + 0.5F, 1, max_steps));
         end_ = steps < static_cast<float>(max_steps) + 0.5F ? end : begin + static_cast<float>(max_steps) * step_;
-        for (std::uint32_t i = 0; i <= last_; ++i) point_[i] = line.displacement->rest(line.at(distance(i)));
+        for (std::uint32_t i = 0; i <= last_; ++i) point_[i] = line.rest(line.at(distance(i)));
     }
 
     INSONIFY_FN std::uint32_t last() const { return last_; }
@@ -346,6 +345,7 @@ class rest_curve {
 
   private:
     static constexpr std::uint32_t max_steps = 32;
+    static constexpr float of_fibres = 2e-3F; // metres over which fibres count as straight
 
     INSONIFY_FN bool is_straight(std::uint32_t from, std::uint32_t to, float tolerance) const {
         const vec3 step = along(from, to);
@@ -356,7 +356,7 @@ class rest_curve {
         return true;
     }
 
-    float begin_, step_, end_ = 0; // metres along the line
+    float begin_, step_ = 1, end_ = 0; // metres along the line
     std::uint32_t last_ = 0;
     vec3 point_[max_steps + 1];
 };
@@ -448,7 +448,7 @@ struct cell_field {
     INSONIFY_FN void scatter(const material_line& line, float begin, float end, float spacing, Emit&& emit) const {
         // More slots than any line has samples: the sound speed is close to 0, and floats barely resolve the interval.
         if (!(end - begin < 0x1p25F * spacing)) return;
-        if (line.displacement == nullptr) {
+        if (!line.bends()) {
             const detail::rest_line rest = rest_at(line, begin, spacing);
             return with_structure(rest, begin, end, [&](detail::structured_line* structure) {
                 scatter_slabs(rest, begin, end, spacing, structure, emit);
@@ -473,7 +473,7 @@ struct cell_field {
         INSONIFY_FN vec2 operator()(float distance) {
             detail::rest_line line = line_;
             line.origin = line_.at(distance - around_);
-            const double slab = std::floor(static_cast<double>(detail::view_slabs::position(line.origin)));
+            const double slab = std::floor(detail::slab_position(line.origin));
             if (slab != slab_) { // points of one slab have one layout
                 cells_ = detail::make_cell_layout(field_.seed, field_.cell, line, slab, spacing_);
                 slab_ = slab;
@@ -523,13 +523,22 @@ struct cell_field {
     // The line in tissue at rest, straight as it is at a distance along it, where its origin is.
     INSONIFY_FN detail::rest_line rest_at(const material_line& line, float distance, float spacing) const {
         detail::rest_line rest{line, cross(line.elevation, line.along)};
-        rest.origin = line.at(distance);
+        vec3 point = line.at(distance);
+        const auto turn = [&](const auto& turned) {
+            for (vec3* each : {&rest.along, &rest.elevation, &rest.lateral, &rest.steering}) *each = turned(*each);
+        };
         if (line.displacement != nullptr) {
-            const mat3 gradient = line.displacement->gradient(rest.origin);
-            rest.origin = line.displacement->rest(rest.origin);
-            for (vec3* each : {&rest.along, &rest.elevation, &rest.lateral, &rest.steering}) *each = gradient * *each;
+            turn([gradient = line.displacement->gradient(point)](vec3 each) { return gradient * each; });
+            point = line.displacement->rest(point);
         }
-        rest.origin = detail::resolvable(rest.origin, cell, spacing);
+        if (const fibre_chart* const chart = line.chart()) {
+            constexpr float step = 0.5e-3F; // metres
+            turn([&](vec3 each) {
+                return ((*chart)(point + step * each) - (*chart)(point - step * each)) * (0.5F / step);
+            });
+            point = (*chart)(point);
+        }
+        rest.origin = detail::resolvable(point, cell, spacing);
         return rest;
     }
 
@@ -590,8 +599,8 @@ struct cell_field {
     template <class Emit>
     INSONIFY_FN void scatter_slabs(const detail::rest_line& line, float begin, float end, float spacing,
                                    detail::structured_line* structure, Emit&& emit) const {
-        const double position = static_cast<double>(detail::view_slabs::position(line.origin));
-        const double slabs_per_metre = static_cast<double>(detail::view_slabs::position(line.along));
+        const double position = detail::slab_position(line.origin);
+        const double slabs_per_metre = detail::slab_position(line.along);
         const bool ascending = slabs_per_metre > 0;
         const auto end_of = [&](double slab, float from) {
             if (!(std::fabs(slabs_per_metre) > 1e-3)) return end;
@@ -640,12 +649,10 @@ struct cell_field {
             const std::int64_t remaining = end_slot - slot;
             const auto count = static_cast<std::uint32_t>(remaining < run_length ? remaining : run_length);
             const double offset = static_cast<double>(slot) + 0.5 - from;
-            for (std::uint32_t i = 0; i < count; i += max_simd_width) {
-                const auto value =
-                    cells.values<max_simd_width>(static_cast<std::uint32_t>(slot) + i,
-                                                 floats_of<max_simd_width>(steps_of_bits<max_simd_width>(i, 1)) +
-                                                     lanes<max_simd_width>(static_cast<float>(offset)),
-                                                 numbers);
+            for (std::uint32_t i = 0; i < count; i += detail::wide_lanes) {
+                const auto value = cells.values<detail::wide_lanes>(
+                    static_cast<std::uint32_t>(slot) + i,
+                    detail::whole_numbers(i) + detail::wide_floats(static_cast<float>(offset)), numbers);
                 store(value.real, real + i);
                 store(value.imaginary, imaginary + i);
             }

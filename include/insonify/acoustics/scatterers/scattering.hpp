@@ -39,6 +39,18 @@ struct material_line {
     }
     /// The point at a distance along the line, metres.
     INSONIFY_FN vec3 at(float distance) const { return origin + distance * along; }
+
+    /// The coordinates in which the fibres of its structure are straight; null where they are so already.
+    INSONIFY_FN const fibre_chart* chart() const {
+        return structure == nullptr || structure->chart.empty() ? nullptr : &structure->chart;
+    }
+    /// Where tissue that is now at a point was at rest, in coordinates in which its fibres are straight.
+    INSONIFY_FN vec3 rest(vec3 now) const {
+        const vec3 moved = displacement == nullptr ? now : displacement->rest(now);
+        return chart() == nullptr ? moved : (*chart())(moved);
+    }
+    /// Whether a straight line may have been a curve there.
+    INSONIFY_FN bool bends() const { return displacement != nullptr || chart() != nullptr; }
 };
 
 /// A line in coordinates of an object.
@@ -78,7 +90,8 @@ struct any_emit {
 } // namespace detail
 
 /// A scatterer field. `scatter(line, begin, end, spacing, emit)` calls emit(run) for the scatterers of one object
-/// between two distances along a line, metres. Their mean power is 1 per `spacing` metres of undeformed tissue.
+/// between two distances along a line, metres. Their mean power is 1 per `spacing` metres of undeformed tissue, whose
+/// places are those of `material_line::rest`.
 ///
 /// `covariance(distance, angle)` is the covariance of the amplitudes on two lines in the slice plane, 1 at distance 0,
 /// by their distance in metres and the angle between them in radians. In elevation planes it is the same by their
@@ -101,40 +114,6 @@ struct no_scatterers {
 };
 
 } // namespace insonify::inline INSONIFY_ABI
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Calls `field.scatter`; where fibres are curved, in coordinates in which they are straight, piece by piece. A field
-/// with the member `straightens_fibres` does that itself.
-template <class Field, class Emit>
-INSONIFY_FN void scatter_along_fibres(const Field& field, const material_line& line, float begin, float end,
-                                      float spacing, const Emit& emit) {
-    const bool straight_already = line.structure == nullptr || line.structure->chart.empty();
-    if (straight_already || requires { Field::straightens_fibres; })
-        return field.scatter(line, begin, end, spacing, emit);
-    const auto straight = [&](vec3 point) {
-        return line.structure->chart(line.displacement == nullptr ? point : line.displacement->rest(point));
-    };
-    constexpr float piece = 2e-3F;
-    for (float from = begin; from < end;) {
-        const float to = from + 1.5F * piece < end ? from + piece : end;
-        const vec3 first = straight(line.at(from)), middle = line.at(0.5F * (from + to));
-        const auto turned = [&](vec3 direction) { // and stretched
-            constexpr float step = 0.5e-3F;
-            return (straight(middle + step * direction) - straight(middle - step * direction)) * (0.5F / step);
-        };
-        material_line own = line;
-        own.displacement = nullptr;
-        own.along = (straight(line.at(to)) - first) * (1 / (to - from));
-        own.origin = first - from * own.along;
-        own.elevation = normalize(turned(line.elevation));
-        if (line.steering != vec3{0, 0, 0}) own.steering = turned(line.steering);
-        if (own.along != vec3{0, 0, 0}) field.scatter(own, from, to, spacing, emit);
-        from = to;
-    }
-}
-
-} // namespace insonify::inline INSONIFY_ABI::detail
 
 #include <insonify/core/restore_macros.hpp>
 

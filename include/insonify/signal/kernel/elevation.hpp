@@ -114,10 +114,13 @@ class elevation_planes {
     /// The slice plane, then pairs.
     const elevation_plane& operator[](std::size_t plane) const { return planes_[plane]; }
 
-    /// Height of the cells of the scatterer field out of the slice, metres: half the aperture's for a single plane. For
-    /// several planes 0.7 of it, with a correlation length as that of the beam twice as deep as its focus; nearer to
-    /// the focus, `phase_spread` shortens it. It is the same at all depths, so that speckle stays the same as tissue
-    /// moves in depth.
+    /// Height of the cells of the scatterer field out of the slice, metres. For several planes 0.7 of the aperture's,
+    /// with the correlation length of the beam twice as deep as its focus; nearer to the focus, `phase_spread` shortens
+    /// it. By its formula both are equal for sqrt(5) sigma, and there sigma is 0.31 of the aperture's height, by its
+    /// shadow and diffraction. For a single plane half of the aperture's height, as of the beam at 1.75 times the focus:
+    /// a compromise, since phases are not spread. It is the same at all depths, so that speckle stays the same as
+    /// tissue moves in depth. `bench/studies/elevation_motion.cpp` prints what follows for a probe that moves; the level
+    /// of speckle does not depend on it.
     float scatterer_height() const { return (count_ > 1 ? 0.7F : 0.5F) * beam_.elevation_height; }
 
     /// How fast the phases of the scatterers of one place come apart as the probe moves out of the slice: rms, rad/m.
@@ -280,32 +283,23 @@ class elevation_planes {
 /// The elevation planes along each line of a probe. Lines at nearly the same angle share them. Keeps its memory.
 class planes_of_lines {
   public:
-    planes_of_lines() = default;
-    template <class Policy>
-    planes_of_lines(const Policy& policy, const probe_lines& probe, const elevation_planes& planes) {
-        assign(policy, probe, planes);
-    }
-
     template <class Policy>
     void assign(const Policy& policy, const probe_lines& probe, const elevation_planes& planes) {
         set_of_line_.assign(probe.size(), 0);
-        angles_.clear();
         lines_.clear();
         const bool tilted = lines_follow_depth(probe) && planes.count() > 1;
         for (std::uint32_t i = 0; i < probe.size(); ++i) {
             const probe_line& line = probe[i];
             const int angle = tilted ? static_cast<int>(std::lround(200 * (1 - line.direction.z))) : 0;
             std::size_t set = 0;
-            while (set < angles_.size() && angles_[set] != angle) ++set;
+            while (set < lines_.size() && lines_[set].angle != angle) ++set;
             set_of_line_[i] = static_cast<std::uint32_t>(set);
-            if (set < angles_.size()) continue;
-            angles_.push_back(angle);
-            lines_.push_back({line.origin.z, line.direction.z});
+            if (set == lines_.size()) lines_.push_back({angle, line.origin.z, line.direction.z});
         }
-        sets_.assign(angles_.size(), planes);
+        sets_.assign(lines_.size(), planes);
         if (tilted)
             for_each_index(policy, sets_.size(),
-                           [&](std::size_t set) { sets_[set] = planes.along(lines_[set].x, lines_[set].y); });
+                           [&](std::size_t set) { sets_[set] = planes.along(lines_[set].begin, lines_[set].cosine); });
     }
 
     const std::vector<std::uint32_t>& set_of_line() const { return set_of_line_; }
@@ -313,10 +307,13 @@ class planes_of_lines {
     const elevation_planes& operator[](std::size_t set) const { return sets_[set]; }
 
   private:
+    struct first_line {
+        int angle = 0;
+        float begin = 0, cosine = 1; // z of the origin and of the direction
+    };
     std::vector<std::uint32_t> set_of_line_{};
     std::vector<elevation_planes> sets_{};
-    std::vector<int> angles_{}; // of the sets
-    std::vector<vec2> lines_{}; // of the sets: z of the origin and of the direction
+    std::vector<first_line> lines_{}; // of the sets
 };
 
 } // namespace detail

@@ -4,7 +4,7 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/tracing/aperture/aperture_view.hpp>
-#include <insonify/tracing/aperture/turned_crossings.hpp>
+#include <insonify/tracing/aperture/turned_line.hpp>
 #include <insonify/tracing/find/line_layers.hpp>
 #include <insonify/tracing/find/slice_finder.hpp>
 #include <algorithm>

@@ -7,7 +7,7 @@
 #include <insonify/execution/simd.hpp>
 #include <insonify/tracing/aperture/turned_line.hpp>
 #include <insonify/tracing/emit/tracer.hpp>
-#include <insonify/tracing/find/find_line.hpp>
+#include <insonify/tracing/find/line_layers.hpp>
 #include <cfloat>
 #include <cmath>
 #include <cstddef>
@@ -103,8 +103,7 @@ inline constexpr std::uint32_t max_aperture_directions = 64;
 /// One of the directions in which lines are traced to the points, at one depth.
 struct aperture_part {
     float fraction = 0; ///< of the aperture, that the direction stands for
-    float crossed =
-        0; ///< how many lines it has crossed on its way; where lines leave a point, each has a number of its own
+    float crossed = 0; ///< lines that it has crossed on its way; where lines leave a point, each crosses another number
 };
 
 /// The gains of all lines of a frame, by plane, line and step.

@@ -5,7 +5,6 @@
 
 #include <insonify/execution/policy.hpp>
 #include <insonify/scene/scene.hpp>
-#include <insonify/tracing/find/find_line.hpp>
 #include <insonify/tracing/find/line_layers.hpp>
 #include <insonify/tracing/find/slice_cut.hpp>
 #include <insonify/tracing/find/slice_finder.hpp>
@@ -163,6 +162,7 @@ class layer_finder {
         begin(frame, found);
         exec::for_each_block(policy, frame.count(), lines_per_block, search_time() * static_cast<float>(frame.planes),
                              [&](std::size_t begin, std::size_t) { find_block(frame, begin, incident, found); });
+        found.lines = frame.probe.lines;
     }
 
   private:

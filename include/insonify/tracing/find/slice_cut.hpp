@@ -68,27 +68,14 @@ struct slice_frame {
         return multiply_add(Float(axis.x), x, multiply_add(Float(axis.y), y, Float(axis.z) * z));
     }
 
-    /// Height of a point along the normal of a slice.
-    float height_of(std::uint32_t slice, vec3 p) const { return height_of(slice, p.x, p.y, p.z); }
-    template <class Float>
-    INSONIFY_INLINE Float height_of(std::uint32_t slice, const Float& x, const Float& y, const Float& z) const {
-        return component_of(normal[slice], x, y, z);
-    }
-    template <class Float>
-    INSONIFY_INLINE Float across_of(const Float& x, const Float& y, const Float& z) const {
-        return component_of(across, x, y, z);
-    }
-    template <class Float>
-    INSONIFY_INLINE Float along_of(const Float& x, const Float& y, const Float& z) const {
-        return component_of(along, x, y, z);
-    }
-    vec2 place_of(vec3 p) const { return {across_of(p.x, p.y, p.z), along_of(p.x, p.y, p.z)}; }
-
-  private:
+    /// The same of a point in the coordinates of the frame.
     template <class Float>
     INSONIFY_INLINE Float component_of(vec3 axis, const Float& x, const Float& y, const Float& z) const {
         return component(axis, x - Float(origin.x), y - Float(origin.y), z - Float(origin.z));
     }
+    /// Height of a point along the normal of a slice.
+    float height_of(std::uint32_t slice, vec3 p) const { return component_of(normal[slice], p.x, p.y, p.z); }
+    vec2 place_of(vec3 p) const { return {component_of(across, p.x, p.y, p.z), component_of(along, p.x, p.y, p.z)}; }
 };
 
 /// A half space that bounds a region.
@@ -203,34 +190,37 @@ template <class Range, int Width, class Emit>
 INSONIFY_INLINE void cut_faces(const slice_frame& frame, const leaf<Range, Width>& triangles, const Emit& emit) {
     using floats = lanes<Width>;
     slice_corner<Width> corner[3];
-    const auto axis = [&](int c, int k) { return load<Width>(triangles.corner[c][k]); };
+    const auto component = [&](int c, vec3 axis) {
+        const auto row = [&](int k) { return load<Width>(triangles.corner[c][k]); };
+        return frame.component_of(axis, row(0), row(1), row(2));
+    };
     bool placed = false;
     for (std::uint32_t slice = 0; slice < frame.count; ++slice) {
-        for (int c = 0; c < 3; ++c) corner[c].height = frame.height_of(slice, axis(c, 0), axis(c, 1), axis(c, 2));
+        for (int c = 0; c < 3; ++c) corner[c].height = component(c, frame.normal[slice]);
         const floats here(frame.height[slice]);
         const auto a = here < corner[0].height, b = here < corner[1].height, c = here < corner[2].height;
         std::uint32_t mixed = ((bits_of(a) ^ bits_of(b)) | (bits_of(a) ^ bits_of(c))) & triangles.usable();
         if (mixed == 0) continue;
         if (!placed) {
             for (int k = 0; k < 3; ++k) {
-                corner[k].across = frame.across_of(axis(k, 0), axis(k, 1), axis(k, 2));
-                corner[k].along = frame.along_of(axis(k, 0), axis(k, 1), axis(k, 2));
+                corner[k].across = component(k, frame.across);
+                corner[k].along = component(k, frame.along);
             }
             placed = true;
         }
         // The corner that is alone on its side, and the two that follow it.
         const auto first = (b && c) || !(b || c), second = (a && c) || !(a || c);
-        const slice_corner<Width> alone =
-            select_corner<Width>(first, corner[0], select_corner<Width>(second, corner[1], corner[2]));
-        const slice_corner<Width> next =
-            select_corner<Width>(first, corner[1], select_corner<Width>(second, corner[2], corner[0]));
-        const slice_corner<Width> last =
-            select_corner<Width>(first, corner[2], select_corner<Width>(second, corner[0], corner[1]));
+        const auto turned = [&](int by) {
+            return select_corner<Width>(first, corner[by],
+                                        select_corner<Width>(second, corner[(by + 1) % 3], corner[(by + 2) % 3]));
+        };
+        const slice_corner<Width> alone = turned(0);
         const auto up = here < alone.height;
-        const slice_corner<Width> from = cut_edges(select_corner<Width>(up, next, alone),
-                                                   select_corner<Width>(up, alone, next), frame.height[slice]);
-        const slice_corner<Width> to = cut_edges(select_corner<Width>(up, last, alone),
-                                                 select_corner<Width>(up, alone, last), frame.height[slice]);
+        const auto cut_towards = [&](const slice_corner<Width>& other) {
+            return cut_edges(select_corner<Width>(up, other, alone), select_corner<Width>(up, alone, other),
+                             frame.height[slice]);
+        };
+        const slice_corner<Width> from = cut_towards(turned(1)), to = cut_towards(turned(2));
         mixed &=
             bits_of(floats(0.0F) <= floats_of<Width>(not_finite<Width>(from.across) | not_finite<Width>(from.along) |
                                                      not_finite<Width>(to.across) | not_finite<Width>(to.along)));
@@ -245,18 +235,13 @@ inline void find_levels(const slice_frame& frame, view<const vec3> points, std::
     float x[few], y[few], z[few], height[few]; // from the origin
     for (std::size_t begin = 0; begin < points.size(); begin += few) {
         const std::size_t count = std::min(few, points.size() - begin);
-        const vec3* const from = points.data() + begin;
         std::uint8_t* const to = levels + begin;
-        for (std::size_t i = 0; i < count; ++i) height[i] = own.height_of(0, from[i]);
-        const float first = own.height[0];
-        for (std::size_t i = 0; i < count; ++i) to[i] = height[i] > first;
-        if (own.count == 1) continue;
         for (std::size_t i = 0; i < count; ++i) {
-            x[i] = from[i].x - own.origin.x;
-            y[i] = from[i].y - own.origin.y;
-            z[i] = from[i].z - own.origin.z;
+            const vec3 from_origin = points[begin + i] - own.origin;
+            x[i] = from_origin.x, y[i] = from_origin.y, z[i] = from_origin.z;
+            to[i] = 0;
         }
-        for (std::uint32_t slice = 1; slice < own.count; ++slice) {
+        for (std::uint32_t slice = 0; slice < own.count; ++slice) {
             const vec3 normal = own.normal[slice];
             for (std::size_t i = 0; i < count; ++i) height[i] = slice_frame::component(normal, x[i], y[i], z[i]);
             const float here = own.height[slice];

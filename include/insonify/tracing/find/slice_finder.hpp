@@ -7,7 +7,6 @@
 #include <insonify/core/view.hpp>
 #include <insonify/scene/layers.hpp>
 #include <insonify/signal/kernel/elevation.hpp>
-#include <insonify/tracing/find/find_line.hpp>
 #include <insonify/tracing/find/line_layers.hpp>
 #include <insonify/tracing/find/slice_cut.hpp>
 #include <algorithm>
@@ -78,13 +77,14 @@ class slice_finder {
     /// @return whether any is cut
     bool choose(const scene_view& scene, const pose& at, view<const elevation_plane> planes, bool all,
                 std::uint32_t directions) {
-        const slice_frame frame{at, planes, fan_.upright()};
+        slice_region slices;
+        const slice_frame& frame = slices.frame = {at, planes, fan_.upright()};
         chosen_.resize(scene.objects.size());
         std::size_t cut = 0;
         for (std::size_t i = 0; i < chosen_.size(); ++i) {
             const object_view& one = scene.objects[i];
             chosen_[i] =
-                all || !one.tree_is_current || (near_slices(one.box, frame) && worth_cutting(one, frame, directions));
+                all || !one.tree_is_current || (overlaps(slices, one.box) && worth_cutting(one, frame, directions));
             cut += chosen_[i];
         }
         leaves_rays_ = cut < chosen_.size();
@@ -172,17 +172,6 @@ class slice_finder {
         const float doublings = near_lines == 0 ? 0.0F : std::log2(static_cast<float>(one.surface.faces.size()));
         const float rays = static_cast<float>(near_lines) + 0.05F * static_cast<float>(fan_.size());
         return 1 + 0.32F * doublings * doublings <= static_cast<float>(directions) * rays;
-    }
-
-    // Whether a box may reach into one of the slices.
-    static bool near_slices(const aabb& box, const slice_frame& frame) {
-        if (box.empty()) return false;
-        for (std::uint32_t i = 0; i < frame.count; ++i) {
-            const float height = dot(frame.normal[i], box.centre() - frame.origin) - frame.height[i];
-            const float half_thickness = dot(abs(frame.normal[i]), 0.5F * box.size());
-            if (std::fabs(height) <= 1.001F * half_thickness + 1e-5F * length(frame.origin) + 1e-9F) return true;
-        }
-        return false;
     }
 
     // An upper bound of the number of lines that intersect a box.

@@ -23,32 +23,31 @@ struct path_survey {
 /// @param frequency  hertz
 /// @param depth      where paths end, metres
 inline path_survey survey_paths(const line_layers& found, float frequency, float depth) {
-    float attenuation[path_survey::lines], loss[path_survey::lines], length[path_survey::lines];
+    path_survey each[path_survey::lines];
     int count = 0;
     for (int i = 0; i < path_survey::lines; ++i) {
         const float fraction = (static_cast<float>(i) + 0.5F) / (2 * path_survey::lines) - 0.25F;
         const float nearest = std::round(line_at_fraction(fraction, found.lines));
-        float path = 0, mean = 0, decibels = 0;
+        path_survey& own = each[count];
+        own = {};
         for (const layer& here : found(static_cast<std::uint32_t>(max(nearest, 0)))) {
             const medium& m = found.media[here.medium];
             if (here.begin >= depth || blocks_sound(m)) break;
             const float part = min(here.end, depth) - here.begin;
             if (!(part > 0)) continue;
-            path += part;
-            mean += (m.attenuation - mean) * (part / path); // exact in a single medium
-            decibels += part * echo_loss(m, frequency);
+            own.length += part;
+            own.attenuation += (m.attenuation - own.attenuation) * (part / own.length); // exact in a single medium
+            own.loss_db += part * echo_loss(m, frequency);
         }
-        if (!(path > 0)) continue;
-        attenuation[count] = mean;
-        loss[count] = decibels;
-        length[count++] = path;
+        if (own.length > 0) ++count;
     }
     if (count == 0) return {};
-    const auto median = [count](float* values) {
-        std::nth_element(values, values + count / 2, values + count);
-        return values[count / 2];
+    const auto median = [&](float path_survey::*of) {
+        const auto less = [of](const path_survey& a, const path_survey& b) { return a.*of < b.*of; };
+        std::nth_element(each, each + count / 2, each + count, less);
+        return each[count / 2].*of;
     };
-    return {.attenuation = median(attenuation), .loss_db = median(loss), .length = median(length)};
+    return {median(&path_survey::attenuation), median(&path_survey::loss_db), median(&path_survey::length)};
 }
 
 } // namespace detail

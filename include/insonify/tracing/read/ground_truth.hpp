@@ -14,13 +14,12 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// Ground truth of every sample, as maps on one grid.
 struct ground_truth_lines {
-    label_lines label{};    ///< id of the object that it lies in, as `label` gives it; `background_label` outside all
-    label_lines medium{};   ///< index into `scene::media()`
-    label_lines surface{};  ///< id of the object whose surface lies in it; `background_label` where none does
-    scan_lines incidence{}; ///< radians between the beam and the normal of that surface; 0 where there is none
-    scan_lines
-        transmitted{};  ///< amplitude that arrives there along the line and returns, 0 to 1: the map of sharp shadows
-    scan_lines depth{}; ///< metres along the line, whatever the grid
+    label_lines label{};      ///< id of the object that it lies in, as `label` gives it; `background_label` outside all
+    label_lines medium{};     ///< index into `scene::media()`
+    label_lines surface{};    ///< id of the object whose surface lies in it; `background_label` where none does
+    scan_lines incidence{};   ///< radians between the beam and the normal of that surface; 0 where there is none
+    scan_lines transmitted{}; ///< amplitude that arrives there along the line and returns, 0 to 1: sharp shadows
+    scan_lines depth{};       ///< metres along the line, whatever the grid
 
     friend bool operator==(const ground_truth_lines&, const ground_truth_lines&) = default;
 };

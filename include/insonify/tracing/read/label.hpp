@@ -97,17 +97,17 @@ label_lines label(const Policy& policy, const line_layers& found, const label_se
     const std::uint32_t samples = detail::checked_samples(found.lines, settings.samples, "label");
     recycled.reshape(found.lines, samples, settings.depth);
     const float spacing = settings.depth / static_cast<float>(samples);
+    const auto label_line = [&](std::uint32_t line) {
+        const view<const layer> layers = found(line);
+        label_id* const out = recycled.values.data() + std::size_t{line} * samples;
+        const auto fill = [&](std::size_t i, const detail::label_stretch& part) {
+            std::fill(out + part.first, out + part.last, layers[i].object);
+        };
+        detail::for_each_stretch(layers, found.media, settings.grid, samples, spacing, fill);
+    };
     exec::for_each_block(policy, found.lines, detail::lines_per_block, 0.2F * static_cast<float>(samples),
                          [&](std::size_t begin, std::size_t end) {
-                             for (auto line = static_cast<std::uint32_t>(begin); line < end; ++line) {
-                                 const view<const layer> layers = found(line);
-                                 label_id* const out = recycled.values.data() + std::size_t{line} * samples;
-                                 detail::for_each_stretch(layers, found.media, settings.grid, samples, spacing,
-                                                          [&](std::size_t i, const detail::label_stretch& part) {
-                                                              std::fill(out + part.first, out + part.last,
-                                                                        layers[i].object);
-                                                          });
-                             }
+                             for (std::size_t i = begin; i < end; ++i) label_line(static_cast<std::uint32_t>(i));
                          });
     return recycled;
 }

@@ -12,7 +12,6 @@
 #include <insonify/signal/pulse.hpp>
 #include <insonify/tracing/find/find_layers.hpp>
 #include <string>
-#include <utility>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -48,27 +47,35 @@ namespace detail {
 /// Where it is decided what the face touches, metres: thinner films do not count.
 inline constexpr float below_face = 10e-6F;
 
-inline const layer& layer_below_face(view<const layer> layers) {
-    std::size_t i = 0;
-    while (i + 1 < layers.size() && layers[i].end <= below_face) ++i;
-    return layers[i];
-}
+} // namespace detail
 
-/// See `add_near_field`.
-inline iq_lines with_near_field(const any_policy<false>& policy, iq_lines echoes, const line_layers& found,
-                                const probe_settings& probe, const near_field_settings& settings) {
+/// Adds the echoes of the face of the probe to traced echoes, and removes the other echoes of lines that start in gas.
+/// Call it between `trace` and `convolve`.
+///
+///     echo k = r (r b)^k 10^(-k loss/20)   at the displayed depth k d c0 / c,   k = 0, 1, 2, ...
+///
+/// with r the amplitude that the face reflects into the lens (from the impedances of `tissue::lens` and of the medium
+/// 10 um below the face; 1 in gas), b = `back_reflection`, d and c the thickness and sound speed of the lens, c0 = 1540
+/// m/s, and `loss` the attenuation in the lens, there and back, dB. Echoes below -120 dB are left out. The ringing is
+/// `ring_down_db` - 60 dB z / `ring_down` at depth z, after `convolve` with the nominal pulse.
+/// @param echoes  of the lines of the probe, at baseband
+/// @param found   what lies along these lines
+/// @throws usage_error  for lines that are not those of the probe, or a setting out of range
+template <exec::policy Policy, transducer Probe>
+iq_lines add_near_field(const Policy& policy, iq_lines echoes, const line_layers& found, const Probe& probe,
+                        const near_field_settings& settings = {}) {
     using lines = near_field_settings::lines;
     settings.check();
     if (found.lines != probe.lines)
         throw usage_error{
-            joined({"add_near_field: the layers have ", std::to_string(found.lines), " lines and the probe ",
-                    std::to_string(probe.lines), "; give those that find_layers finds for this probe"})};
+            detail::joined({"add_near_field: the layers have ", std::to_string(found.lines), " lines and the probe ",
+                            std::to_string(probe.lines), "; give those that find_layers finds for this probe"})};
     if (echoes.count != probe.lines || echoes.samples == 0 ||
         echoes.values.size() != static_cast<std::size_t>(echoes.count) * echoes.samples)
         throw usage_error{
             "add_near_field: the echoes must have as many lines as the probe, and a value for every sample"};
     bool some_gas = false;
-    for (const medium& m : found.media) some_gas = some_gas || is_gas(m);
+    for (const medium& m : found.media) some_gas = some_gas || detail::is_gas(m);
     if (settings.shown == lines::none || (settings.shown == lines::in_gas && !some_gas)) return echoes;
 
     constexpr float faintest = 1e-6F;
@@ -78,13 +85,16 @@ inline iq_lines with_near_field(const any_policy<false>& policy, iq_lines echoes
     const float round_trip =
         settings.back_reflection * amplitude_of_decibels(-settings.lens_thickness * echo_loss(lens, probe.frequency));
     // Of a constant signal, `convolve` makes the sum of the pulse's samples times as much.
-    const float sigma = axial_sigma(probe.bandwidth, probe.frequency);
+    const float sigma = nominal_pulse(probe).sigma_z(probe.frequency);
     const float ringing = amplitude_of_decibels(settings.ring_down_db) * spacing / (std::sqrt(2 * pi) * sigma);
     exec::for_each_block(policy, echoes.count, 8, 1000, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             const view<vec2> line{echoes.values.data() + i * echoes.samples, echoes.samples};
-            const medium& below = found.media[layer_below_face(found(static_cast<std::uint32_t>(i))).medium];
-            const bool gas = is_gas(below);
+            const view<const layer> layers = found(static_cast<std::uint32_t>(i));
+            std::size_t touched = 0;
+            while (touched + 1 < layers.size() && layers[touched].end <= detail::below_face) ++touched;
+            const medium& below = found.media[layers[touched].medium];
+            const bool gas = detail::is_gas(below);
             if (gas)
                 for (vec2& sample : line) sample = {0, 0};
             else if (settings.shown == lines::in_gas)
@@ -105,25 +115,6 @@ inline iq_lines with_near_field(const any_policy<false>& policy, iq_lines echoes
         }
     });
     return echoes;
-}
-} // namespace detail
-
-/// Adds the echoes of the face of the probe to traced echoes, and removes the other echoes of lines that start in gas.
-/// Call it between `trace` and `convolve`.
-///
-///     echo k = r (r b)^k 10^(-k loss/20)   at the displayed depth k d c0 / c,   k = 0, 1, 2, ...
-///
-/// with r the amplitude that the face reflects into the lens (from the impedances of `tissue::lens` and of the medium
-/// 10 um below the face; 1 in gas), b = `back_reflection`, d and c the thickness and sound speed of the lens, c0 = 1540
-/// m/s, and `loss` the attenuation in the lens, there and back, dB. Echoes below -120 dB are left out. The ringing is
-/// `ring_down_db` - 60 dB z / `ring_down` at depth z, after `convolve` with the nominal pulse.
-/// @param echoes  of the lines of the probe, at baseband
-/// @param found   what lies along these lines
-/// @throws usage_error  for lines that are not those of the probe, or a setting out of range
-template <exec::policy Policy, transducer Probe>
-iq_lines add_near_field(const Policy& policy, iq_lines echoes, const line_layers& found, const Probe& probe,
-                        const near_field_settings& settings = {}) {
-    return detail::with_near_field(detail::any_policy<false>{policy}, std::move(echoes), found, probe, settings);
 }
 /// The same in a scene, whose layers are found.
 /// @param at  probe to world
