@@ -4,6 +4,7 @@
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/tracing/trace.hpp>
+#include "traced_train.hpp"
 #include <cmath>
 #include <doctest/doctest.h>
 #include <numbers>
@@ -89,8 +90,8 @@ TEST_CASE("ensemble: what rests has the echoes of `trace`, the same for all puls
     const auto rest = [](object_id, vec3, float) { return vec3{0, 0, 0}; };
     for (const std::uint32_t planes : {1U, 3U}) {
         const acquisition scan{.depth = depth, .samples = 512, .planes = planes, .frame = 7};
-        const ensemble_echoes found = trace_ensemble(exec::par_unseq, v.body, probe, pose{}, physical{}, rest, scan,
-                                                     {.interval = 1 / prf, .count = 3});
+        const detail::ensemble_echoes found =
+            doppler_test::traced(v.body, probe, rest, scan, {.interval = 1 / prf, .count = 3});
         CHECK(found.resting == trace(exec::par_unseq, v.body, probe, pose{}, physical{}, scan));
         for (const iq_lines& each : found.moving)
             for (const vec2 value : each.values) CHECK_UNARY(value == vec2{0, 0});
@@ -105,8 +106,8 @@ TEST_CASE("ensemble: moving blood keeps its level, pulse after pulse, and the fi
         return sum;
     };
     const acquisition scan{.depth = depth, .samples = 1024};
-    const ensemble_echoes found = trace_ensemble(exec::par_unseq, v.body, probe, pose{}, physical{}, v.stream, scan,
-                                                 {.interval = 1 / prf, .count = 40});
+    const detail::ensemble_echoes found =
+        doppler_test::traced(v.body, probe, v.stream, scan, {.interval = 1 / prf, .count = 40});
     const iq_lines still = trace(exec::par_unseq, v.body, probe, pose{}, physical{}, scan);
     double difference = 0;
     for (std::size_t i = 0; i < still.values.size(); ++i) {
