@@ -167,7 +167,7 @@ class colour_scanner {
         for_each_index(policy, probe.lines, [&](std::size_t i) {
             const auto line = static_cast<std::uint32_t>(i);
             if (line < settings.box.first_line || line >= box_end) return;
-            const float middle = fine_line(static_cast<float>(line)) - lines.first,
+            const float middle = fine_line(static_cast<float>(line)) - lines.first_line,
                         width = max(reach * fine.rays, 0.5F) + 0.5F;
             for (std::uint32_t k = 0; k < correlated_.samples; ++k) {
                 const float depth = (static_cast<float>(k) + 0.5F) * step;

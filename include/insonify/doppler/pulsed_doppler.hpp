@@ -205,7 +205,7 @@ class gate_scanner {
             for (const iq_lines& each : echoes.pulses) {
                 vec2 sum{0, 0};
                 for (std::uint32_t i = first; i < last; ++i)
-                    sum += each(static_cast<std::uint32_t>(line - lines.first), i);
+                    sum += each(static_cast<std::uint32_t>(line - lines.first_line), i);
                 series.push_back(sum / static_cast<float>(last - first));
             }
         }

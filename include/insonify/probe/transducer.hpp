@@ -253,7 +253,7 @@ template <transducer Probe>
 struct refined : Probe {
     std::uint32_t lines = 1; ///< hides the member of the probe: about `rays` times as many
     float rays = 1;          ///< lines for each line of the probe, need not be whole
-    float first = 0;         ///< number of line 0 among all of them
+    float first_line = 0;    ///< number of line 0 among all of them
 
     /// @param rays_per_line  above 0; the number of lines is rounded
     refined(const Probe& probe, float rays_per_line)
@@ -264,7 +264,7 @@ struct refined : Probe {
     refined section(std::uint32_t begin, std::uint32_t end) const {
         refined some = *this;
         some.lines = end - begin;
-        some.first += static_cast<float>(begin);
+        some.first_line += static_cast<float>(begin);
         return some;
     }
 
@@ -278,14 +278,14 @@ struct refined : Probe {
     /// From {x, z} to {line, depth along it}.
     INSONIFY_FN vec2 locate(vec2 point) const {
         const vec2 place = Probe::locate(point);
-        return {(place.x + 0.5F) * rays - 0.5F - first, place.y};
+        return {(place.x + 0.5F) * rays - 0.5F - first_line, place.y};
     }
 
     friend bool operator==(const refined&, const refined&) requires detail::comparable<Probe>
     = default;
 
   private:
-    INSONIFY_FN float coarse(float line) const { return (first + line + 0.5F) / rays - 0.5F; }
+    INSONIFY_FN float coarse(float line) const { return (first_line + line + 0.5F) / rays - 0.5F; }
 };
 
 } // namespace insonify::inline INSONIFY_ABI
