@@ -115,7 +115,7 @@ TEST_CASE("a ray enters the boxes within its limits, and misses the others at FL
     }
     prepared_ray<simd_width> r;
     r.prepare({.origin = {0.2F, 0.1F, -1}, .min_distance = 1.2F, .max_distance = 3.5F}, 20);
-    lanes<simd_width> entry;
+    lanes<simd_width> entry(0.0F);
     CHECK(enter(node, r, r.source.max_distance, entry) == 0b101U);
     float distance[simd_width];
     store(entry, distance);
