@@ -70,6 +70,7 @@ namespace detail {
 /// @param extent  of the field of view, metres
 /// @throws usage_error  as `check_size`, with the likely cause
 inline void check_map_size(uvec2 size, float depth, vec2 extent) {
+    if (size.x <= max_picture_side && size.y <= max_picture_side) return check_size(size, "scan_convert");
     const std::string metres = number_text(depth);
     check_size(size, "scan_convert",
                depth >= 1 ? joined({"depth is ", metres, " m: did you mean ", metres, "_mm?"})
