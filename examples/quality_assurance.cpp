@@ -220,7 +220,7 @@ void check_targets(quality_table& table, const std::vector<scan_lines>& slices, 
         const float cell = 2 * pi * beam.lateral_sigma(depth) * nominal_pulse(probe).sigma_z(probe.frequency);
         const float cells = pi * radius * radius / cell * static_cast<float>(slices.size());
         table.within("target " + text("%g mm deep, dB", scale * target.centre.y / 1_mm),
-                     inside.level() - beside.level(), static_cast<float>(target.level_db), 13 / std::sqrt(cells));
+                     inside.level() - beside.level(), target.level_db, 13 / std::sqrt(cells));
     }
 }
 

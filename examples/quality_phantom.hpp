@@ -33,7 +33,7 @@ struct wire_pair {
 struct target {
     vec2 centre{};
     float radius = 0;
-    int level_db = 0; ///< relative to the gel around; cysts are anechoic
+    float level_db = 0; ///< relative to the gel around; cysts are anechoic
 };
 
 /// Steel, 0.1 mm thick; positions are those of their fronts. The first four are not exactly below one another, because

@@ -8,7 +8,6 @@ namespace insonify::inline INSONIFY_ABI {
 
 struct acquisition;
 struct convex_array;
-struct image;
 struct law2011;
 struct linear_array;
 struct medium;
@@ -19,6 +18,10 @@ struct radial_array;
 struct pose;
 struct ray;
 class scene;
+
+template <class Pixel>
+struct pixel_grid;
+using image = pixel_grid<float>;
 
 } // namespace insonify::inline INSONIFY_ABI
 #endif

@@ -115,10 +115,10 @@ TEST_CASE("a ray enters the boxes within its limits, and misses the others at FL
     }
     prepared_ray<simd_width> r;
     r.prepare({.origin = {0.2F, 0.1F, -1}, .min_distance = 1.2F, .max_distance = 3.5F}, 20);
-    const auto boxes = enter(node, r, r.source.max_distance);
-    CHECK(boxes.met == 0b101U);
+    lanes<simd_width> entry(0.0F);
+    CHECK(enter(node, r, r.source.max_distance, entry) == 0b101U);
     float distance[simd_width];
-    store(boxes.distance, distance);
+    store(entry, distance);
     for (int i = 0; i < simd_width; ++i)
         CHECK(distance[i] == (i == 0 ? 1.2F : i == 2 ? doctest::Approx(3).epsilon(1e-5) : doctest::Approx(FLT_MAX)));
 }

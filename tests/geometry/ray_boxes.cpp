@@ -10,7 +10,6 @@ TEST_CASE("an empty box contains nothing, overlaps nothing and leaves a merged b
     CHECK(empty.half_area() == 0);
     CHECK_FALSE(empty.contains({0, 0, 0}));
     CHECK_FALSE(overlaps(empty, unit));
-    CHECK_FALSE(overlaps(plane{}, empty));
     CHECK_FALSE(is_finite(empty));
     CHECK(merged(empty, unit).lower == unit.lower);
     CHECK(merged(empty, unit).upper == unit.upper);
@@ -25,17 +24,6 @@ TEST_CASE("boxes include their sides") {
     CHECK(unit.half_area() == 3);
     CHECK(unit.centre() == vec3{0.5F, 0.5F, 0.5F});
     CHECK(merged(unit, vec3{2, -1, 0}).size() == vec3{2, 2, 1});
-}
-
-TEST_CASE("a plane overlaps the boxes that it intersects or touches") {
-    const aabb unit{{0, 0, 0}, {1, 1, 1}};
-    CHECK(overlaps(plane{{0, 0, 1}, 0.5F}, unit));
-    CHECK(overlaps(plane{{0, 0, 1}, 1}, unit));
-    CHECK(overlaps(plane{{0, 0, -1}, 0}, unit));
-    CHECK_FALSE(overlaps(plane{{0, 0, 1}, 1.01F}, unit));
-    const float diagonal = 1 / std::sqrt(3.0F);
-    CHECK(overlaps(plane{{diagonal, diagonal, diagonal}, 1.73F}, unit)); // the far corner is sqrt(3) away
-    CHECK_FALSE(overlaps(plane{{diagonal, diagonal, diagonal}, 1.74F}, unit));
 }
 
 TEST_CASE("a box with NaN or infinity is not finite") {

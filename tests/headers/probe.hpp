@@ -36,8 +36,4 @@ vec2 call(const steered<pencil>& probe) {
     probe.check();
     return probe == steered<pencil>{probe} ? probe.locate({0, probe.scatterer_axis(0).z}) : vec2{};
 }
-vec2 call(const probe_section<pencil>& probe) {
-    probe.check();
-    return probe == probe_section<pencil>{probe, 0, 1} ? probe.locate({0, probe.beam(0).at(1).z}) : vec2{};
-}
 #endif

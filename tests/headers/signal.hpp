@@ -3,10 +3,13 @@
 using namespace insonify;
 
 #ifdef CALL_signal_kernel_convolve
-void call(detail::axial_kernel& kernel, vec2* line) { kernel.apply<1>(line, line, line); }
+void call(detail::axial_kernel& kernel, vec2* line) {
+    kernel.lay_out(line, line);
+    kernel.apply<1>(line, line);
+}
 iq_lines call(iq_lines echoes, convolver& own) {
     echoes = convolve(exec::seq, std::move(echoes), pulse{}, pencil{});
-    return own.convolve(exec::par_unseq, std::move(echoes), pulse{}, pencil{});
+    return own.convolve(exec::par_unseq, std::move(echoes), pulse{}, pencil{}, {.decimation = 2});
 }
 float call() {
     const detail::lateral_kernel kernel = detail::make_lateral_kernel(pencil{}, {.depth = 40_mm, .samples = 64});
@@ -20,6 +23,7 @@ void call(detail::lateral_slab& slab, vec2* lines) {
     slab.copy(lines, 1, 1);
     slab.apply<1>(lines, 1, 1);
 }
+void call(const detail::tap& one, vec2* samples) { detail::sum_taps<1>({&one, 1}, samples, samples, 1); }
 #endif
 #ifdef CALL_signal_compound
 scan_lines call(compounding<pencil>& looks) {

@@ -23,3 +23,19 @@ TEST_CASE("a refined probe covers the same field of view with more lines") {
         CHECK(back.y == doctest::Approx(30_mm).epsilon(1e-4));
     }
 }
+
+TEST_CASE("a section of a refined probe has its lines, from the first one on") {
+    const refined<linear_array> fine{linear_array{.lines = 10, .width = 40_mm}, 3};
+    const refined<linear_array> all_but_ends = fine.section(2, 28), some = all_but_ends.section(3, 10);
+    CHECK(all_but_ends.lines == 26);
+    CHECK(some.lines == 7);
+    for (const float line : {-0.5F, 0.0F, 2.25F, 6.0F}) {
+        const ray found = some.beam(line), expected = fine.beam(line + 5);
+        CHECK(found.origin == expected.origin);
+        CHECK(found.direction == expected.direction);
+        const vec3 point = found.at(20_mm);
+        CHECK(some.locate({point.x, point.z}).x == doctest::Approx(line).epsilon(1e-4));
+    }
+    CHECK(fine.section(0, 30) == fine);
+    CHECK(some != fine.section(5, 13));
+}

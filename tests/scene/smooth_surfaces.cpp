@@ -3,6 +3,7 @@
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/tracing/paths.hpp>
 #include <insonify/tracing/trace.hpp>
+#include "../slab.hpp"
 #include <algorithm>
 #include <cmath>
 #include <doctest/doctest.h>
@@ -44,7 +45,7 @@ TEST_CASE("boxes and plates are the same to the bit whether edges are smooth or 
         scene all{tissue::muscle};
         all.add(make_box({-10_mm, -10_mm, 12_mm}, {3_mm, 10_mm, 20_mm}, 3), tissue::bone,
                 {.crease_angle = crease_angle});
-        all.add(make_plane({0, 0, 25_mm}, {0.3F, 0.1F, -1}, 30_mm, 2_mm), tissue::fat, {.crease_angle = crease_angle});
+        all.add(slab({0, 0, 25_mm}, {0.3F, 0.1F, -1}, 30_mm, 2_mm), tissue::fat, {.crease_angle = crease_angle});
         return std::move(all).build(exec::par);
     };
     CHECK(traced(body(30_deg)).values == traced(body(0)).values);

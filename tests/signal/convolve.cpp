@@ -51,16 +51,18 @@ TEST_CASE("convolve: the axial kernel is correct at three sampling rates") {
 TEST_CASE(
     "convolve: the -6 dB length of a burst's echo is that of the burst, and its peak that of an impulse excitation") {
     const linear_array probe{.lines = 1, .frequency = 5_MHz};
-    for (const std::uint32_t samples : {600U, 2000U}) {
-        iq_lines echoes{1, samples, 30_mm};
-        add_echo(echoes, 0, 15_mm, 1);
-        const iq_lines seen = convolve(exec::par_unseq, std::move(echoes), {.burst = 12}, probe);
-        std::vector<double> envelope(seen.samples);
-        for (std::uint32_t k = 0; k < seen.samples; ++k) envelope[k] = amplitude(seen, 0, k);
-        const double length = half_width(envelope) * 30e-3 / seen.samples;
-        CHECK(length == doctest::Approx(12 * 1540 / (2 * 5e6)).epsilon(2e-3).scale(1e-30)); // 1.848 mm
-        CHECK(*std::max_element(envelope.begin(), envelope.end()) == doctest::Approx(1).epsilon(1e-3).scale(1e-30));
-    }
+    for (const std::uint32_t samples : {600U, 2000U})
+        for (const std::uint32_t decimation : {1U, 2U}) {
+            iq_lines echoes{1, samples, 30_mm};
+            add_echo(echoes, 0, 15_mm, 1);
+            const iq_lines seen = convolve(exec::par_unseq, std::move(echoes), {.burst = 12}, probe,
+                                           {.decimation = samples > 1000 ? decimation : 1});
+            std::vector<double> envelope(seen.samples);
+            for (std::uint32_t k = 0; k < seen.samples; ++k) envelope[k] = amplitude(seen, 0, k);
+            const double length = half_width(envelope) * 30e-3 / seen.samples;
+            CHECK(length == doctest::Approx(12 * 1540 / (2 * 5e6)).epsilon(2e-3).scale(1e-30)); // 1.848 mm
+            CHECK(*std::max_element(envelope.begin(), envelope.end()) == doctest::Approx(1).epsilon(1e-3).scale(1e-30));
+        }
 }
 
 TEST_CASE("convolve: an echo between two samples loses at most dz^2 / (8 sigma^2)") {
@@ -154,21 +156,49 @@ TEST_CASE("convolve: a full circle has no border") {
         for (std::uint32_t k = 0; k < 1200; ++k) REQUIRE(lines((line + 64) % 128, k) == expected(line, k));
 }
 
-TEST_CASE("convolve: bit-equal for any number of threads, scalar and SIMD equal within rounding") {
-    const phased_array probe{.lines = 67, .frequency = 2.5_MHz};
-    const iq_lines echoes = white_noise(67, 1202, 60_mm, 4);
-    const iq_lines scalar = convolve(exec::seq, echoes, pulse{}, probe);
-    const iq_lines simd = convolve(exec::unseq, echoes, pulse{}, probe);
-    for (const std::uint32_t threads : {1U, 2U, 3U, 8U}) {
-        CHECK(convolve(exec::par.threads(threads), echoes, pulse{}, probe) == scalar);
-        CHECK(convolve(exec::par_unseq.threads(threads), echoes, pulse{}, probe) == simd);
-        CHECK(envelope(exec::par.threads(threads), scalar) == envelope(exec::seq, scalar));
-        CHECK(envelope(exec::par_unseq.threads(threads), scalar) == envelope(exec::unseq, scalar));
+TEST_CASE("convolve: decimated lines equal the full ones, resampled") {
+    const linear_array probe{.lines = 24, .width = 5_mm, .frequency = 5_MHz};
+    const iq_lines echoes = white_noise(24, 3600, 30_mm, 3);
+    const iq_lines fine = convolve(exec::seq, echoes, pulse{}, probe);
+    double largest = 0;
+    for (const vec2 v : fine.values) largest = std::max(largest, static_cast<double>(length(v)));
+    for (const std::uint32_t decimation : {3U, 5U, 2U, 4U}) {
+        const iq_lines coarse = convolve(exec::par_unseq, echoes, pulse{}, probe, {.decimation = decimation});
+        CHECK(coarse.count == 24);
+        CHECK(coarse.samples == 3600 / decimation);
+        CHECK(coarse.depth == 30_mm);
+        double worst = 0;
+        for (std::uint32_t line = 0; line < 24; ++line)
+            for (std::uint32_t k = 1; k + 1 < coarse.samples; ++k) {
+                const std::uint32_t middle = k * decimation + decimation / 2;
+                const vec2 there = decimation % 2 == 1 ? fine(line, middle) // in between: the cubic through four
+                                                       : (9.0F * (fine(line, middle - 1) + fine(line, middle)) -
+                                                          (fine(line, middle - 2) + fine(line, middle + 1))) /
+                                                             16.0F;
+                worst = std::max(worst, static_cast<double>(length(coarse(line, k) - there)));
+            }
+        CHECK(worst < 5e-3 * largest);
     }
-    double worst = 0;
-    for (std::size_t i = 0; i < scalar.values.size(); ++i)
-        worst = std::max(worst, static_cast<double>(length(scalar.values[i] - simd.values[i])));
-    CHECK(worst < 1e-5);
+}
+
+TEST_CASE("convolve: bit-equal for any number of threads, scalar and SIMD equal within rounding") {
+    for (const std::uint32_t decimation : {1U, 2U}) {
+        const phased_array probe{.lines = 67, .frequency = 2.5_MHz};
+        const iq_lines echoes = white_noise(67, 1202, 60_mm, 4);
+        const convolve_settings settings{.decimation = decimation};
+        const iq_lines scalar = convolve(exec::seq, echoes, pulse{}, probe, settings);
+        const iq_lines simd = convolve(exec::unseq, echoes, pulse{}, probe, settings);
+        for (const std::uint32_t threads : {1U, 2U, 3U, 8U}) {
+            CHECK(convolve(exec::par.threads(threads), echoes, pulse{}, probe, settings) == scalar);
+            CHECK(convolve(exec::par_unseq.threads(threads), echoes, pulse{}, probe, settings) == simd);
+            CHECK(envelope(exec::par.threads(threads), scalar) == envelope(exec::seq, scalar));
+            CHECK(envelope(exec::par_unseq.threads(threads), scalar) == envelope(exec::unseq, scalar));
+        }
+        double worst = 0;
+        for (std::size_t i = 0; i < scalar.values.size(); ++i)
+            worst = std::max(worst, static_cast<double>(length(scalar.values[i] - simd.values[i])));
+        CHECK(worst < 1e-5);
+    }
 }
 
 TEST_CASE("convolve: undersampled lines are refused with the number of samples needed") {
@@ -181,6 +211,8 @@ TEST_CASE("convolve: undersampled lines are refused with the number of samples n
     }
     CHECK(complaint.find(" 503 ") != std::string::npos); // 45 mm over 0.1874 c0 / (0.644 f0)
     CHECK_NOTHROW(convolve(exec::seq, iq_lines{4, 503, 45_mm}, pulse{}, probe));
+    CHECK_NOTHROW(convolve(exec::seq, iq_lines{4, 1006, 45_mm}, pulse{}, probe, {.decimation = 2}));
+    CHECK_THROWS_AS(convolve(exec::seq, iq_lines{4, 1004, 45_mm}, pulse{}, probe, {.decimation = 2}), usage_error);
 }
 
 TEST_CASE("convolve: echoes of another probe and settings out of range are refused") {
@@ -195,6 +227,8 @@ TEST_CASE("convolve: echoes of another probe and settings out of range are refus
     CHECK_THROWS_AS(convolve(exec::seq, iq_lines{4, 0, 45_mm}, pulse{}, probe), usage_error);
     for (const float depth : {0.0F, -1.0F, std::numeric_limits<float>::quiet_NaN()})
         CHECK_THROWS_AS(convolve(exec::seq, iq_lines{4, 1000, depth}, pulse{}, probe), usage_error);
+    for (const std::uint32_t bad : {0U, 3U})
+        CHECK_THROWS_AS(convolve(exec::seq, echoes, pulse{}, probe, {.decimation = bad}), usage_error);
 }
 
 } // namespace convolve_test

@@ -9,6 +9,7 @@
 #include <insonify/signal/kernel/convolve.hpp>
 #include <insonify/tracing/paths.hpp>
 #include <insonify/tracing/trace.hpp>
+#include "../slab.hpp"
 #include <algorithm>
 #include <cmath>
 #include <doctest/doctest.h>
@@ -197,7 +198,7 @@ TEST_CASE("behind a curved mirror sound spreads: 1 / sqrt((1 + 2 s / (a cos i)) 
             };
             const float side = radius * std::sqrt(0.5F);
             const double spread = echo_of_wall(make_sphere({-side, 0, 20_mm + side}, radius, 6)) -
-                                  echo_of_wall(make_plane({0, 0, 20_mm}, {1, 0, -1}, 10_mm, 5_mm));
+                                  echo_of_wall(slab({0, 0, 20_mm}, {1, 0, -1}, 10_mm, 5_mm));
             const double a = static_cast<double>(radius), s = static_cast<double>(distance), c = std::sqrt(0.5);
             const double expected = -decibels(std::sqrt((1 + 2 * s / (a * c)) * (1 + 2 * s * c / a)));
             MESSAGE("radius ", radius * 1e3F, " mm, wall at ", distance * 1e3F, " mm: ", spread, " dB (expected ",

@@ -3,6 +3,7 @@
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/tracing/read/ground_truth.hpp>
+#include "../slab.hpp"
 #include "ground_truth_scenes.hpp"
 #include "solids.hpp"
 #include <cmath>
@@ -35,7 +36,7 @@ TEST_CASE("a tilted plate has its angle as incidence, and lets 1 - R through") {
             const vec3 normal{std::sin(row.angle) * std::cos(azimuth), std::sin(row.angle) * std::sin(azimuth),
                               -std::cos(row.angle)};
             scene body{before};
-            const object_id plate = body.add(make_plane({0, 0, 40_mm}, normal, 200_mm, 30_mm), after);
+            const object_id plate = body.add(slab({0, 0, 40_mm}, normal, 200_mm, 30_mm), after);
             body.build(exec::par);
             const ground_truth_lines truth =
                 ground_truth(exec::par, body, middle_line(5_MHz), pose{}, {.depth = 60_mm, .samples = 600});

@@ -4,6 +4,7 @@
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/probe/phased_array.hpp>
 #include <insonify/tracing/read/label.hpp>
+#include "../slab.hpp"
 #include "solids.hpp"
 #include <doctest/doctest.h>
 #include <limits>
@@ -138,7 +139,7 @@ TEST_CASE("on the displayed grid a plate at z stands at z c0 / c") { // V8
                       {5740, 200_mm, 53.658_mm}, {343, 10_mm, 44.898_mm}};
     for (const auto& row : rows) {
         scene body{medium{.density = 1000, .sound_speed = row.speed}};
-        const object_id plate = body.add(make_plane({0, 0, row.depth}, {0, 0, -1}, 100_mm, 10_mm), tissue::water);
+        const object_id plate = body.add(slab({0, 0, row.depth}, {0, 0, -1}, 100_mm, 10_mm), tissue::water);
         body.build(exec::par);
         const linear_array probe{.lines = 5, .width = 10_mm};
         const label_settings settings{.depth = 120_mm, .samples = 4096, .grid = label_settings::depth_grid::displayed};

@@ -259,7 +259,7 @@ composed_maps composed_of(const py::args& given, std::tuple<Maps...>*) {
                                                       [map] { check_settings(*map); }});
                                  if constexpr (std::is_same_v<Maps, composed_maps>) {
                                      if (map->face) made.face = map->face;
-                                 } else if constexpr (detail::has_face_v<Maps>) {
+                                 } else if constexpr (!std::is_void_v<decltype(detail::face_of(*map))>) {
                                      made.face = detail::face_of(*map);
                                  }
                                  return true;

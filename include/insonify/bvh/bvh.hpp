@@ -287,11 +287,10 @@ class bvh {
         detail::trace_batch(policy, view_of(), rays, detail::all_query{hits.data()});
     }
 
-    /// The primitives whose bounds overlap a box or a plane, in ascending order. Replaces the contents of `primitives`.
-    template <class Shape>
-    void overlapping(const Shape& shape, std::vector<std::uint32_t>& primitives) const {
+    /// The primitives whose bounds overlap a box, in ascending order. Replaces the contents of `primitives`.
+    void overlapping(const aabb& region, std::vector<std::uint32_t>& primitives) const {
         primitives.clear();
-        view_of().for_each_overlap(shape, [&](std::uint32_t p) { primitives.push_back(p); });
+        view_of().for_each_overlap(region, [&](std::uint32_t p) { primitives.push_back(p); });
         std::sort(primitives.begin(), primitives.end());
     }
 

@@ -176,27 +176,23 @@ struct prepared_ray {
     }
 };
 
-/// The distances at which a ray enters the boxes of a node's children, FLT_MAX for misses, and a bit for each hit.
-template <int Width>
-struct box_entries {
-    lanes<Width> distance{};
-    std::uint32_t met = 0;
-};
-
 /// Slab test of all children. Conservative: rounding never loses a box.
 /// @param max_distance  FLT_MAX at most
+/// @param entry         where the ray enters them; FLT_MAX for those it misses
+/// @return a bit for each child that is hit
 template <int Width>
-INSONIFY_FN INSONIFY_INLINE box_entries<Width> enter(const tree_node<Width>& node, const prepared_ray<Width>& r,
-                                                     float max_distance) {
+INSONIFY_FN INSONIFY_INLINE std::uint32_t enter(const tree_node<Width>& node, const prepared_ray<Width>& r,
+                                                float max_distance, lanes<Width>& entry) {
     using floats = lanes<Width>;
     floats in(r.source.min_distance), out(max_distance);
     for (int axis = 0; axis < 3; ++axis) {
-        const floats inverse(r.inverse[axis]), entry(r.entry[axis]), exit(r.exit[axis]);
-        in = max(multiply_add(load<Width>(node.sides + r.entry_row[axis]), inverse, entry), in);
-        out = min(multiply_add(load<Width>(node.sides + r.exit_row[axis]), inverse, exit), out);
+        const floats inverse(r.inverse[axis]);
+        in = max(multiply_add(load<Width>(node.sides + r.entry_row[axis]), inverse, floats(r.entry[axis])), in);
+        out = min(multiply_add(load<Width>(node.sides + r.exit_row[axis]), inverse, floats(r.exit[axis])), out);
     }
     const auto met = in <= out;
-    return {select(met, in, floats(FLT_MAX)), bits_of(met)};
+    entry = select(met, in, floats(FLT_MAX));
+    return bits_of(met);
 }
 
 } // namespace detail

@@ -10,7 +10,26 @@
 #include <new>
 #include <utility>
 
-namespace insonify::inline INSONIFY_ABI::detail {
+namespace insonify::inline INSONIFY_ABI {
+
+/// Statistics of a BVH.
+struct bvh_statistics {
+    std::size_t primitives = 0; ///< in leaves: those with finite bounds
+    std::size_t nodes = 0;      ///< with `Width` children each, empty ones included
+    std::size_t leaves = 0;     ///< with at most `Width` primitives each
+    std::uint32_t levels = 0;   ///< nodes on the longest path from the root
+    double cost = 0;            ///< SAH cost: expected visits of nodes and leaves by a random ray that enters the root
+    std::size_t bytes = 0;      ///< of all arrays: about 64 per triangle, and 85 during a build
+};
+
+/// What `bvh::update` did.
+enum class bvh_update {
+    refit,        ///< new boxes, same topology
+    rebuild,      ///< by the tree's own builder
+    quick_rebuild ///< by `build_morton`
+};
+
+namespace detail {
 
 /// The data that a refit updates, beside the boxes in the nodes.
 template <primitive_range Range, int Width>
@@ -105,29 +124,6 @@ void refit(const Policy& policy, topology<Width>& tree, const Range& range, tree
     const vec3 farthest = max(abs(shape.box.lower), abs(shape.box.upper));
     shape.max_abs_coordinate = max(farthest.x, max(farthest.y, farthest.z));
 }
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Statistics of a BVH.
-struct bvh_statistics {
-    std::size_t primitives = 0; ///< in leaves: those with finite bounds
-    std::size_t nodes = 0;      ///< with `Width` children each, empty ones included
-    std::size_t leaves = 0;     ///< with at most `Width` primitives each
-    std::uint32_t levels = 0;   ///< nodes on the longest path from the root
-    double cost = 0;            ///< SAH cost: expected visits of nodes and leaves by a random ray that enters the root
-    std::size_t bytes = 0;      ///< of all arrays: about 64 per triangle, and 85 during a build
-};
-
-/// What `bvh::update` did.
-enum class bvh_update {
-    refit,        ///< new boxes, same topology
-    rebuild,      ///< by the tree's own builder
-    quick_rebuild ///< by `build_morton`
-};
-
-namespace detail {
 
 /// The arrays of a BVH without its range of primitives, for owners whose range moves in memory.
 template <primitive_range Range, int Width = simd_width, class Builder = build_sah>

@@ -13,7 +13,9 @@
 ///     start()               the root is next
 ///     descend(node, ...)    one of the children that were hit, at least one, is next; the others are pushed
 ///     pop(limit)            the top of the stack is next; false if the stack is empty
-namespace insonify::inline INSONIFY_ABI::detail {
+namespace insonify::inline INSONIFY_ABI {
+
+namespace detail {
 
 /// Capacity: each level pops one reference and pushes at most Width, and `pack_lanes` always writes Width.
 template <int Width>
@@ -75,13 +77,9 @@ struct any_order {
     }
 };
 
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-namespace insonify::inline INSONIFY_ABI {
-
-namespace detail {
 template <primitive_range Range, int Width, class Order>
 struct ray_traversal;
+
 } // namespace detail
 
 /// A BVH as traversal reads it, on the host or a device: pointers to its arrays. Trivially copyable, owns nothing.
@@ -133,10 +131,10 @@ struct bvh_view {
         for (bool more = traversal.start(*this, r); more;) more = traversal.step(*this, visit);
     }
 
-    /// Calls visit(primitive) for every primitive whose bounds overlap the shape: an `aabb` or a `plane`.
+    /// Calls visit(primitive) for every primitive whose bounds overlap a box.
     INSONIFY_VISITS
-    template <class Shape, class Visit>
-    INSONIFY_FN void for_each_overlap(const Shape& shape, Visit&& visit) const {
+    template <class Visit>
+    INSONIFY_FN void for_each_overlap(const aabb& region, Visit&& visit) const {
         if (nodes.empty()) return;
         std::uint32_t stack[detail::max_stack<Width>];
         std::uint32_t size = 0;
@@ -145,13 +143,13 @@ struct bvh_view {
             const std::uint32_t node = stack[--size];
             for (int i = 0; i < Width; ++i) {
                 const std::uint32_t child = nodes[node].child[i];
-                if (child == no_child || !overlaps(shape, nodes[node].box(i))) continue;
+                if (child == no_child || !overlaps(region, nodes[node].box(i))) continue;
                 if ((child & leaf_bit) == 0) {
                     stack[size++] = child;
                     continue;
                 }
                 for (const std::uint32_t primitive : leaves[child ^ leaf_bit].primitive)
-                    if (primitive != no_primitive && overlaps(shape, bounds(range[primitive]))) visit(primitive);
+                    if (primitive != no_primitive && overlaps(region, bounds(range[primitive]))) visit(primitive);
             }
         }
     }
@@ -185,9 +183,9 @@ struct ray_traversal {
     INSONIFY_FN INSONIFY_INLINE bool step(const tree_view& tree, Visit&& visit) {
         if ((stack.next & leaf_bit) == 0) {
             const tree_node<Width>& node = tree.nodes[stack.next];
-            const box_entries<Width> boxes = enter(node, r, limit);
-            if (boxes.met != 0) {
-                stack.descend(node, boxes.distance, boxes.met);
+            lanes<Width> entry;
+            if (const std::uint32_t met = enter(node, r, limit, entry); met != 0) {
+                stack.descend(node, entry, met);
                 tree.prefetch(stack.next);
                 return true;
             }

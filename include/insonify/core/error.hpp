@@ -28,9 +28,7 @@ struct usage_error : std::logic_error {
     using std::logic_error::logic_error;
 };
 
-} // namespace insonify::inline INSONIFY_ABI
-
-namespace insonify::inline INSONIFY_ABI::detail {
+namespace detail {
 
 /// The parts of a message in one string. Compiles much faster than a sum of strings, which is inlined at every `throw`.
 inline std::string joined(std::initializer_list<std::string_view> parts) {
@@ -48,7 +46,8 @@ inline std::string number_text(float value) {
     return number;
 }
 
-} // namespace insonify::inline INSONIFY_ABI::detail
+} // namespace detail
+} // namespace insonify::inline INSONIFY_ABI
 
 #include <insonify/core/restore_macros.hpp>
 

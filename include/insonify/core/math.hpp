@@ -22,6 +22,7 @@
 
 #include <bit>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -94,6 +95,27 @@ struct orthonormal_basis {
         second = {b, side + direction.y * direction.y * a, -direction.y};
     }
 };
+
+/// Trilinear interpolation of values on a regular grid.
+/// @param values  x changes first, z last
+/// @param size    values along each axis, at least 2
+/// @param place   in values; beyond the grid, its outermost cells go on
+INSONIFY_FN inline vec3 interpolated(const vec3* values, uvec3 size, vec3 place) {
+    const std::size_t step[3] = {1, size.x, std::size_t{size.x} * size.y};
+    float part[3];
+    for (int axis = 0; axis < 3; ++axis) {
+        const float below = std::floor(clamp(place[axis], 0, static_cast<float>(size[axis]) - 2));
+        part[axis] = place[axis] - below;
+        values += step[axis] * static_cast<std::size_t>(below);
+    }
+    const auto along_x = [&](const vec3* at) { return at[0] + part[0] * (at[1] - at[0]); };
+    const auto in_plane = [&](const vec3* at) {
+        const vec3 low = along_x(at);
+        return low + part[1] * (along_x(at + step[1]) - low);
+    };
+    const vec3 low = in_plane(values);
+    return low + part[2] * (in_plane(values + step[2]) - low);
+}
 
 /// Index of the lowest set bit; `bits` is not 0.
 INSONIFY_FN inline std::uint32_t lowest_bit(std::uint32_t bits) {

@@ -64,19 +64,10 @@ INSONIFY_FN constexpr float constant_exp2(double x) {
 } // namespace detail
 
 /// Amplitude ratio of a level in decibels: 10^(level / 20). Also at compile time.
-/// @{
 INSONIFY_FN constexpr float amplitude_of_decibels(float level) {
     if (__builtin_is_constant_evaluated()) return detail::constant_exp2(0.166096404744368117394 * double{level});
     return std::exp2(0.16609640F * level); // log2(10) / 20
 }
-constexpr float amplitude_of_decibels(int level) {
-    constexpr double step = 1.1220184543019634356; // 10^(1/20)
-    double amplitude = 1;
-    for (; level > 0; --level) amplitude *= step;
-    for (; level < 0; ++level) amplitude /= step;
-    return static_cast<float>(amplitude);
-}
-/// @}
 
 } // namespace insonify::inline INSONIFY_ABI
 

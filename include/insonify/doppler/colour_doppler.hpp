@@ -69,11 +69,15 @@ refined<Probe> doppler_probe(const Probe& probe, float depth, const Model& model
     return fine;
 }
 
-/// Lines on either side that reach a line through the beam.
+/// The lines whose echoes reach those from `first` to `last` through the beam.
 template <transducer Probe>
-std::uint32_t beam_margin(const Probe& probe, float depth) {
+refined<Probe> lines_around(const refined<Probe>& probe, float depth, float first, float last) {
     const lateral_kernel kernel = make_lateral_kernel(probe, {.depth = depth, .samples = 64});
-    return static_cast<std::uint32_t>(kernel.half_width());
+    const auto margin = static_cast<float>(kernel.half_width());
+    const auto whole = [&](float line) {
+        return static_cast<std::uint32_t>(clamp(line, 0, static_cast<float>(probe.lines)));
+    };
+    return probe.section(whole(first - margin), whole(std::ceil(last + margin) + 1));
 }
 
 /// Velocity and power of each pixel, 0 outside the field of view and where `settings` show no flow. Interpolates
@@ -128,14 +132,10 @@ class colour_scanner {
         const std::uint32_t box_end =
             settings.box.lines == 0 ? probe.lines : settings.box.first_line + settings.box.lines;
         const float reach = 0.5F * settings.average_lines;
-        const auto margin = static_cast<float>(detail::beam_margin(fine, settings.depth));
         const auto fine_line = [&](float line) { return (line + 0.5F) * fine.rays - 0.5F; };
-        const auto whole = [&](float line) {
-            return static_cast<std::uint32_t>(clamp(line, 0, static_cast<float>(fine.lines)));
-        };
-        const std::uint32_t begin = whole(fine_line(static_cast<float>(settings.box.first_line) - reach) - margin),
-                            end = whole(std::ceil(fine_line(static_cast<float>(box_end - 1) + reach) + margin) + 1);
-        const probe_section<refined<Probe>> lines{fine, begin, end};
+        const refined<Probe> lines =
+            detail::lines_around(fine, settings.depth, fine_line(static_cast<float>(settings.box.first_line) - reach),
+                                 fine_line(static_cast<float>(box_end - 1) + reach));
 
         const pulse sent = nominal_pulse(probe, settings.burst);
         const std::uint32_t samples = samples_for(settings.depth, sent.sigma_z(probe.frequency));
@@ -167,7 +167,7 @@ class colour_scanner {
         for_each_index(policy, probe.lines, [&](std::size_t i) {
             const auto line = static_cast<std::uint32_t>(i);
             if (line < settings.box.first_line || line >= box_end) return;
-            const float middle = fine_line(static_cast<float>(line)) - static_cast<float>(begin),
+            const float middle = fine_line(static_cast<float>(line)) - lines.first_line,
                         width = max(reach * fine.rays, 0.5F) + 0.5F;
             for (std::uint32_t k = 0; k < correlated_.samples; ++k) {
                 const float depth = (static_cast<float>(k) + 0.5F) * step;

@@ -160,21 +160,21 @@ struct pulsed_doppler_settings {
     }
 };
 
-/// `gate_echoes` and `pulsed_doppler`, series after series: allocates only while buffers grow.
+/// `pulsed_doppler`, series after series: allocates only while buffers grow.
 template <acoustic_model Model = physical<>>
 class gate_scanner {
   public:
-    /// See `insonify::gate_echoes`.
+    /// The echoes of a gate on one line, pulse after pulse: the sum over the gate, a mean of its samples.
+    /// @return the series, from which `spectrum_of` computes a spectrum
+    /// @throws usage_error, geometry_error  as `pulsed_doppler`
     template <exec::policy Policy, transducer Probe, velocity_field Field>
     std::vector<vec2> gate_echoes(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                                   const Model& model, const Field& field, const pulsed_doppler_settings& settings) {
         settings.check(probe);
         const float depth = settings.depth > 0 ? settings.depth : 2 * settings.gate;
         const refined<Probe> fine = detail::doppler_probe(probe, depth, model);
-        const auto margin = detail::beam_margin(fine, depth);
-        const auto line = static_cast<std::uint32_t>((static_cast<float>(settings.line) + 0.5F) * fine.rays);
-        const std::uint32_t begin = line > margin ? line - margin : 0, end = std::min(line + margin + 1, fine.lines);
-        const probe_section<refined<Probe>> lines{fine, begin, end};
+        const float line = std::floor((static_cast<float>(settings.line) + 0.5F) * fine.rays);
+        const refined<Probe> lines = detail::lines_around(fine, depth, line, line);
 
         const pulse sent = nominal_pulse(probe, settings.burst);
         const float sigma = sent.sigma_z(probe.frequency),
@@ -204,7 +204,8 @@ class gate_scanner {
                                                         .seed = settings.seed});
             for (const iq_lines& each : echoes.pulses) {
                 vec2 sum{0, 0};
-                for (std::uint32_t i = first; i < last; ++i) sum += each(line - begin, i);
+                for (std::uint32_t i = first; i < last; ++i)
+                    sum += each(static_cast<std::uint32_t>(line - lines.first_line), i);
                 series.push_back(sum / static_cast<float>(last - first));
             }
         }
@@ -222,21 +223,6 @@ class gate_scanner {
   private:
     ensemble_scanner<Model> train_{};
 };
-
-/// The echoes of a gate on one line, pulse after pulse: the sum over the gate, a mean of its samples.
-/// @return the series, from which `spectrum_of` computes a spectrum
-/// @throws usage_error, geometry_error  as `pulsed_doppler`
-template <exec::policy Policy, transducer Probe, acoustic_model Model, velocity_field Field>
-std::vector<vec2> gate_echoes(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                              const Model& model, const Field& field, const pulsed_doppler_settings& settings) {
-    return gate_scanner<Model>{}.gate_echoes(policy, body, probe, at, model, field, settings);
-}
-/// The same with `physical`.
-template <exec::policy Policy, transducer Probe, velocity_field Field>
-std::vector<vec2> gate_echoes(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                              const Field& field, const pulsed_doppler_settings& settings) {
-    return gate_echoes(policy, body, probe, at, physical<>{}, field, settings);
-}
 
 /// Pulsed Doppler: the spectrum of a gate on one line against time.
 ///

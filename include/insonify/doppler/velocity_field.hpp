@@ -155,23 +155,8 @@ struct velocity_samples {
     }
 
   private:
-    // @param place  in samples, inside the grid
     vec3 at_step(std::uint32_t step, vec3 place) const {
-        uvec3 cell;
-        vec3 weight;
-        for (int axis = 0; axis < 3; ++axis) {
-            cell[axis] = static_cast<std::uint32_t>(min(place[axis], static_cast<float>(size[axis] - 2)));
-            weight[axis] = place[axis] - static_cast<float>(cell[axis]);
-        }
-        vec3 sum{0, 0, 0};
-        for (std::uint32_t corner = 0; corner < 8; ++corner) {
-            const std::uint32_t x = corner & 1U, y = corner >> 1U & 1U, z = corner >> 2U;
-            const float fraction = (x == 1 ? weight.x : 1 - weight.x) * (y == 1 ? weight.y : 1 - weight.y) *
-                                   (z == 1 ? weight.z : 1 - weight.z);
-            sum += fraction *
-                   velocities[((std::size_t{step} * size.z + cell.z + z) * size.y + cell.y + y) * size.x + cell.x + x];
-        }
-        return sum;
+        return detail::interpolated(velocities.data() + std::size_t{step} * size.x * size.y * size.z, size, place);
     }
 };
 

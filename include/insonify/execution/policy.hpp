@@ -21,27 +21,25 @@
 namespace insonify::inline INSONIFY_ABI {
 namespace exec {
 
-/// One thread; loops over samples are scalar.
-struct sequenced_policy {};
+/// One thread.
+/// @tparam Unsequenced  whether loops over samples use SIMD; else they are scalar
+template <bool Unsequenced>
+struct serial_policy {};
 
-/// One thread; loops over samples use SIMD.
-struct unsequenced_policy {};
-
-/// Several threads; loops over samples are scalar.
-struct parallel_policy {
+/// Several threads.
+/// @tparam Unsequenced  whether loops over samples use SIMD; else they are scalar
+template <bool Unsequenced>
+struct threads_policy {
     std::uint32_t participants = 0; ///< threads including the caller; 0: one per processor
 
     /// Runs on exactly n threads, the caller being one.
-    [[nodiscard]] constexpr parallel_policy threads(std::uint32_t n) const { return {n}; }
+    [[nodiscard]] constexpr threads_policy threads(std::uint32_t n) const { return {n}; }
 };
 
-/// Several threads; loops over samples use SIMD.
-struct parallel_unsequenced_policy {
-    std::uint32_t participants = 0; ///< threads including the caller; 0: one per processor
-
-    /// Runs on exactly n threads, the caller being one.
-    [[nodiscard]] constexpr parallel_unsequenced_policy threads(std::uint32_t n) const { return {n}; }
-};
+using sequenced_policy = serial_policy<false>;
+using unsequenced_policy = serial_policy<true>;
+using parallel_policy = threads_policy<false>;
+using parallel_unsequenced_policy = threads_policy<true>;
 
 inline constexpr sequenced_policy seq{};
 inline constexpr parallel_policy par{};
@@ -90,20 +88,12 @@ namespace exec {
 /// If calls of the body throw, the exception of the lowest index is rethrown; the policies of std::execution terminate.
 /// @throws usage_error  for more than 1024 threads
 /// @{
-template <class Body>
-void for_each_index(const sequenced_policy&, std::size_t count, const Body& body) {
+template <bool Unsequenced, class Body>
+void for_each_index(const serial_policy<Unsequenced>&, std::size_t count, const Body& body) {
     for (std::size_t i = 0; i < count; ++i) body(i);
 }
-template <class Body>
-void for_each_index(const unsequenced_policy&, std::size_t count, const Body& body) {
-    for (std::size_t i = 0; i < count; ++i) body(i);
-}
-template <class Body>
-void for_each_index(const parallel_policy& policy, std::size_t count, const Body& body) {
-    detail::thread_pool::instance().run(count, policy.participants, body);
-}
-template <class Body>
-void for_each_index(const parallel_unsequenced_policy& policy, std::size_t count, const Body& body) {
+template <bool Unsequenced, class Body>
+void for_each_index(const threads_policy<Unsequenced>& policy, std::size_t count, const Body& body) {
     detail::thread_pool::instance().run(count, policy.participants, body);
 }
 template <class StandardPolicy, class Body, class Own = decltype(detail::own_policy(std::declval<StandardPolicy>()))>

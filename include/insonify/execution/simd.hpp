@@ -43,15 +43,6 @@ inline constexpr int register_width = 8;
 inline constexpr int register_width = 4;
 #endif
 
-} // namespace detail
-
-/// Floats in one register, 8 at most: the width of trees and packets.
-inline constexpr int simd_width = detail::register_width < 8 ? 4 : 8;
-/// Floats in the widest register: for long runs.
-inline constexpr int max_simd_width = detail::register_width;
-
-namespace detail {
-
 #if defined(INSONIFY_NO_SIMD)
 /// N values with the operators of T, one by one; comparisons give all ones where true, else zero.
 template <class T, int N>
@@ -103,6 +94,11 @@ using vector = typename vector_type<T, N>::type;
 #endif
 
 } // namespace detail
+
+/// Floats in one register, 8 at most: the width of trees and packets.
+inline constexpr int simd_width = detail::register_width < 8 ? 4 : 8;
+/// Floats in the widest register: for long runs.
+inline constexpr int max_simd_width = detail::register_width;
 
 #if defined(INSONIFY_STD_SIMD)
 

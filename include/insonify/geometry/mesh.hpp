@@ -53,22 +53,6 @@ struct mesh_view {
     /// @}
 };
 
-namespace detail {
-
-/// @param named  the start of the sentence: whose mesh it is
-/// @throws geometry_error  for a vertex index out of range, naming the highest
-inline void check_faces(const mesh_view& m, const std::string& named) {
-    uvec3 last{0, 0, 0}; // one comparison at the end lets the loop vectorize
-    for (const uvec3& face : m.faces)
-        last = {std::max(last.x, face.x), std::max(last.y, face.y), std::max(last.z, face.z)};
-    const std::uint32_t vertex = std::max(last.x, std::max(last.y, last.z));
-    if (!m.faces.empty() && vertex >= m.positions.size())
-        throw geometry_error{joined({named, "a face names vertex ", std::to_string(vertex), ", but the mesh has ",
-                                     std::to_string(m.positions.size()), "; indices start at 0"})};
-}
-
-} // namespace detail
-
 /// Volume enclosed by a closed mesh, m^3; negative where the faces point inwards.
 ///
 /// Divergence theorem in double precision, relative to a vertex, to avoid cancellation far from the origin.
@@ -83,6 +67,18 @@ inline double enclosed_volume(const mesh_view& m) {
 }
 
 namespace detail {
+
+/// @param named  the start of the sentence: whose mesh it is
+/// @throws geometry_error  for a vertex index out of range, naming the highest
+inline void check_faces(const mesh_view& m, const std::string& named) {
+    uvec3 last{0, 0, 0}; // one comparison at the end lets the loop vectorize
+    for (const uvec3& face : m.faces)
+        last = {std::max(last.x, face.x), std::max(last.y, face.y), std::max(last.z, face.z)};
+    const std::uint32_t vertex = std::max(last.x, std::max(last.y, last.z));
+    if (!m.faces.empty() && vertex >= m.positions.size())
+        throw geometry_error{joined({named, "a face names vertex ", std::to_string(vertex), ", but the mesh has ",
+                                     std::to_string(m.positions.size()), "; indices start at 0"})};
+}
 
 /// One side of a face, as half of an edge: the half edges of one edge have equal `ends`, whatever their direction.
 struct half_edge {

@@ -47,21 +47,6 @@ INSONIFY_FN inline bool overlaps(const aabb& a, const aabb& b) {
            a.lower.z <= b.upper.z && a.upper.z >= b.lower.z;
 }
 
-/// The points p with dot(normal, p) = offset.
-struct plane {
-    vec3 normal{0, 0, 1}; ///< of any length
-    float offset = 0;     ///< distance from the origin, metres times the length of the normal
-};
-
-/// True where the plane intersects or touches the box.
-INSONIFY_FN inline bool overlaps(const plane& p, const aabb& box) {
-    if (box.empty()) return false;
-    const vec3 half = 0.5F * (box.upper - box.lower);
-    const float extent = dot(abs(p.normal), half); // of the box along the normal, from its centre
-    const float rounding = 4e-7F * (std::fabs(p.offset) + extent + dot(abs(p.normal), abs(box.centre())));
-    return std::fabs(dot(p.normal, box.centre()) - p.offset) <= extent + rounding;
-}
-
 /// A ray, or a segment of one. Distances are in units of `direction`: metres where its length is 1.
 struct ray {
     vec3 origin{0, 0, 0};         ///< metres

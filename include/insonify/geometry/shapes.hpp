@@ -29,13 +29,11 @@ inline mesh subdivide(const mesh& coarse) {
     if (faces > 0x0FFFFFFFU)
         throw geometry_error{"subdivide: the mesh has " + std::to_string(faces) +
                              " faces; at most 268435455 can be subdivided"};
+    detail::check_faces(coarse, "subdivide: ");
 
     std::vector<detail::half_edge> edges(3 * faces);
     for (std::uint32_t slot = 0; slot < edges.size(); ++slot) {
         const auto [from, to] = detail::vertices_of_side(coarse.faces[slot / 3], slot % 3);
-        if (std::max(from, to) >= coarse.positions.size())
-            throw geometry_error{"subdivide: face " + std::to_string(slot / 3) + " names a vertex out of range; " +
-                                 "check the mesh with `validate`"};
         edges[slot] = {from, to, slot};
     }
     detail::sort_by_ends(edges);
@@ -60,12 +58,6 @@ inline mesh subdivide(const mesh& coarse) {
 }
 
 namespace detail {
-
-/// Normalizes a vector of any length, without overflow or underflow.
-inline vec3 unit_along(vec3 direction) {
-    const vec3 size = abs(direction);
-    return normalize(direction / max(max(size.x, size.y), size.z));
-}
 
 /// A unit vector orthogonal to a unit vector: the least parallel coordinate axis, orthogonalized.
 inline vec3 unit_across(vec3 direction) {
@@ -180,7 +172,8 @@ inline mesh make_cylinder(vec3 from, vec3 to, float radius, std::uint32_t segmen
         throw geometry_error{"make_cylinder: `segments_along` is " + std::to_string(segments_along) +
                              "; it must be from 1 to 1,000,000, with at most 2^27 segments in all"};
 
-    const vec3 axis = detail::unit_along(to - from);
+    const vec3 size = abs(to - from);
+    const vec3 axis = normalize((to - from) / max(max(size.x, size.y), size.z)); // without overflow or underflow
     const vec3 u = detail::unit_across(axis);
     const vec3 v = cross(axis, u);
 
@@ -196,23 +189,6 @@ inline mesh make_cylinder(vec3 from, vec3 to, float radius, std::uint32_t segmen
     }
     detail::add_tube_faces(cylinder, segments, segments_along + 1);
     return detail::checked_shape("make_cylinder", std::move(cylinder));
-}
-
-/// A square slab of 12 triangles. The centre of its front is `centre`; the front faces along `normal` (of any length),
-/// and the slab extends behind it by `thickness`.
-inline mesh make_plane(vec3 centre, vec3 normal, float width, float thickness) {
-    detail::check_shape_point("make_plane", centre);
-    detail::check_shape_length("make_plane", "width", width);
-    detail::check_shape_length("make_plane", "thickness", thickness);
-    if (!is_finite(normal) || normal == vec3{0, 0, 0})
-        throw geometry_error{"make_plane: `normal` must be finite and not zero"};
-
-    const vec3 z = detail::unit_along(normal);
-    const vec3 x = detail::unit_across(z);
-    const vec3 y = cross(z, x);
-    mesh slab = make_box({-width / 2, -width / 2, -thickness}, {width / 2, width / 2, 0});
-    for (vec3& p : slab.positions) p = centre + p.x * x + p.y * y + p.z * z;
-    return detail::checked_shape("make_plane", std::move(slab));
 }
 
 } // namespace insonify::inline INSONIFY_ABI

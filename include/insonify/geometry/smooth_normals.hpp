@@ -31,7 +31,6 @@ struct face_normals {
     }
     /// The change of `at` per metre in a direction along the face.
     INSONIFY_FN vec3 change(vec3 along) const {
-        if (!curved) return {0, 0, 0};
         return dot(gradient[0], along) * corner[0] + dot(gradient[1], along) * corner[1] +
                dot(gradient[2], along) * corner[2];
     }

@@ -84,28 +84,6 @@ INSONIFY_FN inline int edge_sign(double side, vec3 p, vec3 q) {
     return (q.x > p.x) - (q.x < p.x);
 }
 
-} // namespace detail
-
-/// Two-sided ray/triangle intersection; the limits of the ray are ignored.
-///
-/// Watertight: along any line through a closed mesh, entries and exits alternate, through edges and vertices as well.
-INSONIFY_FN inline hit intersect(const sheared_ray& r, const triangle& t) {
-    const vec3 a = r(t.a), b = r(t.b), c = r(t.c);
-    const double u = detail::edge_side(b, c), v = detail::edge_side(c, a), w = detail::edge_side(a, b);
-    const int side = detail::edge_sign(u, b, c);
-    if (side == 0 || side != detail::edge_sign(v, c, a) || side != detail::edge_sign(w, a, b)) return {};
-    const double area = u + v + w;
-    if (!(area != 0)) return {};
-    hit found;
-    found.distance = static_cast<float>((u * a.z + v * b.z + w * c.z) / area * r.shear.z);
-    return found;
-}
-
-/// The same, for a ray that is tested against one triangle only.
-INSONIFY_FN inline hit intersect(const ray& r, const triangle& t) { return intersect(sheared_ray{r}, t); }
-
-namespace detail {
-
 /// The point of a triangle that is nearest to p. Source: Ericson, Real-Time Collision Detection, 2005, section 5.1.5.
 INSONIFY_FN inline vec3 nearest_on(const triangle& t, vec3 p) {
     const vec3 ab = t.b - t.a, ac = t.c - t.a;
@@ -127,6 +105,25 @@ INSONIFY_FN inline vec3 nearest_on(const triangle& t, vec3 p) {
 }
 
 } // namespace detail
+
+/// Two-sided ray/triangle intersection; the limits of the ray are ignored.
+///
+/// Watertight: along any line through a closed mesh, entries and exits alternate, through edges and vertices as well.
+INSONIFY_FN inline hit intersect(const sheared_ray& r, const triangle& t) {
+    const vec3 a = r(t.a), b = r(t.b), c = r(t.c);
+    const double u = detail::edge_side(b, c), v = detail::edge_side(c, a), w = detail::edge_side(a, b);
+    const int side = detail::edge_sign(u, b, c);
+    if (side == 0 || side != detail::edge_sign(v, c, a) || side != detail::edge_sign(w, a, b)) return {};
+    const double area = u + v + w;
+    if (!(area != 0)) return {};
+    hit found;
+    found.distance = static_cast<float>((u * a.z + v * b.z + w * c.z) / area * r.shear.z);
+    return found;
+}
+
+/// The same, for a ray that is tested against one triangle only.
+INSONIFY_FN inline hit intersect(const ray& r, const triangle& t) { return intersect(sheared_ray{r}, t); }
+
 } // namespace insonify::inline INSONIFY_ABI
 
 #include <insonify/core/restore_macros.hpp>

@@ -37,32 +37,19 @@ struct pixel_grid {
     friend bool operator==(const pixel_grid&, const pixel_grid&) = default;
 };
 
-/// A greyscale image: 0 black to 1 white.
-struct image : pixel_grid<float> {
-    using pixel_grid::pixel_grid; ///< of no pixels, or all of one value
-    friend bool operator==(const image&, const image&) = default;
-};
-
-/// A colour image: red, green and blue from 0 to 1, as displays take them.
-struct colour_image : pixel_grid<vec3> {
-    using pixel_grid::pixel_grid; ///< of no pixels, or all of one value
-    friend bool operator==(const colour_image&, const colour_image&) = default;
-};
+using image = pixel_grid<float>;       ///< greyscale: 0 black to 1 white
+using colour_image = pixel_grid<vec3>; ///< red, green and blue from 0 to 1, as displays take them
 
 /// Largest number of columns, and of rows, of an image.
 inline constexpr std::uint32_t max_picture_side = 16384;
 
 namespace detail {
 
-inline bool is_picture_size(uvec2 size) {
-    return size.x > 0 && size.y > 0 && size.x <= max_picture_side && size.y <= max_picture_side;
-}
-
 /// @param caller  start of the sentence
 /// @param advice  end of the sentence for an image that is too large
 /// @throws usage_error  for an image without pixels, or with a side above `max_picture_side`
 inline void check_size(uvec2 size, const char* caller, std::string_view advice = "ask for fewer") {
-    if (is_picture_size(size)) return;
+    if (size.x > 0 && size.y > 0 && size.x <= max_picture_side && size.y <= max_picture_side) return;
     const std::string columns = std::to_string(size.x), rows = std::to_string(size.y);
     if (size.x == 0 || size.y == 0)
         throw usage_error{joined({caller, ": size ", columns, "x", rows, " has no pixels; it must be at least 1x1"})};
@@ -70,7 +57,6 @@ inline void check_size(uvec2 size, const char* caller, std::string_view advice =
 }
 
 } // namespace detail
-
 } // namespace insonify::inline INSONIFY_ABI
 
 #include <insonify/core/restore_macros.hpp>

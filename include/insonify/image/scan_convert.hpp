@@ -10,7 +10,6 @@
 #include <insonify/image/image.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/signal/pulse.hpp>
-#include <concepts>
 #include <string>
 #include <utility>
 #include <vector>
@@ -71,13 +70,12 @@ namespace detail {
 /// @param extent  of the field of view, metres
 /// @throws usage_error  as `check_size`, with the likely cause
 inline void check_map_size(uvec2 size, float depth, vec2 extent) {
-    if (is_picture_size(size)) return;
+    if (size.x <= max_picture_side && size.y <= max_picture_side) return check_size(size, "scan_convert");
     const std::string metres = number_text(depth);
-    if (depth >= 1)
-        check_size(size, "scan_convert", joined({"depth is ", metres, " m: did you mean ", metres, "_mm?"}));
     check_size(size, "scan_convert",
-               joined({"the field of view is ", number_text(extent.x), " m wide and ", number_text(extent.y),
-                       " m high; ask for fewer"}));
+               depth >= 1 ? joined({"depth is ", metres, " m: did you mean ", metres, "_mm?"})
+                          : joined({"the field of view is ", number_text(extent.x), " m wide and ",
+                                    number_text(extent.y), " m high; ask for fewer"}));
 }
 
 /// Depth and samples of lines.

@@ -64,27 +64,25 @@ inline void close_file(std::ofstream& file, const std::string& path) {
     if (!file) throw io_error{path + ": writing failed before the end of the file; check the free space on the disk"};
 }
 
-template <class Picture>
-void check_pixels(const Picture& picture) {
-    check_size(picture.size, "write_png");
-    if (picture.pixels.size() != static_cast<std::size_t>(picture.size.x) * picture.size.y)
-        throw usage_error{"write_png: size " + std::to_string(picture.size.x) + 'x' + std::to_string(picture.size.y) +
-                          " needs as many pixels, not " + std::to_string(picture.pixels.size())};
-}
-
 inline unsigned char byte_of(float value) {
     return static_cast<unsigned char>(is_number(value) ? clamp(value, 0, 1) * 255 + 0.5F : 0.0F);
 }
 
-/// @param bytes  of each pixel as many as `channels`, row by row
-inline void write_png_bytes(const std::string& path, uvec2 size, int channels,
-                            const std::vector<unsigned char>& bytes) {
+/// @param values  of each pixel as many as `channels`, row by row
+inline void write_png_values(const std::string& path, uvec2 size, std::size_t pixels, const float* values,
+                             std::size_t channels) {
+    check_size(size, "write_png");
+    if (pixels != static_cast<std::size_t>(size.x) * size.y)
+        throw usage_error{"write_png: size " + std::to_string(size.x) + 'x' + std::to_string(size.y) +
+                          " needs as many pixels, not " + std::to_string(pixels)};
+    std::vector<unsigned char> bytes(channels * pixels);
+    std::transform(values, values + bytes.size(), bytes.begin(), byte_of);
     std::ofstream file = create_file(path);
     const auto write = [](void* to, void* data, int count) {
         static_cast<std::ofstream*>(to)->write(static_cast<const char*>(data), count);
     };
-    const int columns = static_cast<int>(size.x), rows = static_cast<int>(size.y);
-    if (stb::stbi_write_png_to_func(write, &file, columns, rows, channels, bytes.data(), columns * channels) == 0)
+    const int columns = static_cast<int>(size.x), rows = static_cast<int>(size.y), each = static_cast<int>(channels);
+    if (stb::stbi_write_png_to_func(write, &file, columns, rows, each, bytes.data(), columns * each) == 0)
         throw io_error{path + ": compression failed; check the free memory"};
     close_file(file, path);
 }
@@ -94,19 +92,12 @@ inline void write_png_bytes(const std::string& path, uvec2 size, int channels,
 namespace insonify::inline INSONIFY_ABI {
 
 void write_png(const std::string& path, const image& picture) {
-    detail::check_pixels(picture);
-    std::vector<unsigned char> grey(picture.pixels.size());
-    std::transform(picture.pixels.begin(), picture.pixels.end(), grey.begin(), detail::byte_of);
-    detail::write_png_bytes(path, picture.size, 1, grey);
+    detail::write_png_values(path, picture.size, picture.pixels.size(), picture.pixels.data(), 1);
 }
 
 void write_png(const std::string& path, const colour_image& picture) {
-    detail::check_pixels(picture);
-    std::vector<unsigned char> colours;
-    colours.reserve(3 * picture.pixels.size());
-    for (const vec3& pixel : picture.pixels)
-        for (int channel = 0; channel < 3; ++channel) colours.push_back(detail::byte_of(pixel[channel]));
-    detail::write_png_bytes(path, picture.size, 3, colours);
+    const auto* const values = reinterpret_cast<const float*>(picture.pixels.data()); // vec3 is packed
+    detail::write_png_values(path, picture.size, picture.pixels.size(), values, 3);
 }
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -29,18 +29,16 @@ struct obj_medium {
     int priority = 0;
 };
 
+/// An entry of a material library: its keys with their values, as text.
+struct obj_material {
+    std::string source{}; ///< the file that defines it
+    std::map<std::string, std::string> values{};
+};
+
 /// The material libraries of one OBJ file.
 struct obj_libraries {
-    std::vector<loader::material_t> materials{};
-    std::vector<std::string> paths{};   ///< for each material, the file that defines it
-    std::map<std::string, int> index{}; ///< by name; the first definition of a name is used
-    std::string missing{};              ///< text that names the libraries that were not found
-
-    /// The entry with a name; null if there is none.
-    const loader::material_t* find(const std::string& name) const {
-        const auto found = index.find(name);
-        return found == index.end() ? nullptr : &materials[static_cast<std::size_t>(found->second)];
-    }
+    std::map<std::string, obj_material> materials{}; ///< by name; the first definition of a name is used
+    std::string missing{};                           ///< text that names the libraries that were not found
 };
 
 /// True for a path that leads out of the folder: a mesh from an untrusted source must not open arbitrary files.
@@ -59,16 +57,18 @@ inline bool links_out_of(const std::filesystem::path& folder, const std::string&
     return fault || std::mismatch(home.begin(), home.end(), place.begin(), place.end()).first != home.end();
 }
 
-/// Adds the media of a library, without comments and tabs, which tinyobjloader does not accept after a value.
+/// Adds the materials of a library.
 inline void read_library(const std::string& path, obj_libraries& libraries) {
-    std::string text;
+    obj_material unused; // keys before the first name, and those of a name that is defined already
+    obj_material* current = &unused;
     for_each_line(read_file(path), [&](std::uint32_t, std::string_view keyword, std::string_view rest) {
-        text.append(keyword).append(" ").append(rest).push_back('\n');
+        if (keyword == "newmtl") {
+            const auto [place, is_new] = libraries.materials.try_emplace(std::string{rest}, obj_material{path});
+            current = is_new ? &place->second : &unused;
+        } else {
+            current->values.emplace(keyword, rest);
+        }
     });
-    std::istringstream stream{text};
-    std::string warnings, errors;
-    loader::LoadMtl(&libraries.index, &libraries.materials, &stream, &warnings, &errors);
-    libraries.paths.resize(libraries.materials.size(), path);
 }
 
 /// Reads the libraries that an OBJ file names: each `mtllib` line has one name with spaces, or several names.
@@ -141,23 +141,23 @@ inline std::string suggest_medium(const std::string& unknown, const obj_librarie
         fewest = edits;
     };
     for (const tissue::named_medium& one : tissue::all) consider(one.name);
-    for (const loader::material_t& one : libraries.materials)
-        if (one.unknown_parameter.contains("density")) consider(one.name);
+    for (const auto& [name, material] : libraries.materials)
+        if (material.values.contains("density")) consider(name);
     return best.empty() ? best : "; did you mean " + best + "?";
 }
 
 /// Keys of renderers are ignored, but not those that look like a misspelt one of `load_obj_scene`.
 /// @throws io_error  with the key that is meant
-inline void check_spelling(const loader::material_t& entry, const std::string& source) {
+inline void check_spelling(const obj_material& entry, const std::string& name) {
     constexpr std::string_view keys[] = {"density",           "sound_speed",    "attenuation",
                                          "attenuation_power", "backscatter_db", "roughness_um",
                                          "structure",         "priority",       "scatterers_per_mm3"};
-    for (const auto& [written, value] : entry.unknown_parameter)
+    for (const auto& [written, value] : entry.values)
         if (std::find(std::begin(keys), std::end(keys), written) == std::end(keys))
             for (const std::string_view key : keys)
                 if (edits_between(written, key) <= 2)
-                    throw io_error{joined({source, ": newmtl ", printable(entry.name), ": there is no key '",
-                                           printable(written), "'; did you mean ", key, "?"})};
+                    throw io_error{joined({entry.source, ": newmtl ", name, ": there is no key '", printable(written),
+                                           "'; did you mean ", key, "?"})};
 }
 
 /// @throws io_error  for values that are those of a medium in other units
@@ -174,14 +174,12 @@ inline void check_units(const medium& m, const std::string& source) {
 /// @throws io_error  naming the line or library, for an unknown medium or values out of range
 inline obj_medium find_medium(const std::string& path, const named_line& wanted, const obj_libraries& libraries) {
     const std::string name = printable(wanted.name);
-    const loader::material_t* entry = libraries.find(wanted.name);
-    const std::string source =
-        entry == nullptr ? path : libraries.paths[static_cast<std::size_t>(entry - libraries.materials.data())];
+    const auto entry = libraries.materials.find(wanted.name);
+    const bool is_listed = entry != libraries.materials.end();
+    const std::string source = is_listed ? entry->second.source : path;
     const auto text = [&](const char* key) -> std::optional<std::string> {
-        if (entry == nullptr) return {};
-        const auto found = entry->unknown_parameter.find(key);
-        if (found == entry->unknown_parameter.end()) return {};
-        return found->second;
+        if (!is_listed || !entry->second.values.contains(key)) return {};
+        return entry->second.values.at(key);
     };
     const auto value = [&](const char* key) -> std::optional<float> {
         const std::optional<std::string> written = text(key);
@@ -194,7 +192,7 @@ inline obj_medium find_medium(const std::string& path, const named_line& wanted,
                            "', which is not a number; give the number without a unit"};
         return number;
     };
-    if (entry != nullptr) check_spelling(*entry, source);
+    if (is_listed) check_spelling(entry->second, name);
     const std::optional<medium> known = tissue::find(wanted.name);
     const std::optional<float> density = value("density"), sound_speed = value("sound_speed");
     if (!known && !(density && sound_speed))
@@ -316,12 +314,11 @@ void write_drawing(const std::string& path, const std::vector<drawn_object>& obj
     file.precision(std::numeric_limits<float>::max_digits10);
     file << "# drawn by insonify, in metres\n";
 
-    std::size_t count = 0, first = 1; // OBJ indices start at 1 and count the vertices of the whole file
+    std::size_t first = 1; // OBJ indices start at 1 and count the vertices of the whole file
     for (const drawn_object& one : objects) {
-        std::string name = one.name.empty() ? "object_" + std::to_string(count) : one.name;
+        std::string name = one.name.empty() ? "object_" + std::to_string(&one - objects.data()) : one.name;
         for (char& c : name)
             if (c == '\n' || c == '\r') c = ' ';
-        ++count;
         file << "o " << name << '\n';
         for (const vec3& p : one.positions) file << "v " << p.x << ' ' << p.y << ' ' << p.z << '\n';
         for (const uvec3& f : one.faces)

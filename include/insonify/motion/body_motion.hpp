@@ -225,23 +225,8 @@ struct displacement_grid {
 
     /// Where a point at rest is now.
     vec3 operator()(vec3 rest) const {
-        std::size_t first[3];
-        vec3 part;
-        for (int axis = 0; axis < 3; ++axis) {
-            const float place =
-                clamp((rest[axis] - origin[axis]) / spacing[axis], 0, static_cast<float>(size[axis] - 1));
-            const auto below = static_cast<std::uint32_t>(place);
-            first[axis] = below + 1 < size[axis] ? below : size[axis] - 2;
-            part[axis] = place - static_cast<float>(first[axis]);
-        }
-        vec3 sum{0, 0, 0};
-        for (std::size_t corner = 0; corner < 8; ++corner) {
-            const std::size_t x = corner & 1U, y = corner >> 1U & 1U, z = corner >> 2U;
-            const float weight =
-                (x == 1 ? part.x : 1 - part.x) * (y == 1 ? part.y : 1 - part.y) * (z == 1 ? part.z : 1 - part.z);
-            sum += weight * displacements[((first[2] + z) * size.y + first[1] + y) * size.x + first[0] + x];
-        }
-        return rest + sum;
+        const vec3 place = (rest - origin) / spacing;
+        return rest + detail::interpolated(displacements.data(), size, min(max(place, vec3{0}), vec3{size - 1U}));
     }
 
     /// @throws usage_error  if a setting is out of range

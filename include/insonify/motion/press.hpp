@@ -201,22 +201,20 @@ class skin_heights {
         const vec3 lower = min(min(t.a, t.b), t.c), upper = max(max(t.a, t.b), t.c);
         const float half = 0.5F * face_.elevation;
         if (upper.x < face_.left || lower.x > face_.right || upper.y < -half || lower.y > half) return;
-        const span_of_points columns =
+        const auto [first_column, last_column] =
             points_between(lower.x, upper.x, face_.left, face_.right - face_.left, pressed_face::columns);
-        const span_of_points rows = points_between(lower.y, upper.y, -half, face_.elevation, pressed_face::rows);
-        for (std::size_t row = rows.first; row <= rows.last; ++row)
-            for (std::size_t i = columns.first; i <= columns.last; ++i) {
+        const auto [first_row, last_row] = points_between(lower.y, upper.y, -half, face_.elevation, pressed_face::rows);
+        for (std::size_t row = first_row; row <= last_row; ++row)
+            for (std::size_t i = first_column; i <= last_column; ++i) {
                 const std::size_t sample = row * pressed_face::columns + i;
                 if (const hit at = intersect(behind_[sample], t))
                     crossings_.push_back({sample, at.distance, surfaces_});
             }
     }
 
-    // The points of the face, along one axis of it, that may lie between two coordinates.
-    struct span_of_points {
-        std::size_t first, last;
-    };
-    static span_of_points points_between(float low, float high, float from, float size, std::size_t count) {
+    // The first and the last point of the face, along one axis of it, that may lie between two coordinates.
+    static std::pair<std::size_t, std::size_t> points_between(float low, float high, float from, float size,
+                                                              std::size_t count) {
         constexpr float rounding = 0.01F;
         const auto last = static_cast<float>(count - 1);
         if (!(size > 0)) return {0, count - 1};
@@ -445,13 +443,9 @@ composed<Map, kept_contact> keep_contact(Map map, const pressed_face& face) {
 
 namespace detail {
 
-/// Whether a map contains the face of a probe.
+/// The last face of a map; void where it has none.
 template <class Map>
-inline constexpr bool has_face_v = std::is_same_v<Map, pressed_face> || std::is_same_v<Map, indentation>;
-template <class First, class Then>
-inline constexpr bool has_face_v<composed<First, Then>> = has_face_v<First> || has_face_v<Then>;
-
-/// The last face of a map that contains one.
+void face_of(const Map&) {}
 inline const pressed_face& face_of(const pressed_face& map) { return map; }
 inline pressed_face face_of(const indentation& map) {
     pressed_face same{.at = map.at,
@@ -464,11 +458,11 @@ inline pressed_face face_of(const indentation& map) {
     return same;
 }
 template <class First, class Then>
-pressed_face face_of(const composed<First, Then>& map) {
-    if constexpr (has_face_v<Then>)
-        return face_of(map.then);
-    else
+auto face_of(const composed<First, Then>& map) {
+    if constexpr (std::is_void_v<decltype(face_of(map.then))>)
         return face_of(map.first);
+    else
+        return face_of(map.then);
 }
 
 template <class First, class Then, class... Others>
@@ -491,10 +485,10 @@ auto in_order(First first, Then then, Others... others) {
 template <deformation_map First, deformation_map Second, deformation_map... Others>
 auto compose(First first, Second second, Others... others) {
     auto all = detail::in_order(std::move(first), std::move(second), std::move(others)...);
-    if constexpr (detail::has_face_v<decltype(all)>)
-        return keep_contact(all, detail::face_of(all));
-    else
+    if constexpr (std::is_void_v<decltype(detail::face_of(all))>)
         return all;
+    else
+        return keep_contact(all, detail::face_of(all));
 }
 
 } // namespace insonify::inline INSONIFY_ABI

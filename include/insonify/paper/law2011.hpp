@@ -8,7 +8,6 @@
 #include <insonify/core/units.hpp>
 #include <insonify/execution/policy.hpp>
 #include <insonify/execution/simd.hpp>
-#include <concepts>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -89,27 +88,9 @@ struct law2011 {
 
     /// The intensity at one depth of a line, metres: eq. 1.
     INSONIFY_FN float at(const traced_line& line, float depth) const {
-        float total_loss = 0; // dB
-        float transmitted_here = 1;
-        interface_echo above{};
-        for (std::size_t i = 0;;) {
-            const std::size_t next = i + same_medium(line, i);
-            const medium& m = line.media[line.layers[i].medium];
-            const float begin = line.layers[i].begin, end = line.layers[next - 1].end;
-            const interface_echo below = next_interface(line, next, transmitted_here);
-            if (depth < end || next == line.layers.size()) {
-                total_loss += loss(m, line.frequency) * (depth - begin);
-                const float remaining = decay(total_loss);
-                const interface_echo& echo = band == band::before ? below : above;
-                const bool bright = std::fabs(echo.depth - depth) <= reflection_length;
-                const float echo_decay = reflection == reflection::attenuated ? remaining : 1.0F;
-                return remaining * transmitted_here * strength(m) + (bright ? echo.intensity * echo_decay : 0.0F);
-            }
-            total_loss += loss(m, line.frequency) * (end - begin);
-            transmitted_here *= transmitted(m, line.media[line.layers[next].medium]);
-            above = below;
-            i = next;
-        }
+        float intensity = 0;
+        (*this)(exec::sequenced_policy{}, line, 2 * max(depth, 1e-9F), {&intensity, 1}); // the middle of one sample
+        return intensity;
     }
 
     /// Writes the intensity at each sample of a line; sample k lies at depth (k + 1/2) * spacing metres.
@@ -158,7 +139,6 @@ struct law2011 {
     };
 
     static constexpr float bits_per_db = -0.166096404744F; // 10^(-x/20) = 2^(-x log2(10)/20)
-    INSONIFY_FN static float decay(float decibels) { return std::exp2(bits_per_db * decibels); }
 
     // Number of consecutive layers with the medium of the first: there is no interface between them.
     INSONIFY_FN static std::size_t same_medium(const traced_line& line, std::size_t first) {

@@ -60,32 +60,18 @@ INSONIFY_FN inline bool find_pixel_crossings(const scene_view& scene, const ray&
     return found.complete();
 }
 
-/// Traces points of the slice one by one, as the paper does: a slow reference for `trace`.
-class pixel_tracer {
-  public:
-    /// @param frequency  hertz
-    pixel_tracer(const scene_view& scene, const law2011& model, float frequency)
-        : scene_{scene}, model_{model}, frequency_{frequency} {}
-
-    /// Intensity at `depth` metres along a beam in the world.
-    float operator()(const ray& line, float depth) {
-        for (;; memory_.grow()) {
-            line_scratch scratch = memory_.scratch();
-            if (!find_pixel_crossings(scene_, line, depth, model_.reflection_length, scratch.found)) continue;
-            const line_frame frame{.origin = line.origin, .along = line.direction};
-            const view<const layer> layers =
-                stack_layers(scene_, frame, depth + model_.reflection_length, scratch.found, scratch.layers, false);
-            if (!layers.empty())
-                return model_.at({.layers = layers, .media = scene_.media, .frequency = frequency_}, depth);
-        }
+/// Intensity at `depth` metres along a beam in the world: a slow reference for `trace`.
+inline float intensity_at(const scene_view& scene, const law2011& model, float frequency, const ray& line, float depth,
+                          scratch_memory& memory) {
+    for (;; memory.grow()) {
+        line_scratch scratch = memory.scratch();
+        if (!find_pixel_crossings(scene, line, depth, model.reflection_length, scratch.found)) continue;
+        const line_frame frame{.origin = line.origin, .along = line.direction};
+        const view<const layer> layers =
+            stack_layers(scene, frame, depth + model.reflection_length, scratch.found, scratch.layers, false);
+        if (!layers.empty()) return model.at({.layers = layers, .media = scene.media, .frequency = frequency}, depth);
     }
-
-  private:
-    const scene_view& scene_;
-    const law2011& model_;
-    float frequency_;
-    scratch_memory memory_{};
-};
+}
 
 /// A (fractional) line of a probe in the world.
 template <transducer Probe>
@@ -147,10 +133,11 @@ scan_lines trace_pixels(const Policy& policy, const scene& body, const Probe& pr
     scan_lines lines{probe.lines, samples, settings.depth};
     const float spacing = settings.depth / static_cast<float>(samples);
     exec::for_each_block(policy, lines.values.size(), 1024, 500, [&](std::size_t begin, std::size_t end) {
-        detail::pixel_tracer tracer{scene, model, probe.frequency};
+        detail::scratch_memory memory;
         for (std::size_t i = begin; i < end; ++i) {
             const ray line = detail::world_beam(probe, at, static_cast<float>(i / samples));
-            lines.values[i] = tracer(line, (static_cast<float>(i % samples) + 0.5F) * spacing);
+            const float depth = (static_cast<float>(i % samples) + 0.5F) * spacing;
+            lines.values[i] = detail::intensity_at(scene, model, probe.frequency, line, depth, memory);
         }
     });
     return lines;
@@ -169,7 +156,7 @@ image trace_pixels(const Policy& policy, const scene& body, const Probe& probe, 
     seen_by.check();
     image picture{seen_by.size};
     exec::for_each_block(policy, picture.pixels.size(), 1024, 500, [&](std::size_t begin, std::size_t end) {
-        detail::pixel_tracer tracer{scene, model, probe.frequency};
+        detail::scratch_memory memory;
         for (std::size_t i = begin; i < end; ++i) {
             const ray r1 = seen_by.through(
                 {static_cast<float>(i % picture.size.x) + 0.5F, static_cast<float>(i / picture.size.x) + 0.5F});
@@ -180,7 +167,8 @@ image trace_pixels(const Policy& policy, const scene& body, const Probe& probe, 
             const vec2 place = probe.locate({point.x, point.z});
             if (!(place.x >= -0.5F && place.x <= static_cast<float>(probe.lines) - 0.5F)) continue;
             if (!(place.y >= 0 && place.y <= settings.depth)) continue;
-            picture.pixels[i] = tracer(detail::world_beam(probe, at, place.x), place.y);
+            const ray line = detail::world_beam(probe, at, place.x);
+            picture.pixels[i] = detail::intensity_at(scene, model, probe.frequency, line, place.y, memory);
         }
     });
     return picture;

@@ -12,7 +12,6 @@
 #include <concepts>
 #include <cstdint>
 #include <string>
-#include <type_traits>
 
 /// Range checks of settings. Where a value is plausible in another unit the error suggests that unit: "probe: width is
 /// 38 m: did you mean 38_mm?". The limits admit all ultrasound, from the testing of concrete to acoustic microscopy.
@@ -282,16 +281,25 @@ struct steered : Probe {
 };
 
 /// A probe with another number of lines, usually more: the same face, field of view and beam with finer lateral
-/// sampling.
+/// sampling. Or some neighbouring ones of these lines: see `section`.
 template <transducer Probe>
 struct refined : Probe {
     std::uint32_t lines = 1; ///< hides the member of the probe: about `rays` times as many
     float rays = 1;          ///< lines for each line of the probe, need not be whole
+    float first_line = 0;    ///< number of line 0 among all of them
 
     /// @param rays_per_line  above 0; the number of lines is rounded
     refined(const Probe& probe, float rays_per_line)
         : Probe{probe}, lines{static_cast<std::uint32_t>(std::lround(static_cast<float>(probe.lines) * rays_per_line))},
           rays{static_cast<float>(lines) / static_cast<float>(probe.lines)} {}
+
+    /// The lines from `begin` to before `end`.
+    refined section(std::uint32_t begin, std::uint32_t end) const {
+        refined some = *this;
+        some.lines = end - begin;
+        some.first_line += static_cast<float>(begin);
+        return some;
+    }
 
     /// The line as a ray in the probe frame.
     INSONIFY_FN ray beam(float line) const { return Probe::beam(coarse(line)); }
@@ -303,38 +311,14 @@ struct refined : Probe {
     /// From {x, z} to {line, depth along it}.
     INSONIFY_FN vec2 locate(vec2 point) const {
         const vec2 place = Probe::locate(point);
-        return {(place.x + 0.5F) * rays - 0.5F, place.y};
+        return {(place.x + 0.5F) * rays - 0.5F - first_line, place.y};
     }
 
     friend bool operator==(const refined&, const refined&) requires detail::comparable<Probe>
     = default;
 
   private:
-    INSONIFY_FN float coarse(float line) const { return (line + 0.5F) / static_cast<float>(rays) - 0.5F; }
-};
-
-/// Some neighbouring lines of a probe, with its face, field of view and beam.
-template <transducer Probe>
-struct probe_section : Probe {
-    std::uint32_t lines = 1; ///< hides the member of the probe
-    std::uint32_t first = 0; ///< line of the probe that is line 0 here
-
-    /// @param begin, end  lines of the probe, without `end`
-    probe_section(const Probe& probe, std::uint32_t begin, std::uint32_t end)
-        : Probe{probe}, lines{end - begin}, first{begin} {}
-
-    /// The line as a ray in the probe frame.
-    INSONIFY_FN ray beam(float line) const { return Probe::beam(line + static_cast<float>(first)); }
-    /// Of a probe that is `steered`: see there.
-    INSONIFY_FN vec3 scatterer_axis(float line) const requires requires(const Probe& probe) {
-        probe.scatterer_axis(0.0F);
-    }
-    { return Probe::scatterer_axis(line + static_cast<float>(first)); }
-    /// From {x, z} to {line, depth along it}.
-    INSONIFY_FN vec2 locate(vec2 point) const { return Probe::locate(point) - vec2{static_cast<float>(first), 0}; }
-
-    friend bool operator==(const probe_section&, const probe_section&) requires detail::comparable<Probe>
-    = default;
+    INSONIFY_FN float coarse(float line) const { return (first_line + line + 0.5F) / rays - 0.5F; }
 };
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -180,21 +180,6 @@ struct crossing_collector {
     };
 };
 
-} // namespace detail
-
-/// Finds every crossing of a line from its origin to `depth` metres, nearest first, and the objects that contain its
-/// origin, by a ray through the objects' trees, all of which must be up to date.
-/// @return false where they do not fit into `found`
-INSONIFY_FN inline bool find_crossings(const scene_view& scene, const ray& line, float depth, line_crossings& found) {
-    found.clear();
-    const detail::crossing_collector collector{scene, {line.origin, line.direction, 0, depth}, depth, found};
-    collector.trace({}, [&](const crossing& one) { collector.add(one); });
-    found.sort();
-    return found.complete();
-}
-
-namespace detail {
-
 /// How a line meets a surface.
 struct surface_incidence {
     float cosine = 1;        ///< of the angle of incidence, 0 to 1
@@ -371,6 +356,17 @@ class layer_walk {
 };
 
 } // namespace detail
+
+/// Finds every crossing of a line from its origin to `depth` metres, nearest first, and the objects that contain its
+/// origin, by a ray through the objects' trees, all of which must be up to date.
+/// @return false where they do not fit into `found`
+INSONIFY_FN inline bool find_crossings(const scene_view& scene, const ray& line, float depth, line_crossings& found) {
+    found.clear();
+    const detail::crossing_collector collector{scene, {line.origin, line.direction, 0, depth}, depth, found};
+    collector.trace({}, [&](const crossing& one) { collector.add(one); });
+    found.sort();
+    return found.complete();
+}
 
 /// Turns the sorted crossings of a straight line into layers.
 ///

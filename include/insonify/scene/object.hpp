@@ -31,15 +31,10 @@ struct object_settings {
 };
 
 /// A closed surface and the medium inside it, as the scene stores it.
-struct object {
-    object_id id{};              ///< in its scene
-    std::string name{};          ///< may be empty
-    mesh surface;                ///< in object coordinates, metres
-    medium inside{};             ///< what fills it
-    pose at{};                   ///< object to world
-    int priority = 0;            ///< the highest applies where objects overlap
-    fibre_directions fibres{};   ///< see `object_settings`
-    float crease_angle = 30_deg; ///< edges up to this angle are smooth, radians: see `object_settings`
+struct object : object_settings {
+    object_id id{};  ///< in its scene
+    mesh surface;    ///< in object coordinates, metres
+    medium inside{}; ///< what fills it
 };
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -9,7 +9,6 @@
 #include <concepts>
 #include <cstdint>
 #include <optional>
-#include <string>
 #include <vector>
 
 /// Queries for contact, collision and placement. Distances are metres, points and directions in the world.
@@ -60,9 +59,33 @@ inline void check_ray(const ray& r, const char* caller) {
     const vec3 along = abs(r.direction);
     if (!is_finite(r.origin) || !is_finite(r.direction) || !(max(along.x, max(along.y, along.z)) > 1e-30F) ||
         !is_number(r.min_distance) || !is_number(r.max_distance))
-        throw usage_error{std::string{caller} +
-                          ": the ray needs a finite origin, a finite direction that is not 0, and " +
-                          "limits that are not NaN"};
+        throw usage_error{
+            joined({caller,
+                    ": the ray needs a finite origin, a finite direction that is not 0, and limits that are not NaN"})};
+}
+
+/// Follows a straight line through the media of a scene: in_layer(length, stretch) is called for each layer, metres and
+/// displayed metres per metre, until it returns false.
+template <class InLayer>
+void follow_displayed(const scene& body, const ray& line, float depth, const char* caller, const InLayer& in_layer) {
+    check_ray(line, caller);
+    check_depth(depth, caller);
+    const scene_view flat = body.view_for_rays(exec::par);
+    const vec3 size = abs(line.direction), scaled = line.direction / max(max(size.x, size.y), size.z);
+    const line_frame along{.origin = line.origin, .along = scaled / length(scaled)};
+    std::vector<crossing> crossings(64);
+    std::vector<std::uint32_t> inside(64);
+    std::vector<layer> room(64);
+    for (view<const layer> layers{}; layers.empty();) {
+        line_crossings found{.room = crossings, .inside = {.ranks = inside}};
+        if (find_crossings(flat, {along.origin, along.along}, depth, found))
+            layers = stack_layers(flat, along, depth, found, view<layer>{room}, false);
+        for (const layer& one : layers)
+            if (!in_layer(one.end - one.begin, displayed_stretch(flat.media[one.medium]))) return;
+        crossings.resize(2 * crossings.size());
+        inside.resize(2 * inside.size());
+        room.resize(2 * room.size());
+    }
 }
 
 } // namespace detail
@@ -127,37 +150,6 @@ inline std::optional<surface_point> nearest_surface(const scene& body, object_id
     }
     return std::nullopt;
 }
-
-namespace detail {
-
-/// Follows a straight line through the media of a scene: in_layer(length, stretch) is called for each layer, metres and
-/// displayed metres per metre, until it returns false.
-template <class InLayer>
-void follow_displayed(const scene& body, const ray& line, float depth, const char* caller, const InLayer& in_layer) {
-    const float size = length(line.direction);
-    if (!is_finite(line.origin) || !is_finite(line.direction) || !(size > 0))
-        throw usage_error{
-            std::string{caller} +
-            ": the line must have a finite origin and a direction that is not 0, such as that of `probe.beam(i)`"};
-    check_depth(depth, caller);
-    const scene_view flat = body.view_for_rays(exec::par);
-    const line_frame along{.origin = line.origin, .along = line.direction / size};
-    std::vector<crossing> crossings(64);
-    std::vector<std::uint32_t> inside(64);
-    std::vector<layer> room(64);
-    for (view<const layer> layers{}; layers.empty();) {
-        line_crossings found{.room = crossings, .inside = {.ranks = inside}};
-        if (find_crossings(flat, {along.origin, along.along}, depth, found))
-            layers = stack_layers(flat, along, depth, found, view<layer>{room}, false);
-        for (const layer& one : layers)
-            if (!in_layer(one.end - one.begin, displayed_stretch(flat.media[one.medium]))) return;
-        crossings.resize(2 * crossings.size());
-        inside.resize(2 * inside.size());
-        room.resize(2 * room.size());
-    }
-}
-
-} // namespace detail
 
 /// Depth at which an echo is displayed, metres: c0 t / 2 with c0 = 1540 m/s, as `physical` does, from the true depth
 /// along a straight line.

@@ -43,14 +43,7 @@ class scene {
         detail::check_object(surface, inside, settings, id);
         states_.resize(objects_.size() + 1);
         states_.back().volume = enclosed_volume(surface);
-        objects_.push_back({.id = id,
-                            .name = std::move(settings.name),
-                            .surface = std::move(surface),
-                            .inside = inside,
-                            .at = settings.at,
-                            .priority = settings.priority,
-                            .fibres = settings.fibres,
-                            .crease_angle = settings.crease_angle});
+        objects_.push_back({std::move(settings), id, std::move(surface), inside});
         ++next_id_;
         built_ = false;
         return id;

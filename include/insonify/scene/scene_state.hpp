@@ -9,6 +9,7 @@
 #include <insonify/scene/tetrahedra.hpp>
 #include <insonify/tissue/fibres.hpp>
 #include <algorithm>
+#include <any>
 #include <atomic>
 #include <cmath>
 #include <cstddef>
@@ -79,29 +80,33 @@ inline aabb placed_box(const aabb& local, const pose& at) {
     return {centre - extent - margin, centre + extent + margin};
 }
 
+/// What the scene keeps of one object from build to build.
+struct object_past {
+    double volume = 0;            ///< enclosed when it was added, m^3; below 0 where faces point inwards
+    std::vector<vec3> accepted{}; ///< positions after the last update; empty: they were never handed out
+    std::vector<vec3> incoming{}; ///< those that `read` has read, before they are accepted
+    std::vector<vec3> rest{};     ///< positions before the first deformation; empty: there was none
+    located_vertices located{};   ///< of the vertices at rest in `tetrahedra`
+    pose rest_at{};               ///< object to world, when it was last deformed
+    bool follows = false;         ///< the map that deforms the scene
+    bool displaced = false;       ///< some vertices are away from rest
+};
+
 /// What the scene derives from one object and keeps between frames.
-struct object_state {
+struct object_state : object_past {
     bvh_storage<mesh_view> tree{};     ///< in object coordinates
     face_groups groups{};              ///< for slicing while the tree is out of date
     vertex_groups smooth{};            ///< corners of faces that share a normal, as built
     std::vector<vec3> normals{};       ///< of each group of `smooth`
     aabb local_box{};                  ///< in object coordinates, as built or updated
     aabb box{};                        ///< in the world
-    double volume = 0;                 ///< enclosed when it was added, m^3; below 0 where faces point inwards
     std::uint32_t medium = 0;          ///< index into the scene's media
     std::uint32_t updates_at_rest = 0; ///< since the vertices last moved
     bool moved = false;                ///< the positions were handed out for writing since the last update
-    std::vector<vec3> accepted{};      ///< positions after the last update; empty: they were never handed out
-    std::vector<vec3> incoming{};      ///< those that `read` has read, before they are accepted
-    aabb incoming_box{};               ///< around them
+    aabb incoming_box{};               ///< around the positions that `read` has read
     bool tree_is_current = false;      ///< the tree and the normals fit the positions
     placed_structure structure{};      ///< of the medium, in the axes of the object as built
     fibre_grid fibres{};               ///< where they are curved
-    std::vector<vec3> rest{};          ///< positions before the first deformation; empty: there was none
-    located_vertices located{};        ///< of the vertices at rest in `tetrahedra`
-    pose rest_at{};                    ///< object to world, when it was last deformed
-    bool follows = false;              ///< the map that deforms the scene
-    bool displaced = false;            ///< some vertices are away from rest
 
     /// Builds the tree and the normals. @throws std::bad_alloc
     /// @param at_rest  the positions at rest, if these are others
@@ -119,14 +124,8 @@ struct object_state {
 
     /// Takes over what does not depend on the build from an earlier state, whose positions were read.
     void keep(object_state& of) {
-        volume = of.volume;
-        accepted = std::move(of.incoming);
-        incoming = std::move(of.accepted);
-        rest = std::move(of.rest);
-        located = std::move(of.located);
-        rest_at = of.rest_at;
-        follows = of.follows;
-        displaced = of.displaced;
+        object_past::operator=(std::move(of));
+        accepted.swap(incoming);
     }
 
     /// Takes over the structure of the medium.
@@ -307,79 +306,44 @@ bool deform_object(const Policy& policy, object& one, object_state& state, const
 /// The deformation map of a scene, of any type, as a value. Another map of the same type reuses the memory.
 class kept_map {
   public:
-    kept_map() = default;
-    kept_map(kept_map&&) = default;
-    kept_map& operator=(kept_map&&) = default;
-    kept_map(const kept_map& other) : map_{other.map_ ? other.map_->copy() : nullptr} {}
-    kept_map& operator=(const kept_map& other) {
-        if (this != &other) map_ = other.map_ ? other.map_->copy() : nullptr;
-        return *this;
-    }
-    ~kept_map() = default;
-
     template <deformation_map Map>
     void assign(const Map& map) {
-        if constexpr (std::is_copy_assignable_v<Map>) {
-            if (map_ && map_->type() == type_of<Map>()) {
-                static_cast<typed<Map>&>(*map_).map = map;
+        if (Map* const own = std::any_cast<Map>(&map_)) {
+            if constexpr (std::is_copy_assignable_v<Map>) {
+                *own = map;
                 return;
-            }
-        } else if constexpr (std::is_nothrow_copy_constructible_v<Map>) { // a lambda that captures
-            if (map_ && map_->type() == type_of<Map>()) {
-                Map& own = static_cast<typed<Map>&>(*map_).map;
-                std::destroy_at(&own);
-                std::construct_at(&own, map);
+            } else if constexpr (std::is_nothrow_copy_constructible_v<Map>) { // a lambda that captures
+                std::destroy_at(own);
+                std::construct_at(own, map);
                 return;
             }
         }
-        map_ = std::make_unique<typed<Map>>(map);
+        map_ = map;
+        invert_ = [](const std::any& own, const any_policy<false>& policy, const displacement_lattice& where,
+                     float* nodes) { invert_map(policy, *std::any_cast<Map>(&own), where, nodes); };
+        find_rest_ = [](const std::any& own, vec3 now, vec3& rest) {
+            return find_rest(*std::any_cast<Map>(&own), now, rest);
+        };
     }
     void clear() { map_.reset(); }
     /// Whether there is none: all is at rest.
-    bool empty() const { return map_ == nullptr; }
+    bool empty() const { return !map_.has_value(); }
 
     /// See `invert_map`.
     void invert(const any_policy<false>& policy, const displacement_lattice& where, float* nodes) const {
-        map_->invert_at(policy, where, nodes);
+        invert_(map_, policy, where, nodes);
     }
     /// The point at rest of the tissue that is now at a point. @throws geometry_error  where the map folds over
     vec3 rest_of(vec3 now) const {
         vec3 rest = now;
-        if (map_ && !map_->rest_at(now, rest)) throw_folded(now);
+        if (!empty() && !find_rest_(map_, now, rest)) throw_folded(now);
         return rest;
     }
 
   private:
-    struct any_map {
-        any_map() = default;
-        any_map(const any_map&) = delete;
-        any_map& operator=(const any_map&) = delete;
-        virtual ~any_map() = default;
-        virtual std::unique_ptr<any_map> copy() const = 0;
-        virtual const void* type() const = 0;
-        virtual void invert_at(const any_policy<false>& policy, const displacement_lattice& where,
-                               float* nodes) const = 0;
-        virtual bool rest_at(vec3 now, vec3& rest) const = 0;
-    };
-    template <class Map>
-    static const void* type_of() {
-        static constexpr char address = 0;
-        return &address;
-    }
-    template <class Map>
-    struct typed final : any_map {
-        Map map;
-        explicit typed(const Map& own) : map(own) {}
-        std::unique_ptr<any_map> copy() const override { return std::make_unique<typed>(map); }
-        const void* type() const override { return type_of<Map>(); }
-        void invert_at(const any_policy<false>& policy, const displacement_lattice& where,
-                       float* nodes) const override {
-            invert_map(policy, map, where, nodes);
-        }
-        bool rest_at(vec3 now, vec3& rest) const override { return find_rest(map, now, rest); }
-    };
-
-    std::unique_ptr<any_map> map_{};
+    std::any map_{};
+    void (*invert_)(const std::any&, const any_policy<false>&, const displacement_lattice&, float*) = nullptr;
+    bool (*find_rest_)(const std::any&, vec3, vec3&) = nullptr;
 };
 
 /// What a scene consists of, as its views see it.

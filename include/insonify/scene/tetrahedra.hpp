@@ -15,7 +15,9 @@
 #include <utility>
 #include <vector>
 
-namespace insonify::inline INSONIFY_ABI::detail {
+namespace insonify::inline INSONIFY_ABI {
+
+namespace detail {
 
 using tetrahedron = std::array<std::uint32_t, 4>;
 
@@ -141,13 +143,9 @@ struct located_vertices {
     std::vector<tetrahedral_point> points{};        ///< of each vertex at rest
 };
 
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-namespace insonify::inline INSONIFY_ABI {
-
-namespace detail {
 struct inverse_tetrahedra;
-}
+
+} // namespace detail
 
 /// A body that is divided into tetrahedra, as finite-element engines have it: a map for `scene::deform`. It
 /// interpolates linearly in the tetrahedra. What lies outside moves with the nearest point of their surface.
@@ -177,26 +175,19 @@ class tetrahedra {
 
     /// @throws geometry_error  for a node that is not finite, or a tetrahedron that is turned inside out
     void check() const {
-        check_nodes();
-        check_cells(0, mesh_->cells.size());
-    }
-
-  private:
-    friend struct detail::inverse_tetrahedra;
-
-    void check_nodes() const {
         for (std::size_t i = 0; i < nodes_.size(); ++i)
             if (!is_finite(nodes_[i]))
                 throw geometry_error{
                     detail::joined({"deform: node ", std::to_string(i), " of the tetrahedra is not finite"})};
-    }
-    void check_cells(std::size_t begin, std::size_t end) const {
-        for (std::size_t i = begin; i < end; ++i)
+        for (std::size_t i = 0; i < mesh_->cells.size(); ++i)
             if (!(detail::signed_volume(nodes_, mesh_->cells[i]) * mesh_->orientation[i] > 0))
                 throw geometry_error{detail::joined({"deform: tetrahedron ", std::to_string(i), " near ",
                                                      detail::point_text(nodes_[mesh_->cells[i][0]]),
                                                      " is turned inside out; take a smaller step in the engine"})};
     }
+
+  private:
+    friend struct detail::inverse_tetrahedra;
 
     vec3 displacement(const detail::tetrahedral_point& at) const {
         const std::array<std::uint32_t, 4>& cell = mesh_->cells[at.cell];
@@ -209,21 +200,11 @@ class tetrahedra {
     std::vector<vec3> nodes_;
 };
 
-} // namespace insonify::inline INSONIFY_ABI
-
-namespace insonify::inline INSONIFY_ABI::detail {
+namespace detail {
 
 /// What the scene does with `tetrahedra` in other ways than with other maps.
 struct inverse_tetrahedra {
     const tetrahedra& map;
-
-    /// The same as `tetrahedra::check`.
-    template <class Policy>
-    void check(const Policy& policy) const {
-        map.check_nodes();
-        exec::for_each_block(policy, map.mesh_->cells.size(), 8192, 10,
-                             [&](std::size_t begin, std::size_t end) { map.check_cells(begin, end); });
-    }
 
     /// Moves vertices, after locating them where that was not done before.
     template <class Policy>
@@ -360,11 +341,12 @@ bool displace_vertices(const Policy& policy, const tetrahedra& map, const pose& 
     return inverse_tetrahedra{map}.displace(policy, at, rest, located, now);
 }
 template <class Policy>
-void check_map(const Policy& policy, const tetrahedra& map, const aabb&) {
-    inverse_tetrahedra{map}.check(policy);
+void check_map(const Policy&, const tetrahedra& map, const aabb&) {
+    map.check();
 }
 
-} // namespace insonify::inline INSONIFY_ABI::detail
+} // namespace detail
+} // namespace insonify::inline INSONIFY_ABI
 
 #include <insonify/core/restore_macros.hpp>
 

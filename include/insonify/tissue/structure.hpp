@@ -221,21 +221,7 @@ struct fibre_chart {
 
     /// The coordinates of a point of the object; metres. Beyond the grid those of its outermost cells go on.
     INSONIFY_FN vec3 operator()(vec3 point) const {
-        const vec3 place = (point - origin) / spacing;
-        std::size_t first = 0, step[3] = {1, count.x, std::size_t{count.x} * count.y};
-        float part[3];
-        for (int i = 0; i < 3; ++i) {
-            const float below = std::floor(clamp(place[i], 0, static_cast<float>(count[i]) - 2));
-            part[i] = place[i] - below;
-            first += step[i] * static_cast<std::size_t>(below);
-        }
-        const auto along_x = [&](std::size_t at) { return nodes[at] + part[0] * (nodes[at + 1] - nodes[at]); };
-        const auto in_plane = [&](std::size_t at) {
-            const vec3 low = along_x(at);
-            return low + part[1] * (along_x(at + step[1]) - low);
-        };
-        const vec3 low = in_plane(first);
-        return low + part[2] * (in_plane(first + step[2]) - low);
+        return detail::interpolated(nodes.data(), count, (point - origin) / spacing);
     }
 };
 

@@ -16,57 +16,102 @@
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// FIR filter with the envelope of a pulse along a line of complex samples.
+/// One coefficient of an FIR filter.
+struct tap {
+    float weight = 0;
+    std::ptrdiff_t offset = 0; ///< of its input sample relative to the result, in complex samples
+};
+
+/// Number of samples that `sum_taps` may read beyond those that its results need.
+inline constexpr std::size_t tap_room = std::size_t{4} * simd_width;
+
+/// Computes as many results as eight SIMD registers hold; the sums stay in registers.
+template <int Width, std::size_t... I>
+INSONIFY_INLINE void sum_taps_of_block(view<const tap> taps, const float* from, float* to, std::index_sequence<I...>) {
+    lanes<Width> sums[] = {lanes<Width>(static_cast<float>(I - I))...};
+    for (const tap& one : taps) {
+        const lanes<Width> weight(one.weight);
+        const float* at = from + 2 * one.offset;
+        ((sums[I] = multiply_add(load<Width>(at + I * Width), weight, sums[I])), ...);
+    }
+    (store(sums[I], to + I * Width), ...);
+}
+
+/// Filters complex samples: to[i] = sum over the taps of weight * from[i + offset].
+///
+/// @tparam Width  floats in a SIMD register
+/// @param from  read up to `tap_room` samples beyond what `count` results need
+/// @param to    must not overlap the samples read
+template <int Width>
+void sum_taps(view<const tap> taps, const vec2* from, vec2* to, std::size_t count) {
+    constexpr std::size_t block = std::size_t{4} * Width;
+    constexpr auto registers = std::make_index_sequence<8>{};
+    std::size_t begin = 0;
+    for (; begin + block <= count; begin += block)
+        sum_taps_of_block<Width>(taps, reinterpret_cast<const float*>(from + begin),
+                                 reinterpret_cast<float*>(to + begin), registers);
+    if (begin == count) return;
+    vec2 last[block];
+    sum_taps_of_block<Width>(taps, reinterpret_cast<const float*>(from + begin), reinterpret_cast<float*>(last),
+                             registers);
+    for (std::size_t i = 0; begin + i < count; ++i) to[begin + i] = last[i];
+}
+
+/// FIR filter with the envelope of a pulse along a line of complex samples, with one result for every D samples.
+///
+/// Result k is at the centre of samples k D to k D + D - 1; for an even D this is between two samples. A line is stored
+/// as D polyphase rows (samples 0, D, 2 D, ..., then 1, D + 1, ...), each padded with zeros, so that a tap reads
+/// consecutive samples for consecutive results.
 class axial_kernel {
   public:
-    /// Recomputes the kernel in the same memory. @param envelope  in units of samples
-    void set(std::size_t samples, const pulse_envelope& envelope) {
-        samples_ = samples;
-        half_length_ = static_cast<std::size_t>(min(envelope.half_length(), static_cast<float>(samples)));
-        weights_.clear();
-        for (std::size_t i = 0; i <= 2 * half_length_; ++i)
-            weights_.push_back(envelope(static_cast<float>(i) - static_cast<float>(half_length_)));
+    axial_kernel() = default;
+    axial_kernel(std::size_t samples, const pulse_envelope& envelope, std::size_t decimation) {
+        set(samples, envelope, decimation);
     }
 
-    /// Size of a padded line, in samples.
-    std::size_t padded_size() const { return samples_ + 2 * half_length_ + std::size_t{4} * simd_width; }
+    /// Recomputes the kernel in the same memory. @param envelope  in units of samples
+    void set(std::size_t samples, const pulse_envelope& envelope, std::size_t decimation) {
+        decimation_ = decimation;
+        results_ = samples / decimation;
+        const auto half_length = static_cast<std::size_t>(min(envelope.half_length(), static_cast<float>(samples)));
+        zeros_ = half_length / decimation + 1;
+        stride_ = results_ + 2 * zeros_ + tap_room;
+        taps_.clear();
+        const std::size_t begin = zeros_ * decimation; // of the line in one padded row, before it is split into phases
+        for (std::size_t at = begin - half_length; at < begin + half_length + decimation; ++at) {
+            const float centre = static_cast<float>(begin) + 0.5F * static_cast<float>(decimation - 1);
+            const float from_centre = static_cast<float>(at) - centre;
+            if (std::fabs(from_centre) > envelope.half_length()) continue;
+            taps_.push_back({.weight = envelope(from_centre),
+                             .offset = static_cast<std::ptrdiff_t>(at % decimation * stride_ + at / decimation)});
+        }
+    }
+
+    /// Size of a polyphase line, in samples.
+    std::size_t layout_size() const { return decimation_ * stride_; }
 
     /// Approximate time for a line.
-    float nanoseconds() const { return static_cast<float>(samples_ * (2 + weights_.size() / 8)); }
+    float nanoseconds() const { return static_cast<float>(results_ * (2 + taps_.size() / 8)); }
 
-    /// @tparam Width   floats in a SIMD register
-    /// @param padded   scratch memory: zeros, or that of an earlier line
-    /// @param results  may be the line
+    /// Stores a line as polyphase rows. @param layout  zeros, or an earlier line
+    void lay_out(const vec2* line, vec2* layout) const {
+        for (std::size_t phase = 0; phase < decimation_; ++phase)
+            for (std::size_t i = 0; i < results_; ++i)
+                layout[phase * stride_ + zeros_ + i] = line[i * decimation_ + phase];
+    }
+
+    /// @tparam Width  floats in a SIMD register
     template <int Width>
-    void apply(const vec2* line, vec2* padded, vec2* results) const {
-        constexpr std::size_t block = std::size_t{4} * Width;
-        std::copy_n(line, samples_, padded + half_length_);
-        for (std::size_t begin = 0; begin < samples_; begin += block) {
-            const std::size_t count = std::min(block, samples_ - begin);
-            vec2 last[block];
-            vec2* const to = count == block ? results + begin : last;
-            sum_block<Width>(reinterpret_cast<const float*>(padded + begin), reinterpret_cast<float*>(to),
-                             std::make_index_sequence<8>{});
-            if (to == last) std::copy_n(last, count, results + begin);
-        }
+    void apply(const vec2* layout, vec2* results) const {
+        sum_taps<Width>({taps_.data(), taps_.size()}, layout, results, results_);
     }
 
   private:
-    // Computes as many results as eight SIMD registers hold; the sums stay in registers.
-    template <int Width, std::size_t... I>
-    INSONIFY_INLINE void sum_block(const float* from, float* to, std::index_sequence<I...>) const {
-        lanes<Width> sums[] = {lanes<Width>(static_cast<float>(I - I))...};
-        for (const float one : weights_) {
-            const lanes<Width> weight(one);
-            ((sums[I] = multiply_add(load<Width>(from + I * Width), weight, sums[I])), ...);
-            from += 2; // a complex sample
-        }
-        (store(sums[I], to + I * Width), ...);
-    }
-
-    std::size_t samples_ = 0;
-    std::size_t half_length_ = 0; // and as many zeros before and after a padded line
-    std::vector<float> weights_;
+    std::size_t decimation_ = 1;
+    std::size_t results_ = 0;
+    std::size_t zeros_ = 0;  // padding before and after each row
+    std::size_t stride_ = 0; // from row to row
+    std::vector<tap> taps_;
 };
 
 /// Lateral weights at one depth; normalized over the lines that exist.
@@ -372,12 +417,18 @@ void for_each_block_with_memory(const Policy& policy, std::size_t count, std::si
 
 namespace insonify::inline INSONIFY_ABI {
 
+/// Options of `convolve`.
+struct convolve_settings {
+    std::uint32_t decimation = 1; ///< samples per result; a divisor of the number of samples
+};
+
 /// `convolve`, frame after frame: holds tables and memory, so that it allocates only while buffers grow.
 class convolver {
   public:
     /// See `insonify::convolve`.
     template <exec::policy Policy, transducer Probe>
-    iq_lines convolve(const Policy& policy, iq_lines echoes, const pulse& sent, const Probe& probe) {
+    iq_lines convolve(const Policy& policy, iq_lines echoes, const pulse& sent, const Probe& probe,
+                      const convolve_settings& settings = {}) {
         const detail::probe_settings own{probe};
         sent.check(probe.frequency);
         if (echoes.count != probe.lines || echoes.samples == 0 ||
@@ -385,52 +436,65 @@ class convolver {
             throw usage_error{
                 "convolve: the echoes must have as many lines as the probe, and a value for every sample"};
         check_depth(echoes.depth, "convolve");
+        if (settings.decimation == 0 || echoes.samples % settings.decimation != 0)
+            throw usage_error{
+                detail::joined({"convolve: decimation is ", std::to_string(settings.decimation),
+                                "; it must be a divisor of the number of samples, ", std::to_string(echoes.samples)})};
         const float per_metre = static_cast<float>(echoes.samples) / echoes.depth;
         const pulse_envelope in_metres = sent.envelope(probe.frequency);
         const pulse_envelope envelope{.sigma = in_metres.sigma * per_metre, .burst = in_metres.burst * per_metre};
-        if (!(envelope.sigma * 1.0001F >= 1)) {
-            const float needed = min(std::ceil(static_cast<float>(echoes.samples) / envelope.sigma), 1e9F);
+        const auto decimation = static_cast<float>(settings.decimation);
+        if (!(envelope.sigma * 1.0001F >= decimation)) {
+            const float needed = min(std::ceil(static_cast<float>(echoes.samples) * decimation / envelope.sigma), 1e9F);
             throw usage_error{
                 detail::joined({"convolve: the samples are too coarse for the pulse; a line needs at least ",
-                                std::to_string(static_cast<std::uint32_t>(needed)), " (twice as many are usual)"})};
+                                std::to_string(static_cast<std::uint32_t>(needed)), " (twice as many are usual)",
+                                settings.decimation > 1 ? ", or a smaller `decimation`" : ""})};
         }
-        filter_along(policy, echoes, envelope);
+
+        iq_lines lines = along(policy, std::move(echoes), envelope, settings.decimation);
         lateral_ =
-            detail::make_lateral_kernel(own, {.depth = echoes.depth, .samples = echoes.samples}, std::move(lateral_));
-        filter_across(policy, echoes);
-        return echoes;
+            detail::make_lateral_kernel(own, {.depth = lines.depth, .samples = lines.samples}, std::move(lateral_));
+        return across(policy, std::move(lines));
     }
 
   private:
     template <exec::policy Policy>
-    void filter_along(const Policy& policy, iq_lines& lines, const pulse_envelope& sent);
+    iq_lines along(const Policy& policy, iq_lines echoes, const pulse_envelope& sent, std::uint32_t decimation);
     template <exec::policy Policy>
-    void filter_across(const Policy& policy, iq_lines& lines);
+    iq_lines across(const Policy& policy, iq_lines lines);
 
     detail::lateral_kernel lateral_{};        // weights across the lines
     detail::axial_kernel axial_{};            // weights along a line
     std::vector<std::vector<vec2>> blocks_{}; // scratch memory of each block of lines or samples
+    iq_lines decimated_{};                    // the lines of the previous frame
     iq_lines steered_{};                      // lines that cannot be filtered in place
 };
 
-// The axial half of `convolve`. @param sent  in units of samples
+// The axial half of `convolve`; in place without decimation.
+// @param sent  in units of samples
 template <exec::policy Policy>
-void convolver::filter_along(const Policy& policy, iq_lines& lines, const pulse_envelope& sent) {
+iq_lines convolver::along(const Policy& policy, iq_lines echoes, const pulse_envelope& sent, std::uint32_t decimation) {
     constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
-    axial_.set(lines.samples, sent);
-    detail::for_each_block_with_memory(policy, lines.count, 8, axial_.nanoseconds(), blocks_,
-                                       [&](std::size_t begin, std::size_t end, std::vector<vec2>& padded) {
-                                           padded.assign(axial_.padded_size(), vec2{0, 0});
-                                           for (std::size_t line = begin; line < end; ++line) {
-                                               vec2* const own = lines.values.data() + line * lines.samples;
-                                               axial_.template apply<width>(own, padded.data(), own);
-                                           }
-                                       });
+    axial_.set(echoes.samples, sent, decimation);
+    if (decimation > 1) decimated_.reshape(echoes.count, echoes.samples / decimation, echoes.depth);
+    iq_lines& results = decimation > 1 ? decimated_ : echoes;
+    detail::for_each_block_with_memory(
+        policy, echoes.count, 8, axial_.nanoseconds(), blocks_,
+        [&](std::size_t begin, std::size_t end, std::vector<vec2>& layout) {
+            layout.assign(axial_.layout_size(), vec2{0, 0});
+            for (std::size_t line = begin; line < end; ++line) {
+                axial_.lay_out(echoes.values.data() + line * echoes.samples, layout.data());
+                axial_.template apply<width>(layout.data(), results.values.data() + line * results.samples);
+            }
+        });
+    if (decimation > 1) std::swap(decimated_, echoes);
+    return echoes;
 }
 
 // The lateral half of `convolve`; in place where lines are not steered. The weights change from sample to sample.
 template <exec::policy Policy>
-void convolver::filter_across(const Policy& policy, iq_lines& lines) {
+iq_lines convolver::across(const Policy& policy, iq_lines lines) {
     constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
     constexpr std::size_t thickness = detail::lateral_slab::samples;
     const std::size_t slabs = (lines.samples + thickness - 1) / thickness;
@@ -449,6 +513,7 @@ void convolver::filter_across(const Policy& policy, iq_lines& lines) {
             }
         });
     if (!in_place) std::swap(steered_, lines);
+    return lines;
 }
 
 /// Convolves echoes with the point-spread function of the probe: the pulse along each line, the beam across the lines.
@@ -461,8 +526,9 @@ void convolver::filter_across(const Policy& policy, iq_lines& lines) {
 /// @throws usage_error  for lines that are not those of the probe, samples coarser than the standard deviation of the
 ///                      pulse, a pulse frequency other than that of the probe, and settings out of range
 template <exec::policy Policy, transducer Probe>
-iq_lines convolve(const Policy& policy, iq_lines echoes, const pulse& sent, const Probe& probe) {
-    return convolver{}.convolve(policy, std::move(echoes), sent, probe);
+iq_lines convolve(const Policy& policy, iq_lines echoes, const pulse& sent, const Probe& probe,
+                  const convolve_settings& settings = {}) {
+    return convolver{}.convolve(policy, std::move(echoes), sent, probe, settings);
 }
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -15,6 +15,7 @@
 #include <insonify/signal/kernel/elevation.hpp>
 #include <insonify/signal/kernel/kernel_compensation.hpp>
 #include <insonify/signal/pulse.hpp>
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
