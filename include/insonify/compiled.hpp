@@ -18,6 +18,7 @@
 /// Of these functions none is `inline`, nor defined in its class: then compilers do not instantiate them where they are
 /// declared `extern template`.
 #define INSONIFY_COMPILED_TEMPLATES(prefix)                                                                            \
+    namespace insonify::inline INSONIFY_ABI {                                                                          \
     prefix template void scene::rebuild(const detail::any_policy<false>&);                                             \
     prefix template void scene::follow(const detail::any_policy<false>&);                                              \
     prefix template scene_view detail::scene_views::for_slices(const detail::any_policy<false>&,                       \
@@ -36,7 +37,8 @@
     INSONIFY_COMPILED_STAGES(prefix, exec::sequenced_policy)                                                           \
     INSONIFY_COMPILED_STAGES(prefix, exec::unsequenced_policy)                                                         \
     INSONIFY_COMPILED_STAGES(prefix, exec::parallel_policy)                                                            \
-    INSONIFY_COMPILED_STAGES(prefix, exec::parallel_unsequenced_policy)
+    INSONIFY_COMPILED_STAGES(prefix, exec::parallel_unsequenced_policy)                                                \
+    }
 
 #define INSONIFY_COMPILED_TRACER(prefix, sample, model, how)                                                           \
     prefix template line_grid<sample> line_tracer<model, how>::trace_lines(                                            \
@@ -67,9 +69,7 @@
     prefix template image scan_convert(const policy&, const scan_lines&, const scan_map&, image);
 
 #if defined(INSONIFY_COMPILED)
-namespace insonify::inline INSONIFY_ABI {
 INSONIFY_COMPILED_TEMPLATES(extern)
-} // namespace insonify::inline INSONIFY_ABI
 #endif
 
 #include <insonify/core/restore_macros.hpp>

@@ -40,5 +40,8 @@
 
 #endif
 // Outside the guard, so that it is reached also after an earlier include or a precompiled header.
-#include <insonify/compiled_implementation.hpp>
 #include <insonify/io/implementation.hpp>
+#if defined(INSONIFY_IMPLEMENTATION) && defined(INSONIFY_COMPILED) && !defined(INSONIFY_COMPILED_HERE)
+#define INSONIFY_COMPILED_HERE
+INSONIFY_COMPILED_TEMPLATES()
+#endif

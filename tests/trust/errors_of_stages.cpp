@@ -79,6 +79,8 @@ TEST_CASE("signals and their settings out of range are refused with a sentence")
              convolve(exec::seq, iq_lines{4, 64, 0}, pulse{}, probe);
          },
          "convolve: depth is 0 m; it must be from"},
+        {[&] { convolve(exec::seq, echoes, pulse{}, probe, {.decimation = 7}); },
+         "convolve: decimation is 7; it must be a divisor of the number of samples, 64"},
         {[&] {
              convolve(exec::seq, iq_lines{4, 8, 90_mm}, pulse{}, probe);
          },

@@ -132,7 +132,7 @@ class line_driver {
                 task.line.gains = gains.of_line(number, plane);
                 emit(block, task, layers_(number, plane), samples);
             });
-        layers_.lines = frame.probe.lines;
+        layers_.lines = frame.count();
     }
 
     /// The same for a tracer that makes the samples of a line itself.

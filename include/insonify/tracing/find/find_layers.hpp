@@ -162,7 +162,7 @@ class layer_finder {
         begin(frame, found);
         exec::for_each_block(policy, frame.count(), lines_per_block, search_time() * static_cast<float>(frame.planes),
                              [&](std::size_t begin, std::size_t) { find_block(frame, begin, incident, found); });
-        found.lines = frame.probe.lines;
+        found.lines = frame.count();
     }
 
   private:
