@@ -155,7 +155,7 @@ TEST_CASE("pulsed Doppler: a beat has its peak in systole and its end-diastolic 
 TEST_CASE("pulsed Doppler: threads do not matter; the gate's blood stays at one level over a long series") {
     const tube t{60_deg};
     const pulsed_doppler_settings settings{.line = 48, .gate = 22_mm, .prf = 4_kHz, .duration = 0.4F, .depth = 40_mm};
-    gate_scanner<linear_array> gate;
+    gate_scanner<> gate;
     const std::vector<vec2> series =
         gate.gate_echoes(exec::par_unseq, t.body, probe, pose{}, physical{}, t.stream, settings);
     CHECK(series == gate.gate_echoes(exec::unseq, t.body, probe, pose{}, physical{}, t.stream, settings));

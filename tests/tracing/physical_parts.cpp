@@ -67,7 +67,6 @@ TEST_CASE("a field of a user's may emit single scatterers, and settings out of r
     CHECK_THROWS_AS(trace(exec::seq, body, probe, pose{}, physical<>{.scattering = {.cell = 0}}, scan), usage_error);
     CHECK_THROWS_AS(trace(exec::seq, body, probe, pose{}, physical<>{.texture_db = NAN}, scan), usage_error);
     CHECK_THROWS_AS(trace(exec::seq, body, probe, pose{}, physical<>{.shadow_floor_db = 3}, scan), usage_error);
-    CHECK_THROWS_AS(trace(exec::seq, body, probe, pose{}, physical<>{.specular = {.power = -1}}, scan), usage_error);
 }
 
 TEST_CASE("a model changes its law, its texture and its options, and keeps the rest") {
