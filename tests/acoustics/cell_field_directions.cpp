@@ -59,6 +59,5 @@ TEST_CASE("view_direction: two lines agree with the stated probability, and slab
     CHECK(detail::same_view_probability(0) == 1);
     CHECK(detail::same_view_probability(1) == 0);
     const vec3 across = 2e-3F * vec3{0.48F, 0.6F, 0.64F};
-    CHECK(detail::slab_position(across) - detail::slab_position({0, 0, 0}) ==
-          doctest::Approx(1).scale(1e-30));
+    CHECK(detail::slab_position(across) - detail::slab_position({0, 0, 0}) == doctest::Approx(1).scale(1e-30));
 }

@@ -4,8 +4,8 @@
 #include <insonify/paper/pixels.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/tracing/paths.hpp>
-#include <insonify/tracing/trace.hpp>
 #include <insonify/tracing/read/label.hpp>
+#include <insonify/tracing/trace.hpp>
 #include <algorithm>
 #include <cmath>
 #include <doctest/doctest.h>
