@@ -276,11 +276,10 @@ struct pulse_echoes {
 /// @param samples  along the line
 /// @param out      those of the resting echoes, then as many of each pulse; echoes are added
 template <class Model, velocity_field Field>
-void emit_ensemble(const line_task& task, const Model& model, view<const layer> layers, const Field& field,
-                   const pulse_train& pulses, moving_surfaces& surfaces, std::size_t samples, view<vec2> out) {
+void emit_ensemble(const line_task& task, const Model& model, const Field& field, const pulse_train& pulses,
+                   moving_surfaces& surfaces, std::size_t samples, view<vec2> out) {
     traced_line line = task.line;
-    line.layers = layers;
-    const bool surfaces_move = surfaces.assign(line, layers, field, pulses);
+    const bool surfaces_move = surfaces.assign(line, line.layers, field, pulses);
     using scatterers = moving_scatterers<std::remove_cvref_t<decltype(model.scattering)>, Field>;
     std::uint32_t current = scatterers::all_pulses;
     model
@@ -320,11 +319,11 @@ class ensemble_tracer {
         for (iq_lines* const each : sinks_) each->reshape(probe.lines, samples, scan.depth);
         if (surfaces_.size() < detail::blocks_of(probe.lines)) surfaces_.resize(detail::blocks_of(probe.lines));
         constexpr float line_time = 1e6F;
-        driver_.emit_lines(
-            policy, body, probe_, frame, model, straight_lines{}, line_time, {sinks_.data(), sinks_.size()},
-            [&](std::size_t block, const line_task& task, view<const layer> layers, view<vec2> echoes) {
-                detail::emit_ensemble(task, model, layers, field, pulses, surfaces_[block], samples, echoes);
-            });
+        driver_.emit_lines(policy, body, probe_, frame, model, straight_lines{}, line_time,
+                           {sinks_.data(), sinks_.size()},
+                           [&](std::size_t block, const line_task& task, view<vec2> echoes) {
+                               detail::emit_ensemble(task, model, field, pulses, surfaces_[block], samples, echoes);
+                           });
     }
 
   private:

@@ -93,7 +93,7 @@ class line_driver {
     /// Finds the layers of all lines, computes what arrives through the aperture, and emits the echoes of every line.
     /// @param line_time  nanoseconds to emit one line of one plane, roughly
     /// @param sinks      grids that receive the samples; planes are weighted and added
-    /// @param emit       emit(block, task, layers, samples): adds to samples that are 0, those of one sink after those
+    /// @param emit       emit(block, task, samples), whose line has its layers: adds to samples that are 0, those of one sink after those
     ///                   of another
     template <exec::policy Policy, acoustic_model Model, class Emit>
     void emit_lines(const Policy& policy, const scene& body, const probe_lines& probe, const frame_view& frame,
@@ -130,7 +130,8 @@ class line_driver {
             [&](std::size_t block, std::uint32_t number, std::uint32_t plane, view<Sample> samples) {
                 line_task task = task_of(frame, seen, number, plane);
                 task.line.gains = gains.of_line(number, plane);
-                emit(block, task, layers_(number, plane), samples);
+                task.line.layers = layers_(number, plane);
+                emit(block, task, samples);
             });
         layers_.lines = frame.count();
     }
@@ -246,11 +247,10 @@ auto line_tracer<Model, Tracer>::trace_lines(const Policy& policy, const scene& 
     recycled.reshape(probe_.size(), samples, scan.depth);
     line_grid<sample_type>* const sink = &recycled;
     if constexpr (std::same_as<Tracer, straight_lines>)
-        driver_.emit_lines(policy, body, probe_, frame, model, how,
-                           detail::nanoseconds_of<Model>() * static_cast<float>(samples), {&sink, 1},
-                           [&](std::size_t, const line_task& task, view<const layer> layers, view<sample_type> out) {
-                               task.apply(policy, model, layers, out);
-                           });
+        driver_.emit_lines(
+            policy, body, probe_, frame, model, how, detail::nanoseconds_of<Model>() * static_cast<float>(samples),
+            {&sink, 1},
+            [&](std::size_t, const line_task& task, view<sample_type> out) { task.apply(policy, model, out); });
     else
         driver_.trace_lines(policy, body, frame, model, how, recycled);
     return recycled;

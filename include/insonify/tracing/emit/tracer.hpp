@@ -50,12 +50,17 @@ struct line_task {
     template <class Policy, acoustic_model Model>
     INSONIFY_FN void apply(const Policy& policy, const Model& model, view<const layer> layers,
                            view<typename Model::sample_type> out) const {
-        traced_line traced = line;
-        traced.layers = layers;
+        line_task known = *this;
+        known.line.layers = layers;
+        known.apply(policy, model, out);
+    }
+    /// The same where its layers are known.
+    template <class Policy, acoustic_model Model>
+    INSONIFY_FN void apply(const Policy& policy, const Model& model, view<typename Model::sample_type> out) const {
         if constexpr (emits_echoes<Model>)
-            model.emit(traced, echoes(out));
+            model.emit(line, echoes(out));
         else
-            model(policy, traced, spacing, out);
+            model(policy, line, spacing, out);
     }
 };
 

@@ -139,7 +139,7 @@ class layer_finder {
         block_memory& own = memory_[begin / lines_per_block];
         const crossing_lists& sliced = own.sliced;
         layer_block& into = found.block_at(begin);
-        into.clear();
+        into.clear(std::size_t{lines_per_block} * frame.planes);
         if (sliced_) slices_.find_block(begin, own.sliced);
         const auto count = static_cast<std::uint32_t>(begin) + lines_per_block;
         for (auto number = static_cast<std::uint32_t>(begin); number < frame.count() && number < count; ++number)

@@ -39,9 +39,9 @@ struct line_room {
 
 /// The same on the host: grows until the line fits.
 struct line_memory {
-    std::vector<crossing> crossings = std::vector<crossing>(64);
-    std::vector<std::uint32_t> inside = std::vector<std::uint32_t>(16), behind_face = std::vector<std::uint32_t>(16);
-    std::vector<layer> layers = std::vector<layer>(32);
+    std::vector<crossing> crossings = std::vector<crossing>(16);
+    std::vector<std::uint32_t> inside = std::vector<std::uint32_t>(8), behind_face = std::vector<std::uint32_t>(8);
+    std::vector<layer> layers = std::vector<layer>(8);
 
     line_room room() { return {{.room = crossings, .inside = {.ranks = inside}}, layers, behind_face}; }
 
@@ -97,38 +97,40 @@ constexpr std::size_t blocks_of(std::uint32_t lines) { return (lines + lines_per
 /// The layers of a block of lines, by line and plane. Keeps its memory.
 class layer_block {
   public:
-    void clear() {
+    /// @param lines  that are then added
+    void clear(std::size_t lines) {
+        lines_.clear();
         layers_.clear();
-        ends_.clear();
         objects_.clear();
-        object_ends_.clear();
-        frames_.clear();
+        lines_.reserve(lines);
+        layers_.reserve(4 * lines);
     }
     /// Adds the next line.
     void add(const line_frame& frame, view<const layer> layers, view<const std::uint32_t> objects) {
+        lines_.push_back({frame, layers_.size(), layers.size(), objects_.size(), objects.size()});
         layers_.insert(layers_.end(), layers.begin(), layers.end());
-        ends_.push_back(static_cast<std::uint32_t>(layers_.size()));
         objects_.insert(objects_.end(), objects.begin(), objects.end());
-        object_ends_.push_back(static_cast<std::uint32_t>(objects_.size()));
-        frames_.push_back(frame);
     }
 
-    view<const layer> layers(std::size_t number) const { return part(layers_, ends_, number); }
-    view<const std::uint32_t> objects(std::size_t number) const { return part(objects_, object_ends_, number); }
-    const line_frame& frame(std::size_t number) const { return frames_[number]; }
+    view<const layer> layers(std::size_t number) const {
+        const line& own = lines_[number];
+        return {layers_.data() + own.first_layer, own.layers};
+    }
+    view<const std::uint32_t> objects(std::size_t number) const {
+        const line& own = lines_[number];
+        return {objects_.data() + own.first_object, own.objects};
+    }
+    const line_frame& frame(std::size_t number) const { return lines_[number].frame; }
 
   private:
-    template <class T>
-    static view<const T> part(const std::vector<T>& all, const std::vector<std::uint32_t>& ends, std::size_t number) {
-        const std::uint32_t begin = number == 0 ? 0 : ends[number - 1];
-        return {all.data() + begin, ends[number] - begin};
-    }
+    struct line {
+        line_frame frame;
+        std::size_t first_layer, layers, first_object, objects;
+    };
 
+    std::vector<line> lines_{};
     std::vector<layer> layers_{};
-    std::vector<std::uint32_t> ends_{};        // of each line, in `layers_`
-    std::vector<std::uint32_t> objects_{};     // ranks
-    std::vector<std::uint32_t> object_ends_{}; // of each line, in `objects_`
-    std::vector<line_frame> frames_{};
+    std::vector<std::uint32_t> objects_{}; // ranks
 };
 
 } // namespace detail

@@ -78,10 +78,11 @@ struct frame_lines {
     /// stays the displayed one.
     INSONIFY_FN line_frame line(std::uint32_t number, std::uint32_t of_plane) const {
         const probe_line& beam = lines[number];
-        const vec3 elevation = at.direction({0, 1, 0});
+        const vec3 elevation = at.rotation[1];
         line_frame line{at.point(beam.origin) + plane[of_plane].height(beam.origin.z) * elevation,
                         at.direction(beam.direction), elevation, plane[of_plane].slope * beam.direction.z};
-        line.steering = at.direction(beam.direction - beam.scatterer_axis);
+        if (!(beam.scatterer_axis == beam.direction))
+            line.steering = at.direction(beam.direction - beam.scatterer_axis);
         return line;
     }
     INSONIFY_FN std::uint32_t count() const { return static_cast<std::uint32_t>(lines.size()); }
