@@ -10191,9 +10191,9 @@ struct line_room {
 
 /// The same on the host: grows until the line fits.
 struct line_memory {
-    std::vector<crossing> crossings = std::vector<crossing>(64);
-    std::vector<std::uint32_t> inside = std::vector<std::uint32_t>(16), behind_face = std::vector<std::uint32_t>(16);
-    std::vector<layer> layers = std::vector<layer>(32);
+    std::vector<crossing> crossings = std::vector<crossing>(16);
+    std::vector<std::uint32_t> inside = std::vector<std::uint32_t>(8), behind_face = std::vector<std::uint32_t>(8);
+    std::vector<layer> layers = std::vector<layer>(8);
 
     line_room room() { return {{.room = crossings, .inside = {.ranks = inside}}, layers, behind_face}; }
 
@@ -10249,38 +10249,40 @@ constexpr std::size_t blocks_of(std::uint32_t lines) { return (lines + lines_per
 /// The layers of a block of lines, by line and plane. Keeps its memory.
 class layer_block {
   public:
-    void clear() {
+    /// @param lines  that are then added
+    void clear(std::size_t lines) {
+        lines_.clear();
         layers_.clear();
-        ends_.clear();
         objects_.clear();
-        object_ends_.clear();
-        frames_.clear();
+        lines_.reserve(lines);
+        layers_.reserve(4 * lines);
     }
     /// Adds the next line.
     void add(const line_frame& frame, view<const layer> layers, view<const std::uint32_t> objects) {
+        lines_.push_back({frame, layers_.size(), layers.size(), objects_.size(), objects.size()});
         layers_.insert(layers_.end(), layers.begin(), layers.end());
-        ends_.push_back(static_cast<std::uint32_t>(layers_.size()));
         objects_.insert(objects_.end(), objects.begin(), objects.end());
-        object_ends_.push_back(static_cast<std::uint32_t>(objects_.size()));
-        frames_.push_back(frame);
     }
 
-    view<const layer> layers(std::size_t number) const { return part(layers_, ends_, number); }
-    view<const std::uint32_t> objects(std::size_t number) const { return part(objects_, object_ends_, number); }
-    const line_frame& frame(std::size_t number) const { return frames_[number]; }
+    view<const layer> layers(std::size_t number) const {
+        const line& own = lines_[number];
+        return {layers_.data() + own.first_layer, own.layers};
+    }
+    view<const std::uint32_t> objects(std::size_t number) const {
+        const line& own = lines_[number];
+        return {objects_.data() + own.first_object, own.objects};
+    }
+    const line_frame& frame(std::size_t number) const { return lines_[number].frame; }
 
   private:
-    template <class T>
-    static view<const T> part(const std::vector<T>& all, const std::vector<std::uint32_t>& ends, std::size_t number) {
-        const std::uint32_t begin = number == 0 ? 0 : ends[number - 1];
-        return {all.data() + begin, ends[number] - begin};
-    }
+    struct line {
+        line_frame frame;
+        std::size_t first_layer, layers, first_object, objects;
+    };
 
+    std::vector<line> lines_{};
     std::vector<layer> layers_{};
-    std::vector<std::uint32_t> ends_{};        // of each line, in `layers_`
-    std::vector<std::uint32_t> objects_{};     // ranks
-    std::vector<std::uint32_t> object_ends_{}; // of each line, in `objects_`
-    std::vector<line_frame> frames_{};
+    std::vector<std::uint32_t> objects_{}; // ranks
 };
 
 } // namespace detail
@@ -14531,10 +14533,11 @@ struct frame_lines {
     /// stays the displayed one.
     INSONIFY_FN line_frame line(std::uint32_t number, std::uint32_t of_plane) const {
         const probe_line& beam = lines[number];
-        const vec3 elevation = at.direction({0, 1, 0});
+        const vec3 elevation = at.rotation[1];
         line_frame line{at.point(beam.origin) + plane[of_plane].height(beam.origin.z) * elevation,
                         at.direction(beam.direction), elevation, plane[of_plane].slope * beam.direction.z};
-        line.steering = at.direction(beam.direction - beam.scatterer_axis);
+        if (!(beam.scatterer_axis == beam.direction))
+            line.steering = at.direction(beam.direction - beam.scatterer_axis);
         return line;
     }
     INSONIFY_FN std::uint32_t count() const { return static_cast<std::uint32_t>(lines.size()); }
@@ -14741,12 +14744,17 @@ struct line_task {
     template <class Policy, acoustic_model Model>
     INSONIFY_FN void apply(const Policy& policy, const Model& model, view<const layer> layers,
                            view<typename Model::sample_type> out) const {
-        traced_line traced = line;
-        traced.layers = layers;
+        line_task known = *this;
+        known.line.layers = layers;
+        known.apply(policy, model, out);
+    }
+    /// The same where its layers are known.
+    template <class Policy, acoustic_model Model>
+    INSONIFY_FN void apply(const Policy& policy, const Model& model, view<typename Model::sample_type> out) const {
         if constexpr (emits_echoes<Model>)
-            model.emit(traced, echoes(out));
+            model.emit(line, echoes(out));
         else
-            model(policy, traced, spacing, out);
+            model(policy, line, spacing, out);
     }
 };
 
@@ -15537,7 +15545,7 @@ class layer_finder {
         block_memory& own = memory_[begin / lines_per_block];
         const crossing_lists& sliced = own.sliced;
         layer_block& into = found.block_at(begin);
-        into.clear();
+        into.clear(std::size_t{lines_per_block} * frame.planes);
         if (sliced_) slices_.find_block(begin, own.sliced);
         const auto count = static_cast<std::uint32_t>(begin) + lines_per_block;
         for (auto number = static_cast<std::uint32_t>(begin); number < frame.count() && number < count; ++number)
@@ -16104,7 +16112,7 @@ class line_driver {
     /// Finds the layers of all lines, computes what arrives through the aperture, and emits the echoes of every line.
     /// @param line_time  nanoseconds to emit one line of one plane, roughly
     /// @param sinks      grids that receive the samples; planes are weighted and added
-    /// @param emit       emit(block, task, layers, samples): adds to samples that are 0, those of one sink after those
+    /// @param emit       emit(block, task, samples), whose line has its layers: adds to samples that are 0, those of one sink after those
     ///                   of another
     template <exec::policy Policy, acoustic_model Model, class Emit>
     void emit_lines(const Policy& policy, const scene& body, const probe_lines& probe, const frame_view& frame,
@@ -16141,7 +16149,8 @@ class line_driver {
             [&](std::size_t block, std::uint32_t number, std::uint32_t plane, view<Sample> samples) {
                 line_task task = task_of(frame, seen, number, plane);
                 task.line.gains = gains.of_line(number, plane);
-                emit(block, task, layers_(number, plane), samples);
+                task.line.layers = layers_(number, plane);
+                emit(block, task, samples);
             });
         layers_.lines = frame.count();
     }
@@ -16257,11 +16266,10 @@ auto line_tracer<Model, Tracer>::trace_lines(const Policy& policy, const scene& 
     recycled.reshape(probe_.size(), samples, scan.depth);
     line_grid<sample_type>* const sink = &recycled;
     if constexpr (std::same_as<Tracer, straight_lines>)
-        driver_.emit_lines(policy, body, probe_, frame, model, how,
-                           detail::nanoseconds_of<Model>() * static_cast<float>(samples), {&sink, 1},
-                           [&](std::size_t, const line_task& task, view<const layer> layers, view<sample_type> out) {
-                               task.apply(policy, model, layers, out);
-                           });
+        driver_.emit_lines(
+            policy, body, probe_, frame, model, how, detail::nanoseconds_of<Model>() * static_cast<float>(samples),
+            {&sink, 1},
+            [&](std::size_t, const line_task& task, view<sample_type> out) { task.apply(policy, model, out); });
     else
         driver_.trace_lines(policy, body, frame, model, how, recycled);
     return recycled;
@@ -16559,11 +16567,10 @@ struct pulse_echoes {
 /// @param samples  along the line
 /// @param out      those of the resting echoes, then as many of each pulse; echoes are added
 template <class Model, velocity_field Field>
-void emit_ensemble(const line_task& task, const Model& model, view<const layer> layers, const Field& field,
-                   const pulse_train& pulses, moving_surfaces& surfaces, std::size_t samples, view<vec2> out) {
+void emit_ensemble(const line_task& task, const Model& model, const Field& field, const pulse_train& pulses,
+                   moving_surfaces& surfaces, std::size_t samples, view<vec2> out) {
     traced_line line = task.line;
-    line.layers = layers;
-    const bool surfaces_move = surfaces.assign(line, layers, field, pulses);
+    const bool surfaces_move = surfaces.assign(line, line.layers, field, pulses);
     using scatterers = moving_scatterers<std::remove_cvref_t<decltype(model.scattering)>, Field>;
     std::uint32_t current = scatterers::all_pulses;
     model
@@ -16603,11 +16610,11 @@ class ensemble_tracer {
         for (iq_lines* const each : sinks_) each->reshape(probe.lines, samples, scan.depth);
         if (surfaces_.size() < detail::blocks_of(probe.lines)) surfaces_.resize(detail::blocks_of(probe.lines));
         constexpr float line_time = 1e6F;
-        driver_.emit_lines(
-            policy, body, probe_, frame, model, straight_lines{}, line_time, {sinks_.data(), sinks_.size()},
-            [&](std::size_t block, const line_task& task, view<const layer> layers, view<vec2> echoes) {
-                detail::emit_ensemble(task, model, layers, field, pulses, surfaces_[block], samples, echoes);
-            });
+        driver_.emit_lines(policy, body, probe_, frame, model, straight_lines{}, line_time,
+                           {sinks_.data(), sinks_.size()},
+                           [&](std::size_t block, const line_task& task, view<vec2> echoes) {
+                               detail::emit_ensemble(task, model, field, pulses, surfaces_[block], samples, echoes);
+                           });
     }
 
   private:
