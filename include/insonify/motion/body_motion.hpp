@@ -21,7 +21,7 @@ vec3 rest_along(const Map& map, vec3 now, vec3 direction, float max) {
     const float tolerance = 1e-7F + 2.5e-7F * length(now);
     const auto displacement = [&](vec3 rest) { return dot(map(rest) - rest, direction); };
     float low = -max, high = max, last = 0, error_before = displacement(now), moved = error_before;
-    for (int i = 0; i < 40 && error_before != 0; ++i) {
+    for (int i = 0; i < 40 && std::fabs(error_before) > tolerance; ++i) {
         const float error = displacement(now - moved * direction) - moved;
         if (!(std::fabs(error) > tolerance)) break;
         (error > 0 ? low : high) = moved;
@@ -105,12 +105,12 @@ struct breathing {
     }
 
     /// Where a point at rest is now.
-    vec3 operator()(vec3 rest) const {
-        const vec3 away = (rest - centre) / extent;
-        return rest + amplitude * wave() * std::exp(-0.5F * dot(away, away)) * normalize(direction);
-    }
+    vec3 operator()(vec3 rest) const { return moved(rest, amplitude * wave() * normalize(direction)); }
     /// The inverse.
-    vec3 rest_of(vec3 now) const { return detail::rest_along(*this, now, normalize(direction), std::fabs(amplitude)); }
+    vec3 rest_of(vec3 now) const {
+        const vec3 along = normalize(direction), most = amplitude * wave() * along;
+        return detail::rest_along([&](vec3 rest) { return moved(rest, most); }, now, along, std::fabs(amplitude));
+    }
 
     /// @throws usage_error  if a setting is out of range
     void check() const {
@@ -121,6 +121,12 @@ struct breathing {
     }
 
     friend bool operator==(const breathing&, const breathing&) = default;
+
+  private:
+    vec3 moved(vec3 rest, vec3 most) const {
+        const vec3 away = (rest - centre) / extent;
+        return rest + std::exp(-0.5F * dot(away, away)) * most;
+    }
 };
 
 /// Tissue along the shaft of a needle that moves with it: by `drag` at the shaft, and by a Gaussian of the distance.
