@@ -439,9 +439,10 @@ class scanner {
 
     /// Colour and power Doppler of what the last picture shows: see `colour_doppler`. Its probe, pose and depth are
     /// those of the picture, its model is that of the scanner.
+    /// @return valid until the next call
     /// @throws usage_error  before the first picture, and as `colour_doppler`
     template <exec::policy Policy, velocity_field Field>
-    flow_lines colour(const Policy& policy, const scene& body, const Field& field, doppler_settings with = {}) {
+    const flow_lines& colour(const Policy& policy, const scene& body, const Field& field, doppler_settings with = {}) {
         check_picture();
         const stored_frame<Probe>& shown = cine_[shown_];
         with.depth = shown.amplitudes.depth;

@@ -1,8 +1,11 @@
+#include <insonify/acoustics/tissue.hpp>
 #include <insonify/core/units.hpp>
 #include <insonify/scene/queries.hpp>
 #include "brute_force.hpp"
+#include <atomic>
 #include <doctest/doctest.h>
 #include <limits>
+#include <thread>
 #include <vector>
 
 using namespace insonify;
@@ -283,6 +286,88 @@ TEST_CASE("queries refuse points that are not finite, unknown ids and scenes tha
     body.remove(ball);
     body.build(exec::seq);
     CHECK_THROWS_AS(nearest_surface(body, ball, {0, 0, 0}), usage_error);
+}
+
+TEST_CASE("snapshots answer as the scene of their frame did, while it moves on") {
+    const mesh rest = make_sphere({0, 0, 0}, 10_mm, 3);
+    scene body{tissue::fat};
+    const object_id ball = body.add(rest, tissue::muscle),
+                    tool = body.add(make_sphere({0, 0, 0}, 1_mm, 2), tissue::steel);
+    body.add(make_sphere({0, 30_mm, 0}, 5_mm, 2), tissue::bone); // does not move
+    body.build(exec::par);
+    const auto move_to = [&](std::uint64_t frame) {
+        const float share = 0.02F * static_cast<float>(frame);
+        std::span<vec3> now = body.positions(ball);
+        for (std::size_t i = 0; i < now.size(); ++i) now[i] = (1 + share) * rest.positions[i];
+        body.place(tool, {.translation = {0, share * 10_mm, -40_mm}});
+        body.update(exec::seq);
+    };
+    const auto asked = [&](const scene& of) {
+        const auto first = first_surface(of, {.origin = {1_mm, 2_mm, -30_mm}});
+        return queries_test::answer{object_at(of, {0, 0, 11_mm}), first ? first->distance : -1,
+                                    nearest_surface(of, tool, {3_mm, 0, 0})->distance};
+    };
+    constexpr std::uint64_t frames = 40;
+    std::vector<queries_test::answer> expected;
+    for (std::uint64_t frame = 0; frame <= frames; ++frame) {
+        move_to(frame);
+        const scene frozen = body;
+        expected.push_back(asked(frozen));
+    }
+    move_to(0);
+    scene_snapshots snapshots{body};
+    std::atomic<bool> done{false};
+    std::atomic<int> wrong{0}, answers{0};
+    const auto read = [&] {
+        std::uint64_t last = 0;
+        scene_snapshots::handle held = snapshots.newest();
+        for (int i = 0; last < frames; ++i) {
+            if (i % 3 == 0) held = snapshots.newest(); // else that frame again
+            wrong += !(asked(held->body) == expected[held->frame]) || held->frame < last;
+            last = held->frame;
+            ++answers;
+        }
+    };
+    std::thread haptics{read}, refits{[&] {
+        while (!done)
+            if (!snapshots.publish(exec::seq)) std::this_thread::yield();
+    }};
+    for (std::uint64_t frame = 1; frame <= frames; ++frame) {
+        move_to(frame);
+        while (!snapshots.take(exec::seq, body, frame)) std::this_thread::yield();
+    }
+    haptics.join();
+    done = true;
+    refits.join();
+    CHECK(wrong == 0);
+    CHECK(answers > 0);
+    CHECK(snapshots.newest()->frame == frames);
+    CHECK(!(expected[0] == expected[frames]));
+}
+
+TEST_CASE("snapshots refuse another scene, and a frame while the one before waits") {
+    scene body;
+    const object_id ball = body.add(make_sphere({0, 0, 0}, 10_mm, 2), tissue::muscle);
+    CHECK_THROWS_AS(scene_snapshots{body}, usage_error);
+    body.build(exec::seq);
+    scene_snapshots snapshots{body, 7};
+    CHECK(snapshots.newest()->frame == 7);
+    CHECK(!snapshots.publish(exec::seq));
+    CHECK(snapshots.take(exec::seq, body, 8));
+    CHECK(!snapshots.take(exec::seq, body, 9));
+    CHECK(snapshots.newest()->frame == 7);
+    CHECK(snapshots.publish(exec::seq));
+    const auto held = snapshots.newest();
+    CHECK(held->frame == 8);
+    body.positions(ball)[3].x = std::numeric_limits<float>::infinity();
+    CHECK_THROWS_AS(snapshots.take(exec::seq, body, 9), geometry_error);
+    CHECK(!snapshots.publish(exec::seq));
+    body.add(make_sphere({0, 0, 0}, 5_mm, 2), tissue::fat);
+    CHECK_THROWS_WITH_AS(
+        snapshots.take(exec::seq, body, 9),
+        "scene_snapshots: the scene has other objects than when the snapshots were made; make new ones "
+        "after add or remove",
+        usage_error);
 }
 
 TEST_CASE("many threads may query a scene at once, straight after its objects have moved") {

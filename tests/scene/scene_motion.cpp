@@ -103,7 +103,7 @@ TEST_CASE("an object at rest for some updates, or sliced a few times, gets its t
     CHECK(current(body));
     body.positions(ball)[0].x += 1_mm;
     body.update(exec::seq);
-    for (int frame = 0; frame < 3; ++frame) CHECK_FALSE(current(body));
+    for (int frame = 0; frame < 16; ++frame) CHECK_FALSE(current(body));
     CHECK(current(body));
 }
 

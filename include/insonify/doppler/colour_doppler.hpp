@@ -70,9 +70,10 @@ refined<Probe> doppler_probe(const Probe& probe, float depth, const Model& model
 }
 
 /// The lines whose echoes reach those from `first` to `last` through the beam.
+/// @param kernel  its memory is reused
 template <transducer Probe>
-refined<Probe> lines_around(const refined<Probe>& probe, float depth, float first, float last) {
-    const lateral_kernel kernel = make_lateral_kernel(probe, {.depth = depth, .samples = 64});
+refined<Probe> lines_around(const refined<Probe>& probe, float depth, float first, float last, lateral_kernel& kernel) {
+    kernel = make_lateral_kernel(probe, {.depth = depth, .samples = 64}, std::move(kernel));
     const auto margin = static_cast<float>(kernel.half_width());
     const auto whole = [&](float line) {
         return static_cast<std::uint32_t>(clamp(line, 0, static_cast<float>(probe.lines)));
@@ -122,10 +123,10 @@ void for_each_flow_pixel(const Policy& policy, const flow_lines& lines, const sc
 template <acoustic_model Model = physical<>>
 class colour_scanner {
   public:
-    /// See `colour_doppler`.
+    /// See `colour_doppler`. @return valid until the next call
     template <exec::policy Policy, transducer Probe, velocity_field Field>
-    flow_lines acquire(const Policy& policy, const scene& body, const Probe& probe, const pose& at, const Model& model,
-                       const Field& field, const doppler_settings& settings) {
+    const flow_lines& acquire(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                              const Model& model, const Field& field, const doppler_settings& settings) {
         constexpr std::uint32_t decimation = 8;
         settings.check(probe);
         const refined<Probe> fine = detail::doppler_probe(probe, settings.depth, model);
@@ -135,7 +136,7 @@ class colour_scanner {
         const auto fine_line = [&](float line) { return (line + 0.5F) * fine.rays - 0.5F; };
         const refined<Probe> lines =
             detail::lines_around(fine, settings.depth, fine_line(static_cast<float>(settings.box.first_line) - reach),
-                                 fine_line(static_cast<float>(box_end - 1) + reach));
+                                 fine_line(static_cast<float>(box_end - 1) + reach), beam_);
 
         const pulse sent = nominal_pulse(probe, settings.burst);
         const std::uint32_t samples = samples_for(settings.depth, sent.sigma_z(probe.frequency));
@@ -156,13 +157,16 @@ class colour_scanner {
                                                     .time = settings.time,
                                                     .noise_db = settings.noise_db,
                                                     .seed = settings.seed});
-        filtered_ = filter_walls(policy, echoes, settings.wall, std::move(filtered_));
+        const std::vector<float>& walls =
+            walls_([&](std::vector<float>& matrix) { matrix = wall_filter_matrix(settings.wall, settings.ensemble); },
+                   settings.wall, settings.ensemble);
+        filtered_ = detail::filter_walls(policy, echoes, walls, std::move(filtered_));
         const auto length = static_cast<std::uint32_t>(max(settings.average_length / spacing, 1));
         correlated_ = autocorrelate(policy, filtered_, length, decimation, std::move(correlated_));
 
-        flow_lines result;
-        result.reshape(probe.lines, samples / decimation, settings.depth);
-        result.max_velocity = max_doppler_velocity(settings.prf, probe.frequency);
+        flow_.reshape(probe.lines, samples / decimation, settings.depth);
+        std::fill(flow_.values.begin(), flow_.values.end(), flow_sample{});
+        flow_.max_velocity = max_doppler_velocity(settings.prf, probe.frequency);
         const float step = spacing * decimation;
         for_each_index(policy, probe.lines, [&](std::size_t i) {
             const auto line = static_cast<std::uint32_t>(i);
@@ -181,16 +185,19 @@ class colour_scanner {
                     sum.lag_one += weight * correlated_(j, k).lag_one;
                     weights += weight;
                 }
-                result(line, k) = flow_of({sum.power / weights, sum.lag_one / weights}, result.max_velocity);
+                flow_(line, k) = flow_of({sum.power / weights, sum.lag_one / weights}, flow_.max_velocity);
             }
         });
-        return result;
+        return flow_;
     }
 
   private:
     ensemble_scanner<Model> train_{};
-    iq_ensemble filtered_{};             // after the wall filter
-    autocorrelation_lines correlated_{}; // on the traced lines
+    detail::lateral_kernel beam_{};
+    detail::memo<std::vector<float>, wall_filter, std::uint32_t> walls_{}; // the filter as a matrix
+    iq_ensemble filtered_{};                                               // after the wall filter
+    autocorrelation_lines correlated_{};                                   // on the traced lines
+    flow_lines flow_{};                                                    // on the lines of the probe
 };
 
 /// Colour Doppler: velocity, power and variance of what moves, along the lines of the probe.
@@ -289,29 +296,38 @@ image doppler_picture(const Policy& policy, const flow_lines& lines, const Probe
 ///     const flow_lines seen = colour_doppler(exec::par_unseq, body, probe, at, stream, {.depth = 40_mm});
 ///     write_png("duplex.png", colour_overlay(exec::par, grey, seen, probe));
 ///
-/// @param grey   an image of the same probe and depth
-/// @param probe  that the lines are of
-/// @throws usage_error  for lines not of the probe, an image of another size, or a setting out of range
-template <exec::policy Policy, transducer Probe>
-colour_image colour_overlay(const Policy& policy, const image& grey, const flow_lines& lines, const Probe& probe,
-                            const colour_overlay_settings& settings = {}) {
+/// @param grey      an image of the same probe and depth
+/// @param map       of the probe, the depth and the samples of the lines, and the size of the image
+/// @param recycled  an image whose memory is reused
+/// @throws usage_error  for lines that do not match the map, an image of another size, or a setting out of range
+template <exec::policy Policy>
+colour_image colour_overlay(const Policy& policy, const image& grey, const flow_lines& lines, const scan_map& map,
+                            const colour_overlay_settings& settings = {}, colour_image recycled = {}) {
     settings.check();
-    const scan_map map = make_scan_map(policy, probe, detail::acquisition_of(lines), {.size = grey.size});
     if (grey.pixels.size() != map.first.size())
         throw usage_error{"colour_overlay: the image has no pixels, or not as many as its size says"};
-    colour_image picture{grey.size};
+    recycled.size = grey.size;
+    recycled.pixels.resize(grey.pixels.size());
     const float fastest = settings.max_velocity > 0 ? settings.max_velocity : max(lines.max_velocity, 1e-9F);
     detail::for_each_flow_pixel(policy, lines, map, settings, [&](std::size_t i, const flow_sample& of) {
         const float level = clamp(grey.pixels[i], 0, 1);
         if (level > settings.max_grey || of.power == 0)
-            picture.pixels[i] = vec3{level};
+            recycled.pixels[i] = vec3{level};
         else if (settings.map == doppler_map::velocity)
-            picture.pixels[i] = velocity_colour(of.velocity / fastest);
+            recycled.pixels[i] = velocity_colour(of.velocity / fastest);
         else
-            picture.pixels[i] =
+            recycled.pixels[i] =
                 power_colour((10 * std::log10(of.power) - settings.min_power_db) / max(settings.power_range_db, 1e-3F));
     });
-    return picture;
+    return recycled;
+}
+/// The same with a temporary map. @param probe  that the lines are of
+template <exec::policy Policy, transducer Probe>
+colour_image colour_overlay(const Policy& policy, const image& grey, const flow_lines& lines, const Probe& probe,
+                            const colour_overlay_settings& settings = {}) {
+    settings.check();
+    return colour_overlay(policy, grey, lines,
+                          make_scan_map(policy, probe, detail::acquisition_of(lines), {.size = grey.size}), settings);
 }
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -391,7 +391,8 @@ class ensemble_scanner {
             settings.samples != 0 ? settings.samples : samples_for(settings.depth, sent.sigma_z(probe.frequency));
         const std::uint32_t frame =
             mix_bits(__builtin_bit_cast(std::uint32_t, settings.time)) | 1U; // not 0: blood flows
-        constexpr float slowest = 0.9F; // medium over c0: the echoes of slower media are displayed deeper
+        constexpr float slowest = 0.9F;      // medium over c0: the echoes of slower media are displayed deeper
+        traced_.moving.swap(echoes_.pulses); // the memory of the last train
         tracer_.trace(detail::any_policy{policy}, body, probe, at, model, field,
                       {.depth = settings.depth, .samples = samples, .planes = settings.planes, .frame = frame},
                       {.start = settings.time,
@@ -401,15 +402,14 @@ class ensemble_scanner {
                        .burst = settings.burst,
                        .from = slowest * settings.from},
                       traced_);
+        traced_.moving.swap(echoes_.pulses);
         const auto formed = [&](iq_lines echoes) {
             return convolver_.convolve(policy, std::move(echoes), sent, probe);
         };
         iq_lines& resting = traced_.resting;
         resting = formed(std::move(resting));
         echoes_.prf = settings.prf;
-        echoes_.pulses.resize(settings.pulses);
         for (std::uint32_t k = 0; k < settings.pulses; ++k) {
-            std::swap(echoes_.pulses[k], traced_.moving[k]);
             iq_lines& echoes = echoes_.pulses[k];
             echoes = formed(std::move(echoes));
             exec::for_each_block(policy, echoes.values.size(), 4096, 1, [&](std::size_t begin, std::size_t end) {

@@ -174,7 +174,7 @@ class gate_scanner {
         const float depth = settings.depth > 0 ? settings.depth : 2 * settings.gate;
         const refined<Probe> fine = detail::doppler_probe(probe, depth, model);
         const float line = std::floor((static_cast<float>(settings.line) + 0.5F) * fine.rays);
-        const refined<Probe> lines = detail::lines_around(fine, depth, line, line);
+        const refined<Probe> lines = detail::lines_around(fine, depth, line, line, beam_);
 
         const pulse sent = nominal_pulse(probe, settings.burst);
         const float sigma = sent.sigma_z(probe.frequency),
@@ -222,6 +222,7 @@ class gate_scanner {
 
   private:
     ensemble_scanner<Model> train_{};
+    detail::lateral_kernel beam_{};
 };
 
 /// Pulsed Doppler: the spectrum of a gate on one line against time.

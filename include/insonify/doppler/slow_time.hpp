@@ -113,15 +113,14 @@ inline std::vector<float> wall_filter_matrix(const wall_filter& filter, std::siz
     return {matrix.begin(), matrix.end()};
 }
 
-/// Filters every sample along slow time.
-/// @param recycled  an ensemble whose memory is reused
-/// @throws usage_error  for settings out of range, and pulses that differ in shape
+namespace detail {
+
+/// See `filter_walls`. @param matrix  see `wall_filter_matrix`
 template <exec::policy Policy>
-iq_ensemble filter_walls(const Policy& policy, const iq_ensemble& echoes, const wall_filter& filter,
-                         iq_ensemble recycled = {}) {
-    detail::check_ensemble(echoes, "filter_walls");
+iq_ensemble filter_walls(const Policy& policy, const iq_ensemble& echoes, const std::vector<float>& matrix,
+                         iq_ensemble recycled) {
+    check_ensemble(echoes, "filter_walls");
     const std::size_t pulses = echoes.pulses.size();
-    const std::vector<float> matrix = wall_filter_matrix(filter, pulses);
     recycled.prf = echoes.prf;
     recycled.pulses.resize(pulses == 0 ? 0 : matrix.size() / pulses);
     if (recycled.pulses.empty()) return recycled;
@@ -148,6 +147,17 @@ iq_ensemble filter_walls(const Policy& policy, const iq_ensemble& echoes, const 
         }
     });
     return recycled;
+}
+
+} // namespace detail
+
+/// Filters every sample along slow time.
+/// @param recycled  an ensemble whose memory is reused
+/// @throws usage_error  for settings out of range, and pulses that differ in shape
+template <exec::policy Policy>
+iq_ensemble filter_walls(const Policy& policy, const iq_ensemble& echoes, const wall_filter& filter,
+                         iq_ensemble recycled = {}) {
+    return detail::filter_walls(policy, echoes, wall_filter_matrix(filter, echoes.pulses.size()), std::move(recycled));
 }
 
 /// Slow-time autocorrelation of one sample.

@@ -12,17 +12,16 @@ namespace insonify::inline INSONIFY_ABI::detail {
 /// Inverse of a map that displaces all points along one direction and does not fold over: along a line in that
 /// direction the displacement then falls by less than one to one, so that there is one solution, which is bracketed.
 /// Unlike Newton's method in space it needs no derivative, and edges of the map, where its slope jumps, do no harm.
-/// @param map        vec3(vec3)
-/// @param direction  of length 1
-/// @param max        upper bound of the displacement, metres
-/// @return           the point that the map takes to `now`, to within 0.1 um (and rounding)
-template <class Map>
-vec3 rest_along(const Map& map, vec3 now, vec3 direction, float max) {
+/// @param displacement  displacement(moved): of the point `now` - `moved` * `direction`, metres
+/// @param direction     of length 1
+/// @param max           upper bound of the displacement, metres
+/// @return              the point that the map takes to `now`, to within 0.1 um (and rounding)
+template <class Displacement>
+vec3 rest_along(const Displacement& displacement, vec3 now, vec3 direction, float max) {
     const float tolerance = 1e-7F + 2.5e-7F * length(now);
-    const auto displacement = [&](vec3 rest) { return dot(map(rest) - rest, direction); };
-    float low = -max, high = max, last = 0, error_before = displacement(now), moved = error_before;
-    for (int i = 0; i < 40 && error_before != 0; ++i) {
-        const float error = displacement(now - moved * direction) - moved;
+    float low = -max, high = max, last = 0, error_before = displacement(0.0F), moved = error_before;
+    for (int i = 0; i < 40 && std::fabs(error_before) > tolerance; ++i) {
+        const float error = displacement(moved) - moved;
         if (!(std::fabs(error) > tolerance)) break;
         (error > 0 ? low : high) = moved;
         const float change = error - error_before;
@@ -105,12 +104,14 @@ struct breathing {
     }
 
     /// Where a point at rest is now.
-    vec3 operator()(vec3 rest) const {
-        const vec3 away = (rest - centre) / extent;
-        return rest + amplitude * wave() * std::exp(-0.5F * dot(away, away)) * normalize(direction);
-    }
+    vec3 operator()(vec3 rest) const { return rest + amplitude * wave() * share_at(rest) * normalize(direction); }
     /// The inverse.
-    vec3 rest_of(vec3 now) const { return detail::rest_along(*this, now, normalize(direction), std::fabs(amplitude)); }
+    vec3 rest_of(vec3 now) const {
+        const vec3 along = normalize(direction);
+        const float most = amplitude * wave();
+        return detail::rest_along([&](float moved) { return most * share_at(now - moved * along); }, now, along,
+                                  std::fabs(amplitude));
+    }
 
     /// @throws usage_error  if a setting is out of range
     void check() const {
@@ -121,6 +122,12 @@ struct breathing {
     }
 
     friend bool operator==(const breathing&, const breathing&) = default;
+
+  private:
+    float share_at(vec3 rest) const {
+        const vec3 away = (rest - centre) / extent;
+        return std::exp(-0.5F * dot(away, away));
+    }
 };
 
 /// Tissue along the shaft of a needle that moves with it: by `drag` at the shaft, and by a Gaussian of the distance.
@@ -134,14 +141,13 @@ struct needle_drag {
     float extent = 3e-3F;   ///< distance at which the displacement is 0.61, metres; more than `drag`
 
     /// Where a point at rest is now.
-    vec3 operator()(vec3 rest) const {
-        const vec3 shaft = tip - entry;
-        const float along = clamp(dot(rest - entry, shaft) / dot(shaft, shaft), 0, 1);
-        const vec3 away = (rest - entry - along * shaft) / extent;
-        return rest + drag * std::exp(-0.5F * dot(away, away)) * normalize(shaft);
-    }
+    vec3 operator()(vec3 rest) const { return rest + drag_at(rest) * normalize(tip - entry); }
     /// The inverse.
-    vec3 rest_of(vec3 now) const { return detail::rest_along(*this, now, normalize(tip - entry), std::fabs(drag)); }
+    vec3 rest_of(vec3 now) const {
+        const vec3 along = normalize(tip - entry);
+        return detail::rest_along([&](float moved) { return drag_at(now - moved * along); }, now, along,
+                                  std::fabs(drag));
+    }
 
     /// @throws usage_error  if a setting is out of range
     void check() const {
@@ -150,6 +156,14 @@ struct needle_drag {
     }
 
     friend bool operator==(const needle_drag&, const needle_drag&) = default;
+
+  private:
+    float drag_at(vec3 rest) const {
+        const vec3 shaft = tip - entry;
+        const float along = clamp(dot(rest - entry, shaft) / dot(shaft, shaft), 0, 1);
+        const vec3 away = (rest - entry - along * shaft) / extent;
+        return drag * std::exp(-0.5F * dot(away, away));
+    }
 };
 
 /// A vessel that collapses where the pressure around it exceeds that of its blood: a map for `scene::deform`. Veins
@@ -198,7 +212,11 @@ struct collapse {
     /// The inverse.
     vec3 rest_of(vec3 now) const {
         const vec3 axis = normalize(to - from), up = normalize(direction - dot(direction, axis) * axis);
-        return detail::rest_along(*this, now, up, radius);
+        const auto displacement = [&](float moved) {
+            const vec3 rest = now - moved * up;
+            return dot((*this)(rest)-rest, up);
+        };
+        return detail::rest_along(displacement, now, up, radius);
     }
 
     /// @throws usage_error  if a setting is out of range

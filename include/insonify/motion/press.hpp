@@ -43,12 +43,15 @@ struct indentation {
     /// Where a point at rest is now.
     vec3 operator()(vec3 rest) const {
         const vec3 local = at.local_point(rest);
-        const vec2 beside{max(std::fabs(local.x) - 0.5F * face.x, 0), max(std::fabs(local.y) - 0.5F * face.y, 0)};
-        const float at_skin = depth * detail::beside_face(length(beside), recovery);
-        return rest + at.direction({0, 0, detail::sunk(at_skin, local.z + depth, decay)});
+        return rest + at.direction({0, 0, detail::sunk(at_skin(local), local.z + depth, decay)});
     }
     /// The inverse.
-    vec3 rest_of(vec3 now) const { return detail::rest_along(*this, now, at.direction({0, 0, 1}), decay); }
+    vec3 rest_of(vec3 now) const {
+        const vec3 local = at.local_point(now);
+        const float above = at_skin(local); // the same all along z
+        return detail::rest_along([&](float moved) { return detail::sunk(above, local.z - moved + depth, decay); }, now,
+                                  at.direction({0, 0, 1}), decay);
+    }
 
     /// @throws usage_error  if a setting is out of range
     void check() const {
@@ -59,6 +62,12 @@ struct indentation {
     }
 
     friend bool operator==(const indentation&, const indentation&) = default;
+
+  private:
+    float at_skin(vec3 local) const {
+        const vec2 beside{max(std::fabs(local.x) - 0.5F * face.x, 0), max(std::fabs(local.y) - 0.5F * face.y, 0)};
+        return depth * detail::beside_face(length(beside), recovery);
+    }
 };
 
 /// A face of a probe, flat or curved, pressed into skin of any shape: what `press` finds, and a map for
@@ -98,14 +107,17 @@ struct pressed_face {
     /// Where a point at rest is now.
     vec3 operator()(vec3 rest) const {
         const vec3 local = at.local_point(rest);
-        const vec2 place{clamp(local.x, left, right), clamp(local.y, -0.5F * elevation, 0.5F * elevation)};
-        const float here = depth_at(place);
-        const vec2 beside{max(max(left - local.x, local.x - right), 0), max(std::fabs(local.y) - 0.5F * elevation, 0)};
-        const float at_skin = here * detail::beside_face(length(beside), recovery);
-        return rest + at.direction({0, 0, detail::sunk(at_skin, local.z - surface_at(place) + here, decay)});
+        const pressed_skin skin = skin_at(local);
+        return rest + at.direction({0, 0, detail::sunk(skin.displacement, local.z - skin.z, decay)});
     }
     /// The inverse.
-    vec3 rest_of(vec3 now) const { return detail::rest_along(*this, now, at.direction({0, 0, 1}), decay); }
+    vec3 rest_of(vec3 now) const {
+        const vec3 local = at.local_point(now);
+        const pressed_skin skin = skin_at(local); // the same all along z
+        return detail::rest_along(
+            [&](float moved) { return detail::sunk(skin.displacement, local.z - moved - skin.z, decay); }, now,
+            at.direction({0, 0, 1}), decay);
+    }
 
     /// @throws usage_error  if a setting is out of range
     void check() const {
@@ -122,6 +134,17 @@ struct pressed_face {
     friend bool operator==(const pressed_face&, const pressed_face&) = default;
 
   private:
+    // Where the skin at rest is at some x and y, and how far it is displaced along z.
+    struct pressed_skin {
+        float z, displacement;
+    };
+    pressed_skin skin_at(vec3 local) const {
+        const vec2 place{clamp(local.x, left, right), clamp(local.y, -0.5F * elevation, 0.5F * elevation)};
+        const vec2 beside{max(max(left - local.x, local.x - right), 0), max(std::fabs(local.y) - 0.5F * elevation, 0)};
+        const float here = depth_at(place);
+        return {surface_at(place) - here, here * detail::beside_face(length(beside), recovery)};
+    }
+
     struct cell {
         std::size_t column, row;
         float part, upper; // within it; beyond 0 to 1 outside of the face

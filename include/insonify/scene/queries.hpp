@@ -5,15 +5,20 @@
 
 #include <insonify/probe/transducer.hpp>
 #include <insonify/scene/scene.hpp>
+#include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <concepts>
+#include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <vector>
 
 /// Queries for contact, collision and placement. Distances are metres, points and directions in the world.
 ///
-/// All may be called from many threads at once. The first query after objects have moved refits their trees.
+/// All may be called from many threads at once. The first query after objects have moved refits their trees; where that
+/// takes too long, as in a haptic loop, query a snapshot: see `scene_snapshots`.
 namespace insonify::inline INSONIFY_ABI {
 
 /// A point on the surface of an object.
@@ -188,6 +193,98 @@ inline float true_depth(const scene& body, const ray& line, float shown) {
     });
     return static_cast<float>(depth);
 }
+
+/// The surfaces of a scene at one frame, with trees that fit them.
+struct scene_snapshot {
+    std::uint64_t frame = 0;                     ///< its number
+    scene body;                                  ///< to be queried
+    mutable std::atomic<std::uint32_t> users{0}; ///< handles to it
+};
+
+/// Snapshots of a scene that moves, for queries by other threads, such as a haptic loop at 1 kHz. Lock-free.
+///
+///     scene_snapshots frozen{body};            // copies of a scene that is built
+///     frozen.take(exec::seq, body, frame);     // simulation, each frame after `update` or `deform`: copies what moved
+///     frozen.publish(exec::par);               // any thread: refits the trees
+///     const auto now = frozen.newest();        // haptics: does not wait for either
+///     first_surface(now->body, along);         // as of now->frame, for as long as `now` is held
+///
+/// One thread may take, one may publish, and up to `readers` may each hold a handle, all at once. Allocates only the
+/// first times that an object moves. Snapshots have the positions and poses of objects, not the map of `deform`.
+class scene_snapshots {
+  public:
+    struct release {
+        void operator()(const scene_snapshot* held) const { --held->users; }
+    };
+    /// A snapshot that stays as it is until the handle is destroyed, which must be before the `scene_snapshots`.
+    using handle = std::unique_ptr<const scene_snapshot, release>;
+
+    /// Copies the scene 2 + `readers` times. Make other snapshots after `build` or `set_medium`.
+    /// @throws usage_error  for a scene that was not built
+    explicit scene_snapshots(const scene& body, std::uint64_t frame = 0, std::uint32_t readers = 1) {
+        for (std::uint32_t i = 0; i < readers + 2; ++i) {
+            copies_.push_back(std::unique_ptr<scene_snapshot>{new scene_snapshot{.frame = frame, .body = body}});
+            static_cast<void>(copies_.back()->body.view_for_rays(exec::par)); // refits the trees
+        }
+        newest_ = copies_[0].get();
+    }
+
+    /// Copies what has moved. The scene must not change meanwhile.
+    /// @return  whether it did: false while the frame before waits for `publish`, or more than `readers` handles are held
+    /// @throws usage_error     for a scene with other objects
+    /// @throws geometry_error  for a vertex that is not finite
+    template <exec::policy Policy>
+    bool take(const Policy& policy, const scene& body, std::uint64_t frame) {
+        if (taken_ != nullptr) return false;
+        const auto spare = std::find_if(copies_.begin(), copies_.end(),
+                                        [&](const auto& one) { return one.get() != newest_ && one->users == 0; });
+        if (spare == copies_.end()) return false;
+        scene& own = (*spare)->body;
+        const std::vector<object>& objects = body.objects();
+        const auto matches = [](const object& a, const object& b) {
+            return a.id == b.id && a.surface.positions.size() == b.surface.positions.size();
+        };
+        if (!std::equal(objects.begin(), objects.end(), own.objects().begin(), own.objects().end(), matches))
+            throw usage_error{
+                "scene_snapshots: the scene has other objects than when the snapshots were made; make new "
+                "ones after add or remove"};
+        for (std::size_t i = 0; i < objects.size(); ++i) {
+            const object &now = objects[i], &before = own.objects()[i];
+            if (now.at != before.at) own.place(now.id, now.at);
+            if (now.surface.positions == before.surface.positions) continue;
+            std::copy(now.surface.positions.begin(), now.surface.positions.end(), own.positions(now.id).begin());
+        }
+        own.update(policy);
+        (*spare)->frame = frame;
+        taken_ = spare->get();
+        return true;
+    }
+
+    /// Refits the trees of the frame that was taken, which is the newest afterwards. @return  whether there was one
+    template <exec::policy Policy>
+    bool publish(const Policy& policy) {
+        scene_snapshot* const next = taken_;
+        if (next == nullptr) return false;
+        static_cast<void>(next->body.view_for_rays(policy));
+        newest_ = next;
+        taken_ = nullptr;
+        return true;
+    }
+
+    /// The newest frame that was published.
+    handle newest() const {
+        for (;;) {
+            const scene_snapshot* const found = newest_;
+            ++found->users;
+            handle held{found};
+            if (found == newest_) return held; // else it may be overwritten
+        }
+    }
+
+  private:
+    std::vector<std::unique_ptr<scene_snapshot>> copies_{};
+    std::atomic<scene_snapshot*> newest_{nullptr}, taken_{nullptr};
+};
 
 } // namespace insonify::inline INSONIFY_ABI
 

@@ -463,7 +463,7 @@ class scene_views {
 
 template <class Threads>
 scene_view scene_views::for_slices(const Threads& policy, const scene_parts& of) {
-    constexpr std::uint32_t slices_worth_a_tree = 3;
+    constexpr std::uint32_t slices_worth_a_tree = 16; // refitting one takes as long
     const scene_view flat = flattened(policy, of);
     if (for_slices_.all_current() || sliced_.fetch_add(1, std::memory_order_relaxed) < slices_worth_a_tree) return flat;
     return for_rays(policy, of);

@@ -106,7 +106,7 @@ class line_driver {
         if constexpr (states_arrivals<Model>)
             shaded = how.directions > 1 && fan &&
                      shading_.assign(probe.settings(), finder_.fan(), make_beam(probe.settings(), frame.depth));
-        finder_.prepare(policy, body, frame, how.search, shaded ? 1 + how.directions : 1, shaded,
+        finder_.prepare(policy, body, frame, how.search, incident || shaded, shaded ? 1 + how.directions : 1, shaded,
                         shaded ? shading_.beyond(frame) : outer_lines{});
         scene_view seen = finder_.scene_seen();
         seen.displacements = displaced;

@@ -95,12 +95,13 @@ class layer_finder {
     }
 
     /// Chooses how each object is found, after `assign`, and cuts those for which slices pay.
+    /// @param incident    whether `find` or `find_block` is to compute how lines meet surfaces
     /// @param directions  in which each line is traced
     /// @param keep_all    also keep segments that cross no line
     /// @param beyond      other lines that segments are kept for
     template <exec::policy Policy>
     void prepare(const Policy& policy, const scene& body, const frame_lines& frame, line_search how,
-                 std::uint32_t directions = 1, bool keep_all = false, const outer_lines& beyond = {}) {
+                 bool incident, std::uint32_t directions = 1, bool keep_all = false, const outer_lines& beyond = {}) {
         const view<const elevation_plane> planes{frame.plane, frame.planes};
         sliced_ = false;
         if (how != line_search::rays && can_cut_) {
@@ -109,7 +110,7 @@ class layer_finder {
         }
         if (sliced_) {
             slices_.cut(policy, scene_, frame.at, planes, frame.max_depth, keep_all, beyond);
-            normals_.compute(policy, scene_, slices_.segments());
+            if (incident) normals_.compute(policy, scene_, slices_.segments());
         } else {
             scene_ = body.view_for_rays(policy);
         }
@@ -212,7 +213,7 @@ void layer_search::find(const Policy& policy, const scene& body, const pose& at,
                                   lines_follow_depth(probe_)};
     for (std::uint32_t i = 0; i < scan.planes; ++i) frame.plane[i] = planes[i];
     finder_.assign(probe_);
-    finder_.prepare(policy, body, frame, line_search::best);
+    finder_.prepare(policy, body, frame, line_search::best, incident);
     finder_.find(policy, frame, incident, found_);
 }
 
