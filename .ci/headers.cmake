@@ -2,7 +2,7 @@
 #     cmake -D CMAKE_PROJECT_INCLUDE=.ci/headers.cmake ...
 set(headers ${PROJECT_BINARY_DIR}/headers)
 file(MAKE_DIRECTORY ${headers})
-foreach(name IN ITEMS glm doctest stb tiny_obj_loader.h)
+foreach(name IN ITEMS glm doctest stb tiny_obj_loader.h CLI)
     file(CREATE_LINK /usr/include/${name} ${headers}/${name} SYMBOLIC)
 endforeach()
 foreach(target IN ITEMS glm::glm doctest::doctest)
@@ -11,3 +11,4 @@ foreach(target IN ITEMS glm::glm doctest::doctest)
 endforeach()
 set(INSONIFY_TINYOBJLOADER_DIR ${headers})
 set(INSONIFY_STB_DIR ${headers})
+set(INSONIFY_CLI11_DIR ${headers})

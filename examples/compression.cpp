@@ -196,7 +196,7 @@ void write_cycle(const std::filesystem::path& folder) {
         const float pressed = 0.5F - 0.5F * std::cos(2 * pi * static_cast<float>(i) / frames);
         char name[16];
         std::snprintf(name, sizeof name, "%03d.png", i);
-        write_png(folder / name, own.at(0.3_mm + 4.2_mm * pressed, time).picture);
+        write_png((folder / name).string(), own.at(0.3_mm + 4.2_mm * pressed, time).picture);
     }
 }
 

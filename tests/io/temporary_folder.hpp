@@ -7,7 +7,7 @@
 #include <random>
 #include <string>
 
-/// A folder of its own for each test case, gone when the case ends.
+/// A folder of its own for each test case, gone when the case ends. Names and paths are in UTF-8.
 class temporary_folder {
   public:
     temporary_folder() { std::filesystem::create_directories(path_); }
@@ -18,21 +18,28 @@ class temporary_folder {
         std::filesystem::remove_all(path_, ignored);
     }
 
-    std::string path(const std::string& name) const { return (path_ / name).string(); }
+    std::string path(const std::string& name) const {
+        const std::u8string text = place(name).u8string();
+        return {text.begin(), text.end()};
+    }
 
     /// Writes a file and gives its path.
     std::string write(const std::string& name, const std::string& text) const {
-        std::filesystem::create_directories((path_ / name).parent_path());
-        std::ofstream{path_ / name, std::ios::binary} << text;
+        std::filesystem::create_directories(place(name).parent_path());
+        std::ofstream{place(name), std::ios::binary} << text;
         return path(name);
     }
 
     std::string read(const std::string& name) const {
-        std::ifstream file{path_ / name, std::ios::binary};
+        std::ifstream file{place(name), std::ios::binary};
         return {std::istreambuf_iterator<char>{file}, {}};
     }
 
   private:
+    std::filesystem::path place(const std::string& name) const {
+        return path_ / std::u8string{name.begin(), name.end()};
+    }
+
     std::filesystem::path path_ =
         std::filesystem::temp_directory_path() / ("insonify_" + std::to_string(std::random_device{}()));
 };

@@ -1,12 +1,24 @@
 // What a program may have defined before it includes the library: macros of Windows, Unreal, Qt and X11 with lower-case or
 // common names. Function-like ones swallow their arguments, so that a use is an error and not a change of meaning.
 
-// windows.h, minwindef.h, rpcndr.h, winuser.h and others
+// windows.h, with all that it includes; elsewhere, what it, minwindef.h, rpcndr.h, winuser.h and others define
+#if defined(_WIN32)
+#include <windows.h>
+
+#include <dlgs.h> // needs it
+
+// Unreal's differ.
+#undef TEXT
+#undef FORCEINLINE
+// Microsoft's headers define these in C++; those of MinGW do not, or only before the standard library.
+#undef small
+#undef min
+#undef max
+#else
 #define near
 #define far
 #define NEAR
 #define FAR
-#define small char
 #define hyper long long
 #define interface struct
 #define cdecl
@@ -54,6 +66,8 @@
 #define GetMessage GetMessageA
 #define DrawText DrawTextA
 #define CreateWindow CreateWindowA
+#endif
+#define small char
 #define min(a, b) (((a) < (b)) ? (a) : (b))
 #define max(a, b) (((a) > (b)) ? (a) : (b))
 

@@ -62,7 +62,7 @@ int main(int count, char** arguments) {
         ++failed;
         const std::string shown = std::string{one.name} + ".png";
         write_png(shown, before.size == seen.size ? pictures::side_by_side(seen, before) : seen);
-        std::printf("  see %s\n", std::filesystem::absolute(shown).c_str());
+        std::printf("  see %s\n", std::filesystem::absolute(shown).string().c_str());
     }
     return failed == 0 ? 0 : 1;
 }

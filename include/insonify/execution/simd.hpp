@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #if defined(INSONIFY_STD_SIMD)
 #include <experimental/simd>
 #endif
@@ -246,7 +247,7 @@ INSONIFY_FN INSONIFY_INLINE float reduce(const lanes<N>& a, const Operation& ope
         return a[0];
     } else {
         lanes<N / 2> halves[2];
-        __builtin_memcpy(halves, &a, sizeof a);
+        std::memcpy(halves, &a, sizeof a);
         return reduce(operation(halves[0], halves[1]), operation);
     }
 }
@@ -256,12 +257,12 @@ INSONIFY_FN INSONIFY_INLINE float reduce(const lanes<N>& a, const Operation& ope
 template <int N>
 INSONIFY_FN INSONIFY_INLINE lanes<N> load(const float* from) {
     lanes<N> result;
-    __builtin_memcpy(&result, from, sizeof result);
+    std::memcpy(&result, from, sizeof result);
     return result;
 }
 template <int N>
 INSONIFY_FN INSONIFY_INLINE void store(const lanes<N>& value, float* to) {
-    __builtin_memcpy(to, &value, sizeof value);
+    std::memcpy(to, &value, sizeof value);
 }
 
 INSONIFY_VISITS
@@ -369,12 +370,12 @@ INSONIFY_FN INSONIFY_INLINE bit_lanes<N> bits_of_whole(const lanes<N>& x) {
 }
 template <int N>
 INSONIFY_FN INSONIFY_INLINE void store_bits(bit_lanes<N> bits, std::uint32_t* to) {
-    __builtin_memcpy(to, &bits, sizeof bits);
+    std::memcpy(to, &bits, sizeof bits);
 }
 template <int N>
 INSONIFY_FN INSONIFY_INLINE bit_lanes<N> load_bits(const std::uint32_t* from) {
     bit_lanes<N> bits;
-    __builtin_memcpy(&bits, from, sizeof bits);
+    std::memcpy(&bits, from, sizeof bits);
     return bits;
 }
 

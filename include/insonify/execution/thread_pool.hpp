@@ -6,6 +6,7 @@
 #include <insonify/core/error.hpp>
 #include <algorithm>
 #include <atomic>
+#include <condition_variable>
 #include <cstddef>
 #include <cstdint>
 #include <exception>
@@ -38,9 +39,9 @@ class thread_pool {
         {
             const std::lock_guard lock{mutex_};
             stopping_ = true;
+            ++offers_;
         }
-        ++offers_;
-        offers_.notify_all();
+        offered_.notify_all();
         for (std::thread& worker : workers_) worker.join();
     }
 
@@ -98,9 +99,9 @@ class thread_pool {
             } catch (const std::exception&) {
                 // out of threads or memory: the caller and the running threads do the work
             }
+            ++offers_;
         }
-        ++offers_;
-        for (std::uint32_t i = 0; i < seats; ++i) offers_.notify_one();
+        for (std::uint32_t i = 0; i < seats; ++i) offered_.notify_one();
     }
 
     void withdraw(job& work) {
@@ -112,7 +113,8 @@ class thread_pool {
         }
         // Helpers finish soon: polling is faster than sleeping.
         for (int i = 0; i < 100 && work.inside > 0; ++i) std::this_thread::yield();
-        for (std::uint32_t before = departures_; work.inside > 0; before = departures_) departures_.wait(before);
+        std::unique_lock lock{mutex_};
+        departed_.wait(lock, [&] { return work.inside == 0; });
     }
 
     void take_part(job& work) {
@@ -153,23 +155,26 @@ class thread_pool {
                 // The next call usually follows soon: polling is faster than sleeping.
                 for (int i = 0; worked && i < 100 && offers_ == before; ++i) std::this_thread::yield();
                 worked = false;
-                offers_.wait(before);
+                std::unique_lock lock{mutex_};
+                offered_.wait(lock, [&] { return offers_ != before; });
                 continue;
             }
             take_part(*work);
             worked = true;
-            --work->inside; // the job may be destroyed from here on
-            ++departures_;
-            departures_.notify_all();
+            if (--work->inside > 0) continue;       // the job may be destroyed from here on
+            { const std::lock_guard lock{mutex_}; } // the caller either has seen 0 or is in its wait
+            departed_.notify_all();
         }
     }
 
     // Queried once: the C library may read a file for it.
     const std::uint32_t processors_ = std::max(1U, std::thread::hardware_concurrency());
     std::mutex mutex_{};
-    std::atomic<std::uint32_t> offers_{0};     // number of offers
-    std::atomic<std::uint32_t> departures_{0}; // number of times that a helper left a job
-    job* jobs_ = nullptr;                      // oldest first
+    // Not std::atomic::wait: that of libstdc++ loses wake-ups on systems without futexes, such as Windows.
+    std::condition_variable offered_{};    // offers_ has changed
+    std::condition_variable departed_{};   // the last helper has left a job
+    std::atomic<std::uint32_t> offers_{0}; // number of offers; changed under the mutex, so that no waiter misses it
+    job* jobs_ = nullptr;                  // oldest first
     std::vector<std::thread> workers_;
     bool stopping_ = false;
 };

@@ -26,6 +26,24 @@ inline void check_file_name(const std::string& path) {
         throw io_error{path.substr(0, path.find('\0')) + ": the file name contains a null character; remove it"};
 }
 
+/// A word of a file for use in an error: without control characters, and at most 60 characters long.
+inline std::string printable(std::string_view word) {
+    std::string text{word.substr(0, 60)};
+    std::replace_if(
+        text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; }, '?');
+    return word.size() > 60 ? text + "..." : text;
+}
+
+/// The path with a name in UTF-8. Windows would take a narrow string as text in its code page.
+/// @throws io_error  on Windows, for a name in another encoding
+inline std::filesystem::path path_of(const std::string& name) {
+    try {
+        return std::u8string{name.begin(), name.end()};
+    } catch (const std::system_error&) {
+        throw io_error{printable(name) + ": the file name is not in UTF-8; encode it so"};
+    }
+}
+
 /// Whether a text has the byte order mark of UTF-16, or begins with two of its characters that are ASCII.
 inline bool is_utf16(std::string_view text) {
     const auto null = [text](std::size_t i) { return text[i] == '\0'; };
@@ -37,9 +55,9 @@ inline bool is_utf16(std::string_view text) {
 inline std::string read_file(const std::string& path) {
     check_file_name(path);
     std::error_code ignored;
-    if (std::filesystem::is_directory(path, ignored))
+    if (std::filesystem::is_directory(path_of(path), ignored))
         throw io_error{path + ": this is a folder; give the path of a file"};
-    std::ifstream file{path, std::ios::binary};
+    std::ifstream file{path_of(path), std::ios::binary};
     if (!file) throw io_error{path + ": the file cannot be opened; check its name, its folder and its permissions"};
     std::ostringstream content;
     content << file.rdbuf();
@@ -54,7 +72,7 @@ inline std::string read_file(const std::string& path) {
 
 inline std::ofstream create_file(const std::string& path) {
     check_file_name(path);
-    std::ofstream file{path, std::ios::binary};
+    std::ofstream file{path_of(path), std::ios::binary};
     if (!file) throw io_error{path + ": the file cannot be created; check that its folder exists and is writable"};
     return file;
 }

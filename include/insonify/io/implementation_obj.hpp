@@ -44,7 +44,7 @@ struct obj_libraries {
 /// True for a path that leads out of the folder: a mesh from an untrusted source must not open arbitrary files.
 inline bool leaves_folder(std::string name) {
     std::replace(name.begin(), name.end(), '\\', '/');
-    const std::filesystem::path path{name};
+    const std::filesystem::path path = path_of(name);
     return name.empty() || path.has_root_path() || name.find(':') != std::string::npos ||
            std::find(path.begin(), path.end(), "..") != path.end();
 }
@@ -53,7 +53,7 @@ inline bool leaves_folder(std::string name) {
 inline bool links_out_of(const std::filesystem::path& folder, const std::string& name) {
     std::error_code fault;
     const std::filesystem::path home = std::filesystem::weakly_canonical(folder.empty() ? "." : folder, fault);
-    const std::filesystem::path place = std::filesystem::weakly_canonical(home / name, fault);
+    const std::filesystem::path place = std::filesystem::weakly_canonical(home / path_of(name), fault);
     return fault || std::mismatch(home.begin(), home.end(), place.begin(), place.end()).first != home.end();
 }
 
@@ -75,7 +75,7 @@ inline void read_library(const std::string& path, obj_libraries& libraries) {
 /// @throws io_error  for a library outside the folder of the file, unless `allowed`
 inline obj_libraries read_libraries(const std::string& path, const std::vector<named_line>& lines,
                                     obj_settings::library_access allowed) {
-    const std::filesystem::path folder = std::filesystem::path{path}.parent_path();
+    const std::filesystem::path folder = path_of(path).parent_path();
     obj_libraries libraries;
     const auto forbidden = [&](const std::string& name) {
         return allowed == obj_settings::library_access::own_folder &&
@@ -83,7 +83,7 @@ inline obj_libraries read_libraries(const std::string& path, const std::vector<n
     };
     const auto exists = [&](const std::string& name) {
         std::error_code ignored;
-        return !forbidden(name) && std::filesystem::exists(folder / name, ignored);
+        return !forbidden(name) && std::filesystem::exists(folder / path_of(name), ignored);
     };
     for (const named_line& line : lines) {
         std::vector<std::string> names;
@@ -97,8 +97,9 @@ inline obj_libraries read_libraries(const std::string& path, const std::vector<n
                 throw io_error{path + ":" + std::to_string(line.line) + ": the material library '" + printable(name) +
                                "' is outside the folder of the file and is not opened; move it there, or allow it: " +
                                "{.libraries = obj_settings::library_access::anywhere}"};
+            const std::u8string library = (folder / path_of(name)).u8string();
             if (exists(name))
-                read_library((folder / name).string(), libraries);
+                read_library({library.begin(), library.end()}, libraries);
             else
                 libraries.missing += " (" + printable(name) + " was not found)";
         }

@@ -5,6 +5,7 @@
 
 #include <insonify/core/error.hpp>
 #include <insonify/geometry/validate.hpp>
+#include <insonify/io/implementation_file.hpp>
 #include <algorithm>
 #include <charconv>
 #include <map>
@@ -76,14 +77,6 @@ inline bool is_number(std::string_view word) {
         if (const std::size_t exponent = digits(); exponent == 0 || exponent > 4) return false;
     }
     return i == word.size();
-}
-
-/// A word of a file for use in an error: without control characters, and at most 60 characters long.
-inline std::string printable(std::string_view word) {
-    std::string text{word.substr(0, 60)};
-    std::replace_if(
-        text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; }, '?');
-    return word.size() > 60 ? text + "..." : text;
 }
 
 /// Largest number of corners of a face: the time to triangulate a polygon is quadratic in it.

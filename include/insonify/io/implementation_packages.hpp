@@ -16,7 +16,9 @@
 // Every macro that configures them or that they define is saved and restored, so that a program can include its own
 // copies in this file, before or after, and in others. The C headers that stb_image_write needs are included above,
 // outside its namespace. The rest of this file counts as a header of the system: compilers do not warn of the packages.
+#if !defined(_MSC_VER)
 #pragma GCC system_header
+#endif
 #pragma push_macro("tinyobj")
 #pragma push_macro("TINY_OBJ_LOADER_H_")
 #pragma push_macro("TINYOBJLOADER_IMPLEMENTATION")
