@@ -882,6 +882,7 @@ inline std::string number_text(float value) {
 
 #include <algorithm>
 #include <atomic>
+#include <condition_variable>
 #include <cstddef>
 #include <cstdint>
 #include <exception>
@@ -914,9 +915,9 @@ class thread_pool {
         {
             const std::lock_guard lock{mutex_};
             stopping_ = true;
+            ++offers_;
         }
-        ++offers_;
-        offers_.notify_all();
+        offered_.notify_all();
         for (std::thread& worker : workers_) worker.join();
     }
 
@@ -974,9 +975,9 @@ class thread_pool {
             } catch (const std::exception&) {
                 // out of threads or memory: the caller and the running threads do the work
             }
+            ++offers_;
         }
-        ++offers_;
-        for (std::uint32_t i = 0; i < seats; ++i) offers_.notify_one();
+        for (std::uint32_t i = 0; i < seats; ++i) offered_.notify_one();
     }
 
     void withdraw(job& work) {
@@ -988,7 +989,8 @@ class thread_pool {
         }
         // Helpers finish soon: polling is faster than sleeping.
         for (int i = 0; i < 100 && work.inside > 0; ++i) std::this_thread::yield();
-        for (std::uint32_t before = departures_; work.inside > 0; before = departures_) departures_.wait(before);
+        std::unique_lock lock{mutex_};
+        departed_.wait(lock, [&] { return work.inside == 0; });
     }
 
     void take_part(job& work) {
@@ -1029,23 +1031,26 @@ class thread_pool {
                 // The next call usually follows soon: polling is faster than sleeping.
                 for (int i = 0; worked && i < 100 && offers_ == before; ++i) std::this_thread::yield();
                 worked = false;
-                offers_.wait(before);
+                std::unique_lock lock{mutex_};
+                offered_.wait(lock, [&] { return offers_ != before; });
                 continue;
             }
             take_part(*work);
             worked = true;
-            --work->inside; // the job may be destroyed from here on
-            ++departures_;
-            departures_.notify_all();
+            if (--work->inside > 0) continue;       // the job may be destroyed from here on
+            { const std::lock_guard lock{mutex_}; } // the caller either has seen 0 or is in its wait
+            departed_.notify_all();
         }
     }
 
     // Queried once: the C library may read a file for it.
     const std::uint32_t processors_ = std::max(1U, std::thread::hardware_concurrency());
     std::mutex mutex_{};
-    std::atomic<std::uint32_t> offers_{0};     // number of offers
-    std::atomic<std::uint32_t> departures_{0}; // number of times that a helper left a job
-    job* jobs_ = nullptr;                      // oldest first
+    // Not std::atomic::wait: that of libstdc++ loses wake-ups on systems without futexes, such as Windows.
+    std::condition_variable offered_{};    // offers_ has changed
+    std::condition_variable departed_{};   // the last helper has left a job
+    std::atomic<std::uint32_t> offers_{0}; // number of offers; changed under the mutex, so that no waiter misses it
+    job* jobs_ = nullptr;                  // oldest first
     std::vector<std::thread> workers_;
     bool stopping_ = false;
 };
@@ -1229,6 +1234,7 @@ inline constexpr bool exec::is_unsequenced_v<detail::any_policy<true>> = true;
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #if defined(INSONIFY_STD_SIMD)
 #include <experimental/simd>
 #endif
@@ -1466,7 +1472,7 @@ INSONIFY_FN INSONIFY_INLINE float reduce(const lanes<N>& a, const Operation& ope
         return a[0];
     } else {
         lanes<N / 2> halves[2];
-        __builtin_memcpy(halves, &a, sizeof a);
+        std::memcpy(halves, &a, sizeof a);
         return reduce(operation(halves[0], halves[1]), operation);
     }
 }
@@ -1476,12 +1482,12 @@ INSONIFY_FN INSONIFY_INLINE float reduce(const lanes<N>& a, const Operation& ope
 template <int N>
 INSONIFY_FN INSONIFY_INLINE lanes<N> load(const float* from) {
     lanes<N> result;
-    __builtin_memcpy(&result, from, sizeof result);
+    std::memcpy(&result, from, sizeof result);
     return result;
 }
 template <int N>
 INSONIFY_FN INSONIFY_INLINE void store(const lanes<N>& value, float* to) {
-    __builtin_memcpy(to, &value, sizeof value);
+    std::memcpy(to, &value, sizeof value);
 }
 
 INSONIFY_VISITS
@@ -1589,12 +1595,12 @@ INSONIFY_FN INSONIFY_INLINE bit_lanes<N> bits_of_whole(const lanes<N>& x) {
 }
 template <int N>
 INSONIFY_FN INSONIFY_INLINE void store_bits(bit_lanes<N> bits, std::uint32_t* to) {
-    __builtin_memcpy(to, &bits, sizeof bits);
+    std::memcpy(to, &bits, sizeof bits);
 }
 template <int N>
 INSONIFY_FN INSONIFY_INLINE bit_lanes<N> load_bits(const std::uint32_t* from) {
     bit_lanes<N> bits;
-    __builtin_memcpy(&bits, from, sizeof bits);
+    std::memcpy(&bits, from, sizeof bits);
     return bits;
 }
 
@@ -1943,15 +1949,14 @@ inline std::vector<float> wall_filter_matrix(const wall_filter& filter, std::siz
     return {matrix.begin(), matrix.end()};
 }
 
-/// Filters every sample along slow time.
-/// @param recycled  an ensemble whose memory is reused
-/// @throws usage_error  for settings out of range, and pulses that differ in shape
+namespace detail {
+
+/// See `filter_walls`. @param matrix  see `wall_filter_matrix`
 template <exec::policy Policy>
-iq_ensemble filter_walls(const Policy& policy, const iq_ensemble& echoes, const wall_filter& filter,
-                         iq_ensemble recycled = {}) {
-    detail::check_ensemble(echoes, "filter_walls");
+iq_ensemble filter_walls(const Policy& policy, const iq_ensemble& echoes, const std::vector<float>& matrix,
+                         iq_ensemble recycled) {
+    check_ensemble(echoes, "filter_walls");
     const std::size_t pulses = echoes.pulses.size();
-    const std::vector<float> matrix = wall_filter_matrix(filter, pulses);
     recycled.prf = echoes.prf;
     recycled.pulses.resize(pulses == 0 ? 0 : matrix.size() / pulses);
     if (recycled.pulses.empty()) return recycled;
@@ -1978,6 +1983,17 @@ iq_ensemble filter_walls(const Policy& policy, const iq_ensemble& echoes, const 
         }
     });
     return recycled;
+}
+
+} // namespace detail
+
+/// Filters every sample along slow time.
+/// @param recycled  an ensemble whose memory is reused
+/// @throws usage_error  for settings out of range, and pulses that differ in shape
+template <exec::policy Policy>
+iq_ensemble filter_walls(const Policy& policy, const iq_ensemble& echoes, const wall_filter& filter,
+                         iq_ensemble recycled = {}) {
+    return detail::filter_walls(policy, echoes, wall_filter_matrix(filter, echoes.pulses.size()), std::move(recycled));
 }
 
 /// Slow-time autocorrelation of one sample.
@@ -7981,7 +7997,7 @@ class scene_views {
 
 template <class Threads>
 scene_view scene_views::for_slices(const Threads& policy, const scene_parts& of) {
-    constexpr std::uint32_t slices_worth_a_tree = 3;
+    constexpr std::uint32_t slices_worth_a_tree = 16; // refitting one takes as long
     const scene_view flat = flattened(policy, of);
     if (for_slices_.all_current() || sliced_.fetch_add(1, std::memory_order_relaxed) < slices_worth_a_tree) return flat;
     return for_rays(policy, of);
@@ -12115,9 +12131,9 @@ class structure_gains {
 
     // At a register full of distances.
     INSONIFY_FN INSONIFY_INLINE floats at(float distance, float step) {
-        const float length = (wide_lanes - 1) * step;
-        if (count_ == 0 || (distance + length - begin_) * per_point_ > static_cast<float>(count_ - 2))
-            fill(distance - 2 * step, max(segment_.length, distance) + wide_lanes * step); // slabs overlap by a step
+        const float end = max(segment_.length, distance) + 2 * step; // slabs overlap by a step
+        const float last = min(distance + (wide_lanes - 1) * step, end);
+        if (count_ == 0 || (last - begin_) * per_point_ > static_cast<float>(count_ - 2)) fill(distance - 2 * step, end);
         return interpolate(gain_, count_, (distance - begin_) * per_point_, step * per_point_);
     }
     // From the last point before a distance on. Points lie at whole multiples of their distance in the material.
@@ -15501,12 +15517,13 @@ class layer_finder {
     }
 
     /// Chooses how each object is found, after `assign`, and cuts those for which slices pay.
+    /// @param incident    whether `find` or `find_block` is to compute how lines meet surfaces
     /// @param directions  in which each line is traced
     /// @param keep_all    also keep segments that cross no line
     /// @param beyond      other lines that segments are kept for
     template <exec::policy Policy>
     void prepare(const Policy& policy, const scene& body, const frame_lines& frame, line_search how,
-                 std::uint32_t directions = 1, bool keep_all = false, const outer_lines& beyond = {}) {
+                 bool incident, std::uint32_t directions = 1, bool keep_all = false, const outer_lines& beyond = {}) {
         const view<const elevation_plane> planes{frame.plane, frame.planes};
         sliced_ = false;
         if (how != line_search::rays && can_cut_) {
@@ -15515,7 +15532,7 @@ class layer_finder {
         }
         if (sliced_) {
             slices_.cut(policy, scene_, frame.at, planes, frame.max_depth, keep_all, beyond);
-            normals_.compute(policy, scene_, slices_.segments());
+            if (incident) normals_.compute(policy, scene_, slices_.segments());
         } else {
             scene_ = body.view_for_rays(policy);
         }
@@ -15618,7 +15635,7 @@ void layer_search::find(const Policy& policy, const scene& body, const pose& at,
                                   lines_follow_depth(probe_)};
     for (std::uint32_t i = 0; i < scan.planes; ++i) frame.plane[i] = planes[i];
     finder_.assign(probe_);
-    finder_.prepare(policy, body, frame, line_search::best);
+    finder_.prepare(policy, body, frame, line_search::best, incident);
     finder_.find(policy, frame, incident, found_);
 }
 
@@ -16125,7 +16142,7 @@ class line_driver {
         if constexpr (states_arrivals<Model>)
             shaded = how.directions > 1 && fan &&
                      shading_.assign(probe.settings(), finder_.fan(), make_beam(probe.settings(), frame.depth));
-        finder_.prepare(policy, body, frame, how.search, shaded ? 1 + how.directions : 1, shaded,
+        finder_.prepare(policy, body, frame, how.search, incident || shaded, shaded ? 1 + how.directions : 1, shaded,
                         shaded ? shading_.beyond(frame) : outer_lines{});
         scene_view seen = finder_.scene_seen();
         seen.displacements = displaced;
@@ -16682,7 +16699,8 @@ class ensemble_scanner {
             settings.samples != 0 ? settings.samples : samples_for(settings.depth, sent.sigma_z(probe.frequency));
         const std::uint32_t frame =
             mix_bits(__builtin_bit_cast(std::uint32_t, settings.time)) | 1U; // not 0: blood flows
-        constexpr float slowest = 0.9F; // medium over c0: the echoes of slower media are displayed deeper
+        constexpr float slowest = 0.9F;      // medium over c0: the echoes of slower media are displayed deeper
+        traced_.moving.swap(echoes_.pulses); // the memory of the last train
         tracer_.trace(detail::any_policy{policy}, body, probe, at, model, field,
                       {.depth = settings.depth, .samples = samples, .planes = settings.planes, .frame = frame},
                       {.start = settings.time,
@@ -16692,15 +16710,14 @@ class ensemble_scanner {
                        .burst = settings.burst,
                        .from = slowest * settings.from},
                       traced_);
+        traced_.moving.swap(echoes_.pulses);
         const auto formed = [&](iq_lines echoes) {
             return convolver_.convolve(policy, std::move(echoes), sent, probe);
         };
         iq_lines& resting = traced_.resting;
         resting = formed(std::move(resting));
         echoes_.prf = settings.prf;
-        echoes_.pulses.resize(settings.pulses);
         for (std::uint32_t k = 0; k < settings.pulses; ++k) {
-            std::swap(echoes_.pulses[k], traced_.moving[k]);
             iq_lines& echoes = echoes_.pulses[k];
             echoes = formed(std::move(echoes));
             exec::for_each_block(policy, echoes.values.size(), 4096, 1, [&](std::size_t begin, std::size_t end) {
@@ -17208,9 +17225,10 @@ refined<Probe> doppler_probe(const Probe& probe, float depth, const Model& model
 }
 
 /// The lines whose echoes reach those from `first` to `last` through the beam.
+/// @param kernel  its memory is reused
 template <transducer Probe>
-refined<Probe> lines_around(const refined<Probe>& probe, float depth, float first, float last) {
-    const lateral_kernel kernel = make_lateral_kernel(probe, {.depth = depth, .samples = 64});
+refined<Probe> lines_around(const refined<Probe>& probe, float depth, float first, float last, lateral_kernel& kernel) {
+    kernel = make_lateral_kernel(probe, {.depth = depth, .samples = 64}, std::move(kernel));
     const auto margin = static_cast<float>(kernel.half_width());
     const auto whole = [&](float line) {
         return static_cast<std::uint32_t>(clamp(line, 0, static_cast<float>(probe.lines)));
@@ -17260,10 +17278,10 @@ void for_each_flow_pixel(const Policy& policy, const flow_lines& lines, const sc
 template <acoustic_model Model = physical<>>
 class colour_scanner {
   public:
-    /// See `colour_doppler`.
+    /// See `colour_doppler`. @return valid until the next call
     template <exec::policy Policy, transducer Probe, velocity_field Field>
-    flow_lines acquire(const Policy& policy, const scene& body, const Probe& probe, const pose& at, const Model& model,
-                       const Field& field, const doppler_settings& settings) {
+    const flow_lines& acquire(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                              const Model& model, const Field& field, const doppler_settings& settings) {
         constexpr std::uint32_t decimation = 8;
         settings.check(probe);
         const refined<Probe> fine = detail::doppler_probe(probe, settings.depth, model);
@@ -17273,7 +17291,7 @@ class colour_scanner {
         const auto fine_line = [&](float line) { return (line + 0.5F) * fine.rays - 0.5F; };
         const refined<Probe> lines =
             detail::lines_around(fine, settings.depth, fine_line(static_cast<float>(settings.box.first_line) - reach),
-                                 fine_line(static_cast<float>(box_end - 1) + reach));
+                                 fine_line(static_cast<float>(box_end - 1) + reach), beam_);
 
         const pulse sent = nominal_pulse(probe, settings.burst);
         const std::uint32_t samples = samples_for(settings.depth, sent.sigma_z(probe.frequency));
@@ -17294,13 +17312,16 @@ class colour_scanner {
                                                     .time = settings.time,
                                                     .noise_db = settings.noise_db,
                                                     .seed = settings.seed});
-        filtered_ = filter_walls(policy, echoes, settings.wall, std::move(filtered_));
+        const std::vector<float>& walls =
+            walls_([&](std::vector<float>& matrix) { matrix = wall_filter_matrix(settings.wall, settings.ensemble); },
+                   settings.wall, settings.ensemble);
+        filtered_ = detail::filter_walls(policy, echoes, walls, std::move(filtered_));
         const auto length = static_cast<std::uint32_t>(max(settings.average_length / spacing, 1));
         correlated_ = autocorrelate(policy, filtered_, length, decimation, std::move(correlated_));
 
-        flow_lines result;
-        result.reshape(probe.lines, samples / decimation, settings.depth);
-        result.max_velocity = max_doppler_velocity(settings.prf, probe.frequency);
+        flow_.reshape(probe.lines, samples / decimation, settings.depth);
+        std::fill(flow_.values.begin(), flow_.values.end(), flow_sample{});
+        flow_.max_velocity = max_doppler_velocity(settings.prf, probe.frequency);
         const float step = spacing * decimation;
         for_each_index(policy, probe.lines, [&](std::size_t i) {
             const auto line = static_cast<std::uint32_t>(i);
@@ -17319,16 +17340,19 @@ class colour_scanner {
                     sum.lag_one += weight * correlated_(j, k).lag_one;
                     weights += weight;
                 }
-                result(line, k) = flow_of({sum.power / weights, sum.lag_one / weights}, result.max_velocity);
+                flow_(line, k) = flow_of({sum.power / weights, sum.lag_one / weights}, flow_.max_velocity);
             }
         });
-        return result;
+        return flow_;
     }
 
   private:
     ensemble_scanner<Model> train_{};
-    iq_ensemble filtered_{};             // after the wall filter
-    autocorrelation_lines correlated_{}; // on the traced lines
+    detail::lateral_kernel beam_{};
+    detail::memo<std::vector<float>, wall_filter, std::uint32_t> walls_{}; // the filter as a matrix
+    iq_ensemble filtered_{};                                               // after the wall filter
+    autocorrelation_lines correlated_{};                                   // on the traced lines
+    flow_lines flow_{};                                                    // on the lines of the probe
 };
 
 /// Colour Doppler: velocity, power and variance of what moves, along the lines of the probe.
@@ -17427,29 +17451,38 @@ image doppler_picture(const Policy& policy, const flow_lines& lines, const Probe
 ///     const flow_lines seen = colour_doppler(exec::par_unseq, body, probe, at, stream, {.depth = 40_mm});
 ///     write_png("duplex.png", colour_overlay(exec::par, grey, seen, probe));
 ///
-/// @param grey   an image of the same probe and depth
-/// @param probe  that the lines are of
-/// @throws usage_error  for lines not of the probe, an image of another size, or a setting out of range
-template <exec::policy Policy, transducer Probe>
-colour_image colour_overlay(const Policy& policy, const image& grey, const flow_lines& lines, const Probe& probe,
-                            const colour_overlay_settings& settings = {}) {
+/// @param grey      an image of the same probe and depth
+/// @param map       of the probe, the depth and the samples of the lines, and the size of the image
+/// @param recycled  an image whose memory is reused
+/// @throws usage_error  for lines that do not match the map, an image of another size, or a setting out of range
+template <exec::policy Policy>
+colour_image colour_overlay(const Policy& policy, const image& grey, const flow_lines& lines, const scan_map& map,
+                            const colour_overlay_settings& settings = {}, colour_image recycled = {}) {
     settings.check();
-    const scan_map map = make_scan_map(policy, probe, detail::acquisition_of(lines), {.size = grey.size});
     if (grey.pixels.size() != map.first.size())
         throw usage_error{"colour_overlay: the image has no pixels, or not as many as its size says"};
-    colour_image picture{grey.size};
+    recycled.size = grey.size;
+    recycled.pixels.resize(grey.pixels.size());
     const float fastest = settings.max_velocity > 0 ? settings.max_velocity : max(lines.max_velocity, 1e-9F);
     detail::for_each_flow_pixel(policy, lines, map, settings, [&](std::size_t i, const flow_sample& of) {
         const float level = clamp(grey.pixels[i], 0, 1);
         if (level > settings.max_grey || of.power == 0)
-            picture.pixels[i] = vec3{level};
+            recycled.pixels[i] = vec3{level};
         else if (settings.map == doppler_map::velocity)
-            picture.pixels[i] = velocity_colour(of.velocity / fastest);
+            recycled.pixels[i] = velocity_colour(of.velocity / fastest);
         else
-            picture.pixels[i] =
+            recycled.pixels[i] =
                 power_colour((10 * std::log10(of.power) - settings.min_power_db) / max(settings.power_range_db, 1e-3F));
     });
-    return picture;
+    return recycled;
+}
+/// The same with a temporary map. @param probe  that the lines are of
+template <exec::policy Policy, transducer Probe>
+colour_image colour_overlay(const Policy& policy, const image& grey, const flow_lines& lines, const Probe& probe,
+                            const colour_overlay_settings& settings = {}) {
+    settings.check();
+    return colour_overlay(policy, grey, lines,
+                          make_scan_map(policy, probe, detail::acquisition_of(lines), {.size = grey.size}), settings);
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -17837,7 +17870,7 @@ class gate_scanner {
         const float depth = settings.depth > 0 ? settings.depth : 2 * settings.gate;
         const refined<Probe> fine = detail::doppler_probe(probe, depth, model);
         const float line = std::floor((static_cast<float>(settings.line) + 0.5F) * fine.rays);
-        const refined<Probe> lines = detail::lines_around(fine, depth, line, line);
+        const refined<Probe> lines = detail::lines_around(fine, depth, line, line, beam_);
 
         const pulse sent = nominal_pulse(probe, settings.burst);
         const float sigma = sent.sigma_z(probe.frequency),
@@ -17885,6 +17918,7 @@ class gate_scanner {
 
   private:
     ensemble_scanner<Model> train_{};
+    detail::lateral_kernel beam_{};
 };
 
 /// Pulsed Doppler: the spectrum of a gate on one line against time.
@@ -19586,9 +19620,10 @@ class scanner {
 
     /// Colour and power Doppler of what the last picture shows: see `colour_doppler`. Its probe, pose and depth are
     /// those of the picture, its model is that of the scanner.
+    /// @return valid until the next call
     /// @throws usage_error  before the first picture, and as `colour_doppler`
     template <exec::policy Policy, velocity_field Field>
-    flow_lines colour(const Policy& policy, const scene& body, const Field& field, doppler_settings with = {}) {
+    const flow_lines& colour(const Policy& policy, const scene& body, const Field& field, doppler_settings with = {}) {
         check_picture();
         const stored_frame<Probe>& shown = cine_[shown_];
         with.depth = shown.amplitudes.depth;
@@ -20478,15 +20513,20 @@ inline std::string explain(const mesh_report& report) {
 #define INSONIFY_SCENE_QUERIES_HPP
 
 
+#include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <concepts>
+#include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <vector>
 
 /// Queries for contact, collision and placement. Distances are metres, points and directions in the world.
 ///
-/// All may be called from many threads at once. The first query after objects have moved refits their trees.
+/// All may be called from many threads at once. The first query after objects have moved refits their trees; where that
+/// takes too long, as in a haptic loop, query a snapshot: see `scene_snapshots`.
 namespace insonify::inline INSONIFY_ABI {
 
 /// A point on the surface of an object.
@@ -20661,6 +20701,98 @@ inline float true_depth(const scene& body, const ray& line, float shown) {
     });
     return static_cast<float>(depth);
 }
+
+/// The surfaces of a scene at one frame, with trees that fit them.
+struct scene_snapshot {
+    std::uint64_t frame = 0;                     ///< its number
+    scene body;                                  ///< to be queried
+    mutable std::atomic<std::uint32_t> users{0}; ///< handles to it
+};
+
+/// Snapshots of a scene that moves, for queries by other threads, such as a haptic loop at 1 kHz. Lock-free.
+///
+///     scene_snapshots frozen{body};            // copies of a scene that is built
+///     frozen.take(exec::seq, body, frame);     // simulation, each frame after `update` or `deform`: copies what moved
+///     frozen.publish(exec::par);               // any thread: refits the trees
+///     const auto now = frozen.newest();        // haptics: does not wait for either
+///     first_surface(now->body, along);         // as of now->frame, for as long as `now` is held
+///
+/// One thread may take, one may publish, and up to `readers` may each hold a handle, all at once. Allocates only the
+/// first times that an object moves. Snapshots have the positions and poses of objects, not the map of `deform`.
+class scene_snapshots {
+  public:
+    struct release {
+        void operator()(const scene_snapshot* held) const { --held->users; }
+    };
+    /// A snapshot that stays as it is until the handle is destroyed, which must be before the `scene_snapshots`.
+    using handle = std::unique_ptr<const scene_snapshot, release>;
+
+    /// Copies the scene 2 + `readers` times. Make other snapshots after `build` or `set_medium`.
+    /// @throws usage_error  for a scene that was not built
+    explicit scene_snapshots(const scene& body, std::uint64_t frame = 0, std::uint32_t readers = 1) {
+        for (std::uint32_t i = 0; i < readers + 2; ++i) {
+            copies_.push_back(std::unique_ptr<scene_snapshot>{new scene_snapshot{.frame = frame, .body = body}});
+            static_cast<void>(copies_.back()->body.view_for_rays(exec::par)); // refits the trees
+        }
+        newest_ = copies_[0].get();
+    }
+
+    /// Copies what has moved. The scene must not change meanwhile.
+    /// @return  whether it did: false while the frame before waits for `publish`, or more than `readers` handles are held
+    /// @throws usage_error     for a scene with other objects
+    /// @throws geometry_error  for a vertex that is not finite
+    template <exec::policy Policy>
+    bool take(const Policy& policy, const scene& body, std::uint64_t frame) {
+        if (taken_ != nullptr) return false;
+        const auto spare = std::find_if(copies_.begin(), copies_.end(),
+                                        [&](const auto& one) { return one.get() != newest_ && one->users == 0; });
+        if (spare == copies_.end()) return false;
+        scene& own = (*spare)->body;
+        const std::vector<object>& objects = body.objects();
+        const auto matches = [](const object& a, const object& b) {
+            return a.id == b.id && a.surface.positions.size() == b.surface.positions.size();
+        };
+        if (!std::equal(objects.begin(), objects.end(), own.objects().begin(), own.objects().end(), matches))
+            throw usage_error{
+                "scene_snapshots: the scene has other objects than when the snapshots were made; make new "
+                "ones after add or remove"};
+        for (std::size_t i = 0; i < objects.size(); ++i) {
+            const object &now = objects[i], &before = own.objects()[i];
+            if (now.at != before.at) own.place(now.id, now.at);
+            if (now.surface.positions == before.surface.positions) continue;
+            std::copy(now.surface.positions.begin(), now.surface.positions.end(), own.positions(now.id).begin());
+        }
+        own.update(policy);
+        (*spare)->frame = frame;
+        taken_ = spare->get();
+        return true;
+    }
+
+    /// Refits the trees of the frame that was taken, which is the newest afterwards. @return  whether there was one
+    template <exec::policy Policy>
+    bool publish(const Policy& policy) {
+        scene_snapshot* const next = taken_;
+        if (next == nullptr) return false;
+        static_cast<void>(next->body.view_for_rays(policy));
+        newest_ = next;
+        taken_ = nullptr;
+        return true;
+    }
+
+    /// The newest frame that was published.
+    handle newest() const {
+        for (;;) {
+            const scene_snapshot* const found = newest_;
+            ++found->users;
+            handle held{found};
+            if (found == newest_) return held; // else it may be overwritten
+        }
+    }
+
+  private:
+    std::vector<std::unique_ptr<scene_snapshot>> copies_{};
+    std::atomic<scene_snapshot*> newest_{nullptr}, taken_{nullptr};
+};
 
 } // namespace insonify::inline INSONIFY_ABI
 
@@ -21588,17 +21720,16 @@ namespace insonify::inline INSONIFY_ABI::detail {
 /// Inverse of a map that displaces all points along one direction and does not fold over: along a line in that
 /// direction the displacement then falls by less than one to one, so that there is one solution, which is bracketed.
 /// Unlike Newton's method in space it needs no derivative, and edges of the map, where its slope jumps, do no harm.
-/// @param map        vec3(vec3)
-/// @param direction  of length 1
-/// @param max        upper bound of the displacement, metres
-/// @return           the point that the map takes to `now`, to within 0.1 um (and rounding)
-template <class Map>
-vec3 rest_along(const Map& map, vec3 now, vec3 direction, float max) {
+/// @param displacement  displacement(moved): of the point `now` - `moved` * `direction`, metres
+/// @param direction     of length 1
+/// @param max           upper bound of the displacement, metres
+/// @return              the point that the map takes to `now`, to within 0.1 um (and rounding)
+template <class Displacement>
+vec3 rest_along(const Displacement& displacement, vec3 now, vec3 direction, float max) {
     const float tolerance = 1e-7F + 2.5e-7F * length(now);
-    const auto displacement = [&](vec3 rest) { return dot(map(rest) - rest, direction); };
-    float low = -max, high = max, last = 0, error_before = displacement(now), moved = error_before;
-    for (int i = 0; i < 40 && error_before != 0; ++i) {
-        const float error = displacement(now - moved * direction) - moved;
+    float low = -max, high = max, last = 0, error_before = displacement(0.0F), moved = error_before;
+    for (int i = 0; i < 40 && std::fabs(error_before) > tolerance; ++i) {
+        const float error = displacement(moved) - moved;
         if (!(std::fabs(error) > tolerance)) break;
         (error > 0 ? low : high) = moved;
         const float change = error - error_before;
@@ -21681,12 +21812,14 @@ struct breathing {
     }
 
     /// Where a point at rest is now.
-    vec3 operator()(vec3 rest) const {
-        const vec3 away = (rest - centre) / extent;
-        return rest + amplitude * wave() * std::exp(-0.5F * dot(away, away)) * normalize(direction);
-    }
+    vec3 operator()(vec3 rest) const { return rest + amplitude * wave() * share_at(rest) * normalize(direction); }
     /// The inverse.
-    vec3 rest_of(vec3 now) const { return detail::rest_along(*this, now, normalize(direction), std::fabs(amplitude)); }
+    vec3 rest_of(vec3 now) const {
+        const vec3 along = normalize(direction);
+        const float most = amplitude * wave();
+        return detail::rest_along([&](float moved) { return most * share_at(now - moved * along); }, now, along,
+                                  std::fabs(amplitude));
+    }
 
     /// @throws usage_error  if a setting is out of range
     void check() const {
@@ -21697,6 +21830,12 @@ struct breathing {
     }
 
     friend bool operator==(const breathing&, const breathing&) = default;
+
+  private:
+    float share_at(vec3 rest) const {
+        const vec3 away = (rest - centre) / extent;
+        return std::exp(-0.5F * dot(away, away));
+    }
 };
 
 /// Tissue along the shaft of a needle that moves with it: by `drag` at the shaft, and by a Gaussian of the distance.
@@ -21710,14 +21849,13 @@ struct needle_drag {
     float extent = 3e-3F;   ///< distance at which the displacement is 0.61, metres; more than `drag`
 
     /// Where a point at rest is now.
-    vec3 operator()(vec3 rest) const {
-        const vec3 shaft = tip - entry;
-        const float along = clamp(dot(rest - entry, shaft) / dot(shaft, shaft), 0, 1);
-        const vec3 away = (rest - entry - along * shaft) / extent;
-        return rest + drag * std::exp(-0.5F * dot(away, away)) * normalize(shaft);
-    }
+    vec3 operator()(vec3 rest) const { return rest + drag_at(rest) * normalize(tip - entry); }
     /// The inverse.
-    vec3 rest_of(vec3 now) const { return detail::rest_along(*this, now, normalize(tip - entry), std::fabs(drag)); }
+    vec3 rest_of(vec3 now) const {
+        const vec3 along = normalize(tip - entry);
+        return detail::rest_along([&](float moved) { return drag_at(now - moved * along); }, now, along,
+                                  std::fabs(drag));
+    }
 
     /// @throws usage_error  if a setting is out of range
     void check() const {
@@ -21726,6 +21864,14 @@ struct needle_drag {
     }
 
     friend bool operator==(const needle_drag&, const needle_drag&) = default;
+
+  private:
+    float drag_at(vec3 rest) const {
+        const vec3 shaft = tip - entry;
+        const float along = clamp(dot(rest - entry, shaft) / dot(shaft, shaft), 0, 1);
+        const vec3 away = (rest - entry - along * shaft) / extent;
+        return drag * std::exp(-0.5F * dot(away, away));
+    }
 };
 
 /// A vessel that collapses where the pressure around it exceeds that of its blood: a map for `scene::deform`. Veins
@@ -21774,7 +21920,11 @@ struct collapse {
     /// The inverse.
     vec3 rest_of(vec3 now) const {
         const vec3 axis = normalize(to - from), up = normalize(direction - dot(direction, axis) * axis);
-        return detail::rest_along(*this, now, up, radius);
+        const auto displacement = [&](float moved) {
+            const vec3 rest = now - moved * up;
+            return dot((*this)(rest)-rest, up);
+        };
+        return detail::rest_along(displacement, now, up, radius);
     }
 
     /// @throws usage_error  if a setting is out of range
@@ -21858,12 +22008,15 @@ struct indentation {
     /// Where a point at rest is now.
     vec3 operator()(vec3 rest) const {
         const vec3 local = at.local_point(rest);
-        const vec2 beside{max(std::fabs(local.x) - 0.5F * face.x, 0), max(std::fabs(local.y) - 0.5F * face.y, 0)};
-        const float at_skin = depth * detail::beside_face(length(beside), recovery);
-        return rest + at.direction({0, 0, detail::sunk(at_skin, local.z + depth, decay)});
+        return rest + at.direction({0, 0, detail::sunk(at_skin(local), local.z + depth, decay)});
     }
     /// The inverse.
-    vec3 rest_of(vec3 now) const { return detail::rest_along(*this, now, at.direction({0, 0, 1}), decay); }
+    vec3 rest_of(vec3 now) const {
+        const vec3 local = at.local_point(now);
+        const float above = at_skin(local); // the same all along z
+        return detail::rest_along([&](float moved) { return detail::sunk(above, local.z - moved + depth, decay); }, now,
+                                  at.direction({0, 0, 1}), decay);
+    }
 
     /// @throws usage_error  if a setting is out of range
     void check() const {
@@ -21874,6 +22027,12 @@ struct indentation {
     }
 
     friend bool operator==(const indentation&, const indentation&) = default;
+
+  private:
+    float at_skin(vec3 local) const {
+        const vec2 beside{max(std::fabs(local.x) - 0.5F * face.x, 0), max(std::fabs(local.y) - 0.5F * face.y, 0)};
+        return depth * detail::beside_face(length(beside), recovery);
+    }
 };
 
 /// A face of a probe, flat or curved, pressed into skin of any shape: what `press` finds, and a map for
@@ -21913,14 +22072,17 @@ struct pressed_face {
     /// Where a point at rest is now.
     vec3 operator()(vec3 rest) const {
         const vec3 local = at.local_point(rest);
-        const vec2 place{clamp(local.x, left, right), clamp(local.y, -0.5F * elevation, 0.5F * elevation)};
-        const float here = depth_at(place);
-        const vec2 beside{max(max(left - local.x, local.x - right), 0), max(std::fabs(local.y) - 0.5F * elevation, 0)};
-        const float at_skin = here * detail::beside_face(length(beside), recovery);
-        return rest + at.direction({0, 0, detail::sunk(at_skin, local.z - surface_at(place) + here, decay)});
+        const pressed_skin skin = skin_at(local);
+        return rest + at.direction({0, 0, detail::sunk(skin.displacement, local.z - skin.z, decay)});
     }
     /// The inverse.
-    vec3 rest_of(vec3 now) const { return detail::rest_along(*this, now, at.direction({0, 0, 1}), decay); }
+    vec3 rest_of(vec3 now) const {
+        const vec3 local = at.local_point(now);
+        const pressed_skin skin = skin_at(local); // the same all along z
+        return detail::rest_along(
+            [&](float moved) { return detail::sunk(skin.displacement, local.z - moved - skin.z, decay); }, now,
+            at.direction({0, 0, 1}), decay);
+    }
 
     /// @throws usage_error  if a setting is out of range
     void check() const {
@@ -21937,6 +22099,17 @@ struct pressed_face {
     friend bool operator==(const pressed_face&, const pressed_face&) = default;
 
   private:
+    // Where the skin at rest is at some x and y, and how far it is displaced along z.
+    struct pressed_skin {
+        float z, displacement;
+    };
+    pressed_skin skin_at(vec3 local) const {
+        const vec2 place{clamp(local.x, left, right), clamp(local.y, -0.5F * elevation, 0.5F * elevation)};
+        const vec2 beside{max(max(left - local.x, local.x - right), 0), max(std::fabs(local.y) - 0.5F * elevation, 0)};
+        const float here = depth_at(place);
+        return {surface_at(place) - here, here * detail::beside_face(length(beside), recovery)};
+    }
+
     struct cell {
         std::size_t column, row;
         float part, upper; // within it; beyond 0 to 1 outside of the face
@@ -22805,7 +22978,9 @@ ground_truth_lines ground_truth(const Policy& policy, const scene& body, const P
 // Every macro that configures them or that they define is saved and restored, so that a program can include its own
 // copies in this file, before or after, and in others. The C headers that stb_image_write needs are included above,
 // outside its namespace. The rest of this file counts as a header of the system: compilers do not warn of the packages.
+#if !defined(_MSC_VER)
 #pragma GCC system_header
+#endif
 #pragma push_macro("tinyobj")
 #pragma push_macro("TINY_OBJ_LOADER_H_")
 #pragma push_macro("TINYOBJLOADER_IMPLEMENTATION")
@@ -22927,6 +23102,24 @@ inline void check_file_name(const std::string& path) {
         throw io_error{path.substr(0, path.find('\0')) + ": the file name contains a null character; remove it"};
 }
 
+/// A word of a file for use in an error: without control characters, and at most 60 characters long.
+inline std::string printable(std::string_view word) {
+    std::string text{word.substr(0, 60)};
+    std::replace_if(
+        text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; }, '?');
+    return word.size() > 60 ? text + "..." : text;
+}
+
+/// The path with a name in UTF-8. Windows would take a narrow string as text in its code page.
+/// @throws io_error  on Windows, for a name in another encoding
+inline std::filesystem::path path_of(const std::string& name) {
+    try {
+        return std::u8string{name.begin(), name.end()};
+    } catch (const std::system_error&) {
+        throw io_error{printable(name) + ": the file name is not in UTF-8; encode it so"};
+    }
+}
+
 /// Whether a text has the byte order mark of UTF-16, or begins with two of its characters that are ASCII.
 inline bool is_utf16(std::string_view text) {
     const auto null = [text](std::size_t i) { return text[i] == '\0'; };
@@ -22938,9 +23131,9 @@ inline bool is_utf16(std::string_view text) {
 inline std::string read_file(const std::string& path) {
     check_file_name(path);
     std::error_code ignored;
-    if (std::filesystem::is_directory(path, ignored))
+    if (std::filesystem::is_directory(path_of(path), ignored))
         throw io_error{path + ": this is a folder; give the path of a file"};
-    std::ifstream file{path, std::ios::binary};
+    std::ifstream file{path_of(path), std::ios::binary};
     if (!file) throw io_error{path + ": the file cannot be opened; check its name, its folder and its permissions"};
     std::ostringstream content;
     content << file.rdbuf();
@@ -22955,7 +23148,7 @@ inline std::string read_file(const std::string& path) {
 
 inline std::ofstream create_file(const std::string& path) {
     check_file_name(path);
-    std::ofstream file{path, std::ios::binary};
+    std::ofstream file{path_of(path), std::ios::binary};
     if (!file) throw io_error{path + ": the file cannot be created; check that its folder exists and is writable"};
     return file;
 }
@@ -23084,14 +23277,6 @@ inline bool is_number(std::string_view word) {
         if (const std::size_t exponent = digits(); exponent == 0 || exponent > 4) return false;
     }
     return i == word.size();
-}
-
-/// A word of a file for use in an error: without control characters, and at most 60 characters long.
-inline std::string printable(std::string_view word) {
-    std::string text{word.substr(0, 60)};
-    std::replace_if(
-        text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; }, '?');
-    return word.size() > 60 ? text + "..." : text;
 }
 
 /// Largest number of corners of a face: the time to triangulate a polygon is quadratic in it.
@@ -23380,7 +23565,7 @@ struct obj_libraries {
 /// True for a path that leads out of the folder: a mesh from an untrusted source must not open arbitrary files.
 inline bool leaves_folder(std::string name) {
     std::replace(name.begin(), name.end(), '\\', '/');
-    const std::filesystem::path path{name};
+    const std::filesystem::path path = path_of(name);
     return name.empty() || path.has_root_path() || name.find(':') != std::string::npos ||
            std::find(path.begin(), path.end(), "..") != path.end();
 }
@@ -23389,7 +23574,7 @@ inline bool leaves_folder(std::string name) {
 inline bool links_out_of(const std::filesystem::path& folder, const std::string& name) {
     std::error_code fault;
     const std::filesystem::path home = std::filesystem::weakly_canonical(folder.empty() ? "." : folder, fault);
-    const std::filesystem::path place = std::filesystem::weakly_canonical(home / name, fault);
+    const std::filesystem::path place = std::filesystem::weakly_canonical(home / path_of(name), fault);
     return fault || std::mismatch(home.begin(), home.end(), place.begin(), place.end()).first != home.end();
 }
 
@@ -23411,7 +23596,7 @@ inline void read_library(const std::string& path, obj_libraries& libraries) {
 /// @throws io_error  for a library outside the folder of the file, unless `allowed`
 inline obj_libraries read_libraries(const std::string& path, const std::vector<named_line>& lines,
                                     obj_settings::library_access allowed) {
-    const std::filesystem::path folder = std::filesystem::path{path}.parent_path();
+    const std::filesystem::path folder = path_of(path).parent_path();
     obj_libraries libraries;
     const auto forbidden = [&](const std::string& name) {
         return allowed == obj_settings::library_access::own_folder &&
@@ -23419,7 +23604,7 @@ inline obj_libraries read_libraries(const std::string& path, const std::vector<n
     };
     const auto exists = [&](const std::string& name) {
         std::error_code ignored;
-        return !forbidden(name) && std::filesystem::exists(folder / name, ignored);
+        return !forbidden(name) && std::filesystem::exists(folder / path_of(name), ignored);
     };
     for (const named_line& line : lines) {
         std::vector<std::string> names;
@@ -23433,8 +23618,9 @@ inline obj_libraries read_libraries(const std::string& path, const std::vector<n
                 throw io_error{path + ":" + std::to_string(line.line) + ": the material library '" + printable(name) +
                                "' is outside the folder of the file and is not opened; move it there, or allow it: " +
                                "{.libraries = obj_settings::library_access::anywhere}"};
+            const std::u8string library = (folder / path_of(name)).u8string();
             if (exists(name))
-                read_library((folder / name).string(), libraries);
+                read_library({library.begin(), library.end()}, libraries);
             else
                 libraries.missing += " (" + printable(name) + " was not found)";
         }
