@@ -12133,7 +12133,8 @@ class structure_gains {
     INSONIFY_FN INSONIFY_INLINE floats at(float distance, float step) {
         const float end = max(segment_.length, distance) + 2 * step; // slabs overlap by a step
         const float last = min(distance + (wide_lanes - 1) * step, end);
-        if (count_ == 0 || (last - begin_) * per_point_ > static_cast<float>(count_ - 2)) fill(distance - 2 * step, end);
+        if (count_ == 0 || (last - begin_) * per_point_ > static_cast<float>(count_ - 2))
+            fill(distance - 2 * step, end);
         return interpolate(gain_, count_, (distance - begin_) * per_point_, step * per_point_);
     }
     // From the last point before a distance on. Points lie at whole multiples of their distance in the material.
@@ -15522,8 +15523,8 @@ class layer_finder {
     /// @param keep_all    also keep segments that cross no line
     /// @param beyond      other lines that segments are kept for
     template <exec::policy Policy>
-    void prepare(const Policy& policy, const scene& body, const frame_lines& frame, line_search how,
-                 bool incident, std::uint32_t directions = 1, bool keep_all = false, const outer_lines& beyond = {}) {
+    void prepare(const Policy& policy, const scene& body, const frame_lines& frame, line_search how, bool incident,
+                 std::uint32_t directions = 1, bool keep_all = false, const outer_lines& beyond = {}) {
         const view<const elevation_plane> planes{frame.plane, frame.planes};
         sliced_ = false;
         if (how != line_search::rays && can_cut_) {

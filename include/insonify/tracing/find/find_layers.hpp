@@ -100,8 +100,8 @@ class layer_finder {
     /// @param keep_all    also keep segments that cross no line
     /// @param beyond      other lines that segments are kept for
     template <exec::policy Policy>
-    void prepare(const Policy& policy, const scene& body, const frame_lines& frame, line_search how,
-                 bool incident, std::uint32_t directions = 1, bool keep_all = false, const outer_lines& beyond = {}) {
+    void prepare(const Policy& policy, const scene& body, const frame_lines& frame, line_search how, bool incident,
+                 std::uint32_t directions = 1, bool keep_all = false, const outer_lines& beyond = {}) {
         const view<const elevation_plane> planes{frame.plane, frame.planes};
         sliced_ = false;
         if (how != line_search::rays && can_cut_) {
