@@ -503,7 +503,8 @@ class structure_gains {
     INSONIFY_FN INSONIFY_INLINE floats at(float distance, float step) {
         const float end = max(segment_.length, distance) + 2 * step; // slabs overlap by a step
         const float last = min(distance + (wide_lanes - 1) * step, end);
-        if (count_ == 0 || (last - begin_) * per_point_ > static_cast<float>(count_ - 2)) fill(distance - 2 * step, end);
+        if (count_ == 0 || (last - begin_) * per_point_ > static_cast<float>(count_ - 2))
+            fill(distance - 2 * step, end);
         return interpolate(gain_, count_, (distance - begin_) * per_point_, step * per_point_);
     }
     // From the last point before a distance on. Points lie at whole multiples of their distance in the material.
