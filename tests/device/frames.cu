@@ -37,7 +37,7 @@ __global__ void frame(detail::frame_view plan, scene_view scene, Model model, Tr
                       view<typename Model::sample_type> plane_samples, view<typename Model::sample_type> samples,
                       view<bool> fits) {
     const std::uint32_t line = blockIdx.x * blockDim.x + threadIdx.x;
-    if (line >= plan.probe.lines) return;
+    if (line >= plan.count()) return;
     const std::size_t first = std::size_t{line} * plan.samples;
     const view<typename Model::sample_type> room{plane_samples.data() + first, plan.samples},
         out{samples.data() + first, plan.samples};
