@@ -16244,8 +16244,6 @@ class line_tracer {
 
   public:
     using sample_type = typename Model::sample_type; ///< that the model makes
-    using model_type = Model;
-    using tracer_type = Tracer;
 
     /// What the probe receives along its lines: see `insonify::trace`.
     /// @param recycled  lines whose memory is reused, whatever they held
@@ -16271,11 +16269,12 @@ class line_tracer {
     detail::line_driver<sample_type> driver_{};
 };
 
+/// The work of `trace`, for the lines in `probe_`.
 template <acoustic_model Model, tracer<Model> Tracer>
 template <class Policy>
-auto line_tracer<Model, Tracer>::trace_lines(const Policy& policy, const scene& body, const pose& at,
-                                             const Model& model, const acquisition& scan, const Tracer& how,
-                                             line_grid<sample_type> recycled) -> line_grid<sample_type> {
+line_grid<typename line_tracer<Model, Tracer>::sample_type>
+line_tracer<Model, Tracer>::trace_lines(const Policy& policy, const scene& body, const pose& at, const Model& model,
+                                        const acquisition& scan, const Tracer& how, line_grid<sample_type> recycled) {
     const std::uint32_t samples = detail::check_acquisition(body, probe_.settings(), at, model, scan);
     if (scan.planes > 1 && !detail::is_average_v<sample_type>)
         throw usage_error{"trace: samples of this model's type cannot be averaged over `planes`; use one plane"};
@@ -20722,7 +20721,9 @@ struct scene_snapshot {
 /// first times that an object moves. Snapshots have the positions and poses of objects, not the map of `deform`.
 class scene_snapshots {
   public:
+    /// Gives a handle back.
     struct release {
+        /// @param held  that it is of
         void operator()(const scene_snapshot* held) const { --held->users; }
     };
     /// A snapshot that stays as it is until the handle is destroyed, which must be before the `scene_snapshots`.

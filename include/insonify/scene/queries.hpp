@@ -213,7 +213,9 @@ struct scene_snapshot {
 /// first times that an object moves. Snapshots have the positions and poses of objects, not the map of `deform`.
 class scene_snapshots {
   public:
+    /// Gives a handle back.
     struct release {
+        /// @param held  that it is of
         void operator()(const scene_snapshot* held) const { --held->users; }
     };
     /// A snapshot that stays as it is until the handle is destroyed, which must be before the `scene_snapshots`.
