@@ -17,6 +17,7 @@
 ///
 /// Of these functions none is `inline`, nor defined in its class: then compilers do not instantiate them where they are
 /// declared `extern template`.
+// NOLINTBEGIN(bugprone-macro-parentheses): arguments are types and the word `extern`, which parentheses would break
 #define INSONIFY_COMPILED_TEMPLATES(prefix)                                                                            \
     namespace insonify::inline INSONIFY_ABI {                                                                          \
     prefix template void scene::rebuild(const detail::any_policy<false>&);                                             \
@@ -67,6 +68,7 @@
     prefix template scan_lines log_compress(const policy&, scan_lines, const log_compress_settings&);                  \
     prefix template scan_lines map_grey(const policy&, scan_lines, const grey_map&);                                   \
     prefix template image scan_convert(const policy&, const scan_lines&, const scan_map&, image);
+// NOLINTEND(bugprone-macro-parentheses)
 
 #if defined(INSONIFY_COMPILED)
 INSONIFY_COMPILED_TEMPLATES(extern)
