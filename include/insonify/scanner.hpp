@@ -427,7 +427,7 @@ class scanner {
         const label_settings grid{frame.amplitudes.depth, frame.amplitudes.samples,
                                   label_settings::depth_grid::displayed};
         const detail::any_policy<false> any{policy};
-        if (shown_ == 0 && label_look_)
+        if (shown_ == 0 && label_look_ && !interrupted_)
             label_lines_ = label(any, tracers_[*label_look_].layers(), grid, std::move(label_lines_));
         else
             label_lines_ =
@@ -478,7 +478,7 @@ class scanner {
     const image& show_by(const detail::any_policy<Unsequenced>& policy, std::uint32_t back);
     void check_layers() const {
         check_picture();
-        if (!layers_probe_.has_value())
+        if (!layers_probe_.has_value() || interrupted_)
             throw usage_error{"scanner: the last `scan` threw, so there are no layers; call `scan` again"};
     }
     // The stages from echoes to stored amplitudes.
@@ -507,7 +507,7 @@ class scanner {
             std::move(frame.amplitudes));
         times_.detect = clock.seconds() - times_.trace - times_.convolve;
         frame.probe.emplace(fine);
-        frame.at = at_ = at;
+        frame.at = at;
         frame.time = time;
         frame.gain = gain_;
     }
@@ -619,6 +619,7 @@ const image& scanner<Probe, Model, Tracer>::scan_by(const detail::any_policy<Uns
     shown_ = 0;
     const detail::stopwatch display;
     display_.draw_next(policy, cine_[0], settings);
+    at_ = at;
     interrupted_ = false;
     times_.display = display.seconds();
     times_.total = clock.seconds();

@@ -3101,6 +3101,7 @@ struct velocity_samples {
 #include <optional>
 #include <tuple>
 #include <type_traits>
+#include <utility>
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
@@ -3127,23 +3128,37 @@ class memo {
     const Value& operator()(const Compute& compute, const Inputs&... inputs) {
         constexpr bool compares = (comparable<Inputs> && ...);
         if constexpr (compares)
-            if (valid_ && *inputs_ == std::tie(inputs...)) return value_;
-        valid_ = false; // an exception in compute leaves no valid value
+            if (valid_.set && *inputs_ == std::tie(inputs...)) return value_;
+        valid_.set = false; // an exception in compute leaves no valid value
         compute(value_);
         if constexpr ((std::is_copy_assignable_v<Inputs> && ...))
             inputs_ = std::tie(inputs...); // in the same memory
         else
             inputs_.emplace(inputs...);
-        valid_ = compares;
+        valid_.set = compares;
         return value_;
     }
     /// The value that was returned last.
     const Value& value() const { return value_; }
 
   private:
+    // False in what was moved from, whose value is gone.
+    struct flag {
+        bool set = false;
+
+        flag() = default;
+        flag(const flag&) = default;
+        flag& operator=(const flag&) = default;
+        flag(flag&& other) noexcept : set{std::exchange(other.set, false)} {}
+        flag& operator=(flag&& other) noexcept {
+            set = std::exchange(other.set, false);
+            return *this;
+        }
+    };
+
     std::optional<std::tuple<Inputs...>> inputs_{};
     Value value_{};
-    bool valid_ = false;
+    flag valid_{};
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
@@ -3219,7 +3234,8 @@ inline void check_angle(float radians, const char* setting, float max, const cha
 /// - `vec2 locate(vec2 point) const`: the inverse, from {x, z} in metres to {line, depth along the line in metres},
 ///   also outside the field of view.
 /// - `void check() const`: throws usage_error for settings out of range.
-/// With an == of its own, the map of a probe's pixels is computed once, not for every frame.
+/// A probe needs an == of its own for what a `scanner` keeps from frame to frame beside echoes: the map of its pixels, the
+/// automatic gain of the first frame, persistence and compounding.
 template <class Probe>
 concept transducer = requires(const Probe& probe, float line, vec2 point) {
     { probe.lines } -> std::same_as<const std::uint32_t&>;
@@ -8244,7 +8260,7 @@ class scene {
     /// @throws usage_error  for an unknown id
     bool awaits_update(object_id id) const { return states_[index_of(id)].moved; }
 
-    /// The scene as flat arrays, for slices: the trees of objects that have moved may be out of date. After a few
+    /// The scene as flat arrays, for slices: the trees of objects that have moved may be out of date. After 16
     /// calls without further motion they are brought up to date.
     /// @throws usage_error  where `build` was not called since the last `add` or `remove`
     template <exec::policy Policy>
@@ -8807,7 +8823,7 @@ class probe_lines {
     void assign(const Probe& probe) {
         if (probe.lines > max_lines)
             throw usage_error{"probe: lines is " + std::to_string(probe.lines) + "; at most 2^24 can be traced"};
-        settings_ = probe_settings{probe};
+        const probe_settings stated{probe};
         lines_.resize(probe.lines);
         for (std::uint32_t i = 0; i < probe.lines; ++i) {
             const ray beam = probe.beam(static_cast<float>(i));
@@ -8815,6 +8831,7 @@ class probe_lines {
             if constexpr (requires { probe.scatterer_axis(0.0F); })
                 lines_[i].scatterer_axis = probe.scatterer_axis(static_cast<float>(i));
         }
+        settings_ = stated;
     }
 
     const probe_settings& settings() const { return settings_; }
@@ -9324,9 +9341,9 @@ beam_model beam_of(const Probe& probe, float depth) {
 }
 
 /// Distance between neighbouring lines at a depth, in the centre of the field of view, metres: across the lines; along
-/// the arc where they diverge.
+/// the arc where they diverge. @throws usage_error  for a setting of the probe out of range
 template <transducer Probe>
-INSONIFY_FN float line_spacing(const Probe& probe, float depth) {
+float line_spacing(const Probe& probe, float depth) {
     return detail::probe_settings{probe}.spacing(depth);
 }
 
@@ -9334,8 +9351,9 @@ INSONIFY_FN float line_spacing(const Probe& probe, float depth) {
 ///
 /// A wave front across line i at depth r crosses line j at depth r - (j - i) times this. On a round face it is the same
 /// at all depths: there R dt sin(a), for lines dt apart that leave the face at an angle a to its normals.
+/// @throws usage_error  for a setting of the probe out of range
 template <transducer Probe>
-INSONIFY_FN float line_advance(const Probe& probe) {
+float line_advance(const Probe& probe) {
     return detail::probe_settings{probe}.advance();
 }
 
@@ -14616,6 +14634,10 @@ class frame_plan {
         return frame;
     }
 
+    template <class Policy>
+    frame_view view_of(const Policy&, probe_lines&&, const pose&, const Model&, const acquisition&, std::uint32_t,
+                       view<const medium>) = delete;
+
   private:
     struct tables {
         std::vector<elevation_plane> plane{};
@@ -17035,8 +17057,8 @@ class kept_scan_map {
     template <exec::policy Policy>
     const scan_map& operator()(const Policy& policy, const Probe& probe, const acquisition& scan,
                                const scan_convert_settings& settings) {
-        return map_([&](scan_map& map) { map = make_scan_map(policy, probe, scan, settings, std::move(map)); }, probe,
-                    scan.depth, scan.samples, settings.size.x, settings.size.y, settings.background);
+        return map_([&](scan_map& map) { map = make_scan_map(policy, probe, scan, settings, std::exchange(map, {})); },
+                    probe, scan.depth, scan.samples, settings.size.x, settings.size.y, settings.background);
     }
     /// The map that was returned last.
     const scan_map& value() const { return map_.value(); }
@@ -19608,7 +19630,7 @@ class scanner {
         const label_settings grid{frame.amplitudes.depth, frame.amplitudes.samples,
                                   label_settings::depth_grid::displayed};
         const detail::any_policy<false> any{policy};
-        if (shown_ == 0 && label_look_)
+        if (shown_ == 0 && label_look_ && !interrupted_)
             label_lines_ = label(any, tracers_[*label_look_].layers(), grid, std::move(label_lines_));
         else
             label_lines_ =
@@ -19659,7 +19681,7 @@ class scanner {
     const image& show_by(const detail::any_policy<Unsequenced>& policy, std::uint32_t back);
     void check_layers() const {
         check_picture();
-        if (!layers_probe_.has_value())
+        if (!layers_probe_.has_value() || interrupted_)
             throw usage_error{"scanner: the last `scan` threw, so there are no layers; call `scan` again"};
     }
     // The stages from echoes to stored amplitudes.
@@ -19688,7 +19710,7 @@ class scanner {
             std::move(frame.amplitudes));
         times_.detect = clock.seconds() - times_.trace - times_.convolve;
         frame.probe.emplace(fine);
-        frame.at = at_ = at;
+        frame.at = at;
         frame.time = time;
         frame.gain = gain_;
     }
@@ -19800,6 +19822,7 @@ const image& scanner<Probe, Model, Tracer>::scan_by(const detail::any_policy<Uns
     shown_ = 0;
     const detail::stopwatch display;
     display_.draw_next(policy, cine_[0], settings);
+    at_ = at;
     interrupted_ = false;
     times_.display = display.seconds();
     times_.total = clock.seconds();
@@ -20720,7 +20743,7 @@ struct scene_snapshot {
 ///     first_surface(now->body, along);         // as of now->frame, for as long as `now` is held
 ///
 /// One thread may take, one may publish, and up to `readers` may each hold a handle, all at once. Allocates only the
-/// first times that an object moves. Snapshots have the positions and poses of objects, not the map of `deform`.
+/// first times that an object moves. Snapshots follow the surfaces: `rest_of` and pictures of a body that is deformed are to be asked of the scene itself.
 class scene_snapshots {
   public:
     /// Gives a handle back.

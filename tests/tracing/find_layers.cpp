@@ -243,6 +243,33 @@ TEST_CASE(
 }
 
 TEST_CASE(
+    "a scan whose display throws leaves neither its layers nor its pose nor its labels, nor a map without pixels") {
+    using namespace find_layers_test;
+    const scene body = ball();
+    scanner<linear_array, throwing_model> machine{linear_array{.lines = 40}, {.depth = 45_mm, .size = {40, 0}}};
+    machine.scan(exec::seq, body, pose{});
+    const pose moved{.translation = {1_mm, 0, 0}};
+    machine.settings.dynamic_range_db = 0;
+    CHECK_THROWS_AS(machine.scan(exec::seq, body, moved), usage_error);
+    CHECK_THROWS_AS(machine.layers(), usage_error);
+    CHECK(machine.at() == pose{});
+    machine.settings.dynamic_range_db = 60;
+    machine.settings.size = {1U << 30U, 1U << 30U};
+    CHECK_THROWS_AS(machine.scan(exec::seq, body, moved), usage_error);
+    CHECK_THROWS_AS(machine.labels(exec::seq, body), usage_error);
+    machine.settings.size = {40, 0};
+    machine.scan(exec::seq, body, moved);
+    CHECK(machine.at() == moved);
+    CHECK(machine.layers().lines > 0);
+    CHECK_FALSE(machine.labels(exec::seq, body).pixels.empty());
+
+    const image last = machine.picture();
+    scanner<linear_array, throwing_model> other = std::move(machine);
+    CHECK(other.scan(exec::seq, body, moved) == last);
+    CHECK(machine.scan(exec::seq, body, moved).size == last.size); // NOLINT(bugprone-use-after-move): it begins anew
+}
+
+TEST_CASE(
     "labels of a scanner are those of the scene, though its model follows lines less deep than they are displayed") {
     using namespace find_layers_test;
     scene body{tissue::muscle};

@@ -8,6 +8,7 @@
 #include <optional>
 #include <tuple>
 #include <type_traits>
+#include <utility>
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
@@ -34,23 +35,37 @@ class memo {
     const Value& operator()(const Compute& compute, const Inputs&... inputs) {
         constexpr bool compares = (comparable<Inputs> && ...);
         if constexpr (compares)
-            if (valid_ && *inputs_ == std::tie(inputs...)) return value_;
-        valid_ = false; // an exception in compute leaves no valid value
+            if (valid_.set && *inputs_ == std::tie(inputs...)) return value_;
+        valid_.set = false; // an exception in compute leaves no valid value
         compute(value_);
         if constexpr ((std::is_copy_assignable_v<Inputs> && ...))
             inputs_ = std::tie(inputs...); // in the same memory
         else
             inputs_.emplace(inputs...);
-        valid_ = compares;
+        valid_.set = compares;
         return value_;
     }
     /// The value that was returned last.
     const Value& value() const { return value_; }
 
   private:
+    // False in what was moved from, whose value is gone.
+    struct flag {
+        bool set = false;
+
+        flag() = default;
+        flag(const flag&) = default;
+        flag& operator=(const flag&) = default;
+        flag(flag&& other) noexcept : set{std::exchange(other.set, false)} {}
+        flag& operator=(flag&& other) noexcept {
+            set = std::exchange(other.set, false);
+            return *this;
+        }
+    };
+
     std::optional<std::tuple<Inputs...>> inputs_{};
     Value value_{};
-    bool valid_ = false;
+    flag valid_{};
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail

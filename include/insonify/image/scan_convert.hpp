@@ -222,8 +222,8 @@ class kept_scan_map {
     template <exec::policy Policy>
     const scan_map& operator()(const Policy& policy, const Probe& probe, const acquisition& scan,
                                const scan_convert_settings& settings) {
-        return map_([&](scan_map& map) { map = make_scan_map(policy, probe, scan, settings, std::move(map)); }, probe,
-                    scan.depth, scan.samples, settings.size.x, settings.size.y, settings.background);
+        return map_([&](scan_map& map) { map = make_scan_map(policy, probe, scan, settings, std::exchange(map, {})); },
+                    probe, scan.depth, scan.samples, settings.size.x, settings.size.y, settings.background);
     }
     /// The map that was returned last.
     const scan_map& value() const { return map_.value(); }

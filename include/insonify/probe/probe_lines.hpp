@@ -77,7 +77,7 @@ class probe_lines {
     void assign(const Probe& probe) {
         if (probe.lines > max_lines)
             throw usage_error{"probe: lines is " + std::to_string(probe.lines) + "; at most 2^24 can be traced"};
-        settings_ = probe_settings{probe};
+        const probe_settings stated{probe};
         lines_.resize(probe.lines);
         for (std::uint32_t i = 0; i < probe.lines; ++i) {
             const ray beam = probe.beam(static_cast<float>(i));
@@ -85,6 +85,7 @@ class probe_lines {
             if constexpr (requires { probe.scatterer_axis(0.0F); })
                 lines_[i].scatterer_axis = probe.scatterer_axis(static_cast<float>(i));
         }
+        settings_ = stated;
     }
 
     const probe_settings& settings() const { return settings_; }

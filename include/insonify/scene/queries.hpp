@@ -210,7 +210,7 @@ struct scene_snapshot {
 ///     first_surface(now->body, along);         // as of now->frame, for as long as `now` is held
 ///
 /// One thread may take, one may publish, and up to `readers` may each hold a handle, all at once. Allocates only the
-/// first times that an object moves. Snapshots have the positions and poses of objects, not the map of `deform`.
+/// first times that an object moves. Snapshots follow the surfaces: `rest_of` and pictures of a body that is deformed are to be asked of the scene itself.
 class scene_snapshots {
   public:
     /// Gives a handle back.

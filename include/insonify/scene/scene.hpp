@@ -226,7 +226,7 @@ class scene {
     /// @throws usage_error  for an unknown id
     bool awaits_update(object_id id) const { return states_[index_of(id)].moved; }
 
-    /// The scene as flat arrays, for slices: the trees of objects that have moved may be out of date. After a few
+    /// The scene as flat arrays, for slices: the trees of objects that have moved may be out of date. After 16
     /// calls without further motion they are brought up to date.
     /// @throws usage_error  where `build` was not called since the last `add` or `remove`
     template <exec::policy Policy>

@@ -206,9 +206,9 @@ beam_model beam_of(const Probe& probe, float depth) {
 }
 
 /// Distance between neighbouring lines at a depth, in the centre of the field of view, metres: across the lines; along
-/// the arc where they diverge.
+/// the arc where they diverge. @throws usage_error  for a setting of the probe out of range
 template <transducer Probe>
-INSONIFY_FN float line_spacing(const Probe& probe, float depth) {
+float line_spacing(const Probe& probe, float depth) {
     return detail::probe_settings{probe}.spacing(depth);
 }
 
@@ -216,8 +216,9 @@ INSONIFY_FN float line_spacing(const Probe& probe, float depth) {
 ///
 /// A wave front across line i at depth r crosses line j at depth r - (j - i) times this. On a round face it is the same
 /// at all depths: there R dt sin(a), for lines dt apart that leave the face at an angle a to its normals.
+/// @throws usage_error  for a setting of the probe out of range
 template <transducer Probe>
-INSONIFY_FN float line_advance(const Probe& probe) {
+float line_advance(const Probe& probe) {
     return detail::probe_settings{probe}.advance();
 }
 
