@@ -20743,7 +20743,8 @@ struct scene_snapshot {
 ///     first_surface(now->body, along);         // as of now->frame, for as long as `now` is held
 ///
 /// One thread may take, one may publish, and up to `readers` may each hold a handle, all at once. Allocates only the
-/// first times that an object moves. Snapshots follow the surfaces: `rest_of` and pictures of a body that is deformed are to be asked of the scene itself.
+/// first times that an object moves. Snapshots follow the surfaces only: use the scene itself for `rest_of` and for
+/// pictures of a deformed body.
 class scene_snapshots {
   public:
     /// Gives a handle back.
