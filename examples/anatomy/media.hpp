@@ -8,29 +8,15 @@ namespace anatomy::media {
 
 using namespace insonify;
 
-namespace detail {
+/// Below a deep fascia, between it and the muscles: fatty. Rough, for the fascia waves over less than a resolution cell.
+inline constexpr medium deep_fascia{
+    995, 1510, 0.9_dB_per_cm, 1, amplitude_of_decibels(-7), 26_um, 0, tissue::connective_structure};
 
-constexpr medium with_roughness(medium of, float roughness) {
-    of.roughness = roughness;
-    return of;
-}
-
-constexpr medium with_level(medium of, float level_db) {
-    of.backscatter *= amplitude_of_decibels(level_db);
-    return of;
-}
-
-} // namespace detail
-
-/// Subcutaneous fat and skin whose borders along the beam are hardly visible.
-inline constexpr medium fat = detail::with_roughness(tissue::fat, 6_um);
-inline constexpr medium skin = detail::with_roughness(tissue::skin, 8_um);
-
-/// The muscle of the skin of the neck, a millimetre thick: too thin for a sheath of its own.
-inline constexpr medium platysma{1075, 1585, 1.0_dB_per_cm, 1, amplitude_of_decibels(-9), 6_um};
+/// The muscle of the skin of the neck, a millimetre thick and infiltrated by fat: too thin for a sheath of its own.
+inline constexpr medium platysma{1010, 1510, 1.0_dB_per_cm, 1, amplitude_of_decibels(-10), 28_um};
 
 /// Mucus and bubbles in the folds of a collapsed gullet: as bright as its mucosa, and more.
-inline constexpr medium mucus{1030, 1530, 0.8_dB_per_cm, 1, amplitude_of_decibels(8), 10_um};
+inline constexpr medium mucus{1030, 1530, 0.8_dB_per_cm, 1, amplitude_of_decibels(12), 10_um};
 
 /// The fibrous disc between two vertebrae.
 inline constexpr medium disc{1100, 1620, 2.0_dB_per_cm, 1, amplitude_of_decibels(-3), 15_um};

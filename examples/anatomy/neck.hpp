@@ -78,7 +78,8 @@ struct neck_builder {
     swept fascia{};              ///< the investing fascia: all muscles lie below it
     swept airway{};              ///< the trachea's outside
     std::vector<swept> straps{}; ///< what presses on the thyroid
-    float sign = 1;              ///< of x on the side of the views
+    std::vector<std::vector<tube_section>> roots{};
+    float sign = 1; ///< of x on the side of the views
     std::uint64_t seed = 0;
 
     static constexpr float top = -70_mm, bottom = 52_mm;
@@ -162,10 +163,10 @@ struct neck_builder {
         outside.waves = 0.12_mm;
         outside.seed = seed + 1;
         add(outside.surface(coarse, of.fat + of.skin + 7_mm), tissue::gel, -1000, "gel");
-        add(outside.surface(coarse, of.fat + of.skin), media::skin, 0, "skin");
+        add(outside.surface(coarse, of.fat + of.skin), tissue::skin, 0, "skin");
         outside.waves = 0.2_mm;
-        add(outside.surface(coarse, of.fat), media::fat, 0, "fat", {0, 1, 0});
-        add(fascia.surface(coarse), tissue::connective_tissue, 0, "deep fascia", {0, 1, 0});
+        add(outside.surface(coarse, of.fat), tissue::fat, 0, "fat", {0, 1, 0});
+        add(fascia.surface(coarse), media::deep_fascia, 0, "deep fascia", {0, 1, 0});
         // The platysma tapers to all sides, and has thin places.
         for (const float side : {1.0F, -1.0F}) {
             const std::uint32_t columns = static_cast<std::uint32_t>(44 * of.resolution),
@@ -179,7 +180,7 @@ struct neck_builder {
                     const float x = side * (7_mm + 4_mm * v + u * (45_mm + 3_mm * v));
                     const float ends =
                         ramp(u, 0, 0.35F) * ramp(1 - u, 0, 0.4F) * ramp(v, 0, 0.1F) * ramp(1 - v, 0, 0.1F);
-                    const float thick = (0.35F + 0.65F * ramp(noise(seed + 2, {x, y, 0}, 9_mm), -0.6F, 0.4F)) * ends;
+                    const float thick = (0.15F + 0.85F * ramp(noise(seed + 2, {x, y, 0}, 9_mm), -0.6F, 0.4F)) * ends;
                     const float height =
                         0.75_mm + 0.08F * (of.fat - 1.5_mm) + 0.12_mm * noise(seed + 3, {x, y, side}, 14_mm);
                     points.push_back({under(x, y, -height), 0.08_mm + 0.9_mm * of.muscle * thick});
@@ -221,8 +222,8 @@ struct neck_builder {
             straps.push_back(sternothyroid);
             straps.push_back(sternomastoid);
             add_muscle(place({{top, {9_mm, 33.5_mm}, 6.5_mm, 3.6_mm, 0.3F, 12},
-                              {-20_mm, {11.5_mm, 34_mm}, 7.5_mm, 4.3_mm, 0.42F, 16},
-                              {10_mm, {12.5_mm, 35.5_mm}, 7.5_mm, 4.4_mm, 0.5F, 16},
+                              {-20_mm, {12.5_mm, 34.2_mm}, 8.3_mm, 4.3_mm, 0.42F, 16},
+                              {10_mm, {14_mm, 36_mm}, 8.6_mm, 4.5_mm, 0.48F, 16},
                               {bottom, {10.5_mm, 37_mm}, 6.5_mm, 3.2_mm, 0.4F, 10}},
                              4),
                        tissue::thin_muscle, 3, named("longus colli"));
@@ -232,9 +233,9 @@ struct neck_builder {
                              5),
                        tissue::thin_muscle, 2, named("longus capitis"));
             add_muscle(place({{-52_mm, {31_mm, 37_mm}, 4_mm, 2.6_mm, -0.7F, 0},
-                              {-25_mm, {33.5_mm, 35.5_mm}, 6.5_mm, 4.2_mm, -0.72F, 0},
-                              {0, {37.3_mm, 34.2_mm}, 8_mm, 4.7_mm, -0.7F, -12},
-                              {25_mm, {39.5_mm, 33_mm}, 8_mm, 5_mm, -0.55F, -14},
+                              {-25_mm, {33_mm, 36_mm}, 7.5_mm, 4.4_mm, -0.72F, 0},
+                              {0, {36.3_mm, 35_mm}, 9.3_mm, 4.8_mm, -0.7F, -12},
+                              {25_mm, {39_mm, 33.5_mm}, 9_mm, 5.2_mm, -0.55F, -14},
                               {bottom, {40_mm, 31_mm}, 8_mm, 5_mm, -0.4F, -10}},
                              6),
                        tissue::thin_muscle, 4, named("scalenus anterior"));
@@ -269,7 +270,7 @@ struct neck_builder {
                     {belly(54_mm, 40_mm, 3.6_mm, 3.4_mm, 1.5_mm, 0), belly(48_mm, 27_mm, 6.5_mm, 4_mm, 1.6_mm, 0),
                      belly(38_mm, 14_mm, 9.2_mm, 2.6_mm, 1.0_mm, 0), belly(29_mm, -2_mm, 9_mm, 3_mm, 1.2_mm, 0),
                      belly(21_mm, -24_mm, 7_mm, 4_mm, 1.5_mm, 0), belly(15_mm, -50_mm, 4.6_mm, 4_mm, 1.5_mm, 0)},
-                    8),
+                    cell(2_mm)),
                 side);
             mesh omohyoid = make_tube(untwisted(line), {.segments = 20, .across = {side, 0, 0}});
             add(confined(
@@ -285,12 +286,12 @@ struct neck_builder {
     }
 
     void add_airway() {
-        const float r = 0.5F * of.trachea, deep = 0.5F * 0.95F * of.trachea;
+        const float r = 0.5F * of.trachea, deep = 0.5F * 0.9F * of.trachea;
         const float front = 4.6_mm + 0.5F * of.isthmus + 1.5_mm * of.muscle;
         const vec2 centre{0, front + deep};
         const float back = centre.y + 0.62F * deep;
         airway = {.sections = {{top, centre, r, deep}, {bottom, centre + vec2{0, 4_mm}, r, deep}},
-                  .power = 2.1F,
+                  .power = 2.3F,
                   .start = 2_mm,
                   .end = 2_mm,
                   .waves = 0.15_mm,
@@ -339,12 +340,12 @@ struct neck_builder {
                          .seed = seed + number};
         };
         add(gullet(8.2_mm, 3.9_mm, 0.35_mm, 22, 0).surface(size), tissue::muscularis, 6, "oesophagus");
-        add(gullet(5.7_mm, 2_mm, 0.45_mm, 23, 0.4_mm).surface(cell(1.2_mm)), tissue::mucosa, 6, "oesophageal mucosa");
+        add(gullet(5_mm, 1.6_mm, 0.4_mm, 23, 0.4_mm).surface(cell(1.2_mm)), tissue::mucosa, 6, "oesophageal mucosa");
         add(gullet(3.2_mm, 0.35_mm, 0.15_mm, 24, 0.7_mm).surface(cell(0.9_mm)), media::mucus, 6, "oesophageal lumen");
     }
 
     void add_spine() {
-        const float size = cell(1.7_mm);
+        const float size = cell(1.8_mm);
         const char* names[] = {"fifth cervical vertebra", "sixth cervical vertebra", "seventh cervical vertebra",
                                "first thoracic vertebra"};
         for (int i = 0; i < 4; ++i) {
@@ -417,21 +418,21 @@ struct neck_builder {
                              arteries(29_mm, -20_mm, 22.8_mm, r), arteries(30_mm, up + 6_mm, 22.6_mm, 1.08F * r),
                              arteries(31.5_mm, up - 3_mm, 23.5_mm, 1.2F * r),
                              arteries(33.5_mm, up - 14_mm, 25.5_mm, 0.84F * r)},
-                            12),
+                            cell(1.5_mm)),
                 side);
             const auto segments = static_cast<std::uint32_t>((viewed ? 44 : 24) * of.resolution);
             const std::string name = sided(side, "common carotid artery"),
                               branch = sided(side, "external carotid artery");
             const std::vector<wall_layer> fine{{"intima", tissue::intima, 0.28F * of.wall, 0.12F},
                                                {"media", tissue::tunica_media, 0.72F * of.wall, 0.15F},
-                                               {"adventitia", tissue::adventitia, 0.55_mm, 0.4F}};
+                                               {"adventitia", tissue::adventitia, 0.5_mm, 0.6F}};
             const std::vector<wall_layer> plain{{"adventitia", tissue::adventitia, 0.55_mm + of.wall, 0.3F}};
             const auto& layers = viewed ? fine : plain;
             add_vessel(make_tube(line, {.segments = segments}), layers, 10, name, own);
             const auto other = mirrored(smooth_line({arteries(30.2_mm, up + 3_mm, 22.4_mm, 0.62F * r),
                                                      arteries(29_mm, up - 5_mm, 20.5_mm, 0.68F * r),
                                                      arteries(28.5_mm, up - 15_mm, 19_mm, 0.62F * r)},
-                                                    10),
+                                                    cell(1.5_mm)),
                                         side);
             add_vessel(make_tube(other, {.segments = segments}), layers, 10, branch, own + 10);
             if (viewed) {
@@ -452,13 +453,13 @@ struct neck_builder {
                 swept{.sections = {beside(top + 3_mm, 49_mm, 0, 0.75F, 0.1F), beside(-35_mm, 47_mm, 0, 0.9F, 0.08F),
                                    beside(0, 45_mm, 0, 1, 0.1F), beside(25_mm, 40.5_mm, 0.3_mm, 1.05F, 0.05F),
                                    beside(bottom - 3_mm, 33_mm, 0.5_mm, 0.95F, 0)},
-                      .power = 2.15F,
+                      .power = 2,
                       .start = 4_mm,
                       .end = 4_mm,
-                      .waves = 0.3_mm,
+                      .waves = 0.15_mm,
                       .seed = seed + own + 20},
                 side);
-            add_vessel(vein.surface(cell(viewed ? 1.1_mm : 1.8_mm)), {{"wall", tissue::vein_wall, 0.35_mm, 0.35F}}, 8,
+            add_vessel(vein.surface(cell(viewed ? 1.1_mm : 1.8_mm)), {{"wall", tissue::vein_wall, 0.3_mm, 0.35F}}, 8,
                        sided(side, "internal jugular vein"), own + 20);
             if (viewed) {
                 std::vector<tube_section> centre;
@@ -471,21 +472,28 @@ struct neck_builder {
             }
 
             // The vagus nerve in the groove behind both, and the vertebral artery in the foramina of the vertebrae.
-            const auto vagus = mirrored(
-                smooth_line({arteries(28.5_mm, bottom - 3_mm, 32_mm, 0.9_mm), arteries(31.5_mm, 25_mm, 30.5_mm, 0.9_mm),
-                             arteries(33.2_mm, 0, 28.6_mm, 0.95_mm), arteries(34.2_mm, -25_mm, 28_mm, 1_mm),
-                             arteries(36.5_mm, top + 3_mm, 29.5_mm, 1.1_mm)},
-                            8),
-                side);
+            std::vector<tube_section> groove;
+            for (const float y : {top + 4_mm, -40_mm, -20_mm, 0.0F, 20_mm, bottom - 4_mm}) {
+                const section beside_it = vein.at(y);
+                vec3 artery = line.front().centre;
+                for (const tube_section& one : line)
+                    if (std::fabs(one.centre.y - y) < std::fabs(artery.y - y)) artery = one.centre;
+                const vec3 to_vein = normalize(vec3{beside_it.centre.x - artery.x, 0, beside_it.centre.y - artery.z});
+                const vec3 behind = side > 0 ? vec3{-to_vein.z, 0, to_vein.x} : vec3{to_vein.z, 0, -to_vein.x};
+                const float outside = r + of.wall + 0.55_mm;
+                const vec3 at = artery + (outside + 0.8_mm) * to_vein + (0.5F * outside + 0.45F * t + 1.1_mm) * behind;
+                groove.push_back(arteries(at.x, y, at.z, 0.75_mm));
+            }
+            const auto vagus = smooth_line(groove, cell(2_mm));
             mesh nerve = make_tube(vagus, {.segments = 16});
-            add(grown(nerve, 0.45_mm, 0.2F, 3_mm, seed + own + 31), tissue::epineurium, 9, sided(side, "vagus nerve"));
+            add(grown(nerve, 0.35_mm, 0.2F, 3_mm, seed + own + 31), tissue::epineurium, 9, sided(side, "vagus nerve"));
             add(std::move(nerve), tissue::nerve_fascicle, 9, sided(side, "vagus nerve: fascicle"));
             if (!viewed) continue;
             const auto vertebral = mirrored(
                 smooth_line({arteries(20_mm, bottom - 3_mm, 36_mm, 1.9_mm), arteries(20_mm, 25_mm, 39_mm, 1.8_mm),
                              arteries(19_mm, 2_mm, 42.5_mm, 1.7_mm), arteries(17.5_mm, -16_mm, 47.5_mm, 1.7_mm),
                              arteries(17.5_mm, top + 3_mm, 47_mm, 1.7_mm)},
-                            8),
+                            cell(2_mm)),
                 side);
             add_vessel(make_tube(vertebral, {.segments = 24}), {{"wall", tissue::vessel_wall, 0.4_mm, 0.3F}}, 10,
                        sided(side, "vertebral artery"), own + 40);
@@ -497,7 +505,7 @@ struct neck_builder {
                 const auto external = mirrored(
                     smooth_line({on(38_mm, top + 4_mm, 1.1_mm), on(42_mm, -35_mm, 1.3_mm), on(46_mm, 0, 1.4_mm),
                                  on(49_mm, 25_mm, 1.5_mm), on(50_mm, bottom - 5_mm, 1.4_mm)},
-                                8),
+                                cell(2_mm)),
                     side);
                 add_vessel(make_tube(external, {.segments = 20, .across = {1, 0, 0}}),
                            {{"wall", tissue::vein_wall, 0.2_mm, 0.3F}}, 3, sided(side, "external jugular vein"),
@@ -516,29 +524,30 @@ struct neck_builder {
             int fascicles;
         };
         const root all[] = {
-            {"fifth cervical root", -46_mm, 3_mm, {46.6_mm, 2_mm, 33.8_mm}, {50_mm, 40_mm, 33_mm}, 1},
-            {"sixth cervical root", -27.5_mm, 3.6_mm, {43.7_mm, 2_mm, 36.6_mm}, {48.5_mm, 42_mm, 36.2_mm}, 2},
-            {"seventh cervical root", -9.5_mm, 4.2_mm, {40.2_mm, 4_mm, 39.8_mm}, {46.5_mm, 44_mm, 39.4_mm}, 3}};
+            {"fifth cervical root", -46_mm, 3_mm, {46.4_mm, -1_mm, 33.8_mm}, {50_mm, 40_mm, 33_mm}, 1},
+            {"sixth cervical root", -27.5_mm, 3.6_mm, {43.6_mm, -1_mm, 36.7_mm}, {48.5_mm, 42_mm, 36.2_mm}, 2},
+            {"seventh cervical root", -9.5_mm, 4.2_mm, {39.6_mm, 3_mm, 40.2_mm}, {46.5_mm, 44_mm, 39.4_mm}, 3}};
         std::uint64_t number = 400;
         for (const root& one : all) {
             const float radius = 0.5F * one.diameter * of.roots;
             const auto at = [&](vec3 p, float part) { return tube_section{p, vec2{part * radius}}; };
-            const vec3 exit{22_mm, one.from, 46_mm}, gutter{29_mm, one.from + 6_mm, 45_mm};
+            const vec3 exit{22_mm, one.from, 46_mm}, gutter{29_mm, one.from + 2_mm, 45.5_mm};
             const auto line = mirrored(
-                smooth_line({at(exit, 0.9F), at(gutter, 0.95F),
-                             at(0.45F * gutter + 0.55F * one.groove + vec3{0.6_mm, 0, 0.4_mm}, 1), at(one.groove, 1),
-                             at(0.5F * (one.groove + one.below) + vec3{0, 0, 0.3_mm}, 1), at(one.below, 1)},
-                            8),
+                smooth_line({at(exit, 0.9F), at(gutter, 0.95F), at(one.groove, 1), at(one.below, 1)}, cell(2_mm)),
                 sign);
+            roots.push_back(line);
             const std::string name = sided(sign, one.name);
             add(make_tube(line, {.segments = 28}), tissue::epineurium, 5, name);
             for (int i = 0; i < one.fascicles; ++i) {
                 const float turned = 2 * pi * (static_cast<float>(i) / static_cast<float>(one.fascicles)) + 0.7F;
-                const float share = one.fascicles == 1 ? 0.74F : one.fascicles == 2 ? 0.46F : 0.4F;
+                const float share = one.fascicles == 1 ? 0.8F : one.fascicles == 2 ? 0.47F : 0.42F;
                 std::vector<tube_section> inner = line;
-                for (tube_section& s : inner) {
+                for (std::size_t k = 0; k < inner.size(); ++k) {
+                    tube_section& s = inner[k];
+                    const vec3 along = line[std::min(k + 1, line.size() - 1)].centre - line[k > 0 ? k - 1 : 0].centre;
+                    const vec3 aside = normalize(cross(along, vec3{0, 0, 1})), other = normalize(cross(along, aside));
                     const float off = one.fascicles == 1 ? 0 : 0.43F * s.radii.x;
-                    s.centre += off * vec3{std::cos(turned), 0, std::sin(turned)};
+                    s.centre += off * (std::cos(turned) * aside + std::sin(turned) * other);
                     s.radii *= share * (1 + 0.1F * noise(seed + number, s.centre, 6_mm));
                 }
                 inner.erase(inner.begin());
@@ -578,7 +587,7 @@ struct neck_builder {
                                                      {{28_mm, 0, 23.6_mm}, vec2{r}},
                                                      {{29_mm, -20_mm, 22.8_mm}, vec2{r}},
                                                      {{30_mm, -42_mm, 22.6_mm}, vec2{r}}},
-                                                    2),
+                                                    12_mm),
                                         side));
         const auto gland = [&](vec3 p) {
             const float lobe = smooth_min(lobes[0].distance(p), lobes[1].distance(p), 2_mm);
@@ -606,7 +615,8 @@ struct neck_builder {
             };
             const float lean = 0.25F * static_cast<float>(i - 1);
             const auto line = mirrored(
-                smooth_line({at(0.55F, 3, 0.35F + lean), at(0.1F, 0, 0.1F + lean), at(-0.35F, -3, 0.05F + lean)}, 6),
+                smooth_line({at(0.55F, 3, 0.35F + lean), at(0.1F, 0, 0.1F + lean), at(-0.35F, -3, 0.05F + lean)},
+                            cell(0.7_mm)),
                 sign);
             add(make_tube(line, {.segments = 12}), tissue::blood, 5,
                 sided(sign, "thyroid vein " + std::to_string(i + 1)));
@@ -624,33 +634,44 @@ struct neck_builder {
             const vec3 towards = std::cos(tilt) * n + sign * std::sin(tilt) * lateral;
             return look_at(from, from + towards, lateral);
         };
-        const vessel& carotid = made.vessels.front();
-        const auto carotid_at = [&](float y) {
-            vec3 nearest = carotid.line.front().centre;
-            for (const tube_section& one : carotid.line)
+        const auto centre_at = [](const std::vector<tube_section>& line, float y) {
+            vec3 nearest = line.front().centre;
+            for (const tube_section& one : line)
                 if (std::fabs(one.centre.y - y) < std::fabs(nearest.y - y)) nearest = one.centre;
             return nearest;
         };
+        const std::vector<tube_section>& carotid = made.vessels.front().line;
         made.views.push_back({"carotid_transverse",
                               "common carotid artery and jugular vein, across",
                               across(33_mm, 1_mm),
                               probe,
                               settings,
                               {}});
-        const vec3 upper = carotid_at(-24_mm), lower = carotid_at(6_mm), middle = 0.5F * (upper + lower);
+        const vec3 upper = centre_at(carotid, -24_mm), lower = centre_at(carotid, 6_mm),
+                   middle = 0.5F * (upper + lower);
         const vec3 from = on_skin(sign * 34_mm, middle.y, film);
+        settings.depth = 35_mm;
         made.views.push_back({"carotid_lengthwise",
                               "common carotid artery, along it, the head to the left",
                               look_at(from, middle, lower - upper),
                               probe,
                               settings,
                               {}});
+        settings.depth = 40_mm;
         made.views.push_back({"thyroid", "thyroid and trachea, across", across(8_mm, 6_mm), probe, settings, {}});
         settings.depth = 34_mm;
-        const pose groove = across(50.5_mm, 2_mm);
-        const vec3 entry = on_skin(sign * 62_mm, 2_mm, 0);
+        const pose groove = across(50.5_mm, 6_mm);
+        // Between the upper two roots, from behind, in the slice.
+        vec3 target = groove.local_point(0.5F * (centre_at(roots[0], 6_mm) + centre_at(roots[1], 6_mm)));
+        target = groove.point({target.x + sign * 2.2_mm, 0, target.z});
+        const vec3 out = groove.direction({sign * std::cos(32_deg), 0, -std::sin(32_deg)});
+        float within = 0, beyond = 60_mm;
+        for (int i = 0; i < 30; ++i) {
+            const float half = 0.5F * (within + beyond);
+            (depth(target + half * out) > -(of.fat + of.skin) ? within : beyond) = half;
+        }
         made.views.push_back({"interscalene", "roots of the brachial plexus between the scalene muscles", groove, probe,
-                              settings, needle_path{entry, {sign * 47.5_mm, 2_mm, 36.2_mm}}});
+                              settings, needle_path{target + within * out, target}});
     }
 };
 

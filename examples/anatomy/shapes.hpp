@@ -66,33 +66,49 @@ inline float round_cone(vec3 p, vec3 from, float from_radius, vec3 to, float to_
     return length(away - part * axis) - (from_radius + part * (to_radius - from_radius));
 }
 
-/// Values between points, by a cubic through all of them.
-/// @param at     0 at the first point, 1 at the second one
-template <class Value>
-Value cubic_between(const std::vector<Value>& points, float at) {
-    const auto last = static_cast<float>(points.size() - 1);
-    const auto i = static_cast<std::size_t>(clamp(std::floor(at), 0, max(last - 1, 0)));
-    const float t = clamp(at, 0, last) - static_cast<float>(i);
-    const auto point = [&](std::size_t k) { return points[std::min(k, points.size() - 1)]; };
-    const Value b = point(i), c = point(i + 1), a = i > 0 ? point(i - 1) : b + (b - c),
-                d = i + 2 < points.size() ? point(i + 2) : c + (c - b);
-    return b +
-           (0.5F * t) * ((c - a) + t * ((2.0F * a - 5.0F * b + 4.0F * c - d) + t * ((3.0F * b - a - 3.0F * c) + d)));
+/// Values between points, by a cubic through all of them, smooth at each.
+/// @param knot   knot(i), ascending
+/// @param i      of the point before
+/// @param part   0 there, 1 at the next point
+/// Source: Catmull & Rom 1974, with uneven knots.
+template <class Value, class Knot>
+Value cubic_between(const std::vector<Value>& points, const Knot& knot, std::size_t i, float part) {
+    const Value b = points[i], c = points[i + 1];
+    const float step = knot(i + 1) - knot(i);
+    Value leaving = c - b, arriving = c - b; // slopes, per step
+    if (i > 0) {
+        const float before = knot(i) - knot(i - 1);
+        leaving = (step / before) * (b - points[i - 1]) - (step / (before + step)) * (c - points[i - 1]) + (c - b);
+    }
+    if (i + 2 < points.size()) {
+        const float after = knot(i + 2) - knot(i + 1);
+        arriving = (c - b) - (step / (step + after)) * (points[i + 2] - b) + (step / after) * (points[i + 2] - c);
+    }
+    const float t = part;
+    return b + t * (leaving +
+                    t * ((3.0F * (c - b) - 2.0F * leaving - arriving) + t * (leaving + arriving - 2.0F * (c - b))));
 }
 
 /// A smooth line through points, as `make_tube` takes it: vessels, nerves.
-/// @param pieces  of the line between two points
-inline std::vector<tube_section> smooth_line(const std::vector<tube_section>& points, std::uint32_t pieces) {
+/// @param spacing  of its sections, about, metres
+inline std::vector<tube_section> smooth_line(const std::vector<tube_section>& points, float spacing) {
     std::vector<vec3> centres, radii;
+    std::vector<float> knots{0};
     for (const tube_section& one : points) {
+        // Centripetal knots: no loops where distances are uneven (Yuksel, Schaefer & Keyser 2011).
+        if (!centres.empty()) knots.push_back(knots.back() + std::sqrt(length(one.centre - centres.back())));
         centres.push_back(one.centre);
         radii.push_back({one.radii.x, one.radii.y, one.turn});
     }
+    const auto knot = [&](std::size_t k) { return knots[k]; };
     std::vector<tube_section> line;
-    for (std::uint32_t i = 0; i <= pieces * (points.size() - 1); ++i) {
-        const float at = static_cast<float>(i) / static_cast<float>(pieces);
-        const vec3 size = cubic_between(radii, at);
-        line.push_back({cubic_between(centres, at), {size.x, size.y}, size.z});
+    for (std::size_t i = 0; i + 1 < points.size(); ++i) {
+        const auto pieces = static_cast<std::uint32_t>(std::ceil(length(centres[i + 1] - centres[i]) / spacing));
+        for (std::uint32_t k = i == 0 ? 0 : 1; k <= pieces; ++k) {
+            const float part = static_cast<float>(k) / static_cast<float>(pieces);
+            const vec3 size = cubic_between(radii, knot, i, part);
+            line.push_back({cubic_between(centres, knot, i, part), {size.x, size.y}, size.z});
+        }
     }
     return line;
 }
@@ -145,7 +161,8 @@ struct swept {
         std::size_t i = 0;
         while (i + 2 < sections.size() && sections[i + 1].along < along) ++i;
         const float part = (along - sections[i].along) / (sections[i + 1].along - sections[i].along);
-        section here = cubic_between(sections, static_cast<float>(i) + clamp(part, 0, 1));
+        section here = cubic_between(
+            sections, [&](std::size_t k) { return sections[k].along; }, i, clamp(part, 0, 1));
         const auto rounded = [](float from_end, float over) {
             const float t = 1 - clamp(from_end / over, 0, 1);
             return std::sqrt(max(1 - t * t, 0));

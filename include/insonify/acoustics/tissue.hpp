@@ -43,19 +43,19 @@ inline constexpr structure muscle_structure{
                .spread_db = 7.8F, .waviness = 0.35F},
     .sheath = {.thickness = 1_mm}};
 
-/// A muscle of a few millimetres, as those of the neck, between the fingers or of the abdominal wall: finer fascicles, and
-/// a sheath that leaves room for them. Convention.
+/// A muscle of a few millimetres, as those of the neck, between the fingers or of the abdominal wall: fascicles are
+/// flattened as the muscle is, and the sheath leaves room for them. Convention.
 inline constexpr structure thin_muscle_structure{
-    .mottling = {2.5F, {8_mm, 3_mm, 3_mm}}, .grain = {1.8F, {4_mm, 1.2_mm, 1.2_mm}}, .wave = 0.15_mm,
-    .sheets = {.fill = 0.5F, .lattices = 6, .cell = {16_mm, 1.8_mm, 1.8_mm}, .thickness = 0.12_mm, .level_db = 20,
-               .spread_db = 7, .waviness = 0.35F},
-    .sheath = {.thickness = 0.45_mm, .level_db = 14}};
+    .mottling = {2.5F, {8_mm, 4_mm, 2.5_mm}}, .grain = {1.8F, {4_mm, 1.2_mm, 1.2_mm}}, .wave = 0.15_mm,
+    .sheets = {.fill = 0.6F, .lattices = 5, .cell = {18_mm, 4.2_mm, 1.7_mm}, .thickness = 0.11_mm, .level_db = 21,
+               .spread_db = 7, .turn = 0.6F, .waviness = 0.3F},
+    .sheath = {.thickness = 0.45_mm, .level_db = 15, .diffuse_db = -18}};
 
 /// Loose connective tissue: a few wavy lamellae of unequal strength. Convention.
 inline constexpr structure connective_structure{
-    .mottling = {3, {9_mm, 6_mm, 4_mm}}, .wave = 0.4_mm, .wave_length = 12_mm,
-    .septa = {.fill = 0.6F, .lattices = 2, .cell = {18_mm, 14_mm, 2.4_mm}, .thickness = 0.12_mm, .level_db = 12,
-              .spread_db = 5, .turn = 0.3F, .tilt = 0.1F, .waviness = 0.4F, .diffuse_db = -14}};
+    .mottling = {3, {9_mm, 6_mm, 4_mm}}, .wave = 0.45_mm, .wave_length = 12_mm,
+    .septa = {.fill = 0.75F, .lattices = 4, .cell = {22_mm, 12_mm, 2.6_mm}, .thickness = 0.13_mm, .level_db = 20,
+              .spread_db = 6, .turn = 0.5F, .tilt = 0.15F, .waviness = 0.35F, .diffuse_db = -18}};
 
 /// Myocardium: as skeletal muscle, with finer and fainter sheets. Convention.
 inline constexpr structure heart_structure{
@@ -91,6 +91,9 @@ inline constexpr structure skin_structure{
 
 /// Liver, spleen, brain: even, with mottling over 5 to 15 mm, 1 to 2 dB. Convention.
 inline constexpr structure parenchyma_structure{.mottling = {1.2F, {9_mm, 9_mm, 9_mm}}};
+
+/// Thyroid: the same, in lobules. Convention.
+inline constexpr structure thyroid_structure{.mottling = {1.6F, {4_mm, 4_mm, 4_mm}}};
 
 /// Renal cortex: the same, finer. Convention.
 inline constexpr structure kidney_structure{.mottling = {1.5F, {5_mm, 5_mm, 5_mm}}};
@@ -131,16 +134,16 @@ inline constexpr medium fascia{1120, 1613, 1.57_dB_per_cm, 1, amplitude_of_decib
 inline constexpr medium thin_muscle{1075, 1580, 1.0_dB_per_cm, 1, amplitude_of_decibels(-7), 6_um, 0, thin_muscle_structure};
 
 /// Loose, between muscles and around vessels. Source: IT'IS (density and speed); attenuation between fat and fascia.
-inline constexpr medium connective_tissue{1027, 1545, 0.9_dB_per_cm, 1, amplitude_of_decibels(-3), 6_um, 0, connective_structure};
+inline constexpr medium connective_tissue{1027, 1545, 0.9_dB_per_cm, 1, amplitude_of_decibels(-7), 6_um, 0, connective_structure};
 
 /// The capsule of a gland or organ: dense connective tissue, in a thin layer. Source: as `fascia`.
 inline constexpr medium capsule{1100, 1600, 1.57_dB_per_cm, 1, amplitude_of_decibels(4), 6_um};
 
 /// A fascicle of a nerve: hypoechoic. Convention, after IT'IS for the whole nerve.
-inline constexpr medium nerve_fascicle{1065, 1605, 1.0_dB_per_cm, 1, amplitude_of_decibels(-7), 6_um};
+inline constexpr medium nerve_fascicle{1065, 1605, 1.0_dB_per_cm, 1, amplitude_of_decibels(-13), 6_um};
 
 /// The connective tissue around the fascicles of a nerve: hyperechoic. Convention, after IT'IS for the whole nerve.
-inline constexpr medium epineurium{1075, 1630, 1.2_dB_per_cm, 1, amplitude_of_decibels(7), 6_um};
+inline constexpr medium epineurium{1070, 1610, 1.2_dB_per_cm, 1, amplitude_of_decibels(4), 6_um};
 
 /// Peripheral. Source: IT'IS.
 inline constexpr medium nerve{1075, 1630, 1.1_dB_per_cm, 1, amplitude_of_decibels(3), 20_um, 0, nerve_structure};
@@ -154,7 +157,7 @@ inline constexpr medium liver{1060, 1570, 0.52_dB_per_cm, 1.05F, amplitude_of_de
 inline constexpr medium kidney{1060, 1560, 1.0_dB_per_cm, 1, amplitude_of_decibels(-4), 20_um, 0, kidney_structure};
 
 /// Gland; brighter than muscle, as fine as liver. Density: ICRU Report 44. The rest by convention, around `liver`.
-inline constexpr medium thyroid{1050, 1565, 0.6_dB_per_cm, 1.1F, amplitude_of_decibels(2), 6_um, 0, parenchyma_structure};
+inline constexpr medium thyroid{1050, 1565, 0.6_dB_per_cm, 1.1F, amplitude_of_decibels(1), 6_um, 0, thyroid_structure};
 
 /// Sources: IT'IS, Diagnostics, Mech. Mater., Szabo. Excised spleen scatters least of five organs (Fei), but clinically
 /// it is as bright as liver or brighter, which is adopted.
@@ -173,16 +176,16 @@ inline constexpr medium vessel_wall{1100, 1570, 0.7_dB_per_cm, 1, amplitude_of_d
 /// adventitia. Source of the lines: Pignoli et al., Circulation 1986 74:1399; densities and speeds around those of
 /// `vessel_wall`, levels by convention.
 /// @{
-inline constexpr medium intima{1120, 1640, 0.7_dB_per_cm, 1, amplitude_of_decibels(4), 6_um};
-inline constexpr medium tunica_media{1070, 1575, 0.7_dB_per_cm, 1, amplitude_of_decibels(-14), 6_um};
-inline constexpr medium adventitia{1110, 1640, 1.2_dB_per_cm, 1, amplitude_of_decibels(5), 6_um};
+inline constexpr medium intima{1085, 1590, 0.7_dB_per_cm, 1, amplitude_of_decibels(1), 6_um};
+inline constexpr medium tunica_media{1050, 1535, 0.7_dB_per_cm, 1, amplitude_of_decibels(-16), 6_um};
+inline constexpr medium adventitia{1075, 1565, 1.2_dB_per_cm, 1, amplitude_of_decibels(-2), 6_um};
 /// @}
 
 /// Of a vein: one thin layer. Convention, as `vessel_wall`.
-inline constexpr medium vein_wall{1090, 1585, 0.7_dB_per_cm, 1, amplitude_of_decibels(2), 6_um};
+inline constexpr medium vein_wall{1075, 1570, 0.7_dB_per_cm, 1, amplitude_of_decibels(-3), 6_um};
 
 /// Mucosa and submucosa of gullet and gut: hyperechoic. Source: Assentoft (1584 m/s); the rest by convention.
-inline constexpr medium mucosa{1050, 1584, 0.8_dB_per_cm, 1, amplitude_of_decibels(2), 6_um};
+inline constexpr medium mucosa{1050, 1584, 0.8_dB_per_cm, 1, amplitude_of_decibels(0), 6_um};
 
 /// The muscle of gullet and gut: hypoechoic. Source: Assentoft (1624 m/s); the rest as `muscle`.
 inline constexpr medium muscularis{1060, 1624, 1.0_dB_per_cm, 1, amplitude_of_decibels(-10), 6_um};
