@@ -13,7 +13,7 @@ inline constexpr medium deep_fascia{
     995, 1510, 0.9_dB_per_cm, 1, amplitude_of_decibels(-7), 26_um, 0, tissue::connective_structure};
 
 /// The muscle of the skin of the neck, a millimetre thick and infiltrated by fat: too thin for a sheath of its own.
-inline constexpr medium platysma{1010, 1510, 1.0_dB_per_cm, 1, amplitude_of_decibels(-10), 28_um};
+inline constexpr medium platysma{990, 1495, 1.0_dB_per_cm, 1, amplitude_of_decibels(-11), 35_um};
 
 /// Mucus and bubbles in the folds of a collapsed gullet: as bright as its mucosa, and more.
 inline constexpr medium mucus{1030, 1530, 0.8_dB_per_cm, 1, amplitude_of_decibels(12), 10_um};

@@ -51,7 +51,7 @@ struct neck {
             {"carotid", "m", "inner diameter of the common carotid artery", &of::carotid, 5.2_mm, 7.5_mm},
             {"wall", "m", "thickness of its intima and media", &of::wall, 0.45_mm, 1_mm},
             {"division", "m", "height of its division above the middle of the seventh vertebra", &of::division, 36_mm,
-             56_mm},
+             52_mm},
             {"jugular_width", "m", "inner width of the internal jugular vein", &of::jugular_width, 9_mm, 16_mm},
             {"jugular_height", "m", "its inner height", &of::jugular_height, 4_mm, 11_mm},
             {"lobe_width", "m", "width of a lobe of the thyroid", &of::lobe_width, 15_mm, 20_mm},
@@ -98,7 +98,10 @@ struct neck_builder {
 
     float cell(float usual) const { return usual / of.resolution; }
     std::string sided(float side, const std::string& name) const { return (side > 0 ? "left " : "right ") + name; }
-    object_id add(mesh surface, const medium& inside, int priority, const std::string& name, vec3 fibres = {0, 0, 0}) {
+    /// @param within  the name of the object in which it lies
+    object_id add(mesh surface, const medium& inside, int priority, const std::string& name, const std::string& within,
+                  vec3 fibres = {0, 0, 0}) {
+        if (!within.empty()) made.nested.emplace_back(name, within);
         return made.anatomy.add(std::move(surface), inside, {.priority = priority, .name = name, .fibres = fibres});
     }
 
@@ -153,7 +156,7 @@ struct neck_builder {
                     float size = 1.6_mm) {
         add(confined(
                 shape.surface(cell(size)), [&](vec3 p) { return depth(p); }, 0.2_mm),
-            inside, priority, name);
+            inside, priority, name, "deep fascia");
     }
 
     void add_skin() {
@@ -162,11 +165,11 @@ struct neck_builder {
         outside.start = outside.end = 2_mm;
         outside.waves = 0.12_mm;
         outside.seed = seed + 1;
-        add(outside.surface(coarse, of.fat + of.skin + 7_mm), tissue::gel, -1000, "gel");
-        add(outside.surface(coarse, of.fat + of.skin), tissue::skin, 0, "skin");
+        add(outside.surface(coarse, of.fat + of.skin + 7_mm), tissue::gel, -1000, "gel", "");
+        add(outside.surface(coarse, of.fat + of.skin), tissue::skin, 0, "skin", "gel");
         outside.waves = 0.2_mm;
-        add(outside.surface(coarse, of.fat), tissue::fat, 0, "fat", {0, 1, 0});
-        add(fascia.surface(coarse), media::deep_fascia, 0, "deep fascia", {0, 1, 0});
+        add(outside.surface(coarse, of.fat), tissue::fat, 0, "fat", "skin", {0, 1, 0});
+        add(fascia.surface(coarse), media::deep_fascia, 0, "deep fascia", "fat", {0, 1, 0});
         // The platysma tapers to all sides, and has thin places.
         for (const float side : {1.0F, -1.0F}) {
             const std::uint32_t columns = static_cast<std::uint32_t>(44 * of.resolution),
@@ -188,7 +191,7 @@ struct neck_builder {
             if (side < 0) // so that the upper side stays the upper one
                 for (std::uint32_t row = 0; row < rows; ++row)
                     std::reverse(points.begin() + row * columns, points.begin() + (row + 1) * columns);
-            add(make_sheet(points, columns), media::platysma, 1, sided(side, "platysma"));
+            add(make_sheet(points, columns), media::platysma, 1, sided(side, "platysma"), "fat");
         }
     }
 
@@ -275,7 +278,7 @@ struct neck_builder {
             mesh omohyoid = make_tube(untwisted(line), {.segments = 20, .across = {side, 0, 0}});
             add(confined(
                     std::move(omohyoid), [&](vec3 p) { return depth(p); }, 0.2_mm),
-                tissue::thin_muscle, 4, named("omohyoid"));
+                tissue::thin_muscle, 4, named("omohyoid"), "deep fascia");
         }
     }
     /// Turns are those of the ellipses about the line, not about y.
@@ -296,17 +299,15 @@ struct neck_builder {
                   .end = 2_mm,
                   .waves = 0.15_mm,
                   .seed = seed + 20};
+        const auto back_at = [&](float y) { return back + 4_mm * (y - top) / (bottom - top); };
         const auto flat_behind = [&](mesh m, float inwards) { // its back is a membrane without cartilage
-            for (vec3& p : m.positions) {
-                const float limit = back + (4_mm * (p.y - top) / (bottom - top)) - inwards;
-                p.z = smooth_min(p.z, limit, 2_mm);
-            }
+            for (vec3& p : m.positions) p.z = smooth_min(p.z, back_at(p.y) - inwards, 2_mm);
             return m;
         };
         const float size = cell(1.5_mm);
-        add(flat_behind(airway.surface(size), 0), tissue::fascia, 7, "trachea");
-        add(flat_behind(airway.surface(size, -1.5_mm), 1.3_mm), tissue::mucosa, 7, "tracheal mucosa");
-        add(flat_behind(airway.surface(size, -2.1_mm), 1.9_mm), tissue::air, 7, "tracheal air");
+        add(flat_behind(airway.surface(size), 0), tissue::fascia, 7, "trachea", "deep fascia");
+        add(flat_behind(airway.surface(size, -1.5_mm), 1.3_mm), tissue::mucosa, 7, "tracheal mucosa", "trachea");
+        add(flat_behind(airway.surface(size, -2.1_mm), 1.9_mm), tissue::air, 7, "tracheal air", "tracheal mucosa");
         mesh rings;
         for (int ring = 0; ring < 13; ++ring) {
             const float y = -24_mm + 6_mm * static_cast<float>(ring) +
@@ -317,31 +318,34 @@ struct neck_builder {
             const std::uint32_t points = static_cast<std::uint32_t>(30 * of.resolution);
             for (std::uint32_t i = 0; i <= points; ++i) {
                 const float part = static_cast<float>(i) / static_cast<float>(points);
-                const float angle = (-0.5F + 1.58F * (part - 0.5F)) * pi, within = 0.8_mm;
-                line.push_back({{here.centre.x + (here.half_width - within) * std::cos(angle), y,
-                                 here.centre.y + (here.half_thickness - within) * std::sin(angle)},
-                                {1.9_mm - 0.3_mm * std::fabs(2 * part - 1), 0.55_mm}});
+                const float angle = (-0.5F + 1.58F * (part - 0.5F)) * pi, within = 1_mm;
+                vec3 place = airway.point(here, angle, -within);
+                place.z = smooth_min(place.z, back_at(y) - 1.5_mm, 2_mm);
+                line.push_back({place, {1.9_mm - 0.3_mm * std::fabs(2 * part - 1), 0.55_mm}});
             }
             append(rings, make_tube(line, {.segments = 16, .across = {0, 1, 0}}));
         }
-        add(std::move(rings), tissue::cartilage, 8, "tracheal cartilages");
+        add(std::move(rings), tissue::cartilage, 8, "tracheal cartilages", "trachea");
 
         // The gullet: to the left of the midline on either side of the views.
         const float z = back + 4.4_mm;
-        const auto gullet = [&](float w, float t, float waves, std::uint64_t number, float shift) {
-            return swept{.sections = {{top, {0.6F * of.oesophagus, z}, w * 1.05F, t * 0.9F, 0.05F, -20},
+        const auto gullet = [&](float w, float t, float waves, std::uint64_t number, float shift, float shorter) {
+            return swept{.sections = {{top + shorter, {0.6F * of.oesophagus, z}, w * 1.05F, t * 0.9F, 0.05F, -20},
                                       {-15_mm, {0.75F * of.oesophagus, z + 0.4_mm}, w, t, 0.12F, -26},
                                       {8_mm, {of.oesophagus + shift, z + 1.6_mm}, w, t * 1.05F, 0.2F, -30},
-                                      {bottom, {of.oesophagus, z + 4_mm}, w * 1.05F, t, 0.1F, -20}},
+                                      {bottom - shorter, {of.oesophagus, z + 4_mm}, w * 1.05F, t, 0.1F, -20}},
                          .power = 2,
                          .start = 3_mm,
                          .end = 3_mm,
                          .waves = waves,
                          .seed = seed + number};
         };
-        add(gullet(8.2_mm, 3.9_mm, 0.35_mm, 22, 0).surface(size), tissue::muscularis, 6, "oesophagus");
-        add(gullet(5_mm, 1.6_mm, 0.4_mm, 23, 0.4_mm).surface(cell(1.2_mm)), tissue::mucosa, 6, "oesophageal mucosa");
-        add(gullet(3.2_mm, 0.35_mm, 0.15_mm, 24, 0.7_mm).surface(cell(0.9_mm)), media::mucus, 6, "oesophageal lumen");
+        add(gullet(8.2_mm, 3.9_mm, 0.35_mm, 22, 0, 0).surface(size), tissue::muscularis, 6, "oesophagus",
+            "deep fascia");
+        add(gullet(5_mm, 1.6_mm, 0.4_mm, 23, 0.4_mm, 2_mm).surface(cell(1.2_mm)), tissue::mucosa, 6,
+            "oesophageal mucosa", "oesophagus");
+        add(gullet(3.2_mm, 0.35_mm, 0.15_mm, 24, 0.7_mm, 4_mm).surface(cell(0.9_mm)), media::mucus, 6,
+            "oesophageal lumen", "oesophageal mucosa");
     }
 
     void add_spine() {
@@ -375,13 +379,13 @@ struct neck_builder {
                 return all + 0.25_mm * noise(seed + 30, world, 5_mm);
             };
             const aabb box{middle + vec3{-36_mm, -12_mm, -13_mm}, middle + vec3{36_mm, 14_mm, 42_mm}};
-            add(mesh_implicit(bone, box, size, {.max_slope = 1.7F}), tissue::bone, 9, names[i]);
+            add(mesh_implicit(bone, box, size, {.max_slope = 1.7F}), tissue::bone, 9, names[i], "deep fascia");
         }
         const swept column{.sections = {{top, {0, 44_mm}, 12.6_mm, 7.6_mm}, {bottom, {0, 46.5_mm}, 13.4_mm, 8_mm}},
                            .power = 2,
                            .waves = 0.2_mm,
                            .seed = seed + 31};
-        add(column.surface(cell(2.4_mm)), media::disc, 8, "discs");
+        add(column.surface(cell(2.4_mm)), media::disc, 8, "discs", "deep fascia");
     }
 
     /// The layers of a vessel: lumen, wall from inside to outside.
@@ -392,13 +396,16 @@ struct neck_builder {
     };
     /// Adds a vessel with its walls; those of all arteries lie below the blood of all, so that branches join.
     void add_vessel(mesh lumen, const std::vector<wall_layer>& layers, int priority, const std::string& name,
-                    std::uint64_t number) {
+                    std::uint64_t number, const std::string& within = "deep fascia") {
         mesh outer = lumen;
-        add(std::move(lumen), tissue::blood, priority + static_cast<int>(layers.size()), name);
+        const auto layer_name = [&](std::size_t i) {
+            return i < layers.size() ? name + ": " + layers[i].name : within;
+        };
+        add(std::move(lumen), tissue::blood, priority + static_cast<int>(layers.size()), name, layer_name(0));
         for (std::size_t i = 0; i < layers.size(); ++i) {
             outer = grown(std::move(outer), layers[i].thickness, layers[i].uneven, 5_mm, seed + number + i);
-            add(outer, layers[i].inside, priority + static_cast<int>(layers.size() - 1 - i),
-                name + ": " + layers[i].name);
+            add(outer, layers[i].inside, priority + static_cast<int>(layers.size() - 1 - i), layer_name(i),
+                layer_name(i + 1));
         }
     }
 
@@ -413,11 +420,11 @@ struct neck_builder {
                 return tube_section{{x, y, z}, vec2{radius}};
             };
             const auto line = mirrored(
-                smooth_line({arteries(24.5_mm, bottom - 3_mm, 27_mm, 1.06F * r),
+                smooth_line({arteries(24.5_mm, bottom - 6_mm, 27_mm, 1.06F * r),
                              arteries(26.5_mm, 25_mm, 25_mm, 1.02F * r), arteries(28_mm, 0, 23.6_mm, r),
                              arteries(29_mm, -20_mm, 22.8_mm, r), arteries(30_mm, up + 6_mm, 22.6_mm, 1.08F * r),
                              arteries(31.5_mm, up - 3_mm, 23.5_mm, 1.2F * r),
-                             arteries(33.5_mm, up - 14_mm, 25.5_mm, 0.84F * r)},
+                             arteries(33.5_mm, up - 12_mm, 25.2_mm, 0.84F * r)},
                             cell(1.5_mm)),
                 side);
             const auto segments = static_cast<std::uint32_t>((viewed ? 44 : 24) * of.resolution);
@@ -425,13 +432,13 @@ struct neck_builder {
                               branch = sided(side, "external carotid artery");
             const std::vector<wall_layer> fine{{"intima", tissue::intima, 0.28F * of.wall, 0.12F},
                                                {"media", tissue::tunica_media, 0.72F * of.wall, 0.15F},
-                                               {"adventitia", tissue::adventitia, 0.5_mm, 0.6F}};
+                                               {"adventitia", tissue::adventitia, 0.5_mm, 0.7F}};
             const std::vector<wall_layer> plain{{"adventitia", tissue::adventitia, 0.55_mm + of.wall, 0.3F}};
             const auto& layers = viewed ? fine : plain;
             add_vessel(make_tube(line, {.segments = segments}), layers, 10, name, own);
             const auto other = mirrored(smooth_line({arteries(30.2_mm, up + 3_mm, 22.4_mm, 0.62F * r),
                                                      arteries(29_mm, up - 5_mm, 20.5_mm, 0.68F * r),
-                                                     arteries(28.5_mm, up - 15_mm, 19_mm, 0.62F * r)},
+                                                     arteries(28.5_mm, up - 12_mm, 19.4_mm, 0.62F * r)},
                                                     cell(1.5_mm)),
                                         side);
             add_vessel(make_tube(other, {.segments = segments}), layers, 10, branch, own + 10);
@@ -486,8 +493,10 @@ struct neck_builder {
             }
             const auto vagus = smooth_line(groove, cell(2_mm));
             mesh nerve = make_tube(vagus, {.segments = 16});
-            add(grown(nerve, 0.35_mm, 0.2F, 3_mm, seed + own + 31), tissue::epineurium, 9, sided(side, "vagus nerve"));
-            add(std::move(nerve), tissue::nerve_fascicle, 9, sided(side, "vagus nerve: fascicle"));
+            add(grown(nerve, 0.35_mm, 0.2F, 3_mm, seed + own + 31), tissue::epineurium, 9, sided(side, "vagus nerve"),
+                "deep fascia");
+            add(std::move(nerve), tissue::nerve_fascicle, 9, sided(side, "vagus nerve: fascicle"),
+                sided(side, "vagus nerve"));
             if (!viewed) continue;
             const auto vertebral = mirrored(
                 smooth_line({arteries(20_mm, bottom - 3_mm, 36_mm, 1.9_mm), arteries(20_mm, 25_mm, 39_mm, 1.8_mm),
@@ -500,7 +509,7 @@ struct neck_builder {
             made.vessels.push_back({sided(side, "vertebral artery"), vessel::kind::artery, vertebral, 0.5F});
             if (of.second_vein > 0) {
                 const auto on = [&](float x, float y, float wide) {
-                    return tube_section{under(x, y, -0.35_mm), {wide, 0.75F * wide}};
+                    return tube_section{under(x, y, 0.15_mm), {wide, 0.75F * wide}};
                 };
                 const auto external = mirrored(
                     smooth_line({on(38_mm, top + 4_mm, 1.1_mm), on(42_mm, -35_mm, 1.3_mm), on(46_mm, 0, 1.4_mm),
@@ -509,7 +518,7 @@ struct neck_builder {
                     side);
                 add_vessel(make_tube(external, {.segments = 20, .across = {1, 0, 0}}),
                            {{"wall", tissue::vein_wall, 0.2_mm, 0.3F}}, 3, sided(side, "external jugular vein"),
-                           own + 50);
+                           own + 50, "fat");
                 made.vessels.push_back({sided(side, "external jugular vein"), vessel::kind::vein, external, 0.1F});
             }
         }
@@ -537,7 +546,7 @@ struct neck_builder {
                 sign);
             roots.push_back(line);
             const std::string name = sided(sign, one.name);
-            add(make_tube(line, {.segments = 28}), tissue::epineurium, 5, name);
+            add(make_tube(line, {.segments = 28}), tissue::epineurium, 5, name, "deep fascia");
             for (int i = 0; i < one.fascicles; ++i) {
                 const float turned = 2 * pi * (static_cast<float>(i) / static_cast<float>(one.fascicles)) + 0.7F;
                 const float share = one.fascicles == 1 ? 0.8F : one.fascicles == 2 ? 0.47F : 0.42F;
@@ -553,7 +562,7 @@ struct neck_builder {
                 inner.erase(inner.begin());
                 inner.pop_back();
                 add(make_tube(inner, {.segments = 18}), tissue::nerve_fascicle, 5,
-                    name + ": fascicle " + std::to_string(i + 1));
+                    name + ": fascicle " + std::to_string(i + 1), name);
                 ++number;
             }
         }
@@ -582,7 +591,7 @@ struct neck_builder {
         std::vector<std::vector<tube_section>> carotids;
         const float r = 0.5F * of.carotid + of.wall + 0.9_mm;
         for (const float side : {1.0F, -1.0F})
-            carotids.push_back(mirrored(smooth_line({{{24.5_mm, bottom - 3_mm, 27_mm}, vec2{r}},
+            carotids.push_back(mirrored(smooth_line({{{24.5_mm, bottom - 6_mm, 27_mm}, vec2{r}},
                                                      {{26.5_mm, 25_mm, 25_mm}, vec2{r}},
                                                      {{28_mm, 0, 23.6_mm}, vec2{r}},
                                                      {{29_mm, -20_mm, 22.8_mm}, vec2{r}},
@@ -598,28 +607,28 @@ struct neck_builder {
             float all = smooth_min(lobe, slab, 5_mm);
             if (all > 2.5_mm) return all;
             all += 0.3_mm * noise(seed + 62, p, 8_mm);
-            all = less(all, shell - 0.2_mm, 1.5_mm);
-            for (const auto& one : carotids) all = less(all, chain(p, one), 1.5_mm);
-            for (const swept& one : straps) all = less(all, one.distance(p) - 0.3_mm, 1.2_mm);
+            all = less(all, shell - 0.2_mm, 2.2_mm);
+            for (const auto& one : carotids) all = less(all, chain(p, one), 2.2_mm);
+            for (const swept& one : straps) all = less(all, one.distance(p) - 0.3_mm, 2_mm);
             return all;
         };
         const aabb box{{-34_mm, middle - half - 3_mm, 0}, {34_mm, max(middle + half, 14_mm) + 3_mm, 34_mm}};
-        mesh thyroid = mesh_implicit(gland, box, cell(1.35_mm), {.max_slope = 1.6F});
-        add(grown(thyroid, 0.28_mm, 0.25F, 5_mm, seed + 63), tissue::capsule, 4, "thyroid capsule");
-        add(std::move(thyroid), tissue::thyroid, 4, "thyroid");
+        mesh thyroid = mesh_implicit(gland, box, min(cell(1.4_mm), 0.6F * of.isthmus), {.max_slope = 1.6F});
+        add(grown(thyroid, 0.28_mm, 0.25F, 5_mm, seed + 63), tissue::capsule, 4, "thyroid capsule", "deep fascia");
+        add(std::move(thyroid), tissue::thyroid, 4, "thyroid", "thyroid capsule");
         for (int i = 0; i < 3; ++i) { // small vessels in the lobe of the views
             const float y = 3_mm + 7_mm * static_cast<float>(i - 1), x = 0.5F * of.trachea + 0.8F * w;
             const auto at = [&](float across, float along, float deep) {
                 return tube_section{{x + across * w, y + along * 1_mm, 7.4_mm + (0.9F + deep) * t},
                                     vec2{0.45_mm + 0.1_mm * static_cast<float>(i % 2)}};
             };
-            const float lean = 0.25F * static_cast<float>(i - 1);
+            const float lean = 0.2F * static_cast<float>(i - 1);
             const auto line = mirrored(
-                smooth_line({at(0.55F, 3, 0.35F + lean), at(0.1F, 0, 0.1F + lean), at(-0.35F, -3, 0.05F + lean)},
+                smooth_line({at(0.45F, 3, 0.25F + lean), at(0.1F, 0, 0.1F + lean), at(-0.35F, -3, 0.05F + lean)},
                             cell(0.7_mm)),
                 sign);
             add(make_tube(line, {.segments = 12}), tissue::blood, 5,
-                sided(sign, "thyroid vein " + std::to_string(i + 1)));
+                sided(sign, "thyroid vein " + std::to_string(i + 1)), "thyroid");
         }
     }
 

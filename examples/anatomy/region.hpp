@@ -55,8 +55,9 @@ struct body {
     /// Not built: add tools, then call `build`. Its background is what an operator finds between the structures. An
     /// object "gel" lies on the skin, of the lowest priority. All names differ.
     scene anatomy{};
-    std::vector<view> views{};     ///< the first is the one to begin with
-    std::vector<vessel> vessels{}; ///< for Doppler, pulsation and collapse
+    std::vector<view> views{};                                 ///< the first is the one to begin with
+    std::vector<vessel> vessels{};                             ///< for Doppler, pulsation and collapse
+    std::vector<std::pair<std::string, std::string>> nested{}; ///< what lies in what: names of objects, inner and outer
 
     /// @throws usage_error  where there is no view of that name
     const view& find_view(const std::string& name) const {

@@ -61,9 +61,9 @@ const row published[] = {
     {"nerve_fascicle", 1.709, 5, 0.223872},
     {"epineurium", 1.7227, 6, 1.58489},
     {"thyroid", 1.643, 3.524, 1.12202},
-    {"intima", 1.72515, 3.5, 1.12202},
-    {"tunica_media", 1.61175, 3.5, 0.158489},
-    {"adventitia", 1.68237, 6, 0.794328},
+    {"intima", 1.72515, 3.5, 0.630957},
+    {"tunica_media", 1.61175, 3.5, 0.199526},
+    {"adventitia", 1.68237, 6, 0.562341},
     {"vein_wall", 1.68775, 3.5, 0.707946},
     {"mucosa", 1.663, 4, 1},
     {"muscularis", 1.721, 5, 0.316228},
@@ -137,8 +137,8 @@ TEST_CASE("tissue: bone is cortical bone") {
 }
 
 TEST_CASE("tissue: the wall of an artery has a dark layer between two bright ones") {
-    CHECK(tissue::tunica_media.backscatter < 0.2F * tissue::intima.backscatter);
-    CHECK(tissue::tunica_media.backscatter < 0.25F * tissue::adventitia.backscatter);
+    CHECK(tissue::tunica_media.backscatter < 0.4F * tissue::intima.backscatter);
+    CHECK(tissue::tunica_media.backscatter < 0.4F * tissue::adventitia.backscatter);
     CHECK(tissue::intima.impedance() > tissue::blood.impedance());
     CHECK(tissue::tunica_media.impedance() < tissue::adventitia.impedance());
 }
