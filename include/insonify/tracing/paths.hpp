@@ -7,7 +7,6 @@
 #include <insonify/acoustics/layer.hpp>
 #include <insonify/acoustics/physical.hpp>
 #include <insonify/core/error.hpp>
-#include <insonify/core/random.hpp>
 #include <insonify/scene/layers.hpp>
 #include <insonify/tracing/emit/tracer.hpp>
 #include <cmath>

@@ -319,6 +319,15 @@ struct cut_segment {
     std::uint32_t primitive = 0; ///< face of the object's mesh
 };
 
+/// A segment, to be sorted by depth, so that the crossings of each line are nearly sorted.
+struct deep_segment {
+    float depth = 0; ///< the sum of its ends'
+    const cut_segment* segment = nullptr;
+
+    explicit deep_segment(const cut_segment& one) : depth{one.from.y + one.to.y}, segment{&one} {}
+    friend bool operator<(const deep_segment& a, const deep_segment& b) { return a.depth < b.depth; }
+};
+
 /// Lines beyond those of a fan: between the first and the last of a wider one, from the same point, shifted along the
 /// face by at most a distance.
 struct outer_lines {

@@ -119,20 +119,16 @@ class slice_finder {
         of_blocks_.clear(blocks());
         each_block([&](std::size_t b, const cut_segment&) { of_blocks_.count(b); });
         of_blocks_.make_room();
-        each_block([&](std::size_t b, const cut_segment& segment) {
-            of_blocks_.add(b, {segment.from.y + segment.to.y, &segment});
-        });
+        each_block([&](std::size_t b, const cut_segment& segment) { of_blocks_.add(b, deep_segment{segment}); });
     }
 
     /// Finds where the lines from `begin` to before `begin + block` cross their segments.
     /// @param found  nearly sorted lists: see `list_of`
     void find_block(std::size_t begin, crossing_lists& found) {
-        const view<block_segment> segments = of_blocks_.editable(begin / block);
-        // By depth, once for the block, so that the crossings of each line are nearly sorted.
-        std::sort(segments.begin(), segments.end(),
-                  [](const block_segment& one, const block_segment& other) { return one.depth < other.depth; });
+        const view<deep_segment> segments = of_blocks_.editable(begin / block);
+        std::sort(segments.begin(), segments.end());
         const auto each_segment = [&](const auto& visit) {
-            for (const block_segment& one : segments) {
+            for (const deep_segment& one : segments) {
                 const cut_segment& segment = *one.segment;
                 visit(segment, std::max<std::size_t>(segment.first, begin) - begin,
                       std::min<std::size_t>(segment.last, begin + block) - begin);
@@ -159,12 +155,6 @@ class slice_finder {
     }
 
   private:
-    // A segment that lines of a block cross.
-    struct block_segment {
-        float depth = 0; // the sum of its ends'
-        const cut_segment* segment = nullptr;
-    };
-
     std::size_t blocks() const { return (fan_.size() + block - 1) / block; }
 
     bool worth_cutting(const object_view& one, const slice_frame& frame, std::uint32_t directions) const {
@@ -196,7 +186,7 @@ class slice_finder {
     std::vector<std::uint8_t> chosen_; // of each object, by rank
     bool leaves_rays_ = true;
     slice_cut cut_;
-    counted_lists<block_segment> of_blocks_;
+    counted_lists<deep_segment> of_blocks_;
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
