@@ -5,7 +5,6 @@
 
 #include <insonify/geometry/mesh.hpp>
 #include <insonify/geometry/pose.hpp>
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>

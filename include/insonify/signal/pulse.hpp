@@ -6,7 +6,6 @@
 #include <insonify/acoustics/medium.hpp>
 #include <insonify/core/error.hpp>
 #include <insonify/core/units.hpp>
-#include <insonify/probe/line_grid.hpp>
 #include <insonify/probe/probe_lines.hpp>
 #include <insonify/probe/transducer.hpp>
 #include <string>
