@@ -10,6 +10,7 @@
 #include <insonify/examinations.hpp>
 #include <insonify/execution/policy.hpp>
 #include <insonify/fwd.hpp>
+#include <insonify/geometry/implicit.hpp>
 #include <insonify/geometry/needle.hpp>
 #include <insonify/image/m_mode.hpp>
 #include <insonify/image/scan_convert.hpp>

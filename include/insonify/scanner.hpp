@@ -3,6 +3,7 @@
 
 #include <insonify/core/save_macros.hpp>
 
+#include <insonify/core/memo.hpp>
 #include <insonify/core/stopwatch.hpp>
 #include <insonify/doppler/pulsed_doppler.hpp>
 #include <insonify/image/grey_map.hpp>
@@ -137,10 +138,10 @@ class cine_loop {
     template <class Fill>
     void add(std::uint32_t length, const Fill& fill) {
         frames_.resize(std::max(length, 1U));
-        count_ = std::min(count_, frames_.size() - 1);
+        count_ = std::min<std::size_t>(count_, frames_.size() - 1);
         fill(frames_.back());
         std::rotate(frames_.begin(), frames_.end() - 1, frames_.end());
-        ++count_;
+        count_ = count_ + 1;
     }
 
     /// Number of frames.
@@ -154,7 +155,7 @@ class cine_loop {
 
   private:
     std::vector<Frame> frames_{}; // from the newest to the oldest; those from `count_` on are spare
-    std::size_t count_ = 0;
+    detail::cleared_by_move<std::size_t> count_{};
 };
 
 /// A frame that a `scanner` has stored: amplitudes, before they are displayed.

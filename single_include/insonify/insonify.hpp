@@ -33,8 +33,8 @@
 #define INSONIFY_SCANNER_HPP
 
 
-#ifndef INSONIFY_CORE_STOPWATCH_HPP
-#define INSONIFY_CORE_STOPWATCH_HPP
+#ifndef INSONIFY_CORE_MEMO_HPP
+#define INSONIFY_CORE_MEMO_HPP
 
 
 #ifndef INSONIFY_CORE_CONFIG_HPP
@@ -137,6 +137,84 @@ inline constexpr bool has_fma = false;
 
 } // namespace insonify::inline INSONIFY_ABI::detail
 #endif
+#include <concepts>
+#include <optional>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Converts to T only, not to a base of T.
+template <class T>
+struct exactly {
+    template <std::same_as<T> U>
+    operator const U&() const;
+};
+
+/// T has an == of its own that is not a template. A type derived from one with == only inherits the comparison of its
+/// base, which does not see the members that the derived type adds.
+template <class T>
+concept comparable = std::equality_comparable<T> &&
+    (!std::is_class_v<T> || requires(const T& value, const exactly<T>& other) { value == other; });
+
+/// A count or flag that becomes 0 in what it is moved from, as containers beside it become empty.
+template <class T>
+class cleared_by_move {
+  public:
+    cleared_by_move(T value = {}) : value_{value} {}
+    cleared_by_move(const cleared_by_move&) = default;
+    cleared_by_move(cleared_by_move&& other) noexcept : value_{std::exchange(other.value_, T{})} {}
+    cleared_by_move& operator=(const cleared_by_move&) = default;
+    cleared_by_move& operator=(cleared_by_move&& other) noexcept {
+        value_ = std::exchange(other.value_, T{});
+        return *this;
+    }
+    ~cleared_by_move() = default;
+
+    operator const T&() const { return value_; }
+
+  private:
+    T value_;
+};
+
+/// Caches one value, computed from its inputs, until these change. Inputs that are not comparable count as changed.
+template <class Value, class... Inputs>
+class memo {
+  public:
+    /// The value for these inputs.
+    /// @param compute  compute(value) overwrites the old value, whose memory it may reuse
+    template <class Compute>
+    const Value& operator()(const Compute& compute, const Inputs&... inputs) {
+        constexpr bool compares = (comparable<Inputs> && ...);
+        if constexpr (compares)
+            if (valid_ && *inputs_ == std::tie(inputs...)) return value_;
+        valid_ = false; // an exception in compute leaves no valid value
+        compute(value_);
+        if constexpr ((std::is_copy_assignable_v<Inputs> && ...))
+            inputs_ = std::tie(inputs...); // in the same memory
+        else
+            inputs_.emplace(inputs...);
+        valid_ = compares;
+        return value_;
+    }
+    /// The value that was returned last.
+    const Value& value() const { return value_; }
+
+  private:
+    std::optional<std::tuple<Inputs...>> inputs_{};
+    Value value_{};
+    cleared_by_move<bool> valid_{};
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+
+#endif
+#ifndef INSONIFY_CORE_STOPWATCH_HPP
+#define INSONIFY_CORE_STOPWATCH_HPP
+
+
 #include <chrono>
 
 namespace insonify::inline INSONIFY_ABI::detail {
@@ -3093,78 +3171,6 @@ struct velocity_samples {
 #define INSONIFY_PROBE_TRANSDUCER_HPP
 
 
-#ifndef INSONIFY_CORE_MEMO_HPP
-#define INSONIFY_CORE_MEMO_HPP
-
-
-#include <concepts>
-#include <optional>
-#include <tuple>
-#include <type_traits>
-#include <utility>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Converts to T only, not to a base of T.
-template <class T>
-struct exactly {
-    template <std::same_as<T> U>
-    operator const U&() const;
-};
-
-/// T has an == of its own that is not a template. A type derived from one with == only inherits the comparison of its
-/// base, which does not see the members that the derived type adds.
-template <class T>
-concept comparable = std::equality_comparable<T> &&
-    (!std::is_class_v<T> || requires(const T& value, const exactly<T>& other) { value == other; });
-
-/// Caches one value, computed from its inputs, until these change. Inputs that are not comparable count as changed.
-template <class Value, class... Inputs>
-class memo {
-  public:
-    /// The value for these inputs.
-    /// @param compute  compute(value) overwrites the old value, whose memory it may reuse
-    template <class Compute>
-    const Value& operator()(const Compute& compute, const Inputs&... inputs) {
-        constexpr bool compares = (comparable<Inputs> && ...);
-        if constexpr (compares)
-            if (valid_.set && *inputs_ == std::tie(inputs...)) return value_;
-        valid_.set = false; // an exception in compute leaves no valid value
-        compute(value_);
-        if constexpr ((std::is_copy_assignable_v<Inputs> && ...))
-            inputs_ = std::tie(inputs...); // in the same memory
-        else
-            inputs_.emplace(inputs...);
-        valid_.set = compares;
-        return value_;
-    }
-    /// The value that was returned last.
-    const Value& value() const { return value_; }
-
-  private:
-    // False in what was moved from, whose value is gone.
-    struct flag {
-        bool set = false;
-
-        flag() = default;
-        flag(const flag&) = default;
-        flag& operator=(const flag&) = default;
-        flag(flag&& other) noexcept : set{std::exchange(other.set, false)} {}
-        flag& operator=(flag&& other) noexcept {
-            set = std::exchange(other.set, false);
-            return *this;
-        }
-    };
-
-    std::optional<std::tuple<Inputs...>> inputs_{};
-    Value value_{};
-    flag valid_{};
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
 #include <cmath>
 #include <concepts>
 #include <cstdint>
@@ -8376,7 +8382,7 @@ class scene {
     std::vector<medium> media_{};
     std::vector<std::uint32_t> by_rank_{}; // index of the object of each rank
     std::uint32_t next_id_ = 0;
-    bool built_ = false;
+    detail::cleared_by_move<bool> built_{};
     detail::kept_map deformation_{};
     mutable detail::scene_views views_{}; // what const functions bring up to date
 };
@@ -18314,7 +18320,7 @@ class compounding {
     compound_settings settings_{};
     std::vector<look> looks_{};
     std::uint32_t acquired_ = 0; // since the start
-    bool ready_ = false;
+    detail::cleared_by_move<bool> ready_{};
 };
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -19340,10 +19346,10 @@ class cine_loop {
     template <class Fill>
     void add(std::uint32_t length, const Fill& fill) {
         frames_.resize(std::max(length, 1U));
-        count_ = std::min(count_, frames_.size() - 1);
+        count_ = std::min<std::size_t>(count_, frames_.size() - 1);
         fill(frames_.back());
         std::rotate(frames_.begin(), frames_.end() - 1, frames_.end());
-        ++count_;
+        count_ = count_ + 1;
     }
 
     /// Number of frames.
@@ -19357,7 +19363,7 @@ class cine_loop {
 
   private:
     std::vector<Frame> frames_{}; // from the newest to the oldest; those from `count_` on are spare
-    std::size_t count_ = 0;
+    detail::cleared_by_move<std::size_t> count_{};
 };
 
 /// A frame that a `scanner` has stored: amplitudes, before they are displayed.
@@ -21577,7 +21583,7 @@ class m_mode {
   private:
     m_mode_settings settings_{};
     std::vector<float> columns_{}; // a ring; column after column
-    std::uint32_t rows_ = 0;
+    detail::cleared_by_move<std::uint32_t> rows_{};
     std::uint32_t next_ = 0;
     std::uint32_t count_ = 0;
     float depth_ = 0;

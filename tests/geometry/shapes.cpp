@@ -8,6 +8,7 @@
 #include <map>
 #include <string>
 #include <utility>
+#include <vector>
 
 using namespace insonify;
 
@@ -207,6 +208,133 @@ TEST_CASE("shapes out of range are refused with a sentence") {
              make_cylinder({0, 0, 0}, {0, not_a_number, 1}, 1, 8);
          }),
          "make_cylinder: coordinates must be finite");
+}
+
+TEST_CASE("a straight tube with round ends has the volume of a cylinder and a ball") {
+    for (const vec3 along : {vec3{0, 0, 1}, vec3{0, -1, 0}, vec3{0.6F, -0.64F, 0.48F}}) {
+        std::vector<tube_section> line;
+        for (int i = 0; i <= 10; ++i)
+            line.push_back({vec3{1, 2, 3} + 0.4F * static_cast<float>(i) * along, vec2{0.5F}});
+        const double round = 3.14159265358979 * 0.25 * 4, ball = 4 * 3.14159265358979 / 3 * 0.125;
+        double gap[2];
+        for (const std::uint32_t n : {64U, 128U}) {
+            const mesh tube = make_tube(line, {.segments = n});
+            CHECK(is_watertight_ball(tube));
+            gap[n / 128] = 1 - volume(tube) / (round + ball);
+        }
+        CHECK(gap[0] < 3e-3);
+        CHECK(gap[0] / gap[1] == doctest::Approx(4).epsilon(0.02));
+        const mesh flat = make_tube(line, {.segments = 64, .ends = tube_settings::end_shape::flat});
+        CHECK(is_watertight_ball(flat));
+        CHECK(volume(flat) == doctest::Approx(32 * std::sin(3.14159265358979 / 32) * 0.25 * 4).epsilon(1e-5));
+    }
+}
+
+TEST_CASE("a tube along a helix keeps its section, and its ellipses do not twist about the line") {
+    std::vector<tube_section> line;
+    for (int i = 0; i <= 400; ++i) {
+        const float turn = 0.02F * static_cast<float>(i);
+        line.push_back({{2 * std::cos(turn), 2 * std::sin(turn), 0.3F * turn}, {0.3F, 0.2F}});
+    }
+    const mesh tube = make_tube(line, {.segments = 48, .ends = tube_settings::end_shape::flat});
+    CHECK(is_watertight_ball(tube));
+    const double polygon = 24 * std::sin(2 * 3.14159265358979 / 48) * 0.06;
+    CHECK(volume(tube) == doctest::Approx(polygon * 8 * std::sqrt(4.09)).epsilon(1e-3).scale(1e-30)); // Pappus
+    // The axis of a ring: its first vertex less the centre. Parallel transport: it changes along the tangent only.
+    double sideways = 0;
+    for (std::size_t i = 1; i < line.size(); ++i) {
+        const auto axis = [&](std::size_t ring) { return (tube.positions[2 + ring] - line[ring].centre) / 0.3F; };
+        const vec3 tangent = normalize(line[i].centre - line[i - 1].centre);
+        const vec3 change = axis(i) - axis(i - 1);
+        sideways += length_of(change - dot(change, tangent) * tangent);
+    }
+    CHECK(sideways < 0.01); // radians over more than a full turn
+}
+
+TEST_CASE("a tube tapers, begins where it is told to, and turns with `turn`") {
+    const std::vector<tube_section> line{{{0, 0, 0}, {2, 1}}, {{0, 0, 4}, {1, 0.5F}, pi / 2}};
+    const mesh tube = make_tube(line, {.segments = 4, .ends = tube_settings::end_shape::flat, .across = {0, 1, 1}});
+    CHECK(is_watertight_ball(tube));
+    REQUIRE(tube.positions.size() == 10);
+    CHECK(length_of(tube.positions[2] - vec3{0, 2, 0}) < 1e-6);
+    CHECK(length_of(tube.positions[3] - vec3{-1, 0, 4}) < 1e-6); // 90 degrees about z
+    const mesh cone = make_tube({{{0, 0, 0}, vec2{1}}, {{0, 0, 3}, vec2{0.5F}}},
+                                {.segments = 400, .ends = tube_settings::end_shape::flat});
+    CHECK(volume(cone) == doctest::Approx(3.14159265358979 * (1 + 0.5 + 0.25)).epsilon(1e-3).scale(1e-30));
+}
+
+TEST_CASE("a flat sheet has the volume of a plate, a curved one that of a shell, and a border may taper") {
+    const auto sheet_on = [](const auto& place, std::uint32_t columns, std::uint32_t rows, const auto& thickness) {
+        std::vector<sheet_point> points;
+        for (std::uint32_t row = 0; row < rows; ++row)
+            for (std::uint32_t column = 0; column < columns; ++column) {
+                const float u = static_cast<float>(column) / static_cast<float>(columns - 1);
+                const float v = static_cast<float>(row) / static_cast<float>(rows - 1);
+                points.push_back({place(u, v), thickness(u, v)});
+            }
+        return make_sheet(points, columns);
+    };
+    const mesh plate = sheet_on(
+        [](float u, float v) {
+            return vec3{4 * u, 3 * v, 1};
+        },
+        9, 5, [](float, float) { return 0.5F; });
+    CHECK(is_watertight_ball(plate));
+    CHECK(volume(plate) == doctest::Approx(6).epsilon(1e-6));
+    CHECK(plate.positions[0].z == 1.25F); // columns along x, rows along y: the upper side is at +z
+    const mesh shell = sheet_on(
+        [](float u, float v) {
+            return vec3{2 * std::cos(pi * u), 3 * v, 2 * std::sin(pi * u)};
+        },
+        200, 5, [](float, float) { return 0.4F; });
+    CHECK(is_watertight_ball(shell));
+    CHECK(volume(shell) == doctest::Approx(3.14159265358979 * 2 * 3 * 0.4).epsilon(1e-3).scale(1e-30));
+    const mesh wedge = sheet_on(
+        [](float u, float v) {
+            return vec3{4 * u, 3 * v, 0};
+        },
+        9, 5, [](float u, float) { return 0.5F * (1 - u) + 1e-4F; });
+    CHECK(is_watertight_ball(wedge));
+    CHECK(volume(wedge) == doctest::Approx(3.0012).epsilon(1e-4));
+}
+
+TEST_CASE("tubes and sheets out of range are refused with a sentence") {
+    const auto says = [](const std::string& text, const char* part) {
+        INFO(text);
+        CHECK(text.find(part) != std::string::npos);
+    };
+    const auto tube = [](const std::vector<tube_section>& line, const tube_settings& settings = {}) {
+        return sentence([&] { make_tube(line, settings); });
+    };
+    const tube_section from{{0, 0, 0}, vec2{1}}, to{{0, 0, 4}, vec2{1}};
+    says(tube({}), "make_tube: `line` has 0 points; give from 2");
+    says(tube({from}), "`line` has 1 points");
+    says(tube({from, from}), "make_tube: the distance between two points must be above 0");
+    says(tube({from, {{0, 0, 4}, {0, 1}}}), "make_tube: the first of the `radii` must be above 0");
+    says(tube({from, {{0, 0, 4}, {1, -1}}}), "make_tube: the second of the `radii`");
+    says(tube({from, {{0, not_a_number, 4}, vec2{1}}}), "make_tube: coordinates must be finite");
+    says(tube({from, {{0, 0, 4}, vec2{1}, not_a_number}}), "make_tube: `turn` is not finite");
+    says(tube({from, to}, {.segments = 2}), "`segments` is 2; it must be from 3 to 4096");
+    says(tube({from, to}, {.across = {infinite, 0, 0}}), "`across` is not finite");
+    says(tube({from, to, from}), "make_tube: the line turns back at point 1");
+    says(tube({from, {{0, 0, 0.5F}, vec2{1}}, {{0.5F, 0, 0.6F}, vec2{1}}}), "bends more sharply than the radius");
+
+    const auto sheet = [](const std::vector<sheet_point>& points, std::uint32_t columns) {
+        return sentence([&] { make_sheet(points, columns); });
+    };
+    const std::vector<sheet_point> square{{{0, 0, 0}}, {{1, 0, 0}}, {{0, 1, 0}}, {{1, 1, 0}}};
+    says(sheet(square, 2), "no error");
+    says(sheet(square, 3), "make_sheet: 4 points in rows of 3; give at least 2 full rows");
+    says(sheet(square, 0), "in rows of 0");
+    says(sheet({{{0, 0, 0}}, {{1, 0, 0}}, {{0, 1, 0}}, {{1, 1, 0}, -1}}, 2), "make_sheet: the thickness must be above");
+    says(sheet({{{0, 0, 0}}, {{1, 0, 0}}, {{2, 0, 0}}, {{3, 0, 0}}}, 2), "lie on one line");
+    std::vector<sheet_point> bent;
+    for (int row = 0; row < 3; ++row)
+        for (int i = 0; i < 9; ++i) {
+            const float turn = 0.3F * static_cast<float>(i);
+            bent.push_back({{std::cos(turn), static_cast<float>(row), std::sin(turn)}, 3});
+        }
+    says(sheet(bent, 9), "make_sheet: the sheet bends more sharply than half its thickness in row 0");
 }
 
 } // namespace shapes_test

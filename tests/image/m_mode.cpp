@@ -2,6 +2,7 @@
 #include <insonify/image/m_mode.hpp>
 #include <cmath>
 #include <doctest/doctest.h>
+#include <utility>
 
 using namespace insonify;
 
@@ -32,6 +33,17 @@ TEST_CASE("m_mode: columns are the lines in order of time, the newest at the rig
     }
     CHECK(sweep.count() == 5);
     CHECK(sweep.depth() == 50_mm);
+}
+
+TEST_CASE("m_mode: what was moved from begins anew") {
+    m_mode sweep{{.columns = 5}};
+    sweep.add(ramp(1, 0), 1);
+    const m_mode other = std::move(sweep);
+    CHECK(other.picture()(4, 99) == 1);
+    CHECK(sweep.picture().pixels.empty()); // NOLINT(bugprone-use-after-move)
+    sweep.add(ramp(2, 0), 1);
+    CHECK(sweep.picture()(4, 99) == 2);
+    CHECK(sweep.count() == 1);
 }
 
 TEST_CASE("m_mode: a moving interface draws its motion, row by depth") {

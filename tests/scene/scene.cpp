@@ -78,6 +78,19 @@ TEST_CASE("a scene that was not built since the last add or remove cannot be use
     built.require_built();
 }
 
+TEST_CASE("a scene that was moved from is empty and asks for build") {
+    scene body{tissue::fat};
+    body.add(make_sphere({0, 0, 0}, 1_cm, 2), tissue::bone);
+    body.build(exec::seq);
+    const scene other = std::move(body);
+    CHECK(other.is_built());
+    CHECK(body.objects().empty()); // NOLINT(bugprone-use-after-move)
+    CHECK_THROWS_AS(first_surface(body, {{0, 0, -1}, {0, 0, 1}}), usage_error);
+    body.add(make_sphere({0, 0, 0}, 2_cm, 2), tissue::bone);
+    body.build(exec::seq);
+    CHECK(first_surface(body, {{0, 0, -1}, {0, 0, 1}}));
+}
+
 TEST_CASE("bad meshes, media and poses are refused with a sentence") {
     scene body{tissue::water};
     mesh wild = scene_test::cube(0, 1);

@@ -19,11 +19,12 @@ namespace insonify::inline INSONIFY_ABI {
 /// Sensors: 2023 23:5942. Diagnostics: 2023 13:855. Mech. Mater.: 2012 44:174. Lu: Lu et al., Ultrasound Med. Biol.
 /// 1999. Fei: Fei & Shung, J. Acoust. Soc. Am. 1985. k-Wave, PyMUST, BabelBrain: the documentation of these programs.
 /// Szabo, Culjat: as commonly quoted. Spirou: 2005. Browne: 2003. Gammex: guide to the 405 phantoms. CIRS: data of the
-/// 040GSE. ISO: 9613. ASTM: E494. "Convention" marks values without a published source; this includes most backscatter
+/// 040GSE. ISO: 9613. ASTM: E494. Assentoft: Assentoft et al., Ultrasonics 2001 39:263 (oesophagus of guinea pigs). "Convention" marks values without a published source; this includes most backscatter
 /// levels, which follow the clinical appearance. Published attenuation of one tissue usually varies between
 /// laboratories by a factor of 2, and by more where an entry says so; sound speed varies by a few percent.
 ///
-/// Roughness is by convention: 30 um for bone, 20 um for soft solids, 2 um for polished metal, 0 for liquids and gases.
+/// Roughness is by convention: 30 um for bone, 20 um for soft solids, 6 um for thin muscles and for the layers of walls,
+/// so that those along the beam are hardly visible, 2 um for polished metal, 0 for liquids and gases.
 /// Phantoms, liquids, walls and what scatters little have no structure.
 ///
 /// Sources of structure: sizes of fascicles, lobules and bundles are those of anatomy textbooks (Standring, Gray's
@@ -41,6 +42,20 @@ inline constexpr structure muscle_structure{
     .sheets = {.fill = 0.5F, .lattices = 6, .cell = {22_mm, 2.4_mm, 2.4_mm}, .thickness = 0.15_mm, .level_db = 24,
                .spread_db = 7.8F, .waviness = 0.35F},
     .sheath = {.thickness = 1_mm}};
+
+/// A muscle of a few millimetres, as those of the neck, between the fingers or of the abdominal wall: fascicles are
+/// flattened as the muscle is, and the sheath leaves room for them. Convention.
+inline constexpr structure thin_muscle_structure{
+    .mottling = {2.5F, {8_mm, 4_mm, 2.5_mm}}, .grain = {1.8F, {4_mm, 1.2_mm, 1.2_mm}}, .wave = 0.15_mm,
+    .sheets = {.fill = 0.6F, .lattices = 5, .cell = {18_mm, 4.2_mm, 1.7_mm}, .thickness = 0.11_mm, .level_db = 21,
+               .spread_db = 7, .turn = 0.6F, .waviness = 0.3F},
+    .sheath = {.thickness = 0.45_mm, .level_db = 15, .diffuse_db = -18}};
+
+/// Loose connective tissue: a few wavy lamellae of unequal strength. Convention.
+inline constexpr structure connective_structure{
+    .mottling = {3, {9_mm, 6_mm, 4_mm}}, .wave = 0.45_mm, .wave_length = 12_mm,
+    .septa = {.fill = 0.75F, .lattices = 4, .cell = {22_mm, 12_mm, 2.6_mm}, .thickness = 0.13_mm, .level_db = 20,
+              .spread_db = 6, .turn = 0.5F, .tilt = 0.15F, .waviness = 0.35F, .diffuse_db = -18}};
 
 /// Myocardium: as skeletal muscle, with finer and fainter sheets. Convention.
 inline constexpr structure heart_structure{
@@ -77,6 +92,9 @@ inline constexpr structure skin_structure{
 /// Liver, spleen, brain: even, with mottling over 5 to 15 mm, 1 to 2 dB. Convention.
 inline constexpr structure parenchyma_structure{.mottling = {1.2F, {9_mm, 9_mm, 9_mm}}};
 
+/// Thyroid: the same, in lobules. Convention.
+inline constexpr structure thyroid_structure{.mottling = {1.6F, {4_mm, 4_mm, 4_mm}}};
+
 /// Renal cortex: the same, finer. Convention.
 inline constexpr structure kidney_structure{.mottling = {1.5F, {5_mm, 5_mm, 5_mm}}};
 
@@ -112,6 +130,21 @@ inline constexpr medium tendon{1130, 1750, 1.8_dB_per_cm, 1.1F, amplitude_of_dec
 /// Connective tissue. Sources: Diagnostics (attenuation), Culjat (density and speed); IT'IS has 1027 kg/m^3, 1545 m/s.
 inline constexpr medium fascia{1120, 1613, 1.57_dB_per_cm, 1, amplitude_of_decibels(6), 20_um};
 
+/// A skeletal muscle of a few millimetres. As `muscle`, with a thinner sheath.
+inline constexpr medium thin_muscle{1075, 1580, 1.0_dB_per_cm, 1, amplitude_of_decibels(-7), 6_um, 0, thin_muscle_structure};
+
+/// Loose, between muscles and around vessels. Source: IT'IS (density and speed); attenuation between fat and fascia.
+inline constexpr medium connective_tissue{1027, 1545, 0.9_dB_per_cm, 1, amplitude_of_decibels(-7), 6_um, 0, connective_structure};
+
+/// The capsule of a gland or organ: dense connective tissue, in a thin layer. Source: as `fascia`.
+inline constexpr medium capsule{1100, 1600, 1.57_dB_per_cm, 1, amplitude_of_decibels(4), 6_um};
+
+/// A fascicle of a nerve: hypoechoic. Convention, after IT'IS for the whole nerve.
+inline constexpr medium nerve_fascicle{1065, 1605, 1.0_dB_per_cm, 1, amplitude_of_decibels(-13), 6_um};
+
+/// The connective tissue around the fascicles of a nerve: hyperechoic. Convention, after IT'IS for the whole nerve.
+inline constexpr medium epineurium{1070, 1610, 1.2_dB_per_cm, 1, amplitude_of_decibels(4), 6_um};
+
 /// Peripheral. Source: IT'IS.
 inline constexpr medium nerve{1075, 1630, 1.1_dB_per_cm, 1, amplitude_of_decibels(3), 20_um, 0, nerve_structure};
 
@@ -122,6 +155,9 @@ inline constexpr medium liver{1060, 1570, 0.52_dB_per_cm, 1.05F, amplitude_of_de
 /// Cortex. Sources: IT'IS, Fernandes, Buerger, Diagnostics, Mech. Mater.
 /// IT'IS has 0.244 dB/cm for the kidney but 1.04 for its cortex; the 1.0 of Buerger and Diagnostics is adopted.
 inline constexpr medium kidney{1060, 1560, 1.0_dB_per_cm, 1, amplitude_of_decibels(-4), 20_um, 0, kidney_structure};
+
+/// Gland; brighter than muscle, as fine as liver. Density: ICRU Report 44. The rest by convention, around `liver`.
+inline constexpr medium thyroid{1050, 1565, 0.6_dB_per_cm, 1.1F, amplitude_of_decibels(1), 6_um, 0, thyroid_structure};
 
 /// Sources: IT'IS, Diagnostics, Mech. Mater., Szabo. Excised spleen scatters least of five organs (Fei), but clinically
 /// it is as bright as liver or brighter, which is adopted.
@@ -135,6 +171,24 @@ inline constexpr medium heart{1065, 1570, 0.45_dB_per_cm, 1.1F, amplitude_of_dec
 
 /// Sources: IT'IS, Buerger (whose impedance, 1.99 MRayl, is the highest), Mech. Mater.
 inline constexpr medium vessel_wall{1100, 1570, 0.7_dB_per_cm, 1, amplitude_of_decibels(3), 20_um};
+
+/// The layers of an artery's wall, which give it a double line: from inside, bright intima, dark media, bright
+/// adventitia. Source of the lines: Pignoli et al., Circulation 1986 74:1399; densities and speeds around those of
+/// `vessel_wall`, levels by convention.
+/// @{
+inline constexpr medium intima{1085, 1590, 0.7_dB_per_cm, 1, amplitude_of_decibels(-4), 6_um};
+inline constexpr medium tunica_media{1050, 1535, 0.7_dB_per_cm, 1, amplitude_of_decibels(-14), 6_um};
+inline constexpr medium adventitia{1075, 1565, 1.2_dB_per_cm, 1, amplitude_of_decibels(-5), 6_um};
+/// @}
+
+/// Of a vein: one thin layer. Convention, as `vessel_wall`.
+inline constexpr medium vein_wall{1075, 1570, 0.7_dB_per_cm, 1, amplitude_of_decibels(-3), 6_um};
+
+/// Mucosa and submucosa of gullet and gut: hyperechoic. Source: Assentoft (1584 m/s); the rest by convention.
+inline constexpr medium mucosa{1050, 1584, 0.8_dB_per_cm, 1, amplitude_of_decibels(0), 6_um};
+
+/// The muscle of gullet and gut: hypoechoic. Source: Assentoft (1624 m/s); the rest as `muscle`.
+inline constexpr medium muscularis{1060, 1624, 1.0_dB_per_cm, 1, amplitude_of_decibels(-10), 6_um};
 
 /// Of the urinary bladder. Source: IT'IS, except its 1500 m/s, which is that database's default.
 inline constexpr medium bladder_wall{1075, 1560, 0.5_dB_per_cm, 1, amplitude_of_decibels(-2), 20_um};
@@ -218,7 +272,10 @@ struct named_medium {
 /// Every medium of `tissue`.
 inline constexpr named_medium all[] = {
     INSONIFY_NAMED(water), INSONIFY_NAMED(saline), INSONIFY_NAMED(blood), INSONIFY_NAMED(fat), INSONIFY_NAMED(skin),
-    INSONIFY_NAMED(muscle), INSONIFY_NAMED(tendon), INSONIFY_NAMED(fascia), INSONIFY_NAMED(nerve),
+    INSONIFY_NAMED(muscle), INSONIFY_NAMED(thin_muscle), INSONIFY_NAMED(tendon), INSONIFY_NAMED(fascia),
+    INSONIFY_NAMED(connective_tissue), INSONIFY_NAMED(capsule), INSONIFY_NAMED(nerve), INSONIFY_NAMED(nerve_fascicle),
+    INSONIFY_NAMED(epineurium), INSONIFY_NAMED(thyroid), INSONIFY_NAMED(intima), INSONIFY_NAMED(tunica_media),
+    INSONIFY_NAMED(adventitia), INSONIFY_NAMED(vein_wall), INSONIFY_NAMED(mucosa), INSONIFY_NAMED(muscularis),
     INSONIFY_NAMED(liver), INSONIFY_NAMED(kidney), INSONIFY_NAMED(spleen), INSONIFY_NAMED(brain),
     INSONIFY_NAMED(heart), INSONIFY_NAMED(vessel_wall), INSONIFY_NAMED(bladder_wall), INSONIFY_NAMED(urine),
     INSONIFY_NAMED(gallbladder_wall), INSONIFY_NAMED(bile), INSONIFY_NAMED(cartilage), INSONIFY_NAMED(bone),

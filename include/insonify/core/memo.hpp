@@ -25,6 +25,26 @@ template <class T>
 concept comparable = std::equality_comparable<T> &&
     (!std::is_class_v<T> || requires(const T& value, const exactly<T>& other) { value == other; });
 
+/// A count or flag that becomes 0 in what it is moved from, as containers beside it become empty.
+template <class T>
+class cleared_by_move {
+  public:
+    cleared_by_move(T value = {}) : value_{value} {}
+    cleared_by_move(const cleared_by_move&) = default;
+    cleared_by_move(cleared_by_move&& other) noexcept : value_{std::exchange(other.value_, T{})} {}
+    cleared_by_move& operator=(const cleared_by_move&) = default;
+    cleared_by_move& operator=(cleared_by_move&& other) noexcept {
+        value_ = std::exchange(other.value_, T{});
+        return *this;
+    }
+    ~cleared_by_move() = default;
+
+    operator const T&() const { return value_; }
+
+  private:
+    T value_;
+};
+
 /// Caches one value, computed from its inputs, until these change. Inputs that are not comparable count as changed.
 template <class Value, class... Inputs>
 class memo {
@@ -35,37 +55,23 @@ class memo {
     const Value& operator()(const Compute& compute, const Inputs&... inputs) {
         constexpr bool compares = (comparable<Inputs> && ...);
         if constexpr (compares)
-            if (valid_.set && *inputs_ == std::tie(inputs...)) return value_;
-        valid_.set = false; // an exception in compute leaves no valid value
+            if (valid_ && *inputs_ == std::tie(inputs...)) return value_;
+        valid_ = false; // an exception in compute leaves no valid value
         compute(value_);
         if constexpr ((std::is_copy_assignable_v<Inputs> && ...))
             inputs_ = std::tie(inputs...); // in the same memory
         else
             inputs_.emplace(inputs...);
-        valid_.set = compares;
+        valid_ = compares;
         return value_;
     }
     /// The value that was returned last.
     const Value& value() const { return value_; }
 
   private:
-    // False in what was moved from, whose value is gone.
-    struct flag {
-        bool set = false;
-
-        flag() = default;
-        flag(const flag&) = default;
-        flag& operator=(const flag&) = default;
-        flag(flag&& other) noexcept : set{std::exchange(other.set, false)} {}
-        flag& operator=(flag&& other) noexcept {
-            set = std::exchange(other.set, false);
-            return *this;
-        }
-    };
-
     std::optional<std::tuple<Inputs...>> inputs_{};
     Value value_{};
-    flag valid_{};
+    cleared_by_move<bool> valid_{};
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail

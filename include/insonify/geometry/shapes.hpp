@@ -190,6 +190,180 @@ inline mesh make_cylinder(vec3 from, vec3 to, float radius, std::uint32_t segmen
     return detail::checked_shape("make_cylinder", std::move(cylinder));
 }
 
+/// A point of the centre line of a tube, and the ellipse across it.
+struct tube_section {
+    vec3 centre{0, 0, 0};     ///< metres
+    vec2 radii{1e-3F, 1e-3F}; ///< of the ellipse, along its two axes, metres
+    float turn = 0;           ///< of its axes about the line, radians
+};
+
+/// Optional arguments of `make_tube`.
+struct tube_settings {
+    /// What closes a tube.
+    enum class end_shape {
+        round, ///< half an ellipsoid, which extends beyond the first and the last point by the smaller radius there
+        flat,  ///< a disc
+    };
+    std::uint32_t segments = 32;       ///< around the line, 3 to 4096
+    end_shape ends = end_shape::round; ///< both
+    vec3 across{0, 0, 0};              ///< first axis of the first ellipse, as far as it is across; 0: any
+};
+
+/// A closed tube around a line, with a ring of vertices at each of its points: a vessel, a nerve.
+///
+///     const mesh vessel = make_tube({{{0, -20_mm, 15_mm}, vec2{3_mm}}, {{0, 20_mm, 18_mm}, {2_mm, 1.5_mm}}});
+///
+/// The axes of the ellipses do not twist about the line: they are carried along by parallel transport (Wang et al.
+/// 2008, ACM Trans. Graph. 27, 2: double reflection). `turn` is added. Across a bend the ring lies in the plane that
+/// halves its angle.
+/// @param line  at least 2 points, each different from the one before
+/// @throws geometry_error  also where the line bends more sharply than the tube's radius, so that rings would cross
+inline mesh make_tube(const std::vector<tube_section>& line, const tube_settings& settings = {}) {
+    const std::size_t count = line.size();
+    if (count < 2 || count > (1U << 20U))
+        throw geometry_error{"make_tube: `line` has " + std::to_string(count) + " points; give from 2 to 1048576"};
+    if (settings.segments < 3 || settings.segments > 4096)
+        throw geometry_error{"make_tube: `segments` is " + std::to_string(settings.segments) +
+                             "; it must be from 3 to 4096"};
+    if (!is_finite(settings.across))
+        throw geometry_error{"make_tube: `across` is not finite; give a direction across the line, or 0"};
+    for (std::size_t i = 0; i < count; ++i) {
+        detail::check_shape_point("make_tube", line[i].centre);
+        detail::check_shape_length("make_tube", "first of the `radii`", line[i].radii.x);
+        detail::check_shape_length("make_tube", "second of the `radii`", line[i].radii.y);
+        if (!is_finite(line[i].turn)) throw geometry_error{"make_tube: `turn` is not finite; give radians"};
+        if (i > 0)
+            detail::check_shape_length("make_tube", "distance between two points",
+                                       length(line[i].centre - line[i - 1].centre));
+    }
+
+    std::vector<vec3> along(count), across(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        const vec3 before = i > 0 ? normalize(line[i].centre - line[i - 1].centre) : vec3{0, 0, 0};
+        const vec3 after = i + 1 < count ? normalize(line[i + 1].centre - line[i].centre) : vec3{0, 0, 0};
+        if (!(length(before + after) > 0.1F))
+            throw geometry_error{"make_tube: the line turns back at point " + std::to_string(i) +
+                                 "; add points that round the bend"};
+        along[i] = normalize(before + after);
+    }
+    const vec3 wanted = settings.across - dot(settings.across, along[0]) * along[0];
+    across[0] = length(wanted) > 1e-4F * length(settings.across) ? normalize(wanted) : detail::unit_across(along[0]);
+    const auto mirrored = [](vec3 v, vec3 plane) { return v - 2 * dot(v, plane) / dot(plane, plane) * plane; };
+    for (std::size_t i = 1; i < count; ++i) {
+        const vec3 step = line[i].centre - line[i - 1].centre, left = mirrored(along[i - 1], step);
+        vec3 carried = mirrored(across[i - 1], step);
+        if (const vec3 rest = along[i] - left; dot(rest, rest) > 0) carried = mirrored(carried, rest);
+        across[i] = normalize(carried - dot(carried, along[i]) * along[i]);
+    }
+
+    const bool round = settings.ends == tube_settings::end_shape::round;
+    const std::uint32_t cap =
+        round ? std::max(settings.segments / 4, 1U) : 1; // rings of an end, with that of the point
+    const auto rings = static_cast<std::uint32_t>(count) - 2 + 2 * cap;
+    const auto beyond = [&](std::size_t i) { return round ? min(line[i].radii.x, line[i].radii.y) : 0.0F; };
+    mesh tube;
+    tube.positions.reserve(2 + std::size_t{rings} * settings.segments);
+    tube.positions = {line.front().centre - beyond(0) * along.front(),
+                      line.back().centre + beyond(count - 1) * along.back()};
+    for (std::uint32_t k = 0; k < settings.segments; ++k) {
+        const float angle = 2 * pi * static_cast<float>(k) / static_cast<float>(settings.segments);
+        const auto out_at = [&](std::size_t i) {
+            const float c = line[i].radii.x * std::cos(angle), s = line[i].radii.y * std::sin(angle);
+            const float ct = std::cos(line[i].turn), st = std::sin(line[i].turn);
+            return (c * ct - s * st) * across[i] + (c * st + s * ct) * cross(along[i], across[i]);
+        };
+        const auto add_cap_ring = [&](std::size_t i, float from_rim, float side) {
+            tube.positions.push_back(line[i].centre + side * beyond(i) * std::sin(from_rim) * along[i] +
+                                     std::cos(from_rim) * out_at(i));
+        };
+        const float step = pi / 2 / static_cast<float>(cap);
+        for (std::uint32_t ring = 1; ring < cap; ++ring) add_cap_ring(0, step * static_cast<float>(cap - ring), -1);
+        for (std::size_t i = 0; i < count; ++i) {
+            tube.positions.push_back(line[i].centre + out_at(i));
+            if (i == 0) continue;
+            const vec3 before = line[i - 1].centre + out_at(i - 1), step_out = tube.positions.back() - before;
+            if (!(dot(step_out, line[i].centre - line[i - 1].centre) > 0))
+                throw geometry_error{"make_tube: the line bends more sharply than the radius of the tube at point " +
+                                     std::to_string(i) + "; make the bend wider or the tube thinner"};
+        }
+        for (std::uint32_t ring = 1; ring < cap; ++ring) add_cap_ring(count - 1, step * static_cast<float>(ring), 1);
+    }
+    detail::add_tube_faces(tube, settings.segments, rings);
+    return detail::checked_shape("make_tube", std::move(tube));
+}
+
+/// A point of a sheet, in the middle of its thickness.
+struct sheet_point {
+    vec3 at{0, 0, 0};          ///< metres
+    float thickness = 0.5e-3F; ///< metres
+};
+
+/// A closed thin sheet around a grid of points: a fascia, a flat muscle. Towards a border it may taper.
+///
+/// Its upper side lies to the side of the direction of the columns' numbers cross that of the rows'.
+/// @param points   row by row
+/// @param columns  points of a row, at least 2; as many rows
+/// @throws geometry_error  also where the sheet bends more sharply than half its thickness
+inline mesh make_sheet(const std::vector<sheet_point>& points, std::uint32_t columns) {
+    const std::size_t count = points.size(), rows = columns > 0 ? count / columns : 0;
+    if (columns < 2 || rows < 2 || rows * columns != count || count > (1U << 26U))
+        throw geometry_error{"make_sheet: " + std::to_string(count) + " points in rows of " + std::to_string(columns) +
+                             "; give at least 2 full rows of at least 2 points, and at most 2^26 points"};
+    for (const sheet_point& one : points) {
+        detail::check_shape_point("make_sheet", one.at);
+        detail::check_shape_length("make_sheet", "thickness", one.thickness);
+    }
+
+    mesh sheet;
+    sheet.positions.resize(2 * count);
+    std::vector<vec3> normals(count);
+    for (std::size_t row = 0; row < rows; ++row)
+        for (std::size_t column = 0; column < columns; ++column) {
+            const auto at = [&](std::size_t r, std::size_t c) { return points[r * columns + c].at; };
+            const vec3 along_row =
+                at(row, column + 1 < columns ? column + 1 : column) - at(row, column > 0 ? column - 1 : 0);
+            const vec3 along_column = at(row + 1 < rows ? row + 1 : row, column) - at(row > 0 ? row - 1 : 0, column);
+            const vec3 normal = cross(along_row, along_column);
+            if (!(length(normal) > 1e-4F * length(along_row) * length(along_column)))
+                throw geometry_error{"make_sheet: neighbours of the point in row " + std::to_string(row) + ", column " +
+                                     std::to_string(column) + " lie on one line; move the points apart"};
+            const std::size_t i = row * columns + column;
+            normals[i] = normalize(normal);
+            sheet.positions[i] = points[i].at + 0.5F * points[i].thickness * normals[i];
+            sheet.positions[count + i] = points[i].at - 0.5F * points[i].thickness * normals[i];
+        }
+    const auto below = static_cast<std::uint32_t>(count);
+    const auto add_quad = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
+        sheet.faces.insert(sheet.faces.end(), {{a, b, c}, {a, c, d}});
+    };
+    for (std::uint32_t row = 0; row + 1 < rows; ++row)
+        for (std::uint32_t column = 0; column + 1 < columns; ++column) {
+            const std::uint32_t a = row * columns + column, b = a + 1, c = b + columns, d = a + columns;
+            for (const std::uint32_t side : {0U, below}) {
+                const vec3 first = sheet.positions[side + a];
+                const vec3 normal =
+                    cross(sheet.positions[side + c] - first, sheet.positions[side + d] - sheet.positions[side + b]);
+                if (!(dot(normal, normals[a]) > 0))
+                    throw geometry_error{"make_sheet: the sheet bends more sharply than half its thickness in row " +
+                                         std::to_string(row) + ", column " + std::to_string(column) +
+                                         "; make it thinner or the bend wider"};
+            }
+            add_quad(a, b, c, d);
+            add_quad(below + d, below + c, below + b, below + a);
+        }
+    const auto last = static_cast<std::uint32_t>(columns * (rows - 1));
+    for (std::uint32_t column = 0; column + 1 < columns; ++column) {
+        add_quad(column, below + column, below + column + 1, column + 1);
+        add_quad(last + column + 1, below + last + column + 1, below + last + column, last + column);
+    }
+    for (std::uint32_t row = 0; row + 1 < rows; ++row) {
+        const std::uint32_t a = row * columns, b = a + columns - 1;
+        add_quad(a + columns, below + a + columns, below + a, a);
+        add_quad(b, below + b, below + b + columns, b + columns);
+    }
+    return detail::checked_shape("make_sheet", std::move(sheet));
+}
+
 } // namespace insonify::inline INSONIFY_ABI
 
 #include <insonify/core/restore_macros.hpp>

@@ -3,6 +3,7 @@
 
 #include <insonify/core/save_macros.hpp>
 
+#include <insonify/core/memo.hpp>
 #include <insonify/image/image.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <algorithm>
@@ -79,7 +80,7 @@ class m_mode {
   private:
     m_mode_settings settings_{};
     std::vector<float> columns_{}; // a ring; column after column
-    std::uint32_t rows_ = 0;
+    detail::cleared_by_move<std::uint32_t> rows_{};
     std::uint32_t next_ = 0;
     std::uint32_t count_ = 0;
     float depth_ = 0;

@@ -342,7 +342,7 @@ class scene {
     std::vector<medium> media_{};
     std::vector<std::uint32_t> by_rank_{}; // index of the object of each rank
     std::uint32_t next_id_ = 0;
-    bool built_ = false;
+    detail::cleared_by_move<bool> built_{};
     detail::kept_map deformation_{};
     mutable detail::scene_views views_{}; // what const functions bring up to date
 };

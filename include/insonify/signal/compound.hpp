@@ -4,6 +4,7 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/core/error.hpp>
+#include <insonify/core/memo.hpp>
 #include <insonify/execution/policy.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/probe/transducer.hpp>
@@ -242,7 +243,7 @@ class compounding {
     compound_settings settings_{};
     std::vector<look> looks_{};
     std::uint32_t acquired_ = 0; // since the start
-    bool ready_ = false;
+    detail::cleared_by_move<bool> ready_{};
 };
 
 } // namespace insonify::inline INSONIFY_ABI

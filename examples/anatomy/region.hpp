@@ -1,0 +1,167 @@
+#ifndef INSONIFY_EXAMPLES_ANATOMY_REGION_HPP
+#define INSONIFY_EXAMPLES_ANATOMY_REGION_HPP
+
+#include <insonify/core/error.hpp>
+#include <insonify/core/random.hpp>
+#include <insonify/geometry/shapes.hpp>
+#include <insonify/probe/convex_array.hpp>
+#include <insonify/probe/linear_array.hpp>
+#include <insonify/probe/phased_array.hpp>
+#include <insonify/scanner.hpp>
+#include <insonify/scene/scene.hpp>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+/// Regions of the body by code: what every region gives to the programs that use it. Lengths are metres.
+namespace anatomy {
+
+using namespace insonify;
+
+/// Where a needle enters the skin, and where to.
+struct needle_path {
+    vec3 entry{0, 0, 0};  ///< on the skin
+    vec3 target{0, 0, 0}; ///< of its tip
+};
+
+/// A standard view of a region.
+struct view {
+    std::string name{};  ///< such as "carotid_transverse"
+    std::string title{}; ///< in words
+    pose at{};           ///< the middle of the probe's face is on the skin, under a film of gel; z points into the body
+    std::variant<linear_array, convex_array, phased_array> probe{}; ///< what such a view is taken with
+    b_mode_settings settings{};                                     ///< the same
+    std::optional<needle_path> needle{};                            ///< where the view is one for a needle
+};
+
+/// A vessel with flowing blood.
+struct vessel {
+    /// Whether it pulses or collapses under pressure.
+    enum class kind { artery, vein };
+    std::string name{}; ///< of the object that is its blood
+    kind type = kind::artery;
+    std::vector<tube_section> line{}; ///< of its lumen, at rest; blood flows from the first point to the last
+    float peak_velocity = 0.5F;       ///< on the axis, of an artery in systole, m/s
+};
+
+/// A region of the body.
+struct body {
+    /// Not built: add tools, then call `build`. Its background is what an operator finds between the structures. An
+    /// object "gel" lies on the skin, of the lowest priority. All names differ.
+    scene anatomy{};
+    std::vector<view> views{};                                 ///< the first is the one to begin with
+    std::vector<vessel> vessels{};                             ///< for Doppler, pulsation and collapse
+    std::vector<std::pair<std::string, std::string>> nested{}; ///< what lies in what: names of objects, inner and outer
+
+    /// @throws usage_error  where there is no view of that name
+    const view& find_view(const std::string& name) const {
+        std::string known;
+        for (const view& one : views) {
+            if (one.name == name) return one;
+            known += (known.empty() ? "" : ", ") + one.name;
+        }
+        throw usage_error{"there is no view '" + name + "'; known are " + known};
+    }
+};
+
+/// What varies from body to body: a size, or a choice.
+struct parameter {
+    const char* name = "";        ///< such as "fat"
+    const char* unit = "";        ///< "m", "m/s"; "" for a ratio or a choice
+    const char* description = ""; ///< in words; those of a choice list the numbers
+    float smallest = 0;
+    float largest = 1;
+    float usual = 0;        ///< the default
+    bool is_choice = false; ///< a whole number
+};
+
+/// Values by the names of their parameters. What is missing has its default.
+using values = std::map<std::string, float>;
+
+/// A region that can be made.
+struct region {
+    const char* name = "";  ///< such as "neck"
+    const char* title = ""; ///< in words
+    std::vector<parameter> parameters{};
+    body (*make_checked)(const values&) = nullptr; ///< of all values
+
+    /// All values: those that are given, and the defaults of the others.
+    /// @throws usage_error  for a name that is not a parameter's, and a value out of range
+    values completed(const values& given) const {
+        values all;
+        std::string known;
+        for (const parameter& one : parameters) {
+            all[one.name] = one.usual;
+            known += std::string{known.empty() ? "" : ", "} + one.name;
+        }
+        for (const auto& [named, value] : given) {
+            if (!all.contains(named))
+                throw usage_error{std::string{name} + ": there is no parameter '" + named + "'; known are " + known};
+            all[named] = value;
+        }
+        for (const parameter& one : parameters) {
+            const float value = all[one.name];
+            if (value >= one.smallest && value <= one.largest && (!one.is_choice || value == std::round(value)))
+                continue;
+            const auto text = [&](float number) {
+                return insonify::detail::number_text(number) + (*one.unit ? std::string{" "} + one.unit : "");
+            };
+            throw usage_error{std::string{name} + ": `" + one.name + "` is " + text(value) + "; it must be " +
+                              (one.is_choice ? "a whole number " : "") + "from " + text(one.smallest) + " to " +
+                              text(one.largest) + ": " + one.description};
+        }
+        return all;
+    }
+
+    /// The region with values for some of its parameters.
+    /// @throws usage_error  for a name that is not a parameter's, and a value out of range
+    body make(const values& given = {}) const { return make_checked(completed(given)); }
+
+    /// Random values of all parameters but `resolution`. A size is the mean of two uniform numbers: extremes are rare.
+    values drawn(std::uint64_t seed) const {
+        values all;
+        for (std::size_t i = 0; i < parameters.size(); ++i) {
+            const parameter& one = parameters[i];
+            if (std::string{one.name} == "resolution") continue;
+            const float first = hash_uniform(seed, 2 * i), second = hash_uniform(seed, 2 * i + 1);
+            const float part = one.is_choice ? first : 0.5F * (first + second);
+            all[one.name] = one.is_choice ? one.smallest + std::floor(part * (one.largest - one.smallest + 1))
+                                          : one.smallest + part * (one.largest - one.smallest);
+        }
+        return all;
+    }
+};
+
+/// A parameter as a member of a region's own struct.
+template <class Parameters>
+struct member {
+    const char *name = "", *unit = "", *description = "";
+    float Parameters::*of = nullptr;
+    float smallest = 0, largest = 1;
+    bool is_choice = false;
+};
+
+/// The region whose parameters a struct holds: `Parameters::members()` lists them, `make` makes its body.
+template <class Parameters>
+region region_of(const char* name, const char* title) {
+    region made{name, title, {}, [](const values& all) {
+                    Parameters own;
+                    for (const member<Parameters>& one : Parameters::members()) own.*one.of = all.at(one.name);
+                    return make(own);
+                }};
+    const Parameters usual;
+    for (const member<Parameters>& one : Parameters::members())
+        made.parameters.push_back(
+            {one.name, one.unit, one.description, one.smallest, one.largest, usual.*one.of, one.is_choice});
+    return made;
+}
+
+} // namespace anatomy
+
+#endif

@@ -1,0 +1,31 @@
+#ifndef INSONIFY_EXAMPLES_ANATOMY_REGIONS_HPP
+#define INSONIFY_EXAMPLES_ANATOMY_REGIONS_HPP
+
+#include "neck.hpp"
+#include "region.hpp"
+#include <string>
+#include <vector>
+
+namespace anatomy {
+
+/// All regions.
+inline const std::vector<region>& regions() {
+    static const std::vector<region> all{
+        region_of<neck>("neck", "Neck, C5 to T1"),
+    };
+    return all;
+}
+
+/// @throws usage_error  where there is no region of that name
+inline const region& find_region(const std::string& name) {
+    std::string known;
+    for (const region& one : regions()) {
+        if (one.name == name) return one;
+        known += std::string{known.empty() ? "" : ", "} + one.name;
+    }
+    throw usage_error{"there is no region '" + name + "'; known are " + known};
+}
+
+} // namespace anatomy
+
+#endif

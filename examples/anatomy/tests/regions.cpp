@@ -1,0 +1,186 @@
+#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
+#include "../regions.hpp"
+#include <insonify/insonify.hpp>
+#include <chrono>
+#include <cstdint>
+#include <doctest/doctest.h>
+#include <set>
+#include <string>
+
+using namespace insonify;
+
+namespace {
+
+constexpr std::uint64_t seeds = 200;  ///< bodies of each region
+constexpr float coarse = 0.5F;        ///< resolution of the meshes in these tests
+constexpr std::size_t sampled = 60;   ///< vertices of an object that are looked for in another one
+constexpr float furthest_skin = 3_mm; ///< from the middle of a probe's face
+
+/// A scene of one object of a body.
+scene alone(const object& one) {
+    scene only{tissue::water};
+    only.add(one.surface, tissue::muscle, {.name = one.name});
+    return only.build(exec::seq);
+}
+
+const object& named(const anatomy::body& body, const std::string& name) {
+    for (const object& one : body.anatomy.objects())
+        if (one.name == name) return one;
+    FAIL("there is no object '", name, "'");
+    return body.anatomy.objects()[0];
+}
+
+/// The number of faults, each with a message.
+int faults_of(const anatomy::body& body) {
+    int faults = 0;
+    const auto fault = [&](const std::string& what) {
+        MESSAGE(what);
+        ++faults;
+    };
+    std::set<std::string> names;
+    for (const object& one : body.anatomy.objects()) {
+        if (one.name.empty() || !names.insert(one.name).second) fault("the name '" + one.name + "' is used twice");
+        const mesh_report report = validate(one.surface);
+        if (!report.closed() || report.inside_out_components > 0) fault(one.name + ": " + explain(report));
+        if (!(report.volume > 0)) fault(one.name + ": it has no volume");
+    }
+    std::map<std::string, scene> outer;
+    for (const auto& [inner, around] : body.nested) {
+        if (!outer.contains(around)) outer.emplace(around, alone(named(body, around)));
+        const std::vector<vec3>& places = named(body, inner).surface.positions;
+        const std::size_t step = std::max<std::size_t>(places.size() / sampled, 1);
+        std::size_t outside = 0;
+        for (std::size_t i = 0; i < places.size(); i += step) outside += object_at(outer.at(around), places[i]) ? 0 : 1;
+        if (outside > 0)
+            fault(inner + ": " + std::to_string(outside) + " of " + std::to_string(places.size() / step) +
+                  " points are not in " + around);
+    }
+    const scene skin = alone(named(body, "skin"));
+    for (const anatomy::view& one : body.views) {
+        if (!is_rigid(one.at)) fault(one.name + ": its pose is not rigid");
+        if (object_at(skin, one.at.translation)) fault(one.name + ": the face is below the skin");
+        const auto below = first_surface(skin, {one.at.translation, one.at.direction({0, 0, 1})});
+        if (!below || below->distance > furthest_skin) fault(one.name + ": the face does not touch the skin");
+        if (!one.needle) continue;
+        const auto at_entry = nearest_surface(skin, skin.objects()[0].id, one.needle->entry);
+        if (!at_entry || at_entry->distance > 1_mm) fault(one.name + ": the needle does not enter at the skin");
+        if (!object_at(skin, one.needle->target)) fault(one.name + ": the needle's target is outside");
+    }
+    for (const anatomy::vessel& one : body.vessels) {
+        const scene blood = alone(named(body, one.name));
+        for (const tube_section& place : one.line)
+            if (!object_at(blood, place.centre)) {
+                fault(one.name + ": its line leaves it");
+                break;
+            }
+    }
+    return faults;
+}
+
+std::string sentence(const anatomy::region& region, const anatomy::values& given) {
+    try {
+        region.make(given);
+    } catch (const usage_error& error) {
+        return error.what();
+    }
+    return "no error";
+}
+
+} // namespace
+
+TEST_CASE("every body is closed, nested, named, and can be seen and measured") {
+    for (const anatomy::region& region : anatomy::regions())
+        for (std::uint64_t seed = 0; seed < seeds; ++seed) {
+            anatomy::values values = region.drawn(seed);
+            values["resolution"] = coarse;
+            const int faults = faults_of(region.make(values));
+            CAPTURE(std::string{region.name});
+            CAPTURE(seed);
+            CHECK(faults == 0);
+        }
+}
+
+TEST_CASE("so is a body with any parameter at its smallest and at its largest value") {
+    for (const anatomy::region& region : anatomy::regions())
+        for (const anatomy::parameter& one : region.parameters) {
+            if (std::string{one.name} == "resolution") continue;
+            for (const float value : {one.smallest, one.largest}) {
+                const int faults = faults_of(region.make({{one.name, value}, {"resolution", coarse}}));
+                CAPTURE(std::string{region.name});
+                CAPTURE(std::string{one.name});
+                CAPTURE(value);
+                CHECK(faults == 0);
+            }
+        }
+}
+
+TEST_CASE("at the default resolution a body has at most 400,000 triangles and is made in two seconds") {
+    for (const anatomy::region& region : anatomy::regions()) {
+        CAPTURE(std::string{region.name});
+        double best = 1e9;
+        for (int i = 0; i < 3; ++i) {
+            const auto start = std::chrono::steady_clock::now();
+            const anatomy::body body = region.make();
+            best = std::min(best, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+            std::size_t triangles = 0;
+            for (const object& one : body.anatomy.objects()) triangles += one.surface.faces.size();
+            CHECK(triangles <= 400'000);
+            CHECK(triangles > 20'000);
+        }
+        MESSAGE(std::string{region.name}, ": ", best, " s");
+#ifdef __OPTIMIZE__
+        CHECK(best < 2);
+#endif
+        CHECK(faults_of(region.make()) == 0);
+    }
+}
+
+TEST_CASE("the same values give the same body") {
+    for (const anatomy::region& region : anatomy::regions()) {
+        anatomy::values values = region.drawn(7);
+        values["resolution"] = coarse;
+        const anatomy::body first = region.make(values), second = region.make(values);
+        REQUIRE(first.anatomy.objects().size() == second.anatomy.objects().size());
+        for (std::size_t i = 0; i < first.anatomy.objects().size(); ++i)
+            CHECK(first.anatomy.objects()[i].surface.positions == second.anatomy.objects()[i].surface.positions);
+    }
+}
+
+TEST_CASE("drawn values are in range, and sizes gather in the middle of it") {
+    for (const anatomy::region& region : anatomy::regions())
+        for (const anatomy::parameter& one : region.parameters) {
+            if (std::string{one.name} == "resolution") continue;
+            CAPTURE(std::string{one.name});
+            double sum = 0, squares = 0;
+            constexpr int count = 400;
+            for (int seed = 0; seed < count; ++seed) {
+                const float value = region.completed(region.drawn(static_cast<std::uint64_t>(seed))).at(one.name);
+                const double part = static_cast<double>((value - one.smallest) / (one.largest - one.smallest));
+                sum += part;
+                squares += (part - 0.5) * (part - 0.5);
+            }
+            CHECK(sum / count == doctest::Approx(0.5).epsilon(0.1));
+            if (!one.is_choice)
+                CHECK(squares / count == doctest::Approx(1.0 / 24).epsilon(0.01)); // of two uniform ones
+        }
+}
+
+TEST_CASE("bad parameters and names are refused with a sentence") {
+    for (const anatomy::region& region : anatomy::regions()) {
+        CHECK(sentence(region, {{"flavour", 1}}).find("there is no parameter 'flavour'; known are ") !=
+              std::string::npos);
+        for (const anatomy::parameter& one : region.parameters) {
+            CAPTURE(std::string{one.name});
+            const std::string start = std::string{region.name} + ": `" + one.name + "` is ";
+            for (const float value : {one.smallest - 1, one.largest + 1, std::nanf("")}) {
+                const std::string text = sentence(region, {{one.name, value}});
+                CHECK(text.starts_with(start));
+                CHECK(text.find("it must be ") != std::string::npos);
+            }
+            if (one.is_choice)
+                CHECK(sentence(region, {{one.name, one.smallest + 0.5F}}).find("a whole number") != std::string::npos);
+        }
+        CHECK_THROWS_AS(region.make({{"resolution", coarse}}).find_view("inside_out"), usage_error);
+    }
+    CHECK_THROWS_AS(anatomy::find_region("tail"), usage_error);
+}

@@ -1,0 +1,307 @@
+#ifndef INSONIFY_GEOMETRY_IMPLICIT_HPP
+#define INSONIFY_GEOMETRY_IMPLICIT_HPP
+
+#include <insonify/core/save_macros.hpp>
+
+#include <insonify/geometry/mesh.hpp>
+#include <insonify/geometry/ray.hpp>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Optional arguments of `mesh_implicit`.
+struct implicit_settings {
+    /// Upper bound of the slope of the function, such as 1 for a distance in metres: where the function is too large
+    /// for a surface nearby it is then not called, which is many times faster. 0: unknown.
+    float max_slope = 0;
+};
+
+namespace detail {
+
+/// A body-centred cubic lattice: the corners of cubes, and their middles. Four tetrahedra surround the line between the
+/// middles of two cubes that share a face; all are congruent.
+class implicit_lattice {
+  public:
+    implicit_lattice(const aabb& box, float cell) : box_{box}, cell_{cell} {
+        constexpr double max_points = 1 << 27;
+        double points = 2;
+        for (int axis = 0; axis < 3; ++axis) {
+            const double cubes = std::ceil(static_cast<double>(box.size()[axis]) / static_cast<double>(cell)) + 2;
+            points *= cubes + 1;
+            if (points > max_points)
+                throw geometry_error{
+                    joined({"mesh_implicit: a box of ", number_text(box.size().x), " x ", number_text(box.size().y),
+                            " x ", number_text(box.size().z), " m has too many cells of ", number_text(cell),
+                            " m; at most 2^26 are possible: give a larger `cell` or a smaller box"})};
+            count_[axis] = static_cast<std::uint32_t>(cubes) + 1;
+        }
+        // One layer of cubes around the box.
+        origin_ = box.centre() - 0.5F * cell * vec3{count_ - 1U};
+        step_ = {1, count_.x, std::size_t{count_.x} * count_.y};
+        middles_ = step_[2] * count_.z;
+    }
+
+    /// The mesh of {f < 0}, f the function within the box and positive outside.
+    template <class Function>
+    mesh surface_of(const Function& function, float max_slope) {
+        const auto value_at = [&](vec3 p) -> float {
+            const vec3 outside = max(box_.lower - p, p - box_.upper);
+            const float border = max(max(outside.x, outside.y), outside.z);
+            return border >= 0 ? max(border, 1e-6F * cell_) : max(value_of(function, p), border);
+        };
+        values_.assign(2 * middles_, cell_);
+        for (std::uint32_t z = 0; z < count_.z; z += coarse)
+            for (std::uint32_t y = 0; y < count_.y; y += coarse)
+                for (std::uint32_t x = 0; x < count_.x; x += coarse)
+                    sample(function, value_at, {x, y, z}, coarse, max_slope);
+
+        slots_.assign(2 * middles_, none);
+        for (std::uint32_t z = 0; z + 1 < count_.z; ++z)
+            for (std::uint32_t y = 0; y + 1 < count_.y; ++y)
+                for (std::uint32_t x = 0; x + 1 < count_.x; ++x) cut_cube({x, y, z});
+        for (std::size_t i = 0; i < cuts_.size(); ++i) result_.positions.push_back(vertex_of(value_at, cuts_[i]));
+        return std::move(result_);
+    }
+
+  private:
+    static constexpr std::uint32_t none = ~0U, coarse = 32, fine = 4;
+    static constexpr std::size_t edges = 7; // that begin at a point: 3 to a point of its kind, 4 diagonals
+    struct cut {
+        std::size_t from = 0, to = 0; ///< lattice points
+    };
+
+    std::size_t index_of(uvec3 at) const { return at.x + step_[1] * at.y + step_[2] * at.z; }
+    vec3 position_of(std::size_t point) const {
+        const bool middle = point >= middles_;
+        const std::size_t corner = middle ? point - middles_ : point;
+        const vec3 at{static_cast<float>(corner % count_.x), static_cast<float>(corner / count_.x % count_.y),
+                      static_cast<float>(corner / step_[2])};
+        return origin_ + cell_ * (at + vec3{middle ? 0.5F : 0.0F});
+    }
+
+    template <class Function>
+    static float value_of(const Function& function, vec3 p) {
+        const float value = static_cast<float>(function(p));
+        if (!is_finite(value))
+            throw geometry_error{
+                joined({"mesh_implicit: the function gives NaN or an infinite value at {", number_text(p.x), ", ",
+                        number_text(p.y), ", ", number_text(p.z), "}; it must be finite in the whole box"})};
+        return value;
+    }
+
+    // The function at all points of a block of cubes; where no surface is near, that in its middle.
+    template <class Function, class Value>
+    void sample(const Function& function, const Value& value_at, uvec3 first, std::uint32_t size, float max_slope) {
+        if (first.x >= count_.x || first.y >= count_.y || first.z >= count_.z) return;
+        const uvec3 end{std::min(first.x + size, count_.x), std::min(first.y + size, count_.y),
+                        std::min(first.z + size, count_.z)};
+        if (max_slope > 0) {
+            // Beyond the points of the block, the slope at a vertex needs its neighbours' values.
+            const float radius = 0.8660254F * static_cast<float>(size) + 3;
+            const vec3 middle = origin_ + cell_ * (vec3{first} + vec3{0.5F * static_cast<float>(size)});
+            const vec3 inside = max(box_.lower, min(box_.upper, middle));
+            const float extent = radius * cell_ + length(middle - inside), value = value_of(function, inside);
+            // What is negative ends at the border of the box, which is then sampled.
+            const vec3 to_border = min(middle - box_.lower, box_.upper - middle);
+            const bool border_is_far = min(min(to_border.x, to_border.y), to_border.z) > extent;
+            if (std::fabs(value) > max_slope * extent && (value > 0 || border_is_far)) {
+                for (std::uint32_t z = first.z; z < end.z; ++z)
+                    for (std::uint32_t y = first.y; y < end.y; ++y) {
+                        const std::size_t row = index_of({0, y, z});
+                        for (const std::size_t kind : {std::size_t{0}, middles_})
+                            std::fill(values_.begin() + static_cast<std::ptrdiff_t>(kind + row + first.x),
+                                      values_.begin() + static_cast<std::ptrdiff_t>(kind + row + end.x), value);
+                    }
+                return;
+            }
+            if (size > fine) {
+                const std::uint32_t half = size / 2;
+                for (std::uint32_t i = 0; i < 8; ++i)
+                    sample(function, value_at, first + half * uvec3{i & 1U, i >> 1U & 1U, i >> 2U}, half, max_slope);
+                return;
+            }
+        }
+        for (std::uint32_t z = first.z; z < end.z; ++z)
+            for (std::uint32_t y = first.y; y < end.y; ++y)
+                for (std::uint32_t x = first.x; x < end.x; ++x)
+                    for (const std::size_t kind : {std::size_t{0}, middles_}) {
+                        const std::size_t point = kind + index_of({x, y, z});
+                        values_[point] = value_at(position_of(point));
+                    }
+    }
+    bool is_inside(std::size_t point) const { return values_[point] < 0; }
+
+    // The tetrahedra around the three lines from the middle of a cube to those of the next ones.
+    void cut_cube(uvec3 at) {
+        const std::size_t corner = index_of(at), middle = middles_ + corner;
+        for (int axis = 0; axis < 3; ++axis) {
+            if (at[axis] + 2 >= count_[axis]) continue;
+            const std::size_t next = middle + step_[axis], u = step_[(axis + 1) % 3], v = step_[(axis + 2) % 3];
+            const std::size_t base = corner + step_[axis], square[4] = {base, base + u, base + u + v, base + v};
+            const bool inside = is_inside(middle);
+            if (inside == is_inside(next) && inside == is_inside(square[0]) && inside == is_inside(square[1]) &&
+                inside == is_inside(square[2]) && inside == is_inside(square[3]))
+                continue;
+            for (int i = 0; i < 4; ++i) cut_tetrahedron({middle, next, square[i], square[(i + 1) % 4]});
+        }
+    }
+
+    // Corners 1 to 3 are counter-clockwise seen against the direction in which corner 0 lies behind them.
+    void cut_tetrahedron(std::array<std::size_t, 4> c) {
+        int inside = 0;
+        for (const std::size_t point : c) inside += is_inside(point) ? 1 : 0;
+        if (inside == 0 || inside == 4) return;
+        // Even permutations that move the corners inside to the front, of a single one where one or three are.
+        const auto rotate_front = [&](int to_front) { // corner to_front becomes the first
+            constexpr int even[4][4] = {{0, 1, 2, 3}, {1, 0, 3, 2}, {2, 3, 0, 1}, {3, 2, 1, 0}};
+            const auto old = c;
+            for (int i = 0; i < 4; ++i)
+                c[static_cast<std::size_t>(i)] = old[static_cast<std::size_t>(even[to_front][i])];
+        };
+        if (inside != 2) {
+            const bool sought = inside == 1;
+            int single = 0;
+            while (is_inside(c[static_cast<std::size_t>(single)]) != sought) ++single;
+            rotate_front(single);
+            const std::uint32_t a = vertex_on(c[0], c[1]), b = vertex_on(c[0], c[2]), d = vertex_on(c[0], c[3]);
+            result_.faces.push_back(sought ? uvec3{a, b, d} : uvec3{a, d, b});
+            return;
+        }
+        int first = 0;
+        while (!is_inside(c[static_cast<std::size_t>(first)])) ++first;
+        rotate_front(first);
+        while (!is_inside(c[1])) { // the cyclic permutation of the other three is even
+            const std::size_t moved = c[1];
+            c[1] = c[2];
+            c[2] = c[3];
+            c[3] = moved;
+        }
+        const std::uint32_t p = vertex_on(c[0], c[2]), q = vertex_on(c[0], c[3]), r = vertex_on(c[1], c[3]),
+                            s = vertex_on(c[1], c[2]);
+        // The diagonal of the quadrilateral that the values place nearer to its middle.
+        if (std::fabs(part_of({c[0], c[2]}) - part_of({c[1], c[3]})) <
+            std::fabs(part_of({c[0], c[3]}) - part_of({c[1], c[2]})))
+            result_.faces.insert(result_.faces.end(), {{p, q, r}, {p, r, s}});
+        else
+            result_.faces.insert(result_.faces.end(), {{p, q, s}, {q, r, s}});
+    }
+
+    // The vertex of an edge, made where there is none yet: one for all tetrahedra around it.
+    std::uint32_t vertex_on(std::size_t a, std::size_t b) {
+        const std::size_t from = std::min(a, b), to = std::max(a, b);
+        // Points of one kind are neighbours along an axis; the corners of a cube precede all middles.
+        std::size_t edge = 0;
+        std::size_t owner = from;
+        if ((from >= middles_) == (to >= middles_)) {
+            edge = to - from == step_[0] ? 0 : to - from == step_[1] ? 1 : 2;
+        } else { // the corner's place in the cube: 0 to 3 are kept with the middle, 4 to 7 with the corner
+            const std::size_t place = from - (to - middles_);
+            const std::size_t z = place / step_[2], y = place % step_[2] / step_[1], x = place % step_[1];
+            const std::size_t number = x + 2 * y + 4 * z;
+            owner = number < 4 ? to : from;
+            edge = 3 + number % 4;
+        }
+        if (slots_[owner] == none) {
+            slots_[owner] = static_cast<std::uint32_t>(vertices_.size());
+            vertices_.push_back({none, none, none, none, none, none, none});
+        }
+        std::uint32_t& vertex = vertices_[slots_[owner]][edge];
+        if (vertex == none) {
+            vertex = static_cast<std::uint32_t>(cuts_.size());
+            cuts_.push_back({from, to});
+        }
+        return vertex;
+    }
+
+    // Where the surface cuts an edge. Not too near its ends: triangles there would have no area.
+    float part_of(cut edge) const {
+        constexpr float margin = 0.1F;
+        const float a = values_[edge.from], b = values_[edge.to];
+        return clamp(a / (a - b), margin, 1 - margin);
+    }
+    vec3 slope_at(std::size_t point) const {
+        const std::size_t corner = point >= middles_ ? point - middles_ : point;
+        const std::size_t at[3] = {corner % count_.x, corner / count_.x % count_.y, corner / step_[2]};
+        vec3 slope{0, 0, 0};
+        for (int axis = 0; axis < 3; ++axis) {
+            const bool has_before = at[axis] > 0, has_after = at[axis] + 1 < count_[axis];
+            const float before = values_[has_before ? point - step_[axis] : point];
+            const float after = values_[has_after ? point + step_[axis] : point];
+            slope[axis] = (after - before) / (cell_ * static_cast<float>(has_before + has_after));
+        }
+        return slope;
+    }
+    // A step of Newton's method from the edge to the surface, along the slope of the sampled values.
+    template <class Value>
+    vec3 vertex_of(const Value& value_at, cut edge) const {
+        constexpr float max_step = 0.3F; // of a cell
+        const float part = part_of(edge);
+        const vec3 a = position_of(edge.from), b = position_of(edge.to), start = a + part * (b - a);
+        const vec3 slope = slope_at(edge.from) + part * (slope_at(edge.to) - slope_at(edge.from));
+        const float squared = dot(slope, slope), value = value_at(start);
+        if (!(squared > 0)) return start;
+        vec3 step = -value / squared * slope;
+        if (const float size = length(step); size > max_step * cell_) step *= max_step * cell_ / size;
+        return std::fabs(value_at(start + step)) < std::fabs(value) ? start + step : start;
+    }
+
+    aabb box_;
+    float cell_ = 1;
+    uvec3 count_{0, 0, 0}; // of the corners of cubes; as many middles are stored, of which the last are not used
+    vec3 origin_{0, 0, 0};
+    std::array<std::size_t, 3> step_{};
+    std::size_t middles_ = 0; // index of the first middle
+    std::vector<float> values_{};
+    std::vector<std::uint32_t> slots_{}; // of a lattice point in `vertices_`
+    std::vector<std::array<std::uint32_t, edges>> vertices_{};
+    std::vector<cut> cuts_{}; // of each vertex
+    mesh result_{};
+};
+
+} // namespace detail
+
+/// The closed surface of {p in the box: function(p) < 0}, oriented outwards.
+///
+///     const mesh ball = mesh_implicit([](vec3 p) { return length(p) - 8_mm; }, {vec3{-9_mm}, vec3{9_mm}}, 1_mm,
+///                                     {.max_slope = 1});
+///
+/// Where the function is negative at the border of the box the surface is closed by the box. Parts thinner than a cell
+/// may be missed. The surface is found by marching tetrahedra on a body-centred cubic lattice, so every edge has two
+/// faces whatever the function; each vertex is then moved onto it by one step of Newton's method, and is off by a
+/// quantity of second order in the cell. About 13 triangles for each square of the size of a cell.
+/// @param function  float(vec3), continuous, finite in the whole box; best about a distance in metres
+/// @param box       metres; the function is not called outside
+/// @param cell      edge of the lattice's cubes, metres
+/// @throws geometry_error  for a box that is empty or not finite, a cell that is not above 0, more than 2^26 cells, and
+/// a value that is not finite
+/// Source: Doi & Koide 1991, IEICE Trans. Inf. Syst. 74, 214 (tetrahedra); Treece, Prager & Gee 1999, Computers &
+/// Graphics 23, 583 (on this lattice, without nearly empty triangles).
+template <class Function>
+mesh mesh_implicit(const Function& function, const aabb& box, float cell, const implicit_settings& settings = {}) {
+    const vec3 size = box.size();
+    if (!is_finite(box) || !(min(min(size.x, size.y), size.z) > 0) ||
+        max(abs(box.lower), abs(box.upper)) != min(max(abs(box.lower), abs(box.upper)), vec3{1e6F}))
+        throw geometry_error{
+            "mesh_implicit: the box is empty or not finite; its `upper` must exceed its `lower`, within 1000 km of "
+            "the origin"};
+    if (!(cell > 0) || !is_finite(cell))
+        throw geometry_error{"mesh_implicit: `cell` is " + detail::number_text(cell) +
+                             "; it must be a length above 0, such as 1_mm"};
+    if (!(settings.max_slope >= 0) || !is_finite(settings.max_slope))
+        throw geometry_error{"mesh_implicit: `max_slope` is " + detail::number_text(settings.max_slope) +
+                             "; it must be 0 (unknown) or a bound of the slope, such as 1 for distances"};
+    return detail::implicit_lattice{box, cell}.surface_of(function, settings.max_slope);
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
+#endif
