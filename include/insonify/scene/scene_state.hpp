@@ -33,23 +33,41 @@ inline point_bounds merged(const point_bounds& a, const point_bounds& b) {
     return {merged(a.box, b.box), a.finite && b.finite};
 }
 
-/// Bounds points and copies them. @param copy  as many; null: none is made
+/// Bounds points and copies them, in one pass. @param copy  as many; null: none is made
 inline point_bounds bounds_of(view<const vec3> points, vec3* copy) {
-    using floats = lanes<4>;
-    floats lower(FLT_MAX), upper(-FLT_MAX);
-    bit_lanes<4> wild{};
-    const auto add = [&](const floats& p) {
-        wild = wild | not_finite<4>(p);
-        lower = min(lower, p);
-        upper = max(upper, p);
-    };
-    if (points.empty()) return {};
-    const vec3 last = points[points.size() - 1];
-    add(each_lane<4>([&](int axis) { return last[axis % 3]; }));
-    for (std::size_t i = 0; i + 1 < points.size(); ++i) add(load<4>(&points[i].x)); // with one number of the next
-    if (copy != nullptr) std::copy(points.begin(), points.end(), copy);
-    return {{{lower[0], lower[1], lower[2]}, {upper[0], upper[1], upper[2]}},
-            bits_of(floats_of<4>(wild) < floats(0.0F)) == 0};
+    // Coordinates interleave in three registers: x y z x, y z x y, z x y z.
+    constexpr int width = simd_width;
+    using floats = lanes<width>;
+    floats lower[3] = {floats(FLT_MAX), floats(FLT_MAX), floats(FLT_MAX)};
+    floats upper[3] = {floats(-FLT_MAX), floats(-FLT_MAX), floats(-FLT_MAX)};
+    bit_lanes<width> wild{};
+    const std::size_t whole = points.size() / width * width;
+    for (std::size_t begin = 0; begin < whole; begin += width) {
+        const auto add = [&](std::ptrdiff_t k) {
+            const floats p = load<width>(&points[begin].x + k * width);
+            wild = wild | not_finite<width>(p);
+            lower[k] = min(lower[k], p);
+            upper[k] = max(upper[k], p);
+            if (copy != nullptr) store(p, &copy[begin].x + k * width);
+        };
+        add(0), add(1), add(2); // not a loop, which g++ -O2 does not unroll
+    }
+    float lowest[3 * width], highest[3 * width];
+    for (std::ptrdiff_t k = 0; k < 3; ++k) {
+        store(lower[k], lowest + k * width);
+        store(upper[k], highest + k * width);
+    }
+    point_bounds found;
+    for (int lane = 0, i = 0; lane < width; ++lane, i += 3) {
+        found.box = merged(
+            found.box, aabb{{lowest[i], lowest[i + 1], lowest[i + 2]}, {highest[i], highest[i + 1], highest[i + 2]}});
+        found.finite = found.finite && wild[lane] >> 31 == 0;
+    }
+    for (std::size_t i = whole; i < points.size(); ++i) {
+        found = merged(found, {merged(aabb{}, points[i]), is_finite(points[i])});
+        if (copy != nullptr) copy[i] = points[i];
+    }
+    return found;
 }
 
 /// World box around a box in object coordinates, enlarged by the rounding error of rays transformed to the object.
