@@ -155,7 +155,8 @@ class bvh_storage {
     template <exec::policy Policy>
     bvh_update update(const Policy& policy, const Range& range) {
         refit(policy, range);
-        const bool lacks = lacks_usable(range);
+        const bool lacks = std::any_of(left_out_.begin(), left_out_.end(),
+                                       [&](std::uint32_t i) { return is_finite(bounds(range[i])); });
         if (degradation() <= 1.5 && !lacks) return bvh_update::refit;
         const bool soon = refits_ < 16;
         try {
@@ -219,11 +220,6 @@ class bvh_storage {
         for (std::size_t i = 0; i < count; ++i)
             if (held[i] == 0) left_out.push_back(static_cast<std::uint32_t>(i));
         return left_out;
-    }
-
-    bool lacks_usable(const Range& range) const {
-        return std::any_of(left_out_.begin(), left_out_.end(),
-                           [&](std::uint32_t i) { return is_finite(bounds(range[i])); });
     }
 
     topology<Width> tree_{};

@@ -58,8 +58,6 @@
 
 #if defined(__FMA__) || defined(__ARM_FEATURE_FMA)
 #define INSONIFY_ABI_FMA _fma
-#elif defined(__FMA4__)
-#define INSONIFY_ABI_FMA _fma4
 #else
 #define INSONIFY_ABI_FMA
 #endif
