@@ -13,7 +13,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <functional>
 #include <utility>
 #include <vector>
 
@@ -387,8 +386,21 @@ struct kernel_table_view {
 /// planes, and the covariance C of the echoes. Lines near the border have fewer neighbours, hence tables of their own.
 class kernel_table {
   public:
-    /// Covariance of two echoes, by metres apart in the slice plane and out of it, and radians turned.
-    using covariance = std::function<float(vec2 apart, float turned)>;
+    /// Covariance of two echoes, by metres apart in the slice plane and out of it, and radians turned: a reference to a
+    /// function of any type, so that the table is compiled once.
+    class covariance {
+      public:
+        template <class Function>
+        covariance(const Function& function)
+            : function_{&function}, call_{[](const void* called, vec2 apart, float turned) -> float {
+                  return (*static_cast<const Function*>(called))(apart, turned);
+              }} {}
+        float operator()(vec2 apart, float turned) const { return call_(function_, apart, turned); }
+
+      private:
+        const void* function_;
+        float (*call_)(const void*, vec2 apart, float turned);
+    };
 
     /// Without compensation.
     void clear() { samples_.resize(0); }
