@@ -148,8 +148,7 @@ class bvh_storage {
     /// fewer than 16 updates.
     ///
     /// A rebuild by `build_sah` takes as long as 14 to 22 refits, by `build_morton` as 3 to 7, and trees of the latter
-    /// cost rays about 1.15 times as much (bench/bvh.cpp). Spread over 16 updates, `build_sah` adds about one refit
-    /// each. The choice depends on the positions only. Also rebuilds where a primitive that was left out has become
+    /// cost rays about 1.15 times as much (bench/bvh.cpp). Also rebuilds where a primitive that was left out has become
     /// finite. If memory for a rebuild is not available, the refitted tree stays.
     /// @throws geometry_error  where the number of primitives has changed
     template <exec::policy Policy>

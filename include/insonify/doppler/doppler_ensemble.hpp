@@ -104,9 +104,8 @@ struct moving_scatterers {
         return false;
     }
 
-    // Long trains would shear blood until neighbouring lines see none of the same scatterers, since velocities are
-    // those of pieces. So flowing media are renewed, as blood is that leaves the beam: one generation of scatterers is
-    // alone for `stay` pulses, and fades into the next one during as many, at constant power.
+    // Long trains would shear blood until neighbouring lines see none of the same scatterers. So flowing media are
+    // renewed: one generation of scatterers is alone for `stay` pulses, and fades into the next one during as many.
     static constexpr std::uint32_t stay = 64, generation = 2 * stay;
 
     template <class Emit>

@@ -150,8 +150,7 @@ struct rest_line : material_line {
 };
 
 /// The normal of the slots of a segment that deformation shears out of the slice plane: slots lie in wave fronts there,
-/// since no other lines show how echoes change out of the plane, and their phase must follow what moves in that
-/// direction.
+/// so that their phase follows what moves in that direction.
 /// @param normal  along the line, of tissue that is not sheared
 /// @return        no more than 60 degrees from it, so that the line traverses the slots
 INSONIFY_FN inline vec3 sheared_normal(vec3 normal, vec3 elevation) {
@@ -253,8 +252,7 @@ struct cell_layout {
     }
 
     // Weight of a cell at a lateral distance of 0 to 1 cells from its centre: 1.26 (1 - d^2) (1 - 7/3 d^2), of mean
-    // power 1 and without a second moment. Positive weights would smooth the field, and speckle would be wider than the
-    // beam.
+    // power 1 and without a second moment: positive weights would make speckle wider than the beam.
     template <int N, bool Linear>
     INSONIFY_FN INSONIFY_INLINE static lanes<N> lateral_weight(const lanes<N>& distance) {
         if constexpr (Linear) return lanes<N>(1.0F) - distance;
@@ -432,7 +430,6 @@ struct cell_field {
     INSONIFY_FN float covariance(float distance, float angle) const {
         const float cells = std::fabs(distance) / cell;
         if (!(cells < 2)) return 0;
-        // The weights of `cell_layout` correlated with themselves.
         const float end = 1 - 0.5F * cells;
         const float factor =
             1 + cells * (1.5F +

@@ -29,8 +29,7 @@ class counted_lists {
         for (std::size_t list = 1; list < ends_.size(); ++list) ends_[list] += ends_[list - 1];
         items_.resize(ends_[ends_.size() - 1]);
     }
-    /// Until the last item, an entry of `ends_` is where the next item of its list goes; then it is the end of the
-    /// list.
+    /// Until the last item, an entry of `ends_` is where the next item of its list goes.
     void add(std::size_t list, const T& item) { items_[ends_[list]++] = item; }
 
     /// One list, after the last `add`.
@@ -68,10 +67,9 @@ class slice_finder {
     ///
     ///     1 + log2(faces)^2 / 3  <=  lines near the object + all lines / 20        in units of a ray near the object
     ///
-    /// Fitted to cubes and organs of 12 to 1.3 million faces, 1 to 64 of them, and 16 to 512 lines; a wrong choice
-    /// costs a factor of at most 1.2, or of 2 for many crossings on few lines. The costs of both are proportional to
-    /// the number of slices. The choice for an object does not depend on other objects, so its echoes are bit-equal
-    /// whatever these are.
+    /// Fitted to cubes and organs of 12 to 1.3 million faces, and 16 to 512 lines; a wrong choice costs a factor of at
+    /// most 1.2, or of 2 for many crossings on few lines. It does not depend on other objects, so the echoes of one are
+    /// bit-equal whatever these are.
     /// @param all         cut all objects
     /// @param directions  in which each line is traced
     /// @return whether any is cut
