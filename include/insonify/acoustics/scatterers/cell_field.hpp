@@ -436,9 +436,17 @@ struct cell_field {
                          cells * (-2.25F + cells * (-2.5F + cells * (0.75F + cells * (0.65625F + cells * 0.109375F)))));
         return end * end * end * factor * detail::same_view_probability(angle);
     }
-    /// The same of `surface_values`.
+    /// The same of `surface_values`: of linear interpolation that keeps the power.
     INSONIFY_FN float value_covariance(float distance, float angle) const {
-        return linear_covariance(distance / cell) * detail::same_view_probability(angle);
+        // At distances of eighths of a cell, by numerical integration; linear in between.
+        constexpr float eighths[] = {1,        0.9804F,  0.9248F,  0.84031F, 0.73599F, 0.62104F,
+                                     0.50348F, 0.38981F, 0.2854F,  0.19486F, 0.12178F, 0.06792F,
+                                     0.03254F, 0.01253F, 0.00333F, 0.00037F, 0};
+        const float position = 8 * std::fabs(distance / cell);
+        if (!(position < 16)) return 0;
+        const auto below = static_cast<int>(position);
+        const float weight = position - static_cast<float>(below);
+        return ((1 - weight) * eighths[below] + weight * eighths[below + 1]) * detail::same_view_probability(angle);
     }
     /// Emits the scatterers from `begin` to `end`, metres along the line: see `scattering_field`.
     template <class Emit>
@@ -537,19 +545,6 @@ struct cell_field {
         }
         rest.origin = detail::resolvable(point, cell, spacing);
         return rest;
-    }
-
-    // Covariance of linear interpolation that keeps the power, by distance in cells.
-    INSONIFY_FN static float linear_covariance(float cells) {
-        // At distances of eighths of a cell, by numerical integration; linear in between.
-        constexpr float eighths[] = {1,        0.9804F,  0.9248F,  0.84031F, 0.73599F, 0.62104F,
-                                     0.50348F, 0.38981F, 0.2854F,  0.19486F, 0.12178F, 0.06792F,
-                                     0.03254F, 0.01253F, 0.00333F, 0.00037F, 0};
-        const float position = 8 * std::fabs(cells);
-        if (!(position < 16)) return 0;
-        const auto below = static_cast<int>(position);
-        const float weight = position - static_cast<float>(below);
-        return (1 - weight) * eighths[below] + weight * eighths[below + 1];
     }
 
     // Calls use(what the structure does along a segment), or use(nullptr) in a medium without one.

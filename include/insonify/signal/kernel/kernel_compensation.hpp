@@ -422,7 +422,8 @@ class kernel_table {
         of_planes_.resize(of_lines.sets() * depths * planes_);
         work_.resize(depths);
         constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
-        const float turned = probe.lines < 2 ? 0.0F : angle_between(all[0].direction, all[1].direction);
+        const float chord = probe.lines < 2 ? 0.0F : length(all[0].direction - all[1].direction),
+                    turned = 2 * std::asin(min(0.5F * chord, 1));
         for_each_index(policy, depths, [&](std::size_t k) {
             const float z = (static_cast<float>(k) + 0.5F) * spacing_;
             const elevation_planes::weights weights = planes.at(z);
@@ -591,8 +592,6 @@ class kernel_table {
                            a.loss + part * (b.loss - a.loss)};
         }
     }
-
-    static float angle_between(vec3 a, vec3 b) { return 2 * std::asin(min(0.5F * length(a - b), 1)); }
 
     // Limits the gain of planes with less than a thousandth of the coherent weight: a scatterer that is displayed at a
     // depth where the weight is larger would be too bright.
