@@ -75,14 +75,6 @@ line_survey survey(const scene& body, const scene_view& flat, const Probe& probe
     return found;
 }
 
-/// The point of the field of view, its lines down to `depth` metres, that is nearest to p; in the probe's frame.
-template <transducer Probe>
-vec3 nearest_in_field(const Probe& probe, float depth, vec3 p) {
-    const float end = static_cast<float>(probe.lines) - 0.5F;
-    const ray line = probe.beam(clamp(probe.locate({p.x, p.z}).x, -0.5F, end));
-    return line.at(clamp(dot(p - line.origin, line.direction), 0, depth));
-}
-
 /// Distance from the field of view to the nearest surface, metres, by alternating projections from three places of the
 /// field. Never an underestimate; within one percent where the field spans less than half a circle, of convex objects.
 template <transducer Probe>
@@ -96,7 +88,9 @@ float distance_beside(const scene& body, const Probe& probe, const pose& at, flo
                 const auto surface = nearest_surface(body, one.id, at.point(in_field));
                 if (!surface) break;
                 nearest = min(nearest, surface->distance);
-                in_field = nearest_in_field(probe, depth, at.local_point(surface->point));
+                const vec3 p = at.local_point(surface->point);
+                const ray beam = probe.beam(clamp(probe.locate({p.x, p.z}).x, -0.5F, end));
+                in_field = beam.at(clamp(dot(p - beam.origin, beam.direction), 0, depth));
             }
         }
     return nearest;

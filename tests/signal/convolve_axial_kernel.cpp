@@ -10,7 +10,8 @@ TEST_CASE("axial_kernel: a Gaussian with peak 1 and zero padding, each result at
     for (const std::size_t decimation : {1U, 2U, 3U, 4U})
         for (const std::size_t samples : {12U, 24U, 300U})
             for (const float sigma : {1.0F, 4.3F, 20.0F}) {
-                const detail::axial_kernel kernel{samples, {.sigma = sigma}, decimation};
+                detail::axial_kernel kernel;
+                kernel.set(samples, {.sigma = sigma}, decimation);
                 const std::size_t count = samples / decimation;
                 std::vector<vec2> line(samples), layout(kernel.layout_size()), results(count), wide(count);
                 for (std::size_t i = 0; i < samples; ++i) line[i] = hash_normal(samples, i);
@@ -37,7 +38,8 @@ TEST_CASE("axial_kernel: a Gaussian with peak 1 and zero padding, each result at
 TEST_CASE("axial_kernel: the impulse response is the Gaussian") {
     for (const std::size_t decimation : {1U, 2U, 3U}) {
         constexpr float sigma = 5;
-        const detail::axial_kernel kernel{120, {.sigma = sigma}, decimation};
+        detail::axial_kernel kernel;
+        kernel.set(120, {.sigma = sigma}, decimation);
         std::vector<vec2> line(120), layout(kernel.layout_size()), results(120 / decimation);
         line[61] = {1, -2};
         kernel.lay_out(line.data(), layout.data());

@@ -41,11 +41,9 @@ struct refracted_layer {
 
 /// Follows refraction from layer to layer of a line. Nothing is refracted where the model has no `refracted`.
 ///
-/// The line itself stays straight, but the refracted ray is followed beside it: angles of incidence and attenuation are
-/// those of the ray, exactly for plane surfaces. Depths are those of the straight line: behind 10 mm of fat at 40
-/// degrees they are 0.03 mm too large. Where the ray returns to the sound speed that it had before a layer, it also
-/// returns to its direction there, as behind a parallel layer. Behind a layer that is not parallel, such as a rib,
-/// other rays reach the line.
+/// The line stays straight, and the refracted ray is followed beside it: angles of incidence and attenuation are those
+/// of the ray, exactly for plane surfaces. Depths are those of the line: behind 10 mm of fat at 40 degrees they are
+/// 0.03 mm too large. Where the ray returns to the sound speed before a layer, it returns to its direction there.
 template <class Model>
 class line_refraction {
   public:

@@ -4,7 +4,6 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/acoustics/medium.hpp>
-#include <insonify/core/error.hpp>
 #include <insonify/core/math.hpp>
 #include <insonify/execution/simd.hpp>
 #include <cfloat>

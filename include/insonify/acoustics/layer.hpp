@@ -86,11 +86,9 @@ struct aperture_gain {
     float deeper = 0;   ///< metres by which echoes are displayed deeper
 };
 
-/// Sound reaches a point of a line from the whole width of the aperture. Behind an obstacle it also arrives past it,
-/// earlier or later than through it; beside an obstacle, part of it is blocked.
-///
-/// Factors on the amplitude that arrives there and returns along the line alone, at equal steps of depth. Amplitudes
-/// below `min_amplitude` are taken as `min_amplitude`. Empty: the line alone counts.
+/// Factors on the amplitude that arrives at a point and returns along the line alone, at equal steps of depth: sound
+/// reaches it from the whole width of the aperture, also past an obstacle. Amplitudes below `min_amplitude` are taken
+/// as `min_amplitude`. Empty: the line alone counts.
 struct aperture_gains {
     static constexpr float min_amplitude = 1e-12F; ///< smallest amplitude that a factor belongs to
 

@@ -293,10 +293,9 @@ struct physical {
     //
     //     ratio = r' r 10^(-loss / 20),   r' = -r of the near surface from outside
     //
-    // for each time that sound crosses the layer and returns. Where the surfaces are not parallel, each reflection
-    // turns it further: the ratio takes the fraction of the first repetition that the aperture collects. The echo of a
-    // curved surface comes from where that is nearest to the probe, so slopes, angles and thickness are those of that
-    // place, `nearest`: a needle rings alike in all planes that cut it.
+    // for each time that sound crosses the layer and returns. Where the surfaces are not parallel, the ratio takes the
+    // fraction of the first repetition that the aperture collects. Slopes, angles and thickness are those of the place
+    // that is nearest to the probe: a needle rings alike in all planes that cut it.
     // @param far        the layer that begins at the far surface
     // @param shown      displayed depth of the far surface, metres
     // @param loss_db    attenuation down to it, there and back, of the peak of the pulse, dB

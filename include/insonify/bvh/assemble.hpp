@@ -116,9 +116,12 @@ class tree_assembler {
         const std::uint32_t count = divide(policy, all, level, children);
         for (std::uint32_t i = 0; i < Width; ++i) {
             std::uint32_t code = no_child;
-            if (i < count && children[i].size() <= Width)
-                code = add_leaf(tree, children[i]);
-            else if (i < count && postponed != nullptr && children[i].size() <= small_)
+            if (i < count && children[i].size() <= Width) {
+                const std::size_t slots = tree.slots.size();
+                tree.slots.resize(slots + Width, no_primitive);
+                splitter_.list(children[i], tree.slots.data() + slots);
+                code = static_cast<std::uint32_t>(slots / Width) | leaf_bit;
+            } else if (i < count && postponed != nullptr && children[i].size() <= small_)
                 postponed->push_back({.all = children[i], .level = level + 1, .parent = node, .place = i});
             else if (i < count)
                 code = add_node(policy, tree, children[i], level + 1, postponed);
@@ -152,13 +155,6 @@ class tree_assembler {
             weights[count] = splitter_.weight(children[count], level);
         }
         return count;
-    }
-
-    std::uint32_t add_leaf(piece& tree, const group& held) {
-        const std::size_t begin = tree.slots.size();
-        tree.slots.resize(begin + Width, no_primitive);
-        splitter_.list(held, tree.slots.data() + begin);
-        return static_cast<std::uint32_t>(begin / Width) | leaf_bit;
     }
 
     Splitter& splitter_;

@@ -219,7 +219,13 @@ class morton_splitter {
 
     template <class Policy>
     void split(const Policy&, const group& whole, std::uint32_t level, group& below, group& above) const {
-        const std::size_t middle = middle_of(whole, level);
+        const std::uint32_t bits = cell_bits(whole, level);
+        std::size_t middle =
+            bits != 0 ? order_.place_of_step(whole.begin, whole.end, bits) : whole.begin + whole.size() / 2;
+        if (whole.size() <= 3 * Width) {
+            const std::size_t full = (middle - whole.begin + Width / 2) / Width * Width;
+            middle = whole.begin + std::clamp<std::size_t>(full, Width, (whole.size() - 1) / Width * Width);
+        }
         below = {whole.begin, middle};
         above = {middle, whole.end};
     }
@@ -229,14 +235,6 @@ class morton_splitter {
     std::uint32_t cell_bits(const group& g, std::uint32_t level) const {
         if (level >= free_levels) return 0;
         return order_.highest_step(g.begin, g.end);
-    }
-
-    std::size_t middle_of(const group& g, std::uint32_t level) const {
-        const std::uint32_t bits = cell_bits(g, level);
-        const std::size_t middle = bits != 0 ? order_.place_of_step(g.begin, g.end, bits) : g.begin + g.size() / 2;
-        if (g.size() > 3 * Width) return middle;
-        const std::size_t full = (middle - g.begin + Width / 2) / Width * Width;
-        return g.begin + std::clamp<std::size_t>(full, Width, (g.size() - 1) / Width * Width);
     }
 
     morton_order order_;

@@ -148,14 +148,14 @@ class bvh_storage {
     /// fewer than 16 updates.
     ///
     /// A rebuild by `build_sah` takes as long as 14 to 22 refits, by `build_morton` as 3 to 7, and trees of the latter
-    /// cost rays about 1.15 times as much (bench/bvh.cpp). Spread over 16 updates, `build_sah` adds about one refit
-    /// each. The choice depends on the positions only. Also rebuilds where a primitive that was left out has become
+    /// cost rays about 1.15 times as much (bench/bvh.cpp). Also rebuilds where a primitive that was left out has become
     /// finite. If memory for a rebuild is not available, the refitted tree stays.
     /// @throws geometry_error  where the number of primitives has changed
     template <exec::policy Policy>
     bvh_update update(const Policy& policy, const Range& range) {
         refit(policy, range);
-        const bool lacks = lacks_usable(range);
+        const bool lacks = std::any_of(left_out_.begin(), left_out_.end(),
+                                       [&](std::uint32_t i) { return is_finite(bounds(range[i])); });
         if (degradation() <= 1.5 && !lacks) return bvh_update::refit;
         const bool soon = refits_ < 16;
         try {
@@ -219,11 +219,6 @@ class bvh_storage {
         for (std::size_t i = 0; i < count; ++i)
             if (held[i] == 0) left_out.push_back(static_cast<std::uint32_t>(i));
         return left_out;
-    }
-
-    bool lacks_usable(const Range& range) const {
-        return std::any_of(left_out_.begin(), left_out_.end(),
-                           [&](std::uint32_t i) { return is_finite(bounds(range[i])); });
     }
 
     topology<Width> tree_{};

@@ -32,11 +32,8 @@
 #define INSONIFY_ABI_SIMD _cuda
 #elif defined(INSONIFY_NO_SIMD)
 #define INSONIFY_ABI_SIMD _scalar
-#elif defined(__GLIBCXX__) && __has_include(<experimental/simd>) // libc++ ships that header too, without the types
-#define INSONIFY_STD_SIMD
-#define INSONIFY_ABI_SIMD
 #else
-#define INSONIFY_ABI_SIMD _vector
+#define INSONIFY_ABI_SIMD
 #endif
 
 #if defined(__AVX512VL__)
@@ -61,8 +58,6 @@
 
 #if defined(__FMA__) || defined(__ARM_FEATURE_FMA)
 #define INSONIFY_ABI_FMA _fma
-#elif defined(__FMA4__)
-#define INSONIFY_ABI_FMA _fma4
 #else
 #define INSONIFY_ABI_FMA
 #endif
@@ -73,7 +68,7 @@
 #define INSONIFY_ABI_LIBRARY
 #endif
 
-/// INSONIFY_ABI names the inline namespace of the library, such as `v0_sse2` or `v0_neon_fma_vector_libcxx`.
+/// INSONIFY_ABI names the inline namespace of the library, such as `v0_sse2` or `v0_neon_fma_libcxx`.
 ///
 /// Objects compiled with different flags thus have different types, and no function of one replaces that of another:
 /// passing such an object across is a link error.

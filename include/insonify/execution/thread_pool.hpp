@@ -132,12 +132,6 @@ class thread_pool {
         }
     }
 
-    job* open_job() {
-        for (job* work = jobs_; work != nullptr; work = work->after)
-            if (work->seats > 0 && work->next.load(std::memory_order_relaxed) < work->count) return work;
-        return nullptr;
-    }
-
     void serve() {
         for (bool worked = false;;) {
             const std::uint32_t before = offers_; // read first, so that no later offer is missed
@@ -145,7 +139,8 @@ class thread_pool {
             {
                 const std::lock_guard lock{mutex_};
                 if (stopping_) return;
-                work = open_job();
+                work = jobs_;
+                while (work != nullptr && (work->seats == 0 || work->next >= work->count)) work = work->after;
                 if (work != nullptr) {
                     --work->seats;
                     ++work->inside;

@@ -3,7 +3,6 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/core/units.hpp>
 #include <insonify/geometry/mesh.hpp>
 #include <algorithm>
 #include <cmath>

@@ -82,10 +82,6 @@ inline void close_file(std::ofstream& file, const std::string& path) {
     if (!file) throw io_error{path + ": writing failed before the end of the file; check the free space on the disk"};
 }
 
-inline unsigned char byte_of(float value) {
-    return static_cast<unsigned char>(is_number(value) ? clamp(value, 0, 1) * 255 + 0.5F : 0.0F);
-}
-
 /// @param values  of each pixel as many as `channels`, row by row
 inline void write_png_values(const std::string& path, uvec2 size, std::size_t pixels, const float* values,
                              std::size_t channels) {
@@ -94,7 +90,9 @@ inline void write_png_values(const std::string& path, uvec2 size, std::size_t pi
         throw usage_error{"write_png: size " + std::to_string(size.x) + 'x' + std::to_string(size.y) +
                           " needs as many pixels, not " + std::to_string(pixels)};
     std::vector<unsigned char> bytes(channels * pixels);
-    std::transform(values, values + bytes.size(), bytes.begin(), byte_of);
+    std::transform(values, values + bytes.size(), bytes.begin(), [](float value) {
+        return static_cast<unsigned char>(is_number(value) ? clamp(value, 0, 1) * 255 + 0.5F : 0.0F);
+    });
     std::ofstream file = create_file(path);
     const auto write = [](void* to, void* data, int count) {
         static_cast<std::ofstream*>(to)->write(static_cast<const char*>(data), count);

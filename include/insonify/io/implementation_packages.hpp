@@ -19,28 +19,31 @@
 #if !defined(_MSC_VER)
 #pragma GCC system_header
 #endif
-#pragma push_macro("tinyobj")
-#pragma push_macro("TINY_OBJ_LOADER_H_")
-#pragma push_macro("TINYOBJLOADER_IMPLEMENTATION")
-#pragma push_macro("TINYOBJLOADER_USE_DOUBLE")
-#pragma push_macro("TINYOBJLOADER_USE_MAPBOX_EARCUT")
-#pragma push_macro("TINYOBJ_OVERRIDE")
-#pragma push_macro("IS_SPACE")
-#pragma push_macro("IS_DIGIT")
-#pragma push_macro("IS_NEW_LINE")
-#pragma push_macro("INCLUDE_STB_IMAGE_WRITE_H")
-#pragma push_macro("STB_IMAGE_WRITE_IMPLEMENTATION")
-#pragma push_macro("STB_IMAGE_WRITE_STATIC")
-#pragma push_macro("STBI_WRITE_NO_STDIO")
-#pragma push_macro("STBIWDEF")
-#pragma push_macro("STBIW_MALLOC")
-#pragma push_macro("STBIW_REALLOC")
-#pragma push_macro("STBIW_REALLOC_SIZED")
-#pragma push_macro("STBIW_FREE")
-#pragma push_macro("STBIW_MEMMOVE")
-#pragma push_macro("STBIW_ASSERT")
-#pragma push_macro("STBIW_CRC32")
-#pragma push_macro("STBIW_ZLIB_COMPRESS")
+#define INSONIFY_PRAGMA(text) _Pragma(#text)
+#define INSONIFY_MACROS_OF_PACKAGES(action)                                                                            \
+    INSONIFY_PRAGMA(action("tinyobj"))                                                                                 \
+    INSONIFY_PRAGMA(action("TINY_OBJ_LOADER_H_"))                                                                      \
+    INSONIFY_PRAGMA(action("TINYOBJLOADER_IMPLEMENTATION"))                                                            \
+    INSONIFY_PRAGMA(action("TINYOBJLOADER_USE_DOUBLE"))                                                                \
+    INSONIFY_PRAGMA(action("TINYOBJLOADER_USE_MAPBOX_EARCUT"))                                                         \
+    INSONIFY_PRAGMA(action("TINYOBJ_OVERRIDE"))                                                                        \
+    INSONIFY_PRAGMA(action("IS_SPACE"))                                                                                \
+    INSONIFY_PRAGMA(action("IS_DIGIT"))                                                                                \
+    INSONIFY_PRAGMA(action("IS_NEW_LINE"))                                                                             \
+    INSONIFY_PRAGMA(action("INCLUDE_STB_IMAGE_WRITE_H"))                                                               \
+    INSONIFY_PRAGMA(action("STB_IMAGE_WRITE_IMPLEMENTATION"))                                                          \
+    INSONIFY_PRAGMA(action("STB_IMAGE_WRITE_STATIC"))                                                                  \
+    INSONIFY_PRAGMA(action("STBI_WRITE_NO_STDIO"))                                                                     \
+    INSONIFY_PRAGMA(action("STBIWDEF"))                                                                                \
+    INSONIFY_PRAGMA(action("STBIW_MALLOC"))                                                                            \
+    INSONIFY_PRAGMA(action("STBIW_REALLOC"))                                                                           \
+    INSONIFY_PRAGMA(action("STBIW_REALLOC_SIZED"))                                                                     \
+    INSONIFY_PRAGMA(action("STBIW_FREE"))                                                                              \
+    INSONIFY_PRAGMA(action("STBIW_MEMMOVE"))                                                                           \
+    INSONIFY_PRAGMA(action("STBIW_ASSERT"))                                                                            \
+    INSONIFY_PRAGMA(action("STBIW_CRC32"))                                                                             \
+    INSONIFY_PRAGMA(action("STBIW_ZLIB_COMPRESS"))
+INSONIFY_MACROS_OF_PACKAGES(push_macro)
 #undef tinyobj
 #undef TINY_OBJ_LOADER_H_
 #undef TINYOBJLOADER_IMPLEMENTATION
@@ -95,28 +98,9 @@ using ::abs; // insonify::abs would hide it
 
 #undef INSONIFY_JOIN
 #undef INSONIFY_TINYOBJ
-#pragma pop_macro("tinyobj")
-#pragma pop_macro("TINY_OBJ_LOADER_H_")
-#pragma pop_macro("TINYOBJLOADER_IMPLEMENTATION")
-#pragma pop_macro("TINYOBJLOADER_USE_DOUBLE")
-#pragma pop_macro("TINYOBJLOADER_USE_MAPBOX_EARCUT")
-#pragma pop_macro("TINYOBJ_OVERRIDE")
-#pragma pop_macro("IS_SPACE")
-#pragma pop_macro("IS_DIGIT")
-#pragma pop_macro("IS_NEW_LINE")
-#pragma pop_macro("INCLUDE_STB_IMAGE_WRITE_H")
-#pragma pop_macro("STB_IMAGE_WRITE_IMPLEMENTATION")
-#pragma pop_macro("STB_IMAGE_WRITE_STATIC")
-#pragma pop_macro("STBI_WRITE_NO_STDIO")
-#pragma pop_macro("STBIWDEF")
-#pragma pop_macro("STBIW_MALLOC")
-#pragma pop_macro("STBIW_REALLOC")
-#pragma pop_macro("STBIW_REALLOC_SIZED")
-#pragma pop_macro("STBIW_FREE")
-#pragma pop_macro("STBIW_MEMMOVE")
-#pragma pop_macro("STBIW_ASSERT")
-#pragma pop_macro("STBIW_CRC32")
-#pragma pop_macro("STBIW_ZLIB_COMPRESS")
+INSONIFY_MACROS_OF_PACKAGES(pop_macro)
+#undef INSONIFY_MACROS_OF_PACKAGES
+#undef INSONIFY_PRAGMA
 
 #include <insonify/core/restore_macros.hpp>
 

@@ -4,7 +4,6 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/acoustics/tissue.hpp>
-#include <insonify/probe/line_grid.hpp>
 #include <insonify/probe/transducer.hpp>
 #include <insonify/scene/scene.hpp>
 #include <string>

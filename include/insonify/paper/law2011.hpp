@@ -5,7 +5,6 @@
 
 #include <insonify/acoustics/laws.hpp>
 #include <insonify/acoustics/layer.hpp>
-#include <insonify/core/units.hpp>
 #include <insonify/execution/policy.hpp>
 #include <insonify/execution/simd.hpp>
 

@@ -206,10 +206,9 @@ INSONIFY_FN inline surface_incidence incidence_on(const object_view& one, std::u
         const float towards = dot(smooth, along), size = length(smooth);
         if (towards > 0 && size > 0) { // else the line grazes the surface
             normal = smooth / size;
-            // The change of the slope where the line moves across the surface, in the plane of the normal. It grows
-            // with 1 / cos^3 i, so an error e of the normal makes one of 3 e tan i of it: with e = 2 degrees, that of a
-            // mesh, as much as itself at cos i = 0.1. From there on it is held (+-30 %: 0.6 dB rms in a picture of
-            // surfaces alone).
+            // The change of the slope where the line moves across the surface grows with 1 / cos^3 i: an error of the
+            // normal of 2 degrees, that of a mesh, makes one as large as itself at cos i = 0.1. From there on it is
+            // held (+-30 %: 0.6 dB rms in a picture of surfaces alone).
             const float steep = 1 / max(towards, 0.1F * size);
             const vec2 slope = steep * vec2{dot(smooth, across), dot(smooth, elevation)};
             const auto slope_change = [&](vec3 to) {

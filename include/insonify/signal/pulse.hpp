@@ -6,7 +6,6 @@
 #include <insonify/acoustics/medium.hpp>
 #include <insonify/core/error.hpp>
 #include <insonify/core/units.hpp>
-#include <insonify/probe/line_grid.hpp>
 #include <insonify/probe/probe_lines.hpp>
 #include <insonify/probe/transducer.hpp>
 #include <string>
@@ -150,8 +149,8 @@ struct beam_model {
     ///     +- s 1.43 / u   for 1 < u < 13, of alternate sign from lobe to lobe; 0 elsewhere
     ///
     /// with s = `side_lobes`; a rectangular aperture has its first side lobe at u = 1.43, 26.5 dB below the main lobe.
-    /// A pulse has no zeros between them. In the focus, sinc^2 falls faster, with 1 / u^2; that these lobes do not
-    /// makes up for the side lobes in elevation, which the elevation planes lack: see `tests/signal/side_lobes.cpp`.
+    /// In the focus, sinc^2 falls faster; that these lobes do not makes up for those in elevation, which the elevation
+    /// planes lack: see `tests/signal/side_lobes.cpp`.
     INSONIFY_FN float side_lobe(float u) const {
         if (!(u > 1) || u > side_lobe_extent) return 0;
         const float lobe = 1.43F * side_lobes / u;

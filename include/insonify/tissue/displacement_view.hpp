@@ -21,23 +21,20 @@ struct displacement_view {
 
     /// Position at rest of the tissue that is now at a point, both in coordinates of the object.
     INSONIFY_FN vec3 rest(vec3 now) const {
-        const cell inside = cell_of(now);
-        return now +
-               displacement(mixed(mixed(inside.edge(0), inside.edge(1), inside.part.y),
-                                  mixed(inside.edge(2), inside.edge(3), inside.part.y), inside.part.z)) +
-               offset;
+        const cell around = cell_of(now);
+        return now + displacement(around.mean([&](unsigned node) { return around.at(node); })) + offset;
     }
 
     /// Derivative of `rest`: column k is the change of the position at rest along axis k of the object.
     INSONIFY_FN mat3 gradient(vec3 now) const {
-        const cell inside = cell_of(now);
-        const quad a = inside.edge(0), b = inside.edge(1), c = inside.edge(2), d = inside.edge(3);
-        const float y = inside.part.y, z = inside.part.z;
-        const quad along_x = mixed(mixed(inside.along_edge(0), inside.along_edge(1), y),
-                                   mixed(inside.along_edge(2), inside.along_edge(3), y), z);
-        const quad along_y = mixed(b - a, d - c, z), along_z = mixed(c - a, d - b, y);
-        const mat3 in_grid{displacement(along_x) * per_spacing.x, displacement(along_y) * per_spacing.y,
-                           displacement(along_z) * per_spacing.z};
+        const cell around = cell_of(now);
+        mat3 in_grid;
+        for (int axis = 0; axis < 3; ++axis) {
+            const unsigned next = 1U << axis;
+            in_grid[axis] = displacement(around.mean(
+                                [&](unsigned node) { return around.at(node | next) - around.at(node & ~next); })) *
+                            per_spacing[axis];
+        }
         return mat3{1} + in_grid * transpose(at.rotation);
     }
 
@@ -59,17 +56,16 @@ struct displacement_view {
         std::size_t row, layer; // floats from node to node along y and z
         vec3 part;              // of the point, 0 to 1
 
-        INSONIFY_FN INSONIFY_INLINE const float* begin(std::size_t edge) const {
-            return first + (edge & 1U) * row + (edge >> 1U) * layer;
+        // The displacement of a node: bits 0, 1 and 2 say whether it is the further one along x, y and z.
+        INSONIFY_FN INSONIFY_INLINE quad at(unsigned node) const {
+            return load<4>(first + (node & 1U) * 4 + (node >> 1U & 1U) * row + (node >> 2U) * layer);
         }
-        // The displacement on an edge along x, at y = edge % 2 and z = edge / 2.
-        INSONIFY_FN INSONIFY_INLINE quad edge(std::size_t number) const {
-            const float* from = begin(number);
-            return mixed(load<4>(from), load<4>(from + 4), part.x);
-        }
-        INSONIFY_FN INSONIFY_INLINE quad along_edge(std::size_t number) const {
-            const float* from = begin(number);
-            return load<4>(from + 4) - load<4>(from);
+        // Trilinear between the values of(node).
+        template <class Of>
+        INSONIFY_FN INSONIFY_INLINE quad mean(const Of& of) const {
+            const auto along_x = [&](unsigned node) { return mixed(of(node), of(node + 1), part.x); };
+            const auto in_plane = [&](unsigned node) { return mixed(along_x(node), along_x(node + 2), part.y); };
+            return mixed(in_plane(0), in_plane(4), part.z);
         }
     };
     INSONIFY_FN INSONIFY_INLINE cell cell_of(vec3 now) const {

@@ -7,7 +7,6 @@
 #include <insonify/core/units.hpp>
 #include <insonify/core/view.hpp>
 #include <cmath>
-#include <cstddef>
 
 namespace insonify::inline INSONIFY_ABI {
 

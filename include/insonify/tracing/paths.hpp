@@ -7,7 +7,6 @@
 #include <insonify/acoustics/layer.hpp>
 #include <insonify/acoustics/physical.hpp>
 #include <insonify/core/error.hpp>
-#include <insonify/core/random.hpp>
 #include <insonify/scene/layers.hpp>
 #include <insonify/tracing/emit/tracer.hpp>
 #include <cmath>
@@ -291,8 +290,7 @@ class path_follower {
     }
 
     // Sound that goes out along one path may return along another that reaches the same surface, at the mean of both
-    // times. Every sequence of reflections is counted once, at the one in its middle; it and its reverse add up, hence
-    // the 2. Tilt and random field of the surface are those of the path that was followed first.
+    // times. A sequence of reflections and its reverse add up, hence the 2.
     INSONIFY_FN void add_pairs() {
         for (std::uint32_t i = 0; i < arrived_; ++i)
             for (std::uint32_t j = i + 1; j < arrived_; ++j) {

@@ -150,8 +150,7 @@ struct rest_line : material_line {
 };
 
 /// The normal of the slots of a segment that deformation shears out of the slice plane: slots lie in wave fronts there,
-/// since no other lines show how echoes change out of the plane, and their phase must follow what moves in that
-/// direction.
+/// so that their phase follows what moves in that direction.
 /// @param normal  along the line, of tissue that is not sheared
 /// @return        no more than 60 degrees from it, so that the line traverses the slots
 INSONIFY_FN inline vec3 sheared_normal(vec3 normal, vec3 elevation) {
@@ -253,8 +252,7 @@ struct cell_layout {
     }
 
     // Weight of a cell at a lateral distance of 0 to 1 cells from its centre: 1.26 (1 - d^2) (1 - 7/3 d^2), of mean
-    // power 1 and without a second moment. Positive weights would smooth the field, and speckle would be wider than the
-    // beam.
+    // power 1 and without a second moment: positive weights would make speckle wider than the beam.
     template <int N, bool Linear>
     INSONIFY_FN INSONIFY_INLINE static lanes<N> lateral_weight(const lanes<N>& distance) {
         if constexpr (Linear) return lanes<N>(1.0F) - distance;
@@ -437,16 +435,23 @@ struct cell_field {
     INSONIFY_FN float covariance(float distance, float angle) const {
         const float cells = std::fabs(distance) / cell;
         if (!(cells < 2)) return 0;
-        // The weights of `cell_layout` correlated with themselves.
         const float end = 1 - 0.5F * cells;
         const float factor =
             1 + cells * (1.5F +
                          cells * (-2.25F + cells * (-2.5F + cells * (0.75F + cells * (0.65625F + cells * 0.109375F)))));
         return end * end * end * factor * detail::same_view_probability(angle);
     }
-    /// The same of `surface_values`.
+    /// The same of `surface_values`: of linear interpolation that keeps the power.
     INSONIFY_FN float value_covariance(float distance, float angle) const {
-        return linear_covariance(distance / cell) * detail::same_view_probability(angle);
+        // At distances of eighths of a cell, by numerical integration; linear in between.
+        constexpr float eighths[] = {1,        0.9804F,  0.9248F,  0.84031F, 0.73599F, 0.62104F,
+                                     0.50348F, 0.38981F, 0.2854F,  0.19486F, 0.12178F, 0.06792F,
+                                     0.03254F, 0.01253F, 0.00333F, 0.00037F, 0};
+        const float position = 8 * std::fabs(distance / cell);
+        if (!(position < 16)) return 0;
+        const auto below = static_cast<int>(position);
+        const float weight = position - static_cast<float>(below);
+        return ((1 - weight) * eighths[below] + weight * eighths[below + 1]) * detail::same_view_probability(angle);
     }
     /// Emits the scatterers from `begin` to `end`, metres along the line: see `scattering_field`.
     template <class Emit>
@@ -551,19 +556,6 @@ struct cell_field {
             rest.origin = (*chart)(point);
         }
         return rest;
-    }
-
-    // Covariance of linear interpolation that keeps the power, by distance in cells.
-    INSONIFY_FN static float linear_covariance(float cells) {
-        // At distances of eighths of a cell, by numerical integration; linear in between.
-        constexpr float eighths[] = {1,        0.9804F,  0.9248F,  0.84031F, 0.73599F, 0.62104F,
-                                     0.50348F, 0.38981F, 0.2854F,  0.19486F, 0.12178F, 0.06792F,
-                                     0.03254F, 0.01253F, 0.00333F, 0.00037F, 0};
-        const float position = 8 * std::fabs(cells);
-        if (!(position < 16)) return 0;
-        const auto below = static_cast<int>(position);
-        const float weight = position - static_cast<float>(below);
-        return (1 - weight) * eighths[below] + weight * eighths[below + 1];
     }
 
     // Calls use(what the structure does along a segment), or use(nullptr) in a medium without one.

@@ -64,11 +64,6 @@ void sum_taps(view<const tap> taps, const vec2* from, vec2* to, std::size_t coun
 /// consecutive samples for consecutive results.
 class axial_kernel {
   public:
-    axial_kernel() = default;
-    axial_kernel(std::size_t samples, const pulse_envelope& envelope, std::size_t decimation) {
-        set(samples, envelope, decimation);
-    }
-
     /// Recomputes the kernel in the same memory. @param envelope  in units of samples
     void set(std::size_t samples, const pulse_envelope& envelope, std::size_t decimation) {
         decimation_ = decimation;
@@ -404,15 +399,6 @@ class lateral_slab {
     vec2* values_ = nullptr;
 };
 
-/// `for_each_block` with scratch memory for each block: body(begin, end, memory).
-template <exec::policy Policy, class Body>
-void for_each_block_with_memory(const Policy& policy, std::size_t count, std::size_t block, float nanoseconds,
-                                std::vector<std::vector<vec2>>& memory, const Body& body) {
-    memory.resize(std::max(memory.size(), (count + block - 1) / block));
-    exec::for_each_block(policy, count, block, nanoseconds,
-                         [&](std::size_t begin, std::size_t end) { body(begin, end, memory[begin / block]); });
-}
-
 } // namespace insonify::inline INSONIFY_ABI::detail
 
 namespace insonify::inline INSONIFY_ABI {
@@ -463,6 +449,13 @@ class convolver {
     iq_lines along(const Policy& policy, iq_lines echoes, const pulse_envelope& sent, std::uint32_t decimation);
     template <exec::policy Policy>
     iq_lines across(const Policy& policy, iq_lines lines);
+    // Calls body(begin, end, memory) for blocks of eight.
+    template <class Policy, class Body>
+    void for_each_block(const Policy& policy, std::size_t count, float nanoseconds, const Body& body) {
+        if (blocks_.size() < count / 8 + 1) blocks_.resize(count / 8 + 1);
+        exec::for_each_block(policy, count, 8, nanoseconds,
+                             [&](std::size_t begin, std::size_t end) { body(begin, end, blocks_[begin / 8]); });
+    }
 
     detail::lateral_kernel lateral_{};        // weights across the lines
     detail::axial_kernel axial_{};            // weights along a line
@@ -479,15 +472,14 @@ iq_lines convolver::along(const Policy& policy, iq_lines echoes, const pulse_env
     axial_.set(echoes.samples, sent, decimation);
     if (decimation > 1) decimated_.reshape(echoes.count, echoes.samples / decimation, echoes.depth);
     iq_lines& results = decimation > 1 ? decimated_ : echoes;
-    detail::for_each_block_with_memory(
-        policy, echoes.count, 8, axial_.nanoseconds(), blocks_,
-        [&](std::size_t begin, std::size_t end, std::vector<vec2>& layout) {
-            layout.assign(axial_.layout_size(), vec2{0, 0});
-            for (std::size_t line = begin; line < end; ++line) {
-                axial_.lay_out(echoes.values.data() + line * echoes.samples, layout.data());
-                axial_.template apply<width>(layout.data(), results.values.data() + line * results.samples);
-            }
-        });
+    for_each_block(policy, echoes.count, axial_.nanoseconds(),
+                   [&](std::size_t begin, std::size_t end, std::vector<vec2>& layout) {
+                       layout.assign(axial_.layout_size(), vec2{0, 0});
+                       for (std::size_t line = begin; line < end; ++line) {
+                           axial_.lay_out(echoes.values.data() + line * echoes.samples, layout.data());
+                           axial_.template apply<width>(layout.data(), results.values.data() + line * results.samples);
+                       }
+                   });
     if (decimation > 1) std::swap(decimated_, echoes);
     return echoes;
 }
@@ -502,16 +494,15 @@ iq_lines convolver::across(const Policy& policy, iq_lines lines) {
     if (!in_place) steered_.reshape(lines.count, lines.samples, lines.depth);
     iq_lines& results = in_place ? lines : steered_;
     const float slab_time = 0.2F * static_cast<float>((2 * lateral_.half_width() + 1) * lines.count * thickness);
-    detail::for_each_block_with_memory(
-        policy, slabs, 8, slab_time, blocks_, [&](std::size_t begin, std::size_t end, std::vector<vec2>& memory) {
-            detail::lateral_slab slab{lateral_, memory};
-            for (std::size_t i = begin; i < end; ++i) {
-                const std::size_t first = i * thickness, count = std::min(thickness, lines.samples - first);
-                slab.weigh(first, count);
-                slab.copy(lines.values.data() + first, lines.samples, count, first, lines.samples - first - count);
-                slab.template apply<width>(results.values.data() + first, lines.samples, count);
-            }
-        });
+    for_each_block(policy, slabs, slab_time, [&](std::size_t begin, std::size_t end, std::vector<vec2>& memory) {
+        detail::lateral_slab slab{lateral_, memory};
+        for (std::size_t i = begin; i < end; ++i) {
+            const std::size_t first = i * thickness, count = std::min(thickness, lines.samples - first);
+            slab.weigh(first, count);
+            slab.copy(lines.values.data() + first, lines.samples, count, first, lines.samples - first - count);
+            slab.template apply<width>(results.values.data() + first, lines.samples, count);
+        }
+    });
     if (!in_place) std::swap(steered_, lines);
     return lines;
 }

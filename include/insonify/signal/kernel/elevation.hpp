@@ -68,13 +68,10 @@ inline view<const elevation_pair> elevation_pairs(std::uint32_t count) {
 /// they follow the shadow and cross at the focus. Depth is measured along z: where lines diverge, along the middle one.
 /// On a line at an angle t to z the heights change cos t times as fast with the depth along the line, which no plane
 /// that serves all lines can avoid; the weights are those of the heights that the planes have there: see `along`.
-/// Source: numerical searches by random steps for a small error in the echoes of half spaces that begin at any height,
-/// for linear, convex and phased arrays. The pairs of 5 and 7 planes are a choice among what was found, such that an
-/// anechoic sphere of 3 mm at the elevation focus fills as in the beam within 2 dB, the rms height is the beam's within
-/// a tenth, and half spaces, steep rough surfaces and the lines of sectors stay within the limits of
-/// `tests/tracing/elevation*.cpp`; the last change, by less than a degree, was made by hand. No program returns these
-/// numbers: `bench/studies/elevation_planes.cpp` prints their errors beside the smallest that it finds, without
-/// conditions and with those on the sphere and the rms height.
+/// Source: numerical searches for a small error in the echoes of half spaces that begin at any height. Of what was
+/// found, the pairs of 5 and 7 planes fill an anechoic sphere of 3 mm at the elevation focus as the beam does within 2
+/// dB; the last change, by less than a degree, was made by hand. `bench/studies/elevation_planes.cpp` prints their
+/// errors beside the smallest that it finds.
 class elevation_planes {
   public:
     /// @param count  1, 3, 5 or 7: the middle one, and pairs
@@ -114,13 +111,10 @@ class elevation_planes {
     /// The slice plane, then pairs.
     const elevation_plane& operator[](std::size_t plane) const { return planes_[plane]; }
 
-    /// Height of the cells of the scatterer field out of the slice, metres. For several planes 0.7 of the aperture's,
-    /// with the correlation length of the beam twice as deep as its focus; nearer to the focus, `phase_spread` shortens
-    /// it. By its formula both are equal for sqrt(5) sigma, and there sigma is 0.31 of the aperture's height, by its
-    /// shadow and diffraction. For a single plane half of the aperture's height, as of the beam at 1.75 times the focus:
-    /// a compromise, since phases are not spread. It is the same at all depths, so that speckle stays the same as
-    /// tissue moves in depth. `bench/studies/elevation_motion.cpp` prints what follows for a probe that moves; the level
-    /// of speckle does not depend on it.
+    /// Height of the cells of the scatterer field out of the slice, metres, at all depths, so that speckle stays the
+    /// same as tissue moves in depth. For several planes it has the correlation length of the beam twice as deep as its
+    /// focus, sqrt(5) sigma; nearer to the focus, `phase_spread` shortens it. For a single plane that of the beam at
+    /// 1.75 times the focus: a compromise, since phases are not spread. See `bench/studies/elevation_motion.cpp`.
     float scatterer_height() const { return (count_ > 1 ? 0.7F : 0.5F) * beam_.elevation_height; }
 
     /// How fast the phases of the scatterers of one place come apart as the probe moves out of the slice: rms, rad/m.
@@ -197,9 +191,8 @@ class elevation_planes {
     }
 
     // Each plane represents the strip of the beam that is nearest to it: by the integral of the two-way amplitude
-    // exp(-y^2 / 2 sigma^2) over it for coherent echoes, of its square for the power of independent ones. Borders
-    // between strips are soft, by about a quarter of sigma where planes are close: those that cross share a strip, so
-    // that weights are continuous.
+    // exp(-y^2 / 2 sigma^2) over it, or of its square. Borders are soft, so that the weights of planes that cross are
+    // continuous.
     weights integrate(float depth) const {
         constexpr float step = 0.25F, softness = 0.25F; // standard deviations
         constexpr int steps = 16;

@@ -42,21 +42,18 @@ class curved_kernel {
         : phase_per_metre_{phase_per_metre}, cosine_{1 / std::sqrt(1 + slope * slope)}, sine_{slope * cosine_},
           bend_{curvature * cosine_ * cosine_ * cosine_}, sigma_{sigma} {}
 
-    /// How much the surface counts as curved, 0 to 1. One that turns little within the kernel is a plane of its own
-    /// slope on every line: then the law of plane surfaces is more accurate. So it is where the nearest place is far
-    /// away. Constants here and in `of_line`: by hand, within the limits of `tests/tracing/curved_surfaces.cpp`;
-    /// +-30 %: below 0.3 dB rms in a picture of surfaces.
+    /// How much the surface counts as curved, 0 to 1: the law of plane surfaces is more accurate where it turns little
+    /// within the kernel, or the nearest place is far away. Constants here and in `of_line`: by hand, within the limits
+    /// of `tests/tracing/curved_surfaces.cpp`; +-30 %: below 0.3 dB rms in a picture of surfaces.
     INSONIFY_FN float strength() const {
         const float q = phase(), curved = q * q / (q * q + 0.4F * 0.4F);
         if (!(curved > 0.01F)) return 0;
         return curved * clamp(3.5F - std::fabs(sine_ / (bend_ * sigma_)), 0, 1);
     }
 
-    /// What a line emits, at the depth of the nearest place, so that the sum over lines under the kernel is V, wherever
-    /// that place lies between them.
-    ///
-    /// The surface is averaged under a Gaussian of half the line spacing about the line, without which the sum has
-    /// aliases. It widens the kernel; the ratio of V under both makes up for that.
+    /// What a line emits, at the depth of the nearest place, so that the sum over lines under the kernel is V. The
+    /// surface is averaged under a Gaussian of half the line spacing, without which the sum has aliases; the ratio of V
+    /// under the wider kernel makes up for that.
     INSONIFY_FN vec2 of_line(float spacing) const {
         const float width = 0.55F * spacing, a = phase_per_metre_ * bend_ * width * width;
         const float turns = phase_per_metre_ * sine_ * width, b = turns * turns / (1 + a * a);
@@ -288,9 +285,8 @@ class compensated_echoes {
     // 0.2 dB rms in a picture of surfaces.
     static constexpr float min_transfer = 0.15F;
 
-    // The part of an echo that the aperture collects, over what the kernels keep of it. Limited to twice the echo
-    // itself: the lines and planes that meet the edge of a steep surface are too few to weaken it, and have half of the
-    // kernel's weight, so that their sum is the echo at most.
+    // The part of an echo that the aperture collects, over what the kernels keep of it. At most twice the echo: the
+    // lines and planes that meet the edge of a steep surface have half of the kernel's weight.
     INSONIFY_FN static float raised(float collected, float transfer) { return min(collected / transfer, 2); }
 
     // Fraction of a sloping surface's echo that `convolve` keeps. The Gaussian across the lines, narrowed to where the
@@ -311,8 +307,7 @@ class compensated_echoes {
         return max(narrowed * kept / all, min_transfer);
     }
 
-    // The same for the planes of the slice: the sum of their weights, each as high on the pulse and turned by as much
-    // phase as the surface is deeper there.
+    // The same for the planes of the slice, by how much deeper the surface is in each.
     INSONIFY_FN float elevation_transfer(float depth, float slope) const {
         const view<const plane_sample> planes = kernels_.planes_at(depth);
         if (planes.empty() || slope == 0) return 1;
@@ -381,9 +376,9 @@ struct kernel_table_view {
 
 /// The kernels of `convolve` and of the planes, for every line of a probe, with the gains that keep the levels.
 ///
-/// Averaging lowers the rms of random echoes, by an amount that depends on the lines and planes. The gain g compensates
-/// for it: sum over j, k of w_j g_j w_k g_k C(x_j - x_k) = 1 on every line, with the weights w of the kernels and the
-/// planes, and the covariance C of the echoes. Lines near the border have fewer neighbours, hence tables of their own.
+/// Averaging lowers the rms of random echoes. The gain g compensates for it: sum over j, k of w_j g_j w_k g_k C(x_j -
+/// x_k) = 1 on every line, with the weights w of the kernels and the planes, and the covariance C of the echoes. Lines
+/// near the border have fewer neighbours, hence tables of their own.
 class kernel_table {
   public:
     /// Covariance of two echoes, by metres apart in the slice plane and out of it, and radians turned: a reference to a
@@ -427,7 +422,8 @@ class kernel_table {
         of_planes_.resize(of_lines.sets() * depths * planes_);
         work_.resize(depths);
         constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
-        const float turned = probe.lines < 2 ? 0.0F : angle_between(all[0].direction, all[1].direction);
+        const float chord = probe.lines < 2 ? 0.0F : length(all[0].direction - all[1].direction),
+                    turned = 2 * std::asin(min(0.5F * chord, 1));
         for_each_index(policy, depths, [&](std::size_t k) {
             const float z = (static_cast<float>(k) + 0.5F) * spacing_;
             const elevation_planes::weights weights = planes.at(z);
@@ -596,8 +592,6 @@ class kernel_table {
                            a.loss + part * (b.loss - a.loss)};
         }
     }
-
-    static float angle_between(vec3 a, vec3 b) { return 2 * std::asin(min(0.5F * length(a - b), 1)); }
 
     // Limits the gain of planes with less than a thousandth of the coherent weight: a scatterer that is displayed at a
     // depth where the weight is larger would be too bright.

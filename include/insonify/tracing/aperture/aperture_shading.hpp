@@ -16,10 +16,8 @@ namespace insonify::inline INSONIFY_ABI::detail {
 /// Computes the gains of all lines of a frame: does the steps of `aperture_view`. Keeps its memory from frame to frame.
 ///
 /// Lines that lie closer than the beam is wide share what arrives from the side: it is computed at some of them, the
-/// points, about as far apart as the beam is wide, and interpolated linearly in between. Only places in one and the
-/// same object are interpolated: between two of them there may be a surface that one line has crossed at a depth and
-/// its neighbour has not. Two places of one object on either side of a thin tilted sheet pass for the same; the error
-/// reaches one step of depth.
+/// points, and interpolated linearly in between where both lie in the same object. Two places of one object on either
+/// side of a thin tilted sheet pass for the same; the error reaches one step of depth.
 class aperture_shading {
   public:
     static constexpr std::uint32_t steps = sound_profile::steps; ///< of depth

@@ -20,11 +20,9 @@
 ///     speckle    rms(a * a) / rms(1 * 1) / T      *: convolution across the aperture
 ///     depth      mean(a d) / mean(a)         d: displayed depth along one of the lines
 ///
-/// over the aperture |u| < z / 2F; T is the amplitude there and back along the line that is displayed. For an obstacle
-/// that lets nothing pass and leaves a fraction A of the aperture free, surfaces take A^2; speckle takes A^1.5 where
-/// the free part is in one piece, as beside a shadow's edge, and about A^2 where the obstacle is in its middle. Source:
-/// sound that is focused adds by pressure, out and back; the echo power of independent scatterers is the integral of
-/// the squared two-way beam, whose spectrum is a * a. Behind a strip 0.72 mm wide, F/2, 7.5 MHz, 5, 10 and 20 mm: -5.7,
+/// over the aperture |u| < z / 2F; T is the amplitude there and back along the line that is displayed. Source: sound
+/// that is focused adds by pressure, out and back; the echo power of independent scatterers is the integral of the
+/// squared two-way beam, whose spectrum is a * a. Behind a strip 0.72 mm wide, F/2, 7.5 MHz, 5, 10 and 20 mm: -5.7,
 /// -2.9, -1.4 dB; a sum of waves has -5.6, -3.0, -1.4 dB.
 ///
 /// A line from the side is given the angle of incidence and the attenuation of the straight line through the same point
@@ -121,8 +119,8 @@ struct frame_gains {
     }
 };
 
-/// The steps of an aperture shading, each for one line or some points, over flat arrays. To be done in this order, each
-/// for all lines; those of one step in any order, on any threads or on a device. Trivially copyable.
+/// The steps of an aperture shading, over flat arrays: each for all lines, in any order, on any threads or on a device.
+/// Trivially copyable.
 struct aperture_view {
     static constexpr std::uint32_t steps = sound_profile::steps;
     static constexpr std::uint32_t points_at_once = simd_width;

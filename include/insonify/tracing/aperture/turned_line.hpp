@@ -169,10 +169,10 @@ class slice_segments {
     static constexpr int width = simd_width;
 
     void clear() { order_.clear(); }
-    void add(const cut_segment& one) { order_.push_back({one.from.y + one.to.y, &one}); }
+    void add(const cut_segment& one) { order_.emplace_back(one); }
     /// Sorts the segments, after the last was added.
     void sort() {
-        std::sort(order_.begin(), order_.end(), [](const deep& a, const deep& b) { return a.depth < b.depth; });
+        std::sort(order_.begin(), order_.end());
         const std::size_t padded = (order_.size() + width - 1) / width * width;
         for (std::vector<float>& ends : ends_) ends.assign(padded, 0);
         for (std::size_t i = 0; i < order_.size(); ++i) {
@@ -189,11 +189,7 @@ class slice_segments {
     point_lanes to(std::size_t i) const { return {load<width>(&ends_[2][i]), load<width>(&ends_[3][i])}; }
 
   private:
-    struct deep {
-        float depth = 0;
-        const cut_segment* segment = nullptr;
-    };
-    std::vector<deep> order_{};
+    std::vector<deep_segment> order_{};
     std::vector<float> ends_[4] = {};
 };
 

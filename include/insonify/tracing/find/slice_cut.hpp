@@ -228,27 +228,14 @@ INSONIFY_INLINE void cut_faces(const slice_frame& frame, const leaf<Range, Width
     }
 }
 
-/// The level of every point, in blocks, by plain loops that the compiler vectorises.
+/// The level of every point.
 inline void find_levels(const slice_frame& frame, view<const vec3> points, std::uint8_t* levels) {
-    constexpr std::size_t few = 512;
-    const slice_frame own = frame;             // a copy, which no store can alias
-    float x[few], y[few], z[few], height[few]; // from the origin
-    for (std::size_t begin = 0; begin < points.size(); begin += few) {
-        const std::size_t count = std::min(few, points.size() - begin);
-        std::uint8_t* const to = levels + begin;
-        for (std::size_t i = 0; i < count; ++i) {
-            const vec3 from_origin = points[begin + i] - own.origin;
-            x[i] = from_origin.x, y[i] = from_origin.y, z[i] = from_origin.z;
-            to[i] = 0;
-        }
-        for (std::uint32_t slice = 0; slice < own.count; ++slice) {
-            const vec3 normal = own.normal[slice];
-            for (std::size_t i = 0; i < count; ++i) height[i] = slice_frame::component(normal, x[i], y[i], z[i]);
-            const float here = own.height[slice];
-            const int bit = 1 << slice;
-            for (std::size_t i = 0; i < count; ++i)
-                to[i] = static_cast<std::uint8_t>(to[i] | (height[i] > here ? bit : 0));
-        }
+    const slice_frame own = frame; // a copy, which no store can alias
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        unsigned level = 0;
+        for (std::uint32_t slice = 0; slice < own.count; ++slice)
+            level |= unsigned{own.height_of(slice, points[i]) > own.height[slice]} << slice;
+        levels[i] = static_cast<std::uint8_t>(level);
     }
 }
 
@@ -288,23 +275,18 @@ INSONIFY_INLINE void for_each_child(const bvh_view<Range, Width>& tree, std::uin
 /// Calls visit(leaf) for the leaves below a child reference that may overlap the region.
 template <class Range, int Width, class Visit>
 void for_each_leaf(const bvh_view<Range, Width>& tree, std::uint32_t code, const slice_region& region, Visit&& visit) {
-    // So many references are prefetched before they are visited, unless the stack is long: then the traversal goes
-    // depth first, where each level adds less than Width references.
-    constexpr std::uint32_t prefetched = 8, long_stack = prefetched * Width;
-    std::uint32_t stack[long_stack + prefetched * Width + max_stack<Width>], queue[prefetched];
-    std::uint32_t count = 0, visited = 0, queued = 0;
+    std::uint32_t stack[max_stack<Width>], count = 0;
     stack[count++] = code;
-    for (;;) {
-        for (; count > 0 && queued - visited < (count < long_stack ? prefetched : 1); ++queued) {
-            const std::uint32_t child = queue[queued % prefetched] = stack[--count];
-            tree.prefetch(child);
-        }
-        if (queued == visited) return;
-        const std::uint32_t next = queue[visited++ % prefetched];
-        if ((next & leaf_bit) != 0)
+    while (count > 0) {
+        const std::uint32_t next = stack[--count];
+        if ((next & leaf_bit) != 0) {
             visit(tree.leaves[next ^ leaf_bit]);
-        else
-            for_each_child(tree, next, region, [&](std::uint32_t child) { stack[count++] = child; });
+            continue;
+        }
+        for_each_child(tree, next, region, [&](std::uint32_t child) {
+            tree.prefetch(child);
+            stack[count++] = child;
+        });
     }
 }
 
@@ -317,6 +299,15 @@ struct cut_segment {
     std::uint32_t slice = 0;     ///< its number
     std::uint32_t object = 0;    ///< rank of the object
     std::uint32_t primitive = 0; ///< face of the object's mesh
+};
+
+/// A segment, to be sorted by depth, so that the crossings of each line are nearly sorted.
+struct deep_segment {
+    float depth = 0; ///< the sum of its ends'
+    const cut_segment* segment = nullptr;
+
+    explicit deep_segment(const cut_segment& one) : depth{one.from.y + one.to.y}, segment{&one} {}
+    friend bool operator<(const deep_segment& a, const deep_segment& b) { return a.depth < b.depth; }
 };
 
 /// Lines beyond those of a fan: between the first and the last of a wider one, from the same point, shifted along the
@@ -366,7 +357,6 @@ class slice_cut {
   private:
     static constexpr std::uint32_t block = 8192; // vertices or faces that one thread processes at a time
     static constexpr std::uint32_t groups_of_block = block / face_groups_view::size;
-
     static constexpr std::size_t max_subtrees = 32; // that one object's tree is divided into, roughly
 
     // A work item: a subtree of an object, or a range of its vertices or groups of faces.

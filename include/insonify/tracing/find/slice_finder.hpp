@@ -29,8 +29,7 @@ class counted_lists {
         for (std::size_t list = 1; list < ends_.size(); ++list) ends_[list] += ends_[list - 1];
         items_.resize(ends_[ends_.size() - 1]);
     }
-    /// Until the last item, an entry of `ends_` is where the next item of its list goes; then it is the end of the
-    /// list.
+    /// Until the last item, an entry of `ends_` is where the next item of its list goes.
     void add(std::size_t list, const T& item) { items_[ends_[list]++] = item; }
 
     /// One list, after the last `add`.
@@ -68,10 +67,9 @@ class slice_finder {
     ///
     ///     1 + log2(faces)^2 / 3  <=  lines near the object + all lines / 20        in units of a ray near the object
     ///
-    /// Fitted to cubes and organs of 12 to 1.3 million faces, 1 to 64 of them, and 16 to 512 lines; a wrong choice
-    /// costs a factor of at most 1.2, or of 2 for many crossings on few lines. The costs of both are proportional to
-    /// the number of slices. The choice for an object does not depend on other objects, so its echoes are bit-equal
-    /// whatever these are.
+    /// Fitted to cubes and organs of 12 to 1.3 million faces, and 16 to 512 lines; a wrong choice costs a factor of at
+    /// most 1.2, or of 2 for many crossings on few lines. It does not depend on other objects, so the echoes of one are
+    /// bit-equal whatever these are.
     /// @param all         cut all objects
     /// @param directions  in which each line is traced
     /// @return whether any is cut
@@ -119,20 +117,16 @@ class slice_finder {
         of_blocks_.clear(blocks());
         each_block([&](std::size_t b, const cut_segment&) { of_blocks_.count(b); });
         of_blocks_.make_room();
-        each_block([&](std::size_t b, const cut_segment& segment) {
-            of_blocks_.add(b, {segment.from.y + segment.to.y, &segment});
-        });
+        each_block([&](std::size_t b, const cut_segment& segment) { of_blocks_.add(b, deep_segment{segment}); });
     }
 
     /// Finds where the lines from `begin` to before `begin + block` cross their segments.
     /// @param found  nearly sorted lists: see `list_of`
     void find_block(std::size_t begin, crossing_lists& found) {
-        const view<block_segment> segments = of_blocks_.editable(begin / block);
-        // By depth, once for the block, so that the crossings of each line are nearly sorted.
-        std::sort(segments.begin(), segments.end(),
-                  [](const block_segment& one, const block_segment& other) { return one.depth < other.depth; });
+        const view<deep_segment> segments = of_blocks_.editable(begin / block);
+        std::sort(segments.begin(), segments.end());
         const auto each_segment = [&](const auto& visit) {
-            for (const block_segment& one : segments) {
+            for (const deep_segment& one : segments) {
                 const cut_segment& segment = *one.segment;
                 visit(segment, std::max<std::size_t>(segment.first, begin) - begin,
                       std::min<std::size_t>(segment.last, begin + block) - begin);
@@ -159,12 +153,6 @@ class slice_finder {
     }
 
   private:
-    // A segment that lines of a block cross.
-    struct block_segment {
-        float depth = 0; // the sum of its ends'
-        const cut_segment* segment = nullptr;
-    };
-
     std::size_t blocks() const { return (fan_.size() + block - 1) / block; }
 
     bool worth_cutting(const object_view& one, const slice_frame& frame, std::uint32_t directions) const {
@@ -196,7 +184,7 @@ class slice_finder {
     std::vector<std::uint8_t> chosen_; // of each object, by rank
     bool leaves_rays_ = true;
     slice_cut cut_;
-    counted_lists<block_segment> of_blocks_;
+    counted_lists<deep_segment> of_blocks_;
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
