@@ -506,8 +506,8 @@ struct neck_builder {
             };
             const swept vein = mirrored(
                 swept{.sections = {beside(top + 3_mm, 49_mm, 0, 0.75F, 0.1F), beside(-35_mm, 47_mm, 0, 0.9F, 0.08F),
-                                   beside(0, 45_mm, 0, 1, 0.1F), beside(25_mm, 40.5_mm, 0.3_mm, 1.05F, 0.05F),
-                                   beside(bottom - 3_mm, 33_mm, 0.5_mm, 0.95F, 0)},
+                                   beside(0, 45_mm, 0, 1, 0.1F), beside(25_mm, 43.5_mm, 0, 1.02F, 0.08F),
+                                   beside(bottom - 3_mm, 38.5_mm, 0, 0.95F, 0.05F)},
                       .power = 2,
                       .start = 4_mm,
                       .end = 4_mm,
@@ -552,7 +552,7 @@ struct neck_builder {
                              arteries(17.5_mm, top + 3_mm, 47_mm, 1.7_mm)},
                             cell(2_mm)),
                 side);
-            add_vessel(make_tube(vertebral, {.segments = 24}), {{"wall", tissue::vessel_wall, 0.4_mm, 0.3F}}, 10,
+            add_vessel(make_tube(vertebral, {.segments = 24}), {{"wall", tissue::adventitia, 0.35_mm, 0.3F}}, 10,
                        sided(side, "vertebral artery"), own + 40);
             made.vessels.push_back({sided(side, "vertebral artery"), vessel::kind::artery, vertebral, 0.5F});
             if (of.second_vein > 0) {
