@@ -106,8 +106,6 @@
 
 #if defined(__FMA__) || defined(__ARM_FEATURE_FMA)
 #define INSONIFY_ABI_FMA _fma
-#elif defined(__FMA4__)
-#define INSONIFY_ABI_FMA _fma4
 #else
 #define INSONIFY_ABI_FMA
 #endif
@@ -540,7 +538,6 @@ struct view {
 
 #endif
 #include <cmath>
-#include <cstddef>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -1086,12 +1083,6 @@ class thread_pool {
         }
     }
 
-    job* open_job() {
-        for (job* work = jobs_; work != nullptr; work = work->after)
-            if (work->seats > 0 && work->next.load(std::memory_order_relaxed) < work->count) return work;
-        return nullptr;
-    }
-
     void serve() {
         for (bool worked = false;;) {
             const std::uint32_t before = offers_; // read first, so that no later offer is missed
@@ -1099,7 +1090,8 @@ class thread_pool {
             {
                 const std::lock_guard lock{mutex_};
                 if (stopping_) return;
-                work = open_job();
+                work = jobs_;
+                while (work != nullptr && (work->seats == 0 || work->next >= work->count)) work = work->after;
                 if (work != nullptr) {
                     --work->seats;
                     ++work->inside;
@@ -4326,9 +4318,12 @@ class tree_assembler {
         const std::uint32_t count = divide(policy, all, level, children);
         for (std::uint32_t i = 0; i < Width; ++i) {
             std::uint32_t code = no_child;
-            if (i < count && children[i].size() <= Width)
-                code = add_leaf(tree, children[i]);
-            else if (i < count && postponed != nullptr && children[i].size() <= small_)
+            if (i < count && children[i].size() <= Width) {
+                const std::size_t slots = tree.slots.size();
+                tree.slots.resize(slots + Width, no_primitive);
+                splitter_.list(children[i], tree.slots.data() + slots);
+                code = static_cast<std::uint32_t>(slots / Width) | leaf_bit;
+            } else if (i < count && postponed != nullptr && children[i].size() <= small_)
                 postponed->push_back({.all = children[i], .level = level + 1, .parent = node, .place = i});
             else if (i < count)
                 code = add_node(policy, tree, children[i], level + 1, postponed);
@@ -4362,13 +4357,6 @@ class tree_assembler {
             weights[count] = splitter_.weight(children[count], level);
         }
         return count;
-    }
-
-    std::uint32_t add_leaf(piece& tree, const group& held) {
-        const std::size_t begin = tree.slots.size();
-        tree.slots.resize(begin + Width, no_primitive);
-        splitter_.list(held, tree.slots.data() + begin);
-        return static_cast<std::uint32_t>(begin / Width) | leaf_bit;
     }
 
     Splitter& splitter_;
@@ -5323,7 +5311,13 @@ class morton_splitter {
 
     template <class Policy>
     void split(const Policy&, const group& whole, std::uint32_t level, group& below, group& above) const {
-        const std::size_t middle = middle_of(whole, level);
+        const std::uint32_t bits = cell_bits(whole, level);
+        std::size_t middle =
+            bits != 0 ? order_.place_of_step(whole.begin, whole.end, bits) : whole.begin + whole.size() / 2;
+        if (whole.size() <= 3 * Width) {
+            const std::size_t full = (middle - whole.begin + Width / 2) / Width * Width;
+            middle = whole.begin + std::clamp<std::size_t>(full, Width, (whole.size() - 1) / Width * Width);
+        }
         below = {whole.begin, middle};
         above = {middle, whole.end};
     }
@@ -5333,14 +5327,6 @@ class morton_splitter {
     std::uint32_t cell_bits(const group& g, std::uint32_t level) const {
         if (level >= free_levels) return 0;
         return order_.highest_step(g.begin, g.end);
-    }
-
-    std::size_t middle_of(const group& g, std::uint32_t level) const {
-        const std::uint32_t bits = cell_bits(g, level);
-        const std::size_t middle = bits != 0 ? order_.place_of_step(g.begin, g.end, bits) : g.begin + g.size() / 2;
-        if (g.size() > 3 * Width) return middle;
-        const std::size_t full = (middle - g.begin + Width / 2) / Width * Width;
-        return g.begin + std::clamp<std::size_t>(full, Width, (g.size() - 1) / Width * Width);
     }
 
     morton_order order_;
@@ -6092,14 +6078,14 @@ class bvh_storage {
     /// fewer than 16 updates.
     ///
     /// A rebuild by `build_sah` takes as long as 14 to 22 refits, by `build_morton` as 3 to 7, and trees of the latter
-    /// cost rays about 1.15 times as much (bench/bvh.cpp). Spread over 16 updates, `build_sah` adds about one refit
-    /// each. The choice depends on the positions only. Also rebuilds where a primitive that was left out has become
+    /// cost rays about 1.15 times as much (bench/bvh.cpp). Also rebuilds where a primitive that was left out has become
     /// finite. If memory for a rebuild is not available, the refitted tree stays.
     /// @throws geometry_error  where the number of primitives has changed
     template <exec::policy Policy>
     bvh_update update(const Policy& policy, const Range& range) {
         refit(policy, range);
-        const bool lacks = lacks_usable(range);
+        const bool lacks = std::any_of(left_out_.begin(), left_out_.end(),
+                                       [&](std::uint32_t i) { return is_finite(bounds(range[i])); });
         if (degradation() <= 1.5 && !lacks) return bvh_update::refit;
         const bool soon = refits_ < 16;
         try {
@@ -6163,11 +6149,6 @@ class bvh_storage {
         for (std::size_t i = 0; i < count; ++i)
             if (held[i] == 0) left_out.push_back(static_cast<std::uint32_t>(i));
         return left_out;
-    }
-
-    bool lacks_usable(const Range& range) const {
-        return std::any_of(left_out_.begin(), left_out_.end(),
-                           [&](std::uint32_t i) { return is_finite(bounds(range[i])); });
     }
 
     topology<Width> tree_{};
@@ -6554,23 +6535,20 @@ struct displacement_view {
 
     /// Position at rest of the tissue that is now at a point, both in coordinates of the object.
     INSONIFY_FN vec3 rest(vec3 now) const {
-        const cell inside = cell_of(now);
-        return now +
-               displacement(mixed(mixed(inside.edge(0), inside.edge(1), inside.part.y),
-                                  mixed(inside.edge(2), inside.edge(3), inside.part.y), inside.part.z)) +
-               offset;
+        const cell around = cell_of(now);
+        return now + displacement(around.mean([&](unsigned node) { return around.at(node); })) + offset;
     }
 
     /// Derivative of `rest`: column k is the change of the position at rest along axis k of the object.
     INSONIFY_FN mat3 gradient(vec3 now) const {
-        const cell inside = cell_of(now);
-        const quad a = inside.edge(0), b = inside.edge(1), c = inside.edge(2), d = inside.edge(3);
-        const float y = inside.part.y, z = inside.part.z;
-        const quad along_x = mixed(mixed(inside.along_edge(0), inside.along_edge(1), y),
-                                   mixed(inside.along_edge(2), inside.along_edge(3), y), z);
-        const quad along_y = mixed(b - a, d - c, z), along_z = mixed(c - a, d - b, y);
-        const mat3 in_grid{displacement(along_x) * per_spacing.x, displacement(along_y) * per_spacing.y,
-                           displacement(along_z) * per_spacing.z};
+        const cell around = cell_of(now);
+        mat3 in_grid;
+        for (int axis = 0; axis < 3; ++axis) {
+            const unsigned next = 1U << axis;
+            in_grid[axis] = displacement(around.mean(
+                                [&](unsigned node) { return around.at(node | next) - around.at(node & ~next); })) *
+                            per_spacing[axis];
+        }
         return mat3{1} + in_grid * transpose(at.rotation);
     }
 
@@ -6592,17 +6570,16 @@ struct displacement_view {
         std::size_t row, layer; // floats from node to node along y and z
         vec3 part;              // of the point, 0 to 1
 
-        INSONIFY_FN INSONIFY_INLINE const float* begin(std::size_t edge) const {
-            return first + (edge & 1U) * row + (edge >> 1U) * layer;
+        // The displacement of a node: bits 0, 1 and 2 say whether it is the further one along x, y and z.
+        INSONIFY_FN INSONIFY_INLINE quad at(unsigned node) const {
+            return load<4>(first + (node & 1U) * 4 + (node >> 1U & 1U) * row + (node >> 2U) * layer);
         }
-        // The displacement on an edge along x, at y = edge % 2 and z = edge / 2.
-        INSONIFY_FN INSONIFY_INLINE quad edge(std::size_t number) const {
-            const float* from = begin(number);
-            return mixed(load<4>(from), load<4>(from + 4), part.x);
-        }
-        INSONIFY_FN INSONIFY_INLINE quad along_edge(std::size_t number) const {
-            const float* from = begin(number);
-            return load<4>(from + 4) - load<4>(from);
+        // Trilinear between the values of(node).
+        template <class Of>
+        INSONIFY_FN INSONIFY_INLINE quad mean(const Of& of) const {
+            const auto along_x = [&](unsigned node) { return mixed(of(node), of(node + 1), part.x); };
+            const auto in_plane = [&](unsigned node) { return mixed(along_x(node), along_x(node + 2), part.y); };
+            return mixed(in_plane(0), in_plane(4), part.z);
         }
     };
     INSONIFY_FN INSONIFY_INLINE cell cell_of(vec3 now) const {
@@ -6702,11 +6679,9 @@ struct aperture_gain {
     float deeper = 0;   ///< metres by which echoes are displayed deeper
 };
 
-/// Sound reaches a point of a line from the whole width of the aperture. Behind an obstacle it also arrives past it,
-/// earlier or later than through it; beside an obstacle, part of it is blocked.
-///
-/// Factors on the amplitude that arrives there and returns along the line alone, at equal steps of depth. Amplitudes
-/// below `min_amplitude` are taken as `min_amplitude`. Empty: the line alone counts.
+/// Factors on the amplitude that arrives at a point and returns along the line alone, at equal steps of depth: sound
+/// reaches it from the whole width of the aperture, also past an obstacle. Amplitudes below `min_amplitude` are taken
+/// as `min_amplitude`. Empty: the line alone counts.
 struct aperture_gains {
     static constexpr float min_amplitude = 1e-12F; ///< smallest amplitude that a factor belongs to
 
@@ -7188,10 +7163,9 @@ INSONIFY_FN inline surface_incidence incidence_on(const object_view& one, std::u
         const float towards = dot(smooth, along), size = length(smooth);
         if (towards > 0 && size > 0) { // else the line grazes the surface
             normal = smooth / size;
-            // The change of the slope where the line moves across the surface, in the plane of the normal. It grows
-            // with 1 / cos^3 i, so an error e of the normal makes one of 3 e tan i of it: with e = 2 degrees, that of a
-            // mesh, as much as itself at cos i = 0.1. From there on it is held (+-30 %: 0.6 dB rms in a picture of
-            // surfaces alone).
+            // The change of the slope where the line moves across the surface grows with 1 / cos^3 i: an error of the
+            // normal of 2 degrees, that of a mesh, makes one as large as itself at cos i = 0.1. From there on it is
+            // held (+-30 %: 0.6 dB rms in a picture of surfaces alone).
             const float steep = 1 / max(towards, 0.1F * size);
             const vec2 slope = steep * vec2{dot(smooth, across), dot(smooth, elevation)};
             const auto slope_change = [&](vec3 to) {
@@ -9625,8 +9599,8 @@ struct beam_model {
     ///     +- s 1.43 / u   for 1 < u < 13, of alternate sign from lobe to lobe; 0 elsewhere
     ///
     /// with s = `side_lobes`; a rectangular aperture has its first side lobe at u = 1.43, 26.5 dB below the main lobe.
-    /// A pulse has no zeros between them. In the focus, sinc^2 falls faster, with 1 / u^2; that these lobes do not
-    /// makes up for the side lobes in elevation, which the elevation planes lack: see `tests/signal/side_lobes.cpp`.
+    /// In the focus, sinc^2 falls faster; that these lobes do not makes up for those in elevation, which the elevation
+    /// planes lack: see `tests/signal/side_lobes.cpp`.
     INSONIFY_FN float side_lobe(float u) const {
         if (!(u > 1) || u > side_lobe_extent) return 0;
         const float lobe = 1.43F * side_lobes / u;
@@ -9774,13 +9748,10 @@ inline view<const elevation_pair> elevation_pairs(std::uint32_t count) {
 /// they follow the shadow and cross at the focus. Depth is measured along z: where lines diverge, along the middle one.
 /// On a line at an angle t to z the heights change cos t times as fast with the depth along the line, which no plane
 /// that serves all lines can avoid; the weights are those of the heights that the planes have there: see `along`.
-/// Source: numerical searches by random steps for a small error in the echoes of half spaces that begin at any height,
-/// for linear, convex and phased arrays. The pairs of 5 and 7 planes are a choice among what was found, such that an
-/// anechoic sphere of 3 mm at the elevation focus fills as in the beam within 2 dB, the rms height is the beam's within
-/// a tenth, and half spaces, steep rough surfaces and the lines of sectors stay within the limits of
-/// `tests/tracing/elevation*.cpp`; the last change, by less than a degree, was made by hand. No program returns these
-/// numbers: `bench/studies/elevation_planes.cpp` prints their errors beside the smallest that it finds, without
-/// conditions and with those on the sphere and the rms height.
+/// Source: numerical searches for a small error in the echoes of half spaces that begin at any height. Of what was
+/// found, the pairs of 5 and 7 planes fill an anechoic sphere of 3 mm at the elevation focus as the beam does within 2
+/// dB; the last change, by less than a degree, was made by hand. `bench/studies/elevation_planes.cpp` prints their
+/// errors beside the smallest that it finds.
 class elevation_planes {
   public:
     /// @param count  1, 3, 5 or 7: the middle one, and pairs
@@ -9820,13 +9791,10 @@ class elevation_planes {
     /// The slice plane, then pairs.
     const elevation_plane& operator[](std::size_t plane) const { return planes_[plane]; }
 
-    /// Height of the cells of the scatterer field out of the slice, metres. For several planes 0.7 of the aperture's,
-    /// with the correlation length of the beam twice as deep as its focus; nearer to the focus, `phase_spread` shortens
-    /// it. By its formula both are equal for sqrt(5) sigma, and there sigma is 0.31 of the aperture's height, by its
-    /// shadow and diffraction. For a single plane half of the aperture's height, as of the beam at 1.75 times the focus:
-    /// a compromise, since phases are not spread. It is the same at all depths, so that speckle stays the same as
-    /// tissue moves in depth. `bench/studies/elevation_motion.cpp` prints what follows for a probe that moves; the level
-    /// of speckle does not depend on it.
+    /// Height of the cells of the scatterer field out of the slice, metres, at all depths, so that speckle stays the
+    /// same as tissue moves in depth. For several planes it has the correlation length of the beam twice as deep as its
+    /// focus, sqrt(5) sigma; nearer to the focus, `phase_spread` shortens it. For a single plane that of the beam at
+    /// 1.75 times the focus: a compromise, since phases are not spread. See `bench/studies/elevation_motion.cpp`.
     float scatterer_height() const { return (count_ > 1 ? 0.7F : 0.5F) * beam_.elevation_height; }
 
     /// How fast the phases of the scatterers of one place come apart as the probe moves out of the slice: rms, rad/m.
@@ -9903,9 +9871,8 @@ class elevation_planes {
     }
 
     // Each plane represents the strip of the beam that is nearest to it: by the integral of the two-way amplitude
-    // exp(-y^2 / 2 sigma^2) over it for coherent echoes, of its square for the power of independent ones. Borders
-    // between strips are soft, by about a quarter of sigma where planes are close: those that cross share a strip, so
-    // that weights are continuous.
+    // exp(-y^2 / 2 sigma^2) over it, or of its square. Borders are soft, so that the weights of planes that cross are
+    // continuous.
     weights integrate(float depth) const {
         constexpr float step = 0.25F, softness = 0.25F; // standard deviations
         constexpr int steps = 16;
@@ -10241,27 +10208,14 @@ INSONIFY_INLINE void cut_faces(const slice_frame& frame, const leaf<Range, Width
     }
 }
 
-/// The level of every point, in blocks, by plain loops that the compiler vectorises.
+/// The level of every point.
 inline void find_levels(const slice_frame& frame, view<const vec3> points, std::uint8_t* levels) {
-    constexpr std::size_t few = 512;
-    const slice_frame own = frame;             // a copy, which no store can alias
-    float x[few], y[few], z[few], height[few]; // from the origin
-    for (std::size_t begin = 0; begin < points.size(); begin += few) {
-        const std::size_t count = std::min(few, points.size() - begin);
-        std::uint8_t* const to = levels + begin;
-        for (std::size_t i = 0; i < count; ++i) {
-            const vec3 from_origin = points[begin + i] - own.origin;
-            x[i] = from_origin.x, y[i] = from_origin.y, z[i] = from_origin.z;
-            to[i] = 0;
-        }
-        for (std::uint32_t slice = 0; slice < own.count; ++slice) {
-            const vec3 normal = own.normal[slice];
-            for (std::size_t i = 0; i < count; ++i) height[i] = slice_frame::component(normal, x[i], y[i], z[i]);
-            const float here = own.height[slice];
-            const int bit = 1 << slice;
-            for (std::size_t i = 0; i < count; ++i)
-                to[i] = static_cast<std::uint8_t>(to[i] | (height[i] > here ? bit : 0));
-        }
+    const slice_frame own = frame; // a copy, which no store can alias
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        unsigned level = 0;
+        for (std::uint32_t slice = 0; slice < own.count; ++slice)
+            level |= unsigned{own.height_of(slice, points[i]) > own.height[slice]} << slice;
+        levels[i] = static_cast<std::uint8_t>(level);
     }
 }
 
@@ -10301,23 +10255,18 @@ INSONIFY_INLINE void for_each_child(const bvh_view<Range, Width>& tree, std::uin
 /// Calls visit(leaf) for the leaves below a child reference that may overlap the region.
 template <class Range, int Width, class Visit>
 void for_each_leaf(const bvh_view<Range, Width>& tree, std::uint32_t code, const slice_region& region, Visit&& visit) {
-    // So many references are prefetched before they are visited, unless the stack is long: then the traversal goes
-    // depth first, where each level adds less than Width references.
-    constexpr std::uint32_t prefetched = 8, long_stack = prefetched * Width;
-    std::uint32_t stack[long_stack + prefetched * Width + max_stack<Width>], queue[prefetched];
-    std::uint32_t count = 0, visited = 0, queued = 0;
+    std::uint32_t stack[max_stack<Width>], count = 0;
     stack[count++] = code;
-    for (;;) {
-        for (; count > 0 && queued - visited < (count < long_stack ? prefetched : 1); ++queued) {
-            const std::uint32_t child = queue[queued % prefetched] = stack[--count];
-            tree.prefetch(child);
-        }
-        if (queued == visited) return;
-        const std::uint32_t next = queue[visited++ % prefetched];
-        if ((next & leaf_bit) != 0)
+    while (count > 0) {
+        const std::uint32_t next = stack[--count];
+        if ((next & leaf_bit) != 0) {
             visit(tree.leaves[next ^ leaf_bit]);
-        else
-            for_each_child(tree, next, region, [&](std::uint32_t child) { stack[count++] = child; });
+            continue;
+        }
+        for_each_child(tree, next, region, [&](std::uint32_t child) {
+            tree.prefetch(child);
+            stack[count++] = child;
+        });
     }
 }
 
@@ -10330,6 +10279,15 @@ struct cut_segment {
     std::uint32_t slice = 0;     ///< its number
     std::uint32_t object = 0;    ///< rank of the object
     std::uint32_t primitive = 0; ///< face of the object's mesh
+};
+
+/// A segment, to be sorted by depth, so that the crossings of each line are nearly sorted.
+struct deep_segment {
+    float depth = 0; ///< the sum of its ends'
+    const cut_segment* segment = nullptr;
+
+    explicit deep_segment(const cut_segment& one) : depth{one.from.y + one.to.y}, segment{&one} {}
+    friend bool operator<(const deep_segment& a, const deep_segment& b) { return a.depth < b.depth; }
 };
 
 /// Lines beyond those of a fan: between the first and the last of a wider one, from the same point, shifted along the
@@ -10379,7 +10337,6 @@ class slice_cut {
   private:
     static constexpr std::uint32_t block = 8192; // vertices or faces that one thread processes at a time
     static constexpr std::uint32_t groups_of_block = block / face_groups_view::size;
-
     static constexpr std::size_t max_subtrees = 32; // that one object's tree is divided into, roughly
 
     // A work item: a subtree of an object, or a range of its vertices or groups of faces.
@@ -10749,8 +10706,7 @@ class counted_lists {
         for (std::size_t list = 1; list < ends_.size(); ++list) ends_[list] += ends_[list - 1];
         items_.resize(ends_[ends_.size() - 1]);
     }
-    /// Until the last item, an entry of `ends_` is where the next item of its list goes; then it is the end of the
-    /// list.
+    /// Until the last item, an entry of `ends_` is where the next item of its list goes.
     void add(std::size_t list, const T& item) { items_[ends_[list]++] = item; }
 
     /// One list, after the last `add`.
@@ -10788,10 +10744,9 @@ class slice_finder {
     ///
     ///     1 + log2(faces)^2 / 3  <=  lines near the object + all lines / 20        in units of a ray near the object
     ///
-    /// Fitted to cubes and organs of 12 to 1.3 million faces, 1 to 64 of them, and 16 to 512 lines; a wrong choice
-    /// costs a factor of at most 1.2, or of 2 for many crossings on few lines. The costs of both are proportional to
-    /// the number of slices. The choice for an object does not depend on other objects, so its echoes are bit-equal
-    /// whatever these are.
+    /// Fitted to cubes and organs of 12 to 1.3 million faces, and 16 to 512 lines; a wrong choice costs a factor of at
+    /// most 1.2, or of 2 for many crossings on few lines. It does not depend on other objects, so the echoes of one are
+    /// bit-equal whatever these are.
     /// @param all         cut all objects
     /// @param directions  in which each line is traced
     /// @return whether any is cut
@@ -10839,20 +10794,16 @@ class slice_finder {
         of_blocks_.clear(blocks());
         each_block([&](std::size_t b, const cut_segment&) { of_blocks_.count(b); });
         of_blocks_.make_room();
-        each_block([&](std::size_t b, const cut_segment& segment) {
-            of_blocks_.add(b, {segment.from.y + segment.to.y, &segment});
-        });
+        each_block([&](std::size_t b, const cut_segment& segment) { of_blocks_.add(b, deep_segment{segment}); });
     }
 
     /// Finds where the lines from `begin` to before `begin + block` cross their segments.
     /// @param found  nearly sorted lists: see `list_of`
     void find_block(std::size_t begin, crossing_lists& found) {
-        const view<block_segment> segments = of_blocks_.editable(begin / block);
-        // By depth, once for the block, so that the crossings of each line are nearly sorted.
-        std::sort(segments.begin(), segments.end(),
-                  [](const block_segment& one, const block_segment& other) { return one.depth < other.depth; });
+        const view<deep_segment> segments = of_blocks_.editable(begin / block);
+        std::sort(segments.begin(), segments.end());
         const auto each_segment = [&](const auto& visit) {
-            for (const block_segment& one : segments) {
+            for (const deep_segment& one : segments) {
                 const cut_segment& segment = *one.segment;
                 visit(segment, std::max<std::size_t>(segment.first, begin) - begin,
                       std::min<std::size_t>(segment.last, begin + block) - begin);
@@ -10879,12 +10830,6 @@ class slice_finder {
     }
 
   private:
-    // A segment that lines of a block cross.
-    struct block_segment {
-        float depth = 0; // the sum of its ends'
-        const cut_segment* segment = nullptr;
-    };
-
     std::size_t blocks() const { return (fan_.size() + block - 1) / block; }
 
     bool worth_cutting(const object_view& one, const slice_frame& frame, std::uint32_t directions) const {
@@ -10916,7 +10861,7 @@ class slice_finder {
     std::vector<std::uint8_t> chosen_; // of each object, by rank
     bool leaves_rays_ = true;
     slice_cut cut_;
-    counted_lists<block_segment> of_blocks_;
+    counted_lists<deep_segment> of_blocks_;
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
@@ -11085,10 +11030,10 @@ class slice_segments {
     static constexpr int width = simd_width;
 
     void clear() { order_.clear(); }
-    void add(const cut_segment& one) { order_.push_back({one.from.y + one.to.y, &one}); }
+    void add(const cut_segment& one) { order_.emplace_back(one); }
     /// Sorts the segments, after the last was added.
     void sort() {
-        std::sort(order_.begin(), order_.end(), [](const deep& a, const deep& b) { return a.depth < b.depth; });
+        std::sort(order_.begin(), order_.end());
         const std::size_t padded = (order_.size() + width - 1) / width * width;
         for (std::vector<float>& ends : ends_) ends.assign(padded, 0);
         for (std::size_t i = 0; i < order_.size(); ++i) {
@@ -11105,11 +11050,7 @@ class slice_segments {
     point_lanes to(std::size_t i) const { return {load<width>(&ends_[2][i]), load<width>(&ends_[3][i])}; }
 
   private:
-    struct deep {
-        float depth = 0;
-        const cut_segment* segment = nullptr;
-    };
-    std::vector<deep> order_{};
+    std::vector<deep_segment> order_{};
     std::vector<float> ends_[4] = {};
 };
 
@@ -11679,11 +11620,9 @@ struct refracted_layer {
 
 /// Follows refraction from layer to layer of a line. Nothing is refracted where the model has no `refracted`.
 ///
-/// The line itself stays straight, but the refracted ray is followed beside it: angles of incidence and attenuation are
-/// those of the ray, exactly for plane surfaces. Depths are those of the straight line: behind 10 mm of fat at 40
-/// degrees they are 0.03 mm too large. Where the ray returns to the sound speed that it had before a layer, it also
-/// returns to its direction there, as behind a parallel layer. Behind a layer that is not parallel, such as a rib,
-/// other rays reach the line.
+/// The line stays straight, and the refracted ray is followed beside it: angles of incidence and attenuation are those
+/// of the ray, exactly for plane surfaces. Depths are those of the line: behind 10 mm of fat at 40 degrees they are
+/// 0.03 mm too large. Where the ray returns to the sound speed before a layer, it returns to its direction there.
 template <class Model>
 class line_refraction {
   public:
@@ -11751,6 +11690,8 @@ struct echo_path {
     float shown = 0;                      ///< displayed depth, metres
     float loss_db = 0;                    ///< attenuation so far, there and back, dB
     float passed = 1;                     ///< factor on amplitude of the interfaces so far, there and back
+    float tissue_loss_db = 0;             ///< attenuation so far by soft tissue alone, see `tissue_lost_at`, dB
+    float tissue_per_metre = 0;           ///< of the soft tissue of the present layer, or of the last one, dB/m
     detail::refracted_layer refraction{}; ///< of the present layer
     detail::layer_gains gains{};          ///< of the present layer
 
@@ -11759,6 +11700,10 @@ struct echo_path {
     /// @param per_metre  attenuation of its medium, there and back, dB/m
     INSONIFY_FN float lost_at(float along, float per_metre) const {
         return loss_db + per_metre * refraction.length(along);
+    }
+    /// The same with bone, gas and other obstacles replaced by the soft tissue before them.
+    INSONIFY_FN float tissue_lost_at(float along) const {
+        return tissue_loss_db + tissue_per_metre * refraction.length(along);
     }
 };
 
@@ -11785,6 +11730,7 @@ INSONIFY_FN void pass(const Model& model, const traced_line& line, const layer& 
     const medium& m = line.media[here.medium];
     path.shown += (here.end - here.begin) * displayed_stretch(model.timing, m);
     path.loss_db = path.lost_at(here.end - here.begin, model.attenuation(m, line.frequency));
+    path.tissue_loss_db = path.tissue_lost_at(here.end - here.begin);
 }
 
 /// The fraction of the power of a strip of the beam that passes beside a layer which is narrow out of the slice plane,
@@ -11859,6 +11805,9 @@ INSONIFY_FN void follow_sound(const Model& model, const traced_line& line, const
                 entered.gains.at_steps.empty())
                 entered.gains.before = {}; // the gains within an obstacle do not hold for what passes beside it
         }
+        constexpr float max_of_tissue = 200; // dB/m at 1 MHz: tendon, the most absorbing soft tissue, has 180
+        if (const medium& m = line.media[here.medium]; m.attenuation < max_of_tissue)
+            entered.tissue_per_metre = model.attenuation(m, line.frequency);
         above = path;
         path = entered;
         if (!in_layer(i, here, path)) return;
@@ -12729,8 +12678,7 @@ struct rest_line : material_line {
 };
 
 /// The normal of the slots of a segment that deformation shears out of the slice plane: slots lie in wave fronts there,
-/// since no other lines show how echoes change out of the plane, and their phase must follow what moves in that
-/// direction.
+/// so that their phase follows what moves in that direction.
 /// @param normal  along the line, of tissue that is not sheared
 /// @return        no more than 60 degrees from it, so that the line traverses the slots
 INSONIFY_FN inline vec3 sheared_normal(vec3 normal, vec3 elevation) {
@@ -12832,8 +12780,7 @@ struct cell_layout {
     }
 
     // Weight of a cell at a lateral distance of 0 to 1 cells from its centre: 1.26 (1 - d^2) (1 - 7/3 d^2), of mean
-    // power 1 and without a second moment. Positive weights would smooth the field, and speckle would be wider than the
-    // beam.
+    // power 1 and without a second moment: positive weights would make speckle wider than the beam.
     template <int N, bool Linear>
     INSONIFY_FN INSONIFY_INLINE static lanes<N> lateral_weight(const lanes<N>& distance) {
         if constexpr (Linear) return lanes<N>(1.0F) - distance;
@@ -13016,16 +12963,23 @@ struct cell_field {
     INSONIFY_FN float covariance(float distance, float angle) const {
         const float cells = std::fabs(distance) / cell;
         if (!(cells < 2)) return 0;
-        // The weights of `cell_layout` correlated with themselves.
         const float end = 1 - 0.5F * cells;
         const float factor =
             1 + cells * (1.5F +
                          cells * (-2.25F + cells * (-2.5F + cells * (0.75F + cells * (0.65625F + cells * 0.109375F)))));
         return end * end * end * factor * detail::same_view_probability(angle);
     }
-    /// The same of `surface_values`.
+    /// The same of `surface_values`: of linear interpolation that keeps the power.
     INSONIFY_FN float value_covariance(float distance, float angle) const {
-        return linear_covariance(distance / cell) * detail::same_view_probability(angle);
+        // At distances of eighths of a cell, by numerical integration; linear in between.
+        constexpr float eighths[] = {1,        0.9804F,  0.9248F,  0.84031F, 0.73599F, 0.62104F,
+                                     0.50348F, 0.38981F, 0.2854F,  0.19486F, 0.12178F, 0.06792F,
+                                     0.03254F, 0.01253F, 0.00333F, 0.00037F, 0};
+        const float position = 8 * std::fabs(distance / cell);
+        if (!(position < 16)) return 0;
+        const auto below = static_cast<int>(position);
+        const float weight = position - static_cast<float>(below);
+        return ((1 - weight) * eighths[below] + weight * eighths[below + 1]) * detail::same_view_probability(angle);
     }
     /// Emits the scatterers from `begin` to `end`, metres along the line: see `scattering_field`.
     template <class Emit>
@@ -13130,19 +13084,6 @@ struct cell_field {
             rest.origin = (*chart)(point);
         }
         return rest;
-    }
-
-    // Covariance of linear interpolation that keeps the power, by distance in cells.
-    INSONIFY_FN static float linear_covariance(float cells) {
-        // At distances of eighths of a cell, by numerical integration; linear in between.
-        constexpr float eighths[] = {1,        0.9804F,  0.9248F,  0.84031F, 0.73599F, 0.62104F,
-                                     0.50348F, 0.38981F, 0.2854F,  0.19486F, 0.12178F, 0.06792F,
-                                     0.03254F, 0.01253F, 0.00333F, 0.00037F, 0};
-        const float position = 8 * std::fabs(cells);
-        if (!(position < 16)) return 0;
-        const auto below = static_cast<int>(position);
-        const float weight = position - static_cast<float>(below);
-        return (1 - weight) * eighths[below] + weight * eighths[below + 1];
     }
 
     // Calls use(what the structure does along a segment), or use(nullptr) in a medium without one.
@@ -13334,7 +13275,7 @@ struct physical {
     insonify::angle angle = insonify::angle::oblique;        ///< of incidence
     insonify::pulse_bandwidth bandwidth = insonify::pulse_bandwidth::broad; ///< of the pulse under attenuation
     float texture_db = -55;           ///< level of the speckle of liver relative to a perfect mirror
-    float shadow_floor_db = -FLT_MAX; ///< lower bound on the level of speckle relative to the background alone
+    float shadow_floor_db = -FLT_MAX; ///< lower bound on the level of speckle relative to soft tissue alone
     std::uint32_t seed = 0x5EED;      ///< of the diffuse echoes of rough surfaces
     Roughness roughness{};            ///< of surfaces
     Attenuation attenuation{};        ///< dB per metre, there and back
@@ -13570,10 +13511,9 @@ struct physical {
     //
     //     ratio = r' r 10^(-loss / 20),   r' = -r of the near surface from outside
     //
-    // for each time that sound crosses the layer and returns. Where the surfaces are not parallel, each reflection
-    // turns it further: the ratio takes the fraction of the first repetition that the aperture collects. The echo of a
-    // curved surface comes from where that is nearest to the probe, so slopes, angles and thickness are those of that
-    // place, `nearest`: a needle rings alike in all planes that cut it.
+    // for each time that sound crosses the layer and returns. Where the surfaces are not parallel, the ratio takes the
+    // fraction of the first repetition that the aperture collects. Slopes, angles and thickness are those of the place
+    // that is nearest to the probe: a needle rings alike in all planes that cut it.
     // @param far        the layer that begins at the far surface
     // @param shown      displayed depth of the far surface, metres
     // @param loss_db    attenuation down to it, there and back, of the peak of the pulse, dB
@@ -13667,10 +13607,9 @@ struct physical {
             const auto level_at = [&](float distance, const aperture_gain& gain) {
                 const float loss_db = pulse_loss(line, path.lost_at(distance - here.begin, per_metre));
                 float arrived = line.gains.amplitude(path.passed * amplitude_of_decibels(-loss_db), gain.speckle);
-                if (shadow_floor_db != -FLT_MAX) {
-                    const float background = shown_at(distance, gain) * attenuation(line.media[0], line.frequency);
-                    arrived = max(arrived, amplitude_of_decibels(shadow_floor_db - background));
-                }
+                if (shadow_floor_db != -FLT_MAX)
+                    arrived = max(arrived,
+                                  amplitude_of_decibels(shadow_floor_db - path.tissue_lost_at(distance - here.begin)));
                 return min(level * arrived, 1e20F); // keeps sums finite
             };
             const float longer = (last.deeper - first.deeper) / static_cast<float>(run.count > 0 ? run.count : 1);
@@ -13753,11 +13692,6 @@ void sum_taps(view<const tap> taps, const vec2* from, vec2* to, std::size_t coun
 /// consecutive samples for consecutive results.
 class axial_kernel {
   public:
-    axial_kernel() = default;
-    axial_kernel(std::size_t samples, const pulse_envelope& envelope, std::size_t decimation) {
-        set(samples, envelope, decimation);
-    }
-
     /// Recomputes the kernel in the same memory. @param envelope  in units of samples
     void set(std::size_t samples, const pulse_envelope& envelope, std::size_t decimation) {
         decimation_ = decimation;
@@ -14093,15 +14027,6 @@ class lateral_slab {
     vec2* values_ = nullptr;
 };
 
-/// `for_each_block` with scratch memory for each block: body(begin, end, memory).
-template <exec::policy Policy, class Body>
-void for_each_block_with_memory(const Policy& policy, std::size_t count, std::size_t block, float nanoseconds,
-                                std::vector<std::vector<vec2>>& memory, const Body& body) {
-    memory.resize(std::max(memory.size(), (count + block - 1) / block));
-    exec::for_each_block(policy, count, block, nanoseconds,
-                         [&](std::size_t begin, std::size_t end) { body(begin, end, memory[begin / block]); });
-}
-
 } // namespace insonify::inline INSONIFY_ABI::detail
 
 namespace insonify::inline INSONIFY_ABI {
@@ -14152,6 +14077,13 @@ class convolver {
     iq_lines along(const Policy& policy, iq_lines echoes, const pulse_envelope& sent, std::uint32_t decimation);
     template <exec::policy Policy>
     iq_lines across(const Policy& policy, iq_lines lines);
+    // Calls body(begin, end, memory) for blocks of eight.
+    template <class Policy, class Body>
+    void for_each_block(const Policy& policy, std::size_t count, float nanoseconds, const Body& body) {
+        if (blocks_.size() < count / 8 + 1) blocks_.resize(count / 8 + 1);
+        exec::for_each_block(policy, count, 8, nanoseconds,
+                             [&](std::size_t begin, std::size_t end) { body(begin, end, blocks_[begin / 8]); });
+    }
 
     detail::lateral_kernel lateral_{};        // weights across the lines
     detail::axial_kernel axial_{};            // weights along a line
@@ -14168,15 +14100,14 @@ iq_lines convolver::along(const Policy& policy, iq_lines echoes, const pulse_env
     axial_.set(echoes.samples, sent, decimation);
     if (decimation > 1) decimated_.reshape(echoes.count, echoes.samples / decimation, echoes.depth);
     iq_lines& results = decimation > 1 ? decimated_ : echoes;
-    detail::for_each_block_with_memory(
-        policy, echoes.count, 8, axial_.nanoseconds(), blocks_,
-        [&](std::size_t begin, std::size_t end, std::vector<vec2>& layout) {
-            layout.assign(axial_.layout_size(), vec2{0, 0});
-            for (std::size_t line = begin; line < end; ++line) {
-                axial_.lay_out(echoes.values.data() + line * echoes.samples, layout.data());
-                axial_.template apply<width>(layout.data(), results.values.data() + line * results.samples);
-            }
-        });
+    for_each_block(policy, echoes.count, axial_.nanoseconds(),
+                   [&](std::size_t begin, std::size_t end, std::vector<vec2>& layout) {
+                       layout.assign(axial_.layout_size(), vec2{0, 0});
+                       for (std::size_t line = begin; line < end; ++line) {
+                           axial_.lay_out(echoes.values.data() + line * echoes.samples, layout.data());
+                           axial_.template apply<width>(layout.data(), results.values.data() + line * results.samples);
+                       }
+                   });
     if (decimation > 1) std::swap(decimated_, echoes);
     return echoes;
 }
@@ -14191,16 +14122,15 @@ iq_lines convolver::across(const Policy& policy, iq_lines lines) {
     if (!in_place) steered_.reshape(lines.count, lines.samples, lines.depth);
     iq_lines& results = in_place ? lines : steered_;
     const float slab_time = 0.2F * static_cast<float>((2 * lateral_.half_width() + 1) * lines.count * thickness);
-    detail::for_each_block_with_memory(
-        policy, slabs, 8, slab_time, blocks_, [&](std::size_t begin, std::size_t end, std::vector<vec2>& memory) {
-            detail::lateral_slab slab{lateral_, memory};
-            for (std::size_t i = begin; i < end; ++i) {
-                const std::size_t first = i * thickness, count = std::min(thickness, lines.samples - first);
-                slab.weigh(first, count);
-                slab.copy(lines.values.data() + first, lines.samples, count, first, lines.samples - first - count);
-                slab.template apply<width>(results.values.data() + first, lines.samples, count);
-            }
-        });
+    for_each_block(policy, slabs, slab_time, [&](std::size_t begin, std::size_t end, std::vector<vec2>& memory) {
+        detail::lateral_slab slab{lateral_, memory};
+        for (std::size_t i = begin; i < end; ++i) {
+            const std::size_t first = i * thickness, count = std::min(thickness, lines.samples - first);
+            slab.weigh(first, count);
+            slab.copy(lines.values.data() + first, lines.samples, count, first, lines.samples - first - count);
+            slab.template apply<width>(results.values.data() + first, lines.samples, count);
+        }
+    });
     if (!in_place) std::swap(steered_, lines);
     return lines;
 }
@@ -14256,21 +14186,18 @@ class curved_kernel {
         : phase_per_metre_{phase_per_metre}, cosine_{1 / std::sqrt(1 + slope * slope)}, sine_{slope * cosine_},
           bend_{curvature * cosine_ * cosine_ * cosine_}, sigma_{sigma} {}
 
-    /// How much the surface counts as curved, 0 to 1. One that turns little within the kernel is a plane of its own
-    /// slope on every line: then the law of plane surfaces is more accurate. So it is where the nearest place is far
-    /// away. Constants here and in `of_line`: by hand, within the limits of `tests/tracing/curved_surfaces.cpp`;
-    /// +-30 %: below 0.3 dB rms in a picture of surfaces.
+    /// How much the surface counts as curved, 0 to 1: the law of plane surfaces is more accurate where it turns little
+    /// within the kernel, or the nearest place is far away. Constants here and in `of_line`: by hand, within the limits
+    /// of `tests/tracing/curved_surfaces.cpp`; +-30 %: below 0.3 dB rms in a picture of surfaces.
     INSONIFY_FN float strength() const {
         const float q = phase(), curved = q * q / (q * q + 0.4F * 0.4F);
         if (!(curved > 0.01F)) return 0;
         return curved * clamp(3.5F - std::fabs(sine_ / (bend_ * sigma_)), 0, 1);
     }
 
-    /// What a line emits, at the depth of the nearest place, so that the sum over lines under the kernel is V, wherever
-    /// that place lies between them.
-    ///
-    /// The surface is averaged under a Gaussian of half the line spacing about the line, without which the sum has
-    /// aliases. It widens the kernel; the ratio of V under both makes up for that.
+    /// What a line emits, at the depth of the nearest place, so that the sum over lines under the kernel is V. The
+    /// surface is averaged under a Gaussian of half the line spacing, without which the sum has aliases; the ratio of V
+    /// under the wider kernel makes up for that.
     INSONIFY_FN vec2 of_line(float spacing) const {
         const float width = 0.55F * spacing, a = phase_per_metre_ * bend_ * width * width;
         const float turns = phase_per_metre_ * sine_ * width, b = turns * turns / (1 + a * a);
@@ -14502,9 +14429,8 @@ class compensated_echoes {
     // 0.2 dB rms in a picture of surfaces.
     static constexpr float min_transfer = 0.15F;
 
-    // The part of an echo that the aperture collects, over what the kernels keep of it. Limited to twice the echo
-    // itself: the lines and planes that meet the edge of a steep surface are too few to weaken it, and have half of the
-    // kernel's weight, so that their sum is the echo at most.
+    // The part of an echo that the aperture collects, over what the kernels keep of it. At most twice the echo: the
+    // lines and planes that meet the edge of a steep surface have half of the kernel's weight.
     INSONIFY_FN static float raised(float collected, float transfer) { return min(collected / transfer, 2); }
 
     // Fraction of a sloping surface's echo that `convolve` keeps. The Gaussian across the lines, narrowed to where the
@@ -14525,8 +14451,7 @@ class compensated_echoes {
         return max(narrowed * kept / all, min_transfer);
     }
 
-    // The same for the planes of the slice: the sum of their weights, each as high on the pulse and turned by as much
-    // phase as the surface is deeper there.
+    // The same for the planes of the slice, by how much deeper the surface is in each.
     INSONIFY_FN float elevation_transfer(float depth, float slope) const {
         const view<const plane_sample> planes = kernels_.planes_at(depth);
         if (planes.empty() || slope == 0) return 1;
@@ -14595,9 +14520,9 @@ struct kernel_table_view {
 
 /// The kernels of `convolve` and of the planes, for every line of a probe, with the gains that keep the levels.
 ///
-/// Averaging lowers the rms of random echoes, by an amount that depends on the lines and planes. The gain g compensates
-/// for it: sum over j, k of w_j g_j w_k g_k C(x_j - x_k) = 1 on every line, with the weights w of the kernels and the
-/// planes, and the covariance C of the echoes. Lines near the border have fewer neighbours, hence tables of their own.
+/// Averaging lowers the rms of random echoes. The gain g compensates for it: sum over j, k of w_j g_j w_k g_k C(x_j -
+/// x_k) = 1 on every line, with the weights w of the kernels and the planes, and the covariance C of the echoes. Lines
+/// near the border have fewer neighbours, hence tables of their own.
 class kernel_table {
   public:
     /// Covariance of two echoes, by metres apart in the slice plane and out of it, and radians turned: a reference to a
@@ -14641,7 +14566,8 @@ class kernel_table {
         of_planes_.resize(of_lines.sets() * depths * planes_);
         work_.resize(depths);
         constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
-        const float turned = probe.lines < 2 ? 0.0F : angle_between(all[0].direction, all[1].direction);
+        const float chord = probe.lines < 2 ? 0.0F : length(all[0].direction - all[1].direction),
+                    turned = 2 * std::asin(min(0.5F * chord, 1));
         for_each_index(policy, depths, [&](std::size_t k) {
             const float z = (static_cast<float>(k) + 0.5F) * spacing_;
             const elevation_planes::weights weights = planes.at(z);
@@ -14810,8 +14736,6 @@ class kernel_table {
                            a.loss + part * (b.loss - a.loss)};
         }
     }
-
-    static float angle_between(vec3 a, vec3 b) { return 2 * std::asin(min(0.5F * length(a - b), 1)); }
 
     // Limits the gain of planes with less than a thousandth of the coherent weight: a scatterer that is displayed at a
     // depth where the weight is larger would be too bright.
@@ -15253,11 +15177,9 @@ INSONIFY_FN bool sum_planes(const frame_view& frame, std::uint32_t number, std::
 ///     speckle    rms(a * a) / rms(1 * 1) / T      *: convolution across the aperture
 ///     depth      mean(a d) / mean(a)         d: displayed depth along one of the lines
 ///
-/// over the aperture |u| < z / 2F; T is the amplitude there and back along the line that is displayed. For an obstacle
-/// that lets nothing pass and leaves a fraction A of the aperture free, surfaces take A^2; speckle takes A^1.5 where
-/// the free part is in one piece, as beside a shadow's edge, and about A^2 where the obstacle is in its middle. Source:
-/// sound that is focused adds by pressure, out and back; the echo power of independent scatterers is the integral of
-/// the squared two-way beam, whose spectrum is a * a. Behind a strip 0.72 mm wide, F/2, 7.5 MHz, 5, 10 and 20 mm: -5.7,
+/// over the aperture |u| < z / 2F; T is the amplitude there and back along the line that is displayed. Source: sound
+/// that is focused adds by pressure, out and back; the echo power of independent scatterers is the integral of the
+/// squared two-way beam, whose spectrum is a * a. Behind a strip 0.72 mm wide, F/2, 7.5 MHz, 5, 10 and 20 mm: -5.7,
 /// -2.9, -1.4 dB; a sum of waves has -5.6, -3.0, -1.4 dB.
 ///
 /// A line from the side is given the angle of incidence and the attenuation of the straight line through the same point
@@ -15354,8 +15276,8 @@ struct frame_gains {
     }
 };
 
-/// The steps of an aperture shading, each for one line or some points, over flat arrays. To be done in this order, each
-/// for all lines; those of one step in any order, on any threads or on a device. Trivially copyable.
+/// The steps of an aperture shading, over flat arrays: each for all lines, in any order, on any threads or on a device.
+/// Trivially copyable.
 struct aperture_view {
     static constexpr std::uint32_t steps = sound_profile::steps;
     static constexpr std::uint32_t points_at_once = simd_width;
@@ -15606,10 +15528,8 @@ namespace insonify::inline INSONIFY_ABI::detail {
 /// Computes the gains of all lines of a frame: does the steps of `aperture_view`. Keeps its memory from frame to frame.
 ///
 /// Lines that lie closer than the beam is wide share what arrives from the side: it is computed at some of them, the
-/// points, about as far apart as the beam is wide, and interpolated linearly in between. Only places in one and the
-/// same object are interpolated: between two of them there may be a surface that one line has crossed at a depth and
-/// its neighbour has not. Two places of one object on either side of a thin tilted sheet pass for the same; the error
-/// reaches one step of depth.
+/// points, and interpolated linearly in between where both lie in the same object. Two places of one object on either
+/// side of a thin tilted sheet pass for the same; the error reaches one step of depth.
 class aperture_shading {
   public:
     static constexpr std::uint32_t steps = sound_profile::steps; ///< of depth
@@ -16324,8 +16244,7 @@ class path_follower {
     }
 
     // Sound that goes out along one path may return along another that reaches the same surface, at the mean of both
-    // times. Every sequence of reflections is counted once, at the one in its middle; it and its reverse add up, hence
-    // the 2. Tilt and random field of the surface are those of the path that was followed first.
+    // times. A sequence of reflections and its reverse add up, hence the 2.
     INSONIFY_FN void add_pairs() {
         for (std::uint32_t i = 0; i < arrived_; ++i)
             for (std::uint32_t j = i + 1; j < arrived_; ++j) {
@@ -16714,13 +16633,13 @@ struct pulse_train {
     }
 };
 
+namespace detail {
+
 /// Received echoes of a pulse train: those of a pulse are the sum of what rests and of what moves.
 struct ensemble_echoes {
     iq_lines resting{};             ///< the same for all pulses
     std::vector<iq_lines> moving{}; ///< for each pulse
 };
-
-namespace detail {
 
 /// A scatterer field at the time of each pulse of a train.
 ///
@@ -16787,9 +16706,8 @@ struct moving_scatterers {
         return false;
     }
 
-    // Long trains would shear blood until neighbouring lines see none of the same scatterers, since velocities are
-    // those of pieces. So flowing media are renewed, as blood is that leaves the beam: one generation of scatterers is
-    // alone for `stay` pulses, and fades into the next one during as many, at constant power.
+    // Long trains would shear blood until neighbouring lines see none of the same scatterers. So flowing media are
+    // renewed: one generation of scatterers is alone for `stay` pulses, and fades into the next one during as many.
     static constexpr std::uint32_t stay = 64, generation = 2 * stay;
 
     template <class Emit>
@@ -16981,56 +16899,42 @@ void emit_ensemble(const line_task& task, const Model& model, const Field& field
     }
 }
 
-} // namespace detail
-
-/// `trace_ensemble`, train after train: holds tables, layers and memory, so that it allocates only while buffers grow.
+/// What the probe receives of pulse trains while tissue and blood move: the geometry is that of the scene for all
+/// pulses. Holds tables, layers and memory, so that it allocates only while buffers grow.
 template <acoustic_model Model = physical<>>
 class ensemble_tracer {
   public:
-    /// See `trace_ensemble`.
-    /// @param out  receives the echoes; its memory is reused
+    /// @param model  `physical`, or another model with its members `scattering`, `with_scattering` and `emit`
+    /// @param out    receives the echoes; its memory is reused
     template <exec::policy Policy, transducer Probe, velocity_field Field>
     void trace(const Policy& policy, const scene& body, const Probe& probe, const pose& at, const Model& model,
                const Field& field, const acquisition& scan, const pulse_train& pulses, ensemble_echoes& out) {
         probe_.assign(probe);
-        const std::uint32_t samples = detail::check_acquisition(body, probe_.settings(), at, model, scan);
-        detail::frame_view frame = plan_.view_of(policy, probe_, at, model, scan, samples, body.media());
+        const std::uint32_t samples = check_acquisition(body, probe_.settings(), at, model, scan);
+        frame_view frame = plan_.view_of(policy, probe_, at, model, scan, samples, body.media());
         frame.bandwidth = nominal_pulse(probe, pulses.burst).bandwidth_at_peak();
         out.moving.resize(pulses.count);
         sinks_.assign(1, &out.resting);
         for (iq_lines& each : out.moving) sinks_.push_back(&each);
         for (iq_lines* const each : sinks_) each->reshape(probe.lines, samples, scan.depth);
-        if (surfaces_.size() < detail::blocks_of(probe.lines)) surfaces_.resize(detail::blocks_of(probe.lines));
+        if (surfaces_.size() < blocks_of(probe.lines)) surfaces_.resize(blocks_of(probe.lines));
         constexpr float line_time = 1e6F;
         driver_.emit_lines(policy, body, probe_, frame, model, straight_lines{}, line_time,
                            {sinks_.data(), sinks_.size()},
                            [&](std::size_t block, const line_task& task, view<vec2> echoes) {
-                               detail::emit_ensemble(task, model, field, pulses, surfaces_[block], samples, echoes);
+                               emit_ensemble(task, model, field, pulses, surfaces_[block], samples, echoes);
                            });
     }
 
   private:
-    detail::probe_lines probe_{};
-    detail::frame_plan<Model> plan_{};
-    detail::line_driver<vec2> driver_{};
-    std::vector<detail::moving_surfaces> surfaces_{}; // of each block of lines
+    probe_lines probe_{};
+    frame_plan<Model> plan_{};
+    line_driver<vec2> driver_{};
+    std::vector<moving_surfaces> surfaces_{}; // of each block of lines
     std::vector<iq_lines*> sinks_{};
 };
 
-/// What the probe receives of a pulse train while tissue and blood move as `field` says: the geometry is that of the
-/// scene for all pulses.
-///
-/// @param model   `physical`, or another model with its members `scattering`, `with_scattering` and `emit`
-/// @param pulses  their times
-/// @throws usage_error, geometry_error  as `trace`
-template <exec::policy Policy, transducer Probe, acoustic_model Model, velocity_field Field>
-ensemble_echoes trace_ensemble(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                               const Model& model, const Field& field, const acquisition& scan,
-                               const pulse_train& pulses) {
-    ensemble_echoes echoes;
-    ensemble_tracer<Model>{}.trace(detail::any_policy{policy}, body, probe, at, model, field, scan, pulses, echoes);
-    return echoes;
-}
+} // namespace detail
 
 /// How `doppler_ensemble` acquires the echoes of a pulse train.
 struct ensemble_settings {
@@ -17106,9 +17010,9 @@ class ensemble_scanner {
     }
 
   private:
-    ensemble_tracer<Model> tracer_{};
+    detail::ensemble_tracer<Model> tracer_{};
     convolver convolver_{};
-    ensemble_echoes traced_{};
+    detail::ensemble_echoes traced_{};
     iq_ensemble echoes_{};
 };
 
@@ -19344,7 +19248,7 @@ inline constexpr medium fascia{1120, 1613, 1.57_dB_per_cm, 1, amplitude_of_decib
 inline constexpr medium thin_muscle{1075, 1580, 1.0_dB_per_cm, 1, amplitude_of_decibels(-7), 6_um, 0, thin_muscle_structure};
 
 /// Loose, between muscles and around vessels. Source: IT'IS (density and speed); attenuation between fat and fascia.
-inline constexpr medium connective_tissue{1027, 1545, 0.9_dB_per_cm, 1, amplitude_of_decibels(-7), 6_um, 0, connective_structure};
+inline constexpr medium connective_tissue{1027, 1545, 0.9_dB_per_cm, 1, amplitude_of_decibels(-9), 6_um, 0, connective_structure};
 
 /// The capsule of a gland or organ: dense connective tissue, in a thin layer. Source: as `fascia`.
 inline constexpr medium capsule{1100, 1600, 1.57_dB_per_cm, 1, amplitude_of_decibels(4), 6_um};
@@ -19383,12 +19287,12 @@ inline constexpr medium heart{1065, 1570, 0.45_dB_per_cm, 1.1F, amplitude_of_dec
 inline constexpr medium vessel_wall{1100, 1570, 0.7_dB_per_cm, 1, amplitude_of_decibels(3), 20_um};
 
 /// The layers of an artery's wall, which give it a double line: from inside, bright intima, dark media, bright
-/// adventitia. Source of the lines: Pignoli et al., Circulation 1986 74:1399; densities and speeds around those of
+/// adventitia, which gradually becomes loose. Source of the lines: Pignoli et al., Circulation 1986 74:1399; densities and speeds around those of
 /// `vessel_wall`, levels by convention.
 /// @{
 inline constexpr medium intima{1085, 1590, 0.7_dB_per_cm, 1, amplitude_of_decibels(-4), 6_um};
-inline constexpr medium tunica_media{1050, 1535, 0.7_dB_per_cm, 1, amplitude_of_decibels(-14), 6_um};
-inline constexpr medium adventitia{1075, 1565, 1.2_dB_per_cm, 1, amplitude_of_decibels(-5), 6_um};
+inline constexpr medium tunica_media{1035, 1505, 0.7_dB_per_cm, 1, amplitude_of_decibels(-14), 6_um};
+inline constexpr medium adventitia{1055, 1540, 1.2_dB_per_cm, 1, amplitude_of_decibels(-5), 6_um};
 /// @}
 
 /// Of a vein: one thin layer. Convention, as `vessel_wall`.
@@ -21306,14 +21210,6 @@ line_survey survey(const scene& body, const scene_view& flat, const Probe& probe
     return found;
 }
 
-/// The point of the field of view, its lines down to `depth` metres, that is nearest to p; in the probe's frame.
-template <transducer Probe>
-vec3 nearest_in_field(const Probe& probe, float depth, vec3 p) {
-    const float end = static_cast<float>(probe.lines) - 0.5F;
-    const ray line = probe.beam(clamp(probe.locate({p.x, p.z}).x, -0.5F, end));
-    return line.at(clamp(dot(p - line.origin, line.direction), 0, depth));
-}
-
 /// Distance from the field of view to the nearest surface, metres, by alternating projections from three places of the
 /// field. Never an underestimate; within one percent where the field spans less than half a circle, of convex objects.
 template <transducer Probe>
@@ -21327,7 +21223,9 @@ float distance_beside(const scene& body, const Probe& probe, const pose& at, flo
                 const auto surface = nearest_surface(body, one.id, at.point(in_field));
                 if (!surface) break;
                 nearest = min(nearest, surface->distance);
-                in_field = nearest_in_field(probe, depth, at.local_point(surface->point));
+                const vec3 p = at.local_point(surface->point);
+                const ray beam = probe.beam(clamp(probe.locate({p.x, p.z}).x, -0.5F, end));
+                in_field = beam.at(clamp(dot(p - beam.origin, beam.direction), 0, depth));
             }
         }
     return nearest;
@@ -21663,7 +21561,9 @@ class implicit_lattice {
         }
         // One layer of cubes around the box.
         origin_ = box.centre() - 0.5F * cell * vec3{count_ - 1U};
-        step_ = {1, count_.x, std::size_t{count_.x} * count_.y};
+        step_[0] = 1;
+        step_[1] = count_.x;
+        step_[2] = std::size_t{count_.x} * count_.y;
         middles_ = step_[2] * count_.z;
     }
 
@@ -21755,6 +21655,7 @@ class implicit_lattice {
                         values_[point] = value_at(position_of(point));
                     }
     }
+
     bool is_inside(std::size_t point) const { return values_[point] < 0; }
 
     // The tetrahedra around the three lines from the middle of a cube to those of the next ones.
@@ -21772,13 +21673,13 @@ class implicit_lattice {
         }
     }
 
-    // Corners 1 to 3 are counter-clockwise seen against the direction in which corner 0 lies behind them.
+    // Corners 1, 2 and 3 are counter-clockwise seen from the side away from corner 0.
     void cut_tetrahedron(std::array<std::size_t, 4> c) {
         int inside = 0;
         for (const std::size_t point : c) inside += is_inside(point) ? 1 : 0;
         if (inside == 0 || inside == 4) return;
-        // Even permutations that move the corners inside to the front, of a single one where one or three are.
-        const auto rotate_front = [&](int to_front) { // corner to_front becomes the first
+        // Even permutations keep the orientation.
+        const auto rotate_front = [&](int to_front) { // this corner becomes the first
             constexpr int even[4][4] = {{0, 1, 2, 3}, {1, 0, 3, 2}, {2, 3, 0, 1}, {3, 2, 1, 0}};
             const auto old = c;
             for (int i = 0; i < 4; ++i)
@@ -21875,7 +21776,7 @@ class implicit_lattice {
     float cell_ = 1;
     uvec3 count_{0, 0, 0}; // of the corners of cubes; as many middles are stored, of which the last are not used
     vec3 origin_{0, 0, 0};
-    std::array<std::size_t, 3> step_{};
+    std::size_t step_[3] = {};
     std::size_t middles_ = 0; // index of the first middle
     std::vector<float> values_{};
     std::vector<std::uint32_t> slots_{}; // of a lattice point in `vertices_`
@@ -21931,7 +21832,6 @@ mesh mesh_implicit(const Function& function, const aabb& box, float cell, const 
 #define INSONIFY_GEOMETRY_SHAPES_HPP
 
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -23926,28 +23826,31 @@ ground_truth_lines ground_truth(const Policy& policy, const scene& body, const P
 #if !defined(_MSC_VER)
 #pragma GCC system_header
 #endif
-#pragma push_macro("tinyobj")
-#pragma push_macro("TINY_OBJ_LOADER_H_")
-#pragma push_macro("TINYOBJLOADER_IMPLEMENTATION")
-#pragma push_macro("TINYOBJLOADER_USE_DOUBLE")
-#pragma push_macro("TINYOBJLOADER_USE_MAPBOX_EARCUT")
-#pragma push_macro("TINYOBJ_OVERRIDE")
-#pragma push_macro("IS_SPACE")
-#pragma push_macro("IS_DIGIT")
-#pragma push_macro("IS_NEW_LINE")
-#pragma push_macro("INCLUDE_STB_IMAGE_WRITE_H")
-#pragma push_macro("STB_IMAGE_WRITE_IMPLEMENTATION")
-#pragma push_macro("STB_IMAGE_WRITE_STATIC")
-#pragma push_macro("STBI_WRITE_NO_STDIO")
-#pragma push_macro("STBIWDEF")
-#pragma push_macro("STBIW_MALLOC")
-#pragma push_macro("STBIW_REALLOC")
-#pragma push_macro("STBIW_REALLOC_SIZED")
-#pragma push_macro("STBIW_FREE")
-#pragma push_macro("STBIW_MEMMOVE")
-#pragma push_macro("STBIW_ASSERT")
-#pragma push_macro("STBIW_CRC32")
-#pragma push_macro("STBIW_ZLIB_COMPRESS")
+#define INSONIFY_PRAGMA(text) _Pragma(#text)
+#define INSONIFY_MACROS_OF_PACKAGES(action)                                                                            \
+    INSONIFY_PRAGMA(action("tinyobj"))                                                                                 \
+    INSONIFY_PRAGMA(action("TINY_OBJ_LOADER_H_"))                                                                      \
+    INSONIFY_PRAGMA(action("TINYOBJLOADER_IMPLEMENTATION"))                                                            \
+    INSONIFY_PRAGMA(action("TINYOBJLOADER_USE_DOUBLE"))                                                                \
+    INSONIFY_PRAGMA(action("TINYOBJLOADER_USE_MAPBOX_EARCUT"))                                                         \
+    INSONIFY_PRAGMA(action("TINYOBJ_OVERRIDE"))                                                                        \
+    INSONIFY_PRAGMA(action("IS_SPACE"))                                                                                \
+    INSONIFY_PRAGMA(action("IS_DIGIT"))                                                                                \
+    INSONIFY_PRAGMA(action("IS_NEW_LINE"))                                                                             \
+    INSONIFY_PRAGMA(action("INCLUDE_STB_IMAGE_WRITE_H"))                                                               \
+    INSONIFY_PRAGMA(action("STB_IMAGE_WRITE_IMPLEMENTATION"))                                                          \
+    INSONIFY_PRAGMA(action("STB_IMAGE_WRITE_STATIC"))                                                                  \
+    INSONIFY_PRAGMA(action("STBI_WRITE_NO_STDIO"))                                                                     \
+    INSONIFY_PRAGMA(action("STBIWDEF"))                                                                                \
+    INSONIFY_PRAGMA(action("STBIW_MALLOC"))                                                                            \
+    INSONIFY_PRAGMA(action("STBIW_REALLOC"))                                                                           \
+    INSONIFY_PRAGMA(action("STBIW_REALLOC_SIZED"))                                                                     \
+    INSONIFY_PRAGMA(action("STBIW_FREE"))                                                                              \
+    INSONIFY_PRAGMA(action("STBIW_MEMMOVE"))                                                                           \
+    INSONIFY_PRAGMA(action("STBIW_ASSERT"))                                                                            \
+    INSONIFY_PRAGMA(action("STBIW_CRC32"))                                                                             \
+    INSONIFY_PRAGMA(action("STBIW_ZLIB_COMPRESS"))
+INSONIFY_MACROS_OF_PACKAGES(push_macro)
 #undef tinyobj
 #undef TINY_OBJ_LOADER_H_
 #undef TINYOBJLOADER_IMPLEMENTATION
@@ -24002,28 +23905,9 @@ using ::abs; // insonify::abs would hide it
 
 #undef INSONIFY_JOIN
 #undef INSONIFY_TINYOBJ
-#pragma pop_macro("tinyobj")
-#pragma pop_macro("TINY_OBJ_LOADER_H_")
-#pragma pop_macro("TINYOBJLOADER_IMPLEMENTATION")
-#pragma pop_macro("TINYOBJLOADER_USE_DOUBLE")
-#pragma pop_macro("TINYOBJLOADER_USE_MAPBOX_EARCUT")
-#pragma pop_macro("TINYOBJ_OVERRIDE")
-#pragma pop_macro("IS_SPACE")
-#pragma pop_macro("IS_DIGIT")
-#pragma pop_macro("IS_NEW_LINE")
-#pragma pop_macro("INCLUDE_STB_IMAGE_WRITE_H")
-#pragma pop_macro("STB_IMAGE_WRITE_IMPLEMENTATION")
-#pragma pop_macro("STB_IMAGE_WRITE_STATIC")
-#pragma pop_macro("STBI_WRITE_NO_STDIO")
-#pragma pop_macro("STBIWDEF")
-#pragma pop_macro("STBIW_MALLOC")
-#pragma pop_macro("STBIW_REALLOC")
-#pragma pop_macro("STBIW_REALLOC_SIZED")
-#pragma pop_macro("STBIW_FREE")
-#pragma pop_macro("STBIW_MEMMOVE")
-#pragma pop_macro("STBIW_ASSERT")
-#pragma pop_macro("STBIW_CRC32")
-#pragma pop_macro("STBIW_ZLIB_COMPRESS")
+INSONIFY_MACROS_OF_PACKAGES(pop_macro)
+#undef INSONIFY_MACROS_OF_PACKAGES
+#undef INSONIFY_PRAGMA
 
 
 #endif
@@ -24103,10 +23987,6 @@ inline void close_file(std::ofstream& file, const std::string& path) {
     if (!file) throw io_error{path + ": writing failed before the end of the file; check the free space on the disk"};
 }
 
-inline unsigned char byte_of(float value) {
-    return static_cast<unsigned char>(is_number(value) ? clamp(value, 0, 1) * 255 + 0.5F : 0.0F);
-}
-
 /// @param values  of each pixel as many as `channels`, row by row
 inline void write_png_values(const std::string& path, uvec2 size, std::size_t pixels, const float* values,
                              std::size_t channels) {
@@ -24115,7 +23995,9 @@ inline void write_png_values(const std::string& path, uvec2 size, std::size_t pi
         throw usage_error{"write_png: size " + std::to_string(size.x) + 'x' + std::to_string(size.y) +
                           " needs as many pixels, not " + std::to_string(pixels)};
     std::vector<unsigned char> bytes(channels * pixels);
-    std::transform(values, values + bytes.size(), bytes.begin(), byte_of);
+    std::transform(values, values + bytes.size(), bytes.begin(), [](float value) {
+        return static_cast<unsigned char>(is_number(value) ? clamp(value, 0, 1) * 255 + 0.5F : 0.0F);
+    });
     std::ofstream file = create_file(path);
     const auto write = [](void* to, void* data, int count) {
         static_cast<std::ofstream*>(to)->write(static_cast<const char*>(data), count);
