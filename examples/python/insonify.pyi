@@ -121,16 +121,24 @@ class tissue:
     fat: medium
     @staticmethod
     def find(name: str) -> Optional[medium]: ...
+    adventitia: medium
+    capsule: medium
+    connective_tissue: medium
+    epineurium: medium
     gallbladder_wall: medium
     gel: medium
     heart: medium
+    intima: medium
     kidney: medium
     lens: medium
     liver: medium
     lung: medium
+    mucosa: medium
     muscle: medium
-    names: tuple[str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str]
+    muscularis: medium
+    names: tuple[str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str]
     nerve: medium
+    nerve_fascicle: medium
     pvcp: medium
     saline: medium
     skin: medium
@@ -138,12 +146,16 @@ class tissue:
     spleen: medium
     steel: medium
     tendon: medium
+    thin_muscle: medium
+    thyroid: medium
     titanium: medium
     tmm_cyst: medium
     tmm_high: medium
     tmm_low: medium
+    tunica_media: medium
     urethane: medium
     urine: medium
+    vein_wall: medium
     vessel_wall: medium
     water: medium
 
