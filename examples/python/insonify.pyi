@@ -107,6 +107,7 @@ class medium:
 
 class tissue:
     """Media of the body, of instruments and of phantoms: constants; copy.copy makes one that can be changed."""
+    adventitia: medium
     air: medium
     bile: medium
     bladder_wall: medium
@@ -115,16 +116,15 @@ class tissue:
     bone_cortical: medium
     bone_trabecular: medium
     brain: medium
+    capsule: medium
     cartilage: medium
+    connective_tissue: medium
+    epineurium: medium
     eye_lens: medium
     fascia: medium
     fat: medium
     @staticmethod
     def find(name: str) -> Optional[medium]: ...
-    adventitia: medium
-    capsule: medium
-    connective_tissue: medium
-    epineurium: medium
     gallbladder_wall: medium
     gel: medium
     heart: medium
