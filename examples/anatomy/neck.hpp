@@ -102,9 +102,10 @@ struct neck_builder {
     std::string sided(float side, const std::string& name) const { return (side > 0 ? "left " : "right ") + name; }
     /// @param within  the name of the object in which it lies
     object_id add(mesh surface, const medium& inside, int priority, const std::string& name, const std::string& within,
-                  vec3 fibres = {0, 0, 0}) {
+                  vec3 fibres = {0, 0, 0}, const layer_normals& layers = {}) {
         if (!within.empty()) made.nested.emplace_back(name, within);
-        return made.anatomy.add(std::move(surface), inside, {.priority = priority, .name = name, .fibres = fibres});
+        return made.anatomy.add(std::move(surface), inside,
+                                {.priority = priority, .name = name, .fibres = fibres, .layer_normal = layers});
     }
 
     /// Depth below the fascia, metres.
@@ -170,8 +171,8 @@ struct neck_builder {
         add(outside.surface(coarse, of.fat + of.skin + 7_mm), tissue::gel, -1000, "gel", "");
         add(outside.surface(coarse, of.fat + of.skin), tissue::skin, 0, "skin", "gel");
         outside.waves = 0.2_mm;
-        add(outside.surface(coarse, of.fat), tissue::fat, 0, "fat", "skin", {0, 1, 0});
-        add(fascia.surface(coarse), media::deep_fascia, 0, "deep fascia", "fat", {0, 1, 0});
+        add(outside.surface(coarse, of.fat), tissue::fat, 0, "fat", "skin", {0, 1, 0}, own_surface{});
+        add(fascia.surface(coarse), media::deep_fascia, 0, "deep fascia", "fat", {0, 1, 0}, own_surface{});
         // The platysma tapers to all sides, and has thin places.
         for (const float side : {1.0F, -1.0F}) {
             const std::uint32_t columns = static_cast<std::uint32_t>(44 * of.resolution),

@@ -2857,6 +2857,7 @@ class face_groups {
 #define INSONIFY_TISSUE_FIBRES_HPP
 
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <memory>
@@ -3036,7 +3037,9 @@ class fibre_grid {
     fibre_grid() = default; ///< of straight fibres
 
     /// @param box  of the surface
-    fibre_grid(const fibre_directions& fibres, const layer_normals& layers, const mesh_view& surface, const aabb& box) {
+    template <class Policy>
+    fibre_grid(const Policy& policy, const fibre_directions& fibres, const layer_normals& layers,
+               const mesh_view& surface, const aabb& box) {
         if (!(fibres.varies() || layers.varies()) || box.empty()) return;
         const vec3 size = max(box.size(), vec3{1e-4F});
         spacing_ = std::fmax(std::cbrt(size.x * size.y * size.z / max_cells), 0.5e-3F);
@@ -3060,7 +3063,7 @@ class fibre_grid {
                                     normals.empty() ? direction(layers, "layer_normal") : normals[cell]);
         }
         nodes_.resize(std::size_t{count_.x} * count_.y * count_.z);
-        for (int coordinate = 0; coordinate < 3; ++coordinate) solve(targets, coordinate);
+        exec::for_each_index(policy, 3, [&](std::size_t coordinate) { solve(targets, static_cast<int>(coordinate)); });
     }
 
     /// As a view.
@@ -3114,52 +3117,57 @@ class fibre_grid {
         return normals;
     }
 
-    /// The gradient at the middle of a cell, and what a field has besides that vanishes there: its twists, along two
-    /// axes at a time and along all three.
-    struct slope {
-        vec3 gradient{0, 0, 0}, twist{0, 0, 0};
-        float all = 0;
-    };
-    /// Calls of(node, slope of a field that is 1 at this node alone) for the corners of a cell.
-    template <class Of>
-    void for_corners(std::size_t cell, Of&& of) const {
-        const std::size_t first = first_node(cell);
-        const float each = 0.25F / spacing_;
-        for (std::uint32_t corner = 0; corner < 8; ++corner) {
-            const std::uint32_t i = corner & 1U, j = corner >> 1 & 1U, k = corner >> 2;
-            const float x = i > 0 ? 1.0F : -1.0F, y = j > 0 ? 1.0F : -1.0F, z = k > 0 ? 1.0F : -1.0F;
-            of(first + i + count_.x * (j + std::size_t{count_.y} * k),
-               slope{each * vec3{x, y, z}, each * vec3{y * z, z * x, x * y}, each * x * y * z});
-        }
+    // The values of a field at the corners of a cell, of which bit 0 is the side along x, bit 1 along y and bit 2 along
+    // z, and their differences between the two sides: those along x, y and z, entries 1, 2 and 4, are its gradient in
+    // the middle; those along several axes at a time are its twists, which vanish there. One is the transpose of the
+    // other (the Walsh-Hadamard transform, but for its signs).
+    using cell_values = std::array<float, 8>;
+    template <class Pair>
+    static void for_sides(cell_values& v, const Pair& pair) {
+        pair(v[0], v[1]), pair(v[2], v[3]), pair(v[4], v[5]), pair(v[6], v[7]);
+        pair(v[0], v[2]), pair(v[1], v[3]), pair(v[4], v[6]), pair(v[5], v[7]);
+        pair(v[0], v[4]), pair(v[1], v[5]), pair(v[2], v[6]), pair(v[3], v[7]);
     }
-    static float product(const slope& a, const slope& b) {
-        return dot(a.gradient, b.gradient) + dot(a.twist, b.twist) + a.all * b.all;
+    static void to_differences(cell_values& v) {
+        for_sides(v, [](float& a, float& b) {
+            const float sum = a + b;
+            b -= a;
+            a = sum;
+        });
+    }
+    static void to_corners(cell_values& v) {
+        for_sides(v, [](float& a, float& b) {
+            const float difference = a - b;
+            b += a;
+            a = difference;
+        });
     }
 
     // Conjugate gradients on the normal equations, from the coordinates of the middle cell on.
     void solve(const std::vector<mat3>& targets, int coordinate) {
-        const auto weighted = [&](std::size_t cell, slope of) { // the matrix of the equations, times its transpose
-            const vec3 f = targets[cell][0];
-            return slope{of.gradient + weight * dot(f, of.gradient) * f, damping * of.twist, damping * of.all};
+        const std::size_t size = nodes_.size(), row = count_.x, layer = row * count_.y;
+        const std::size_t corner[8] = {0, 1, row, row + 1, layer, layer + 1, layer + row, layer + row + 1};
+        const float each = 0.25F / spacing_; // of a difference
+        // The matrix of the equations, times its transpose.
+        const auto weigh = [&](std::size_t cell, cell_values& v) {
+            const vec3 f = targets[cell][0], gradient{v[1], v[2], v[4]};
+            const vec3 weighted = gradient + weight * dot(f, gradient) * f;
+            v = {0, weighted.x, weighted.y, damping * v[3], weighted.z, damping * v[5], damping * v[6], damping * v[7]};
         };
-        const auto slope_of = [&](const std::vector<double>& field, std::size_t cell) {
-            slope sum;
-            for_corners(cell, [&](std::size_t node, const slope& of) {
-                const auto value = static_cast<float>(field[node]);
-                sum.gradient += value * of.gradient;
-                sum.twist += value * of.twist;
-                sum.all += value * of.all;
-            });
-            return sum;
+        const auto add = [&](std::size_t first, cell_values& v, std::vector<double>& field) {
+            to_corners(v);
+            for (std::size_t i = 0; i < v.size(); ++i) field[first + corner[i]] += static_cast<double>(each * v[i]);
         };
-        const std::size_t size = nodes_.size();
+        std::vector<std::size_t> firsts(targets.size());
+        for (std::size_t cell = 0; cell < firsts.size(); ++cell) firsts[cell] = first_node(cell);
+
         std::vector<double> solution(size, 0.0), residual(size, 0.0), direction, image(size);
         const vec3 start = targets[targets.size() / 2][coordinate];
         for (std::size_t cell = 0; cell < targets.size(); ++cell) {
-            const slope wanted = weighted(cell, {.gradient = targets[cell][coordinate] - start});
-            for_corners(cell, [&](std::size_t node, const slope& of) {
-                residual[node] += static_cast<double>(product(of, wanted));
-            });
+            const vec3 wanted = targets[cell][coordinate] - start;
+            cell_values v{0, wanted.x, wanted.y, 0, wanted.z, 0, 0, 0};
+            weigh(cell, v);
+            add(firsts[cell], v, residual);
         }
         const auto power = [](const std::vector<double>& a) {
             return std::inner_product(a.begin(), a.end(), a.begin(), 0.0);
@@ -3169,14 +3177,15 @@ class fibre_grid {
         const double enough = 1e-8 * left;
         for (int iteration = 0; iteration < 1000 && left > enough; ++iteration) {
             image.assign(size, 0.0);
-            double along = 0;
             for (std::size_t cell = 0; cell < targets.size(); ++cell) {
-                const slope own = slope_of(direction, cell), flow = weighted(cell, own);
-                along += static_cast<double>(product(own, flow));
-                for_corners(cell, [&](std::size_t node, const slope& of) {
-                    image[node] += static_cast<double>(product(of, flow));
-                });
+                cell_values v;
+                for (std::size_t i = 0; i < v.size(); ++i)
+                    v[i] = each * static_cast<float>(direction[firsts[cell] + corner[i]]);
+                to_differences(v);
+                weigh(cell, v);
+                add(firsts[cell], v, image);
             }
+            const double along = std::inner_product(direction.begin(), direction.end(), image.begin(), 0.0);
             if (!(along > 0)) break;
             const double step = left / along;
             for (std::size_t i = 0; i < size; ++i) {
@@ -7977,7 +7986,7 @@ struct object_state : object_past {
         moved = false;
         local_box = tree.box();
         box = placed_box(local_box, of.at);
-        if (is_curved(of)) fibres = {of.fibres, of.layer_normal, surface_at_rest(of, at_rest), local_box};
+        if (is_curved(of)) fibres = {policy, of.fibres, of.layer_normal, surface_at_rest(of, at_rest), local_box};
         place_structure(of, at_rest);
     }
 

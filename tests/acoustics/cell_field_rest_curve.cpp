@@ -32,7 +32,7 @@ TEST_CASE("straight pieces of a line in tissue at rest stay within their toleran
     const sunk_tissue tissue;
     const material_line line{.displacement = &tissue.displacement};
     for (const float tolerance : {4_um, 60_um}) {
-        const detail::rest_curve curve{line, 1_mm, 52.5_mm};
+        const detail::rest_curve curve{line, 1_mm, 52.5_mm, nullptr};
         CHECK(curve.distance(curve.last()) == 52.5_mm);
         double worst = 0;
         int pieces = 0;
@@ -60,7 +60,8 @@ TEST_CASE("a curve of a long line ends before it, one of a short line is one pie
     using namespace rest_curve_test;
     const sunk_tissue tissue;
     const material_line line{.displacement = &tissue.displacement};
-    const detail::rest_curve all{line, 0, 100_mm}, end{line, 64_mm, 66.9_mm}, scrap{line, 10_mm, 10.01_mm};
+    const detail::rest_curve all{line, 0, 100_mm, nullptr}, end{line, 64_mm, 66.9_mm, nullptr},
+        scrap{line, 10_mm, 10.01_mm, nullptr};
     CHECK(all.last() == 32);
     CHECK(all.distance(32) == doctest::Approx(64_mm));
     CHECK(end.last() == 1);

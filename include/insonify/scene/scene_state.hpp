@@ -118,7 +118,7 @@ struct object_state : object_past {
         moved = false;
         local_box = tree.box();
         box = placed_box(local_box, of.at);
-        if (is_curved(of)) fibres = {of.fibres, of.layer_normal, surface_at_rest(of, at_rest), local_box};
+        if (is_curved(of)) fibres = {policy, of.fibres, of.layer_normal, surface_at_rest(of, at_rest), local_box};
         place_structure(of, at_rest);
     }
 
