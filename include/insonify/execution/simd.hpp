@@ -300,20 +300,18 @@ INSONIFY_FN INSONIFY_INLINE bit_lanes<N> load_bits(const std::uint32_t* from) {
 }
 
 /// 1 / a, correctly rounded also under -ffast-math.
-template <class Lanes>
-    requires requires { Lanes::size(); }
-INSONIFY_FN INSONIFY_INLINE Lanes inverse(const Lanes& a) {
+template <int N>
+INSONIFY_FN INSONIFY_INLINE lanes<N> inverse(const lanes<N>& a) {
 #if __FINITE_MATH_ONLY__ > 0 && !defined(__CUDACC__) // -ffast-math, or a part of it
-    constexpr int n = static_cast<int>(Lanes::size());
-    float each[n];
+    float each[N];
     store(a, each);
     for (float& one : each) {
         one = 1 / one;
         asm("" : "+m"(one)); // prevents a vector division, which is approximate here
     }
-    return load<n>(each);
+    return load<N>(each);
 #else
-    return Lanes(1.0F) / a;
+    return lanes<N>(1.0F) / a;
 #endif
 }
 
