@@ -39,8 +39,7 @@ inline scene wide_phantom() {
         if (std::any_of(surface.positions.begin(), surface.positions.end(), [](vec3 p) { return p.x > 20_mm; }))
             surface = subdivide(surface);
         for (vec3& p : surface.positions) p = {stretched(p.x), stretched(p.y), p.z > 46_mm ? p.z + 6_mm : p.z};
-        body.add(std::move(surface), one.inside,
-                 {.priority = one.priority, .name = one.name, .fibres = one.fibres, .crease_angle = one.crease_angle});
+        body.add(std::move(surface), one.inside, one);
     }
     return body;
 }

@@ -103,13 +103,7 @@ class patient {
     static scene without_tools(const scene& anatomy) {
         scene body{anatomy.find("gel") ? tissue::air : anatomy.background()};
         for (const object& one : anatomy.objects())
-            if (one.name != "needle" && one.name != "gel")
-                body.add(one.surface, one.inside,
-                         {.priority = one.priority,
-                          .at = one.at,
-                          .name = one.name,
-                          .fibres = one.fibres,
-                          .crease_angle = one.crease_angle});
+            if (one.name != "needle" && one.name != "gel") body.add(one.surface, one.inside, one);
         return body.build(exec::par);
     }
 

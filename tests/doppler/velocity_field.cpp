@@ -1,7 +1,9 @@
+#include <insonify/core/random.hpp>
 #include <insonify/core/units.hpp>
 #include <insonify/doppler/velocity_field.hpp>
 #include <cmath>
 #include <doctest/doctest.h>
+#include <vector>
 
 using namespace insonify;
 
@@ -118,3 +120,46 @@ TEST_CASE("velocity fields: settings out of range are refused") {
 }
 
 } // namespace poiseuille_test
+
+TEST_CASE("tube_flow: on a straight line it is the law of poiseuille") {
+    const centre_line line{{{{0, 0, 10_mm}, vec2{3_mm}}, {{20_mm, 0, 30_mm}, vec2{3_mm}}}};
+    const tube_flow bent{.object = object_id{3}, .line = line, .peak_velocity = 0.4F, .waveform = {.heart_rate = 1.2F}};
+    const poiseuille straight{.object = object_id{3},
+                              .from = {0, 0, 10_mm},
+                              .to = {20_mm, 0, 30_mm},
+                              .radius = 3_mm,
+                              .peak_velocity = 0.4F,
+                              .waveform = {.heart_rate = 1.2F}};
+    CHECK(bent.volume_flow(0.3F) == doctest::Approx(straight.volume_flow(0.3F)));
+    for (std::uint64_t i = 0; i < 200; ++i) {
+        const vec3 point = vec3{20_mm, 8_mm, 30_mm} *
+                           (vec3{hash_uniform(1, i), hash_uniform(2, i), hash_uniform(3, i)} - vec3{0, 0.5F, -0.2F});
+        const float time = hash_uniform(4, i);
+        CHECK(length(bent(object_id{3}, point, time) - straight(object_id{3}, point, time)) < 2e-6F);
+        CHECK(bent(object_id{2}, point, time) == vec3{0, 0, 0});
+    }
+}
+
+TEST_CASE("tube_flow: every section of a tube that bends and narrows has the same volume flow") {
+    std::vector<tube_section> sections;
+    for (int i = 0; i <= 16; ++i) {
+        const float angle = 0.1F * static_cast<float>(i);
+        sections.push_back({.centre = 40_mm * vec3{std::cos(angle), 0, std::sin(angle)},
+                            .radii = vec2{4_mm, 3_mm} * (1 - 0.02F * static_cast<float>(i))});
+    }
+    const tube_flow flow{.line = centre_line{sections, {0, 1, 0}}, .peak_velocity = 0.5F};
+    for (const float angle : {0.0F, 0.33F, 0.8F, 1.55F}) {
+        const vec3 outwards{std::cos(angle), 0, std::sin(angle)}, along{-std::sin(angle), 0, std::cos(angle)};
+        double sum = 0;
+        constexpr float step = 0.1_mm;
+        for (int u = -60; u <= 60; ++u)
+            for (int v = -60; v <= 60; ++v) {
+                const vec3 point =
+                    (40_mm + step * static_cast<float>(u)) * outwards + vec3{0, step * static_cast<float>(v), 0};
+                sum += static_cast<double>(dot(flow(object_id{}, point, 0), along) * step * step);
+            }
+        CHECK(sum == doctest::Approx(flow.volume_flow(0)).epsilon(0.01));
+    }
+    CHECK_THROWS_AS(tube_flow{}.check(), usage_error);
+    CHECK_THROWS_AS((tube_flow{.line = flow.line, .peak_velocity = 1000}).check(), usage_error);
+}

@@ -1,4 +1,5 @@
 #include <insonify/acoustics/tissue.hpp>
+#include <insonify/core/random.hpp>
 #include <insonify/core/units.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/motion/body_motion.hpp>
@@ -6,6 +7,7 @@
 #include <insonify/scene/scene.hpp>
 #include <cmath>
 #include <doctest/doctest.h>
+#include <vector>
 
 using namespace insonify;
 
@@ -110,4 +112,58 @@ TEST_CASE("deform checks the settings of ready-made maps") {
     CHECK_NOTHROW(body.deform(exec::par, compose(breathing{.time = 1.3F},
                                                  pulsation{.from = {0, 0, 20_mm}, .to = {0, 1, 20_mm}, .time = 1.3F},
                                                  needle_drag{})));
+}
+
+TEST_CASE("bent: along a straight line it is the map of the straight vessel, and scales with the section") {
+    const vec3 from{0, 0, 20_mm}, to{30_mm, 0, 30_mm};
+    pulsation beat{.from = from, .to = to, .radius = 3_mm, .amplitude = 0.3_mm, .time = 0.1F};
+    collapse vein{.from = from, .to = to, .direction = {0, 0, 1}, .radius = 3_mm, .outside = 1200};
+    const centre_line same{{{from, vec2{3_mm}}, {to, vec2{3_mm}}}}, twice{{{from, vec2{6_mm}}, {to, vec2{6_mm}}}};
+    for (std::uint64_t i = 0; i < 300; ++i) {
+        const vec3 point =
+            vec3{30_mm, 20_mm, 40_mm} * vec3{hash_uniform(1, i), hash_uniform(2, i) - 0.5F, hash_uniform(3, i)};
+        CHECK(length(bent{same, beat}(point)-beat(point)) < 0.1_um);
+        CHECK(length(bent{same, vein}(point)-vein(point)) < 0.1_um);
+        const vec3 axis = normalize(to - from), foot = from + dot(point - from, axis) * axis;
+        const vec3 near = foot + 0.5F * (point - foot);
+        CHECK(length(bent{twice, beat}(point)-point - 2.0F * (beat(near) - near)) < 0.2_um);
+    }
+}
+
+TEST_CASE("bent: around a curved, elliptical vessel the maps have their inverse, and the lumen the law's area") {
+    std::vector<tube_section> sections;
+    for (int i = 0; i <= 12; ++i) {
+        const float angle = 0.1F * static_cast<float>(i);
+        sections.push_back({.centre = 40_mm * vec3{std::cos(angle), 0, std::sin(angle)}, .radii = {4_mm, 2.5_mm}});
+    }
+    const centre_line line{sections, {0, 1, 0}};
+    const bent beat{line, pulsation{.radius = 3_mm, .amplitude = 0.3_mm, .rate = 1, .time = 0.15F}};
+    const bent vein{line, collapse{.direction = {1, 0, 1}, .outside = 1150, .residual = 0.1F}};
+    for (std::uint64_t i = 0; i < 300; ++i) {
+        const float angle = 1.2F * hash_uniform(1, i);
+        const vec3 point = (32_mm + 16_mm * hash_uniform(2, i)) * vec3{std::cos(angle), 0, std::sin(angle)} +
+                           vec3{0, 16_mm * (hash_uniform(3, i) - 0.5F), 0};
+        CHECK(length(beat.rest_of(beat(point)) - point) < 1_um);
+        CHECK(length(vein.rest_of(vein(point)) - point) < 1_um);
+    }
+    // The outline of the section at 0.6 radians; shoelace formula in doubles.
+    const auto area = [&](const auto& map) {
+        const vec3 outwards{std::cos(0.6F), 0, std::sin(0.6F)};
+        double sum = 0;
+        glm::dvec2 last{0, 0};
+        for (int i = 0; i <= 720; ++i) {
+            const float turn = 2 * pi * static_cast<float>(i) / 720;
+            const vec3 p =
+                map(40_mm * outwards + 2.499_mm * std::sin(turn) * outwards + vec3{0, 3.999_mm * std::cos(turn), 0});
+            const glm::dvec2 now{dot(p, outwards) - 40_mm, p.y};
+            if (i > 0) sum += 0.5 * (last.x * now.y - last.y * now.x);
+            last = now;
+        }
+        return std::fabs(sum);
+    };
+    const double rest = 3.14159265 * 4e-3 * 2.5e-3;
+    CHECK(area(beat) == doctest::Approx(rest * 1.21).epsilon(0.005)); // (3.3 / 3)^2
+    CHECK(area(vein) == doctest::Approx(rest * vein.vessel.opening()).epsilon(0.02));
+    CHECK_THROWS_AS((bent<pulsation>{}).check(), usage_error);
+    CHECK_THROWS_AS((bent{line, pulsation{.radius = -1}}).check(), usage_error);
 }

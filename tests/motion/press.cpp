@@ -7,6 +7,7 @@
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/probe/phased_array.hpp>
 #include <insonify/probe/radial_array.hpp>
+#include <algorithm>
 #include <cmath>
 #include <doctest/doctest.h>
 
@@ -161,4 +162,40 @@ TEST_CASE("the plane face of a phased array presses as that of a linear one of i
         "press: the lines of the probe run all around it, so it has no face that presses; use a linear, "
         "convex or phased array",
         usage_error);
+}
+
+TEST_CASE("press: what is stiff does not move; the tissue above it gives way without folding over") {
+    scene body{press_test::air};
+    body.add(make_box({-60_mm, -30_mm, 0}, {60_mm, 30_mm, 60_mm}, 6), tissue::muscle);
+    const object_id bone = body.add(make_cylinder({0, -40_mm, 22_mm}, {0, 40_mm, 22_mm}, 10_mm, 96, 32), tissue::bone,
+                                    {.priority = 1}); // its top is 12 mm below the skin
+    body.build(exec::par);
+    const auto is_bone = [&](object_id id) { return id == bone; };
+    const auto pressed = [&](float depth) {
+        return press(body, press_test::probe, {.translation = {0, 0, depth}}, {}, any_object{}, is_bone);
+    };
+    const pressed_face face = pressed(5_mm).deformation;
+    face.check();
+    CHECK(face({0, 0, 0}).z == doctest::Approx(4.95_mm)); // the skin, 0.05 mm behind the face
+    float largest = 0;
+    for (int i = -40; i <= 40; ++i) {
+        const float x = 0.25_mm * static_cast<float>(i), top = 22_mm - std::sqrt(100_mm * 1_mm - x * x);
+        const float moved = face({x, 0, top}).z - top, free = 4.95_mm * std::exp(-top / 20_mm);
+        largest = std::max(largest, moved);
+        if (std::fabs(x) < 7_mm) CHECK(moved < 0.1F * free);
+        for (float z = top; z < 45_mm; z += 1_mm) CHECK(face({x, 0, z}).z - z <= moved + 1_um);
+        float before = -1;
+        for (float z = 0; z < 45_mm; z += 0.2_mm) {
+            const vec3 now = face({x, 0.5_mm, z});
+            CHECK(now.z > before);
+            before = now.z;
+            CHECK(length(face.rest_of(now) - vec3{x, 0.5_mm, z}) < 1_um);
+        }
+    }
+    MESSAGE("the surface of the bone moves by up to ", largest * 1e6F, " um");
+    // Far from the bone, as ever.
+    CHECK(face({14_mm, 0, 20_mm}).z - 20_mm == doctest::Approx(4.95_mm * std::exp(-1.0F)));
+    CHECK_NOTHROW(pressed(8_mm)); // 20 mm (1 - exp(-12 / 20)) = 9.02 mm
+    CHECK_THROWS_AS(pressed(10_mm), usage_error);
+    CHECK_NOTHROW(press(body, press_test::probe, {.translation = {0, 0, 10_mm}}));
 }

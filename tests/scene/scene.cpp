@@ -1,8 +1,10 @@
 #include <insonify/acoustics/tissue.hpp>
+#include <insonify/scene/queries.hpp>
 #include <insonify/scene/scene.hpp>
 #include "layers_along.hpp"
 #include <doctest/doctest.h>
 #include <limits>
+#include <utility>
 
 using namespace insonify;
 

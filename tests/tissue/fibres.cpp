@@ -207,3 +207,58 @@ TEST_CASE("a function of fibres without a direction is refused, when the scene i
     body.add(block(), tissue::muscle, {.fibres = [](vec3 p) { return vec3{p.x < 0 ? -INFINITY : INFINITY, 0, 0}; }});
     CHECK_THROWS_AS(body.build(exec::seq), geometry_error);
 }
+
+TEST_CASE("the layers of a limb run around it where they are parallel to its surface") {
+    using namespace fibre_directions_test;
+    scene body{tissue::water};
+    body.add(make_cylinder({0, -60_mm, 0}, {0, 60_mm, 0}, 30_mm, 96, 48), tissue::fat, {.layer_normal = own_surface{}});
+    body.build(exec::par);
+    const fibre_chart chart = chart_of(body);
+    double worst = 0, thinnest = 2, thickest = 0;
+    for (float turn = 0; turn < 2 * pi; turn += 0.1F)
+        for (float r = 18_mm; r < 30_mm; r += 2_mm)
+            for (float y = -30_mm; y <= 30_mm; y += 10_mm) {
+                const vec3 out{std::cos(turn), 0, std::sin(turn)}, p = r * out + vec3{0, y, 0};
+                const vec3 z_slope{along(chart, p, {1, 0, 0}).z, along(chart, p, {0, 1, 0}).z,
+                                   along(chart, p, {0, 0, 1}).z};
+                worst = std::max(worst, static_cast<double>(length(cross(normalize(z_slope), out))));
+                thinnest = std::min(thinnest, static_cast<double>(length(z_slope)));
+                thickest = std::max(thickest, static_cast<double>(length(z_slope)));
+                CHECK(std::fabs(along(chart, p, {0, 1, 0}).z) < 0.1F);
+            }
+    MESSAGE("layers leave the surface by at most ", std::asin(worst) * 57.2958, " degrees, are ", thinnest, " to ",
+            thickest, " as thick as in flat tissue");
+    CHECK(std::asin(worst) * 57.2958 < 8);
+    CHECK(thinnest > 0.8);
+    CHECK(thickest < 1.2);
+}
+
+TEST_CASE("the normal of layers is a direction or a function; fibres come first where they are not across it") {
+    using namespace fibre_directions_test;
+    const auto axes = [](const object_settings& settings) {
+        scene body{tissue::water};
+        body.add(block(), tissue::muscle, settings);
+        return std::move(body).build(exec::par).view_for_rays(exec::par).structures[1].axes;
+    };
+    const auto is_along = [](vec3 a, vec3 b) { return std::fabs(dot(a, normalize(b))) > 0.9999F; };
+    const mat3 flattest = axes({}), turned = axes({.layer_normal = {0, 0, 5}}),
+               both = axes({.fibres = {1, 0, 1}, .layer_normal = {0, 0, 1}});
+    CHECK(is_along(flattest[2], {0, 1, 0}));
+    CHECK(is_along(turned[2], {0, 0, 1}));
+    CHECK(is_along(turned[0], {1, 0, 0}));
+    CHECK(is_along(both[0], {1, 0, 1}));
+    CHECK(is_along(both[2], {-1, 0, 1}));
+
+    scene body{tissue::water};
+    body.add(block(), tissue::fat, {.layer_normal = [](vec3 p) { return vec3{0.02F * p.x / 1_mm, 0, 1}; }});
+    body.build(exec::par);
+    const fibre_chart chart = chart_of(body);
+    const vec3 p{20_mm, 0, 20_mm},
+        slope{along(chart, p, {1, 0, 0}).z, along(chart, p, {0, 1, 0}).z, along(chart, p, {0, 0, 1}).z};
+    CHECK(dot(normalize(slope), normalize(vec3{0.4F, 0, 1})) > 0.995F);
+
+    scene bad{tissue::water};
+    CHECK_THROWS_AS(bad.add(block(), tissue::fat, {.layer_normal = {NAN, 0, 1}}), geometry_error);
+    bad.add(block(), tissue::fat, {.name = "fat", .layer_normal = [](vec3) { return vec3{0, 0, 0}; }});
+    CHECK_THROWS_AS(bad.build(exec::seq), geometry_error);
+}

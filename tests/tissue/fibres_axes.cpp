@@ -15,7 +15,7 @@ float parallel(vec3 a, vec3 b) { return std::fabs(dot(normalize(a), normalize(b)
 mat3 axes_of_mesh(const mesh& surface, vec3 fibres = {0, 0, 0}) {
     aabb box;
     for (const vec3& p : surface.positions) box = merged(box, p);
-    return detail::structure_axes(mesh_view{surface}, box, fibres);
+    return detail::aligned(detail::axes_of(mesh_view{surface}, box), fibres);
 }
 
 } // namespace

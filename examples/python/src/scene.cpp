@@ -223,18 +223,21 @@ void bind_scene(py::module_& module) {
         .def(
             "add",
             [](scene& self, const mesh& surface, const medium& inside, int priority, const pose& at, std::string name,
-               vec3 fibres, float crease_angle) {
+               vec3 fibres, const layer_direction& layer_normal, float crease_angle) {
                 return self.add(surface, inside,
                                 {.priority = priority,
                                  .at = at,
                                  .name = std::move(name),
                                  .fibres = fibres,
+                                 .layer_normal = layers_of(layer_normal),
                                  .crease_angle = crease_angle});
             },
             py::arg("mesh"), py::arg("medium"), py::kw_only(), py::arg("priority") = 0,
             py::arg_v("at", pose{}, "pose()"), py::arg("name") = "", py::arg("fibres") = vec3{0, 0, 0},
+            py::arg("layer_normal") = layer_direction{vec3{0, 0, 0}},
             py::arg("crease_angle") = object_settings{}.crease_angle,
-            "Adds a closed surface and returns its id, which is also its label.")
+            "Adds a closed surface and returns its id, which is also its label. Layers of its structure lie across\n"
+            "layer_normal, or are parallel to the surface where it is \"own_surface\".")
         .def("remove", &remove_from, py::arg("id"), "Call build afterwards.")
         .def("place", &scene::place, py::arg("id"), py::arg("at"), "Sets the pose of an object; takes effect at once.")
         .def(

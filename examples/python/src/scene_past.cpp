@@ -41,6 +41,8 @@ py::dict state_of(const object& one, const scene& own, const scene_past& past) {
     state["at"] = one.at;
     state["name"] = one.name;
     state["fibres"] = one.fibres(vec3{0, 0, 0});
+    state["layer_normal"] = one.layer_normal.follows_surface() ? layer_direction{std::string{own_surface_name}}
+                                                               : layer_direction{one.layer_normal(vec3{0, 0, 0})};
     state["crease_angle"] = one.crease_angle;
     if (!own.is_built()) return state;
     if (const auto found = past.filled.find(id); found != past.filled.end()) state["filled"] = array_of(found->second);
@@ -110,6 +112,7 @@ class scene_maker {
                    .at = py::cast<const pose&>(one[one.contains("rest_at") ? "rest_at" : "at"]),
                    .name = py::cast<std::string>(one["name"]),
                    .fibres = py::cast<vec3>(one["fibres"]),
+                   .layer_normal = layers_of(py::cast<layer_direction>(one["layer_normal"])),
                    .crease_angle = py::cast<float>(one["crease_angle"])});
         ++next_;
     }

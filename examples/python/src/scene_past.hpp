@@ -4,8 +4,22 @@
 #include "bindings.hpp"
 #include <map>
 #include <optional>
+#include <string>
+#include <variant>
 
 namespace insonify_python {
+
+/// `layer_normal` in Python: a direction, or `own_surface_name`.
+using layer_direction = std::variant<vec3, std::string>;
+inline constexpr const char* own_surface_name = "own_surface";
+
+/// @throws usage_error  for another word
+inline layer_normals layers_of(const layer_direction& given) {
+    if (const vec3* const direction = std::get_if<vec3>(&given)) return *direction;
+    if (std::get<std::string>(given) != own_surface_name)
+        throw usage_error{"scene.add: `layer_normal` must be a direction or \"own_surface\""};
+    return own_surface{};
+}
 
 /// What a scene depends on beside its present objects, so that a pickled one can be made to draw the same picture.
 struct scene_past {

@@ -15,7 +15,7 @@ def anatomy():
     body = us.scene(tissue.fat)
     body.set_background_fibres((0, 1, 0), (1, 0, 1))
     gone = [body.add(us.make_sphere((0, 0, 0), 1 * mm), tissue.bone) for _ in range(3)]
-    body.add(us.make_sphere((0, 0, 22 * mm), 16 * mm, 4), tissue.muscle, name="muscle", fibres=(1, 0, 0.2))
+    body.add(us.make_sphere((0, 0, 22 * mm), 16 * mm, 4), tissue.muscle, name="muscle", fibres=(1, 0, 0.2), layer_normal="own_surface")
     body.remove(gone[0])
     body.remove(gone[2])
     body.add(us.make_sphere((0, 0, 0), 5 * mm, 3), tissue.bone, name="bone", at=us.pose(translation=(6 * mm, 0, 30 * mm)), priority=3, crease_angle=0)

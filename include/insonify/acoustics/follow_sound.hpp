@@ -111,6 +111,8 @@ struct echo_path {
     float shown = 0;                      ///< displayed depth, metres
     float loss_db = 0;                    ///< attenuation so far, there and back, dB
     float passed = 1;                     ///< factor on amplitude of the interfaces so far, there and back
+    float tissue_loss_db = 0;             ///< attenuation so far by soft tissue alone, see `tissue_lost_at`, dB
+    float tissue_per_metre = 0;           ///< of the soft tissue of the present layer, or of the last one, dB/m
     detail::refracted_layer refraction{}; ///< of the present layer
     detail::layer_gains gains{};          ///< of the present layer
 
@@ -119,6 +121,10 @@ struct echo_path {
     /// @param per_metre  attenuation of its medium, there and back, dB/m
     INSONIFY_FN float lost_at(float along, float per_metre) const {
         return loss_db + per_metre * refraction.length(along);
+    }
+    /// The same with bone, gas and other obstacles replaced by the soft tissue before them.
+    INSONIFY_FN float tissue_lost_at(float along) const {
+        return tissue_loss_db + tissue_per_metre * refraction.length(along);
     }
 };
 
@@ -145,6 +151,7 @@ INSONIFY_FN void pass(const Model& model, const traced_line& line, const layer& 
     const medium& m = line.media[here.medium];
     path.shown += (here.end - here.begin) * displayed_stretch(model.timing, m);
     path.loss_db = path.lost_at(here.end - here.begin, model.attenuation(m, line.frequency));
+    path.tissue_loss_db = path.tissue_lost_at(here.end - here.begin);
 }
 
 /// The fraction of the power of a strip of the beam that passes beside a layer which is narrow out of the slice plane,
@@ -218,6 +225,9 @@ INSONIFY_FN void follow_sound(const Model& model, const traced_line& line, const
                 entered.gains.at_steps.empty())
                 entered.gains.before = {}; // the gains within an obstacle do not hold for what passes beside it
         }
+        constexpr float max_of_tissue = 200; // dB/m at 1 MHz: tendon, the most absorbing soft tissue, has 180
+        if (const medium& m = line.media[here.medium]; m.attenuation < max_of_tissue)
+            entered.tissue_per_metre = model.attenuation(m, line.frequency);
         above = path;
         path = entered;
         if (!in_layer(i, here, path)) return;

@@ -57,7 +57,7 @@ struct physical {
     insonify::angle angle = insonify::angle::oblique;        ///< of incidence
     insonify::pulse_bandwidth bandwidth = insonify::pulse_bandwidth::broad; ///< of the pulse under attenuation
     float texture_db = -55;           ///< level of the speckle of liver relative to a perfect mirror
-    float shadow_floor_db = -FLT_MAX; ///< lower bound on the level of speckle relative to the background alone
+    float shadow_floor_db = -FLT_MAX; ///< lower bound on the level of speckle relative to soft tissue alone
     std::uint32_t seed = 0x5EED;      ///< of the diffuse echoes of rough surfaces
     Roughness roughness{};            ///< of surfaces
     Attenuation attenuation{};        ///< dB per metre, there and back
@@ -389,10 +389,9 @@ struct physical {
             const auto level_at = [&](float distance, const aperture_gain& gain) {
                 const float loss_db = pulse_loss(line, path.lost_at(distance - here.begin, per_metre));
                 float arrived = line.gains.amplitude(path.passed * amplitude_of_decibels(-loss_db), gain.speckle);
-                if (shadow_floor_db != -FLT_MAX) {
-                    const float background = shown_at(distance, gain) * attenuation(line.media[0], line.frequency);
-                    arrived = max(arrived, amplitude_of_decibels(shadow_floor_db - background));
-                }
+                if (shadow_floor_db != -FLT_MAX)
+                    arrived = max(arrived,
+                                  amplitude_of_decibels(shadow_floor_db - path.tissue_lost_at(distance - here.begin)));
                 return min(level * arrived, 1e20F); // keeps sums finite
             };
             const float longer = (last.deeper - first.deeper) / static_cast<float>(run.count > 0 ? run.count : 1);

@@ -32,8 +32,11 @@
 #define INSONIFY_ABI_SIMD _cuda
 #elif defined(INSONIFY_NO_SIMD)
 #define INSONIFY_ABI_SIMD _scalar
-#else
+#elif defined(__GLIBCXX__) && __has_include(<experimental/simd>) // libc++ ships that header too, without the types
+#define INSONIFY_STD_SIMD
 #define INSONIFY_ABI_SIMD
+#else
+#define INSONIFY_ABI_SIMD _vector
 #endif
 
 #if defined(__AVX512VL__)
@@ -68,7 +71,7 @@
 #define INSONIFY_ABI_LIBRARY
 #endif
 
-/// INSONIFY_ABI names the inline namespace of the library, such as `v0_sse2` or `v0_neon_fma_libcxx`.
+/// INSONIFY_ABI names the inline namespace of the library, such as `v0_sse2` or `v0_neon_fma_vector_libcxx`.
 ///
 /// Objects compiled with different flags thus have different types, and no function of one replaces that of another:
 /// passing such an object across is a link error.

@@ -4,6 +4,7 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/core/error.hpp>
+#include <insonify/geometry/centre_line.hpp>
 #include <insonify/scene/object.hpp>
 #include <concepts>
 #include <string>
@@ -108,6 +109,40 @@ struct poiseuille {
     }
 
     friend bool operator==(const poiseuille&, const poiseuille&) = default;
+};
+
+/// Laminar flow in a tube that bends, tapers, and has elliptical sections: along its line, by
+/// v = peak_velocity w(t) A_0 / A (1 - r^2), where r is the distance from the line over that of the wall, A the area of
+/// the section and A_0 that of the first one; 0 outside the wall. All sections have the same volume flow.
+///
+/// The profile across an ellipse is exact for a straight tube; flow that is parallel to the line holds where the tube
+/// bends and tapers slowly.
+struct tube_flow {
+    object_id object{};      ///< whose blood flows
+    centre_line line{};      ///< in coordinates of the object; blood flows towards its last section
+    float peak_velocity = 0; ///< on the axis of the first section in systole, m/s; below 0: towards it
+    pulsatile waveform{};    ///< steady by default
+
+    /// See `velocity_field`.
+    vec3 operator()(object_id of, vec3 point, float time) const {
+        if (of != object) return {0, 0, 0};
+        const line_place here = line.place(point);
+        const float fraction = 1 - here.squared(point);
+        if (!(fraction > 0)) return {0, 0, 0};
+        return peak_velocity * waveform(time) * (line.first().area() / here.area()) * fraction * here.along;
+    }
+    /// Volume per second at a time, m^3/s: half the first section times the velocity on its axis.
+    float volume_flow(float time) const { return 0.5F * line.first().area() * peak_velocity * waveform(time); }
+
+    /// @throws usage_error  for a setting out of range
+    void check() const {
+        if (line.empty()) throw usage_error{"tube_flow: `line` is empty; give the sections of the tube"};
+        if (!is_finite(peak_velocity) || !(std::fabs(peak_velocity) <= 100))
+            throw usage_error{"tube_flow: `peak_velocity` must be at most 100 m/s, such as 0.4_m_per_s"};
+        waveform.check();
+    }
+
+    friend bool operator==(const tube_flow&, const tube_flow&) = default;
 };
 
 /// Velocities on a regular grid, as flow solvers give them: linear in space and time between the samples, 0 outside.

@@ -10,15 +10,18 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <utility>
-#if defined(__SSE2__) && !defined(INSONIFY_NO_SIMD)
+#if defined(INSONIFY_STD_SIMD)
+#include <experimental/simd>
+#endif
+#if defined(__AVX2__) && !defined(INSONIFY_NO_SIMD)
 #include <immintrin.h>
 #endif
 
-/// The types behind SIMD: the vector types of GCC and Clang, or arrays (INSONIFY_NO_SIMD, nvcc).
+/// The types behind SIMD, by one of three means: arrays (INSONIFY_NO_SIMD, nvcc), std::experimental::simd (libstdc++),
+/// or the vector types of GCC and Clang (other standard libraries).
 ///
 /// `lanes<N>` holds N floats, `lane_mask<N>` N truth values, `bit_lanes<N>` N 32-bit unsigned integers; operators act
-/// lane by lane. Their functions are
+/// lane by lane. Each means provides
 ///
 ///     load<N>(from), store(value, to), load_bits<N>(from), store_bits<N>(bits, to)
 ///     each_lane<N>(value)              lane i is value(i)
@@ -98,6 +101,105 @@ inline constexpr int simd_width = detail::register_width < 8 ? 4 : 8;
 /// Floats in the widest register: for long runs.
 inline constexpr int max_simd_width = detail::register_width;
 
+#if defined(INSONIFY_STD_SIMD)
+
+namespace stdx = std::experimental;
+
+template <int N>
+using lanes = stdx::simd<float, stdx::simd_abi::deduce_t<float, N>>;
+template <int N>
+using lane_mask = typename lanes<N>::mask_type;
+
+using stdx::abs;
+using stdx::max;
+using stdx::min;
+
+template <int N>
+INSONIFY_INLINE lanes<N> load(const float* from) {
+    return lanes<N>{from, stdx::element_aligned};
+}
+template <class Lanes>
+INSONIFY_INLINE void store(const Lanes& value, float* to) {
+    value.copy_to(to, stdx::element_aligned);
+}
+
+template <int N, class Value>
+INSONIFY_INLINE lanes<N> each_lane(const Value& value) {
+    return lanes<N>([&value](auto i) { return value(static_cast<int>(i)); });
+}
+
+template <class Mask>
+INSONIFY_INLINE std::uint32_t bits_of(const Mask& mask) {
+    if constexpr (requires { mask.__to_bitset().to_ulong(); }) { // one instruction; internal to libstdc++
+        return static_cast<std::uint32_t>(mask.__to_bitset().to_ulong());
+    } else {
+        std::uint32_t bits = 0;
+        for (unsigned i = 0; i < Mask::size(); ++i) bits |= std::uint32_t{mask[i]} << i;
+        return bits;
+    }
+}
+
+template <class Abi>
+INSONIFY_INLINE stdx::simd<float, Abi> multiply_add(const stdx::simd<float, Abi>& a, const stdx::simd<float, Abi>& b,
+                                                    const stdx::simd<float, Abi>& c) {
+#if defined(__FMA__) // stdx::fma of libstdc++ 12 is not inlined at -O2
+    if constexpr (requires { static_cast<__m512>(a); })
+        return stdx::simd<float, Abi>(
+            _mm512_fmadd_ps(static_cast<__m512>(a), static_cast<__m512>(b), static_cast<__m512>(c)));
+    else if constexpr (requires { static_cast<__m256>(a); })
+        return stdx::simd<float, Abi>(
+            _mm256_fmadd_ps(static_cast<__m256>(a), static_cast<__m256>(b), static_cast<__m256>(c)));
+    else if constexpr (requires { static_cast<__m128>(a); })
+        return stdx::simd<float, Abi>(
+            _mm_fmadd_ps(static_cast<__m128>(a), static_cast<__m128>(b), static_cast<__m128>(c)));
+#endif
+    if constexpr (!detail::has_fma) return a * b + c;
+    return stdx::fma(a, b, c);
+}
+
+template <class Abi>
+INSONIFY_INLINE stdx::simd<float, Abi> sqrt(const stdx::simd<float, Abi>& a) {
+#if defined(__AVX512F__) && !defined(__clang__) // GCC 12 warns of _mm512_sqrt_ps
+    if constexpr (requires { static_cast<__m512>(a); })
+        return stdx::simd<float, Abi>(_mm512_maskz_sqrt_ps(0xFFFF, static_cast<__m512>(a)));
+    else
+#endif
+        return stdx::sqrt(a);
+}
+
+template <class Abi>
+INSONIFY_INLINE stdx::simd<float, Abi> select(const stdx::simd_mask<float, Abi>& mask, const stdx::simd<float, Abi>& a,
+                                              const stdx::simd<float, Abi>& b) {
+#if defined(__clang__) && defined(__AVX512VL__) // where() of libstdc++ 12 assigns nothing there
+    const auto all = static_cast<__mmask16>(bits_of(mask));
+    const auto bits = static_cast<__mmask8>(all);
+    if constexpr (requires { static_cast<__m512>(a); })
+        return stdx::simd<float, Abi>(_mm512_mask_blend_ps(all, static_cast<__m512>(b), static_cast<__m512>(a)));
+    else if constexpr (requires { static_cast<__m256>(a); })
+        return stdx::simd<float, Abi>(_mm256_mask_blend_ps(bits, static_cast<__m256>(b), static_cast<__m256>(a)));
+    else if constexpr (requires { static_cast<__m128>(a); })
+        return stdx::simd<float, Abi>(_mm_mask_blend_ps(bits, static_cast<__m128>(b), static_cast<__m128>(a)));
+#endif
+    stdx::simd<float, Abi> result = b;
+    stdx::where(mask, result) = a;
+    return result;
+}
+
+template <class Abi>
+INSONIFY_INLINE float reduce_min(const stdx::simd<float, Abi>& a) {
+    return stdx::hmin(a);
+}
+template <class Abi>
+INSONIFY_INLINE float reduce_max(const stdx::simd<float, Abi>& a) {
+    return stdx::hmax(a);
+}
+template <class Abi>
+INSONIFY_INLINE float sum(const stdx::simd<float, Abi>& a) {
+    return stdx::reduce(a);
+}
+
+#else // of INSONIFY_STD_SIMD
+
 template <int N>
 struct lane_mask {
     detail::vector<std::int32_t, N> bits; ///< all ones where set, else zero
@@ -166,28 +268,19 @@ INSONIFY_FN INSONIFY_INLINE void store(const lanes<N>& value, float* to) {
 INSONIFY_VISITS
 template <int N, class Value>
 INSONIFY_FN INSONIFY_INLINE lanes<N> each_lane(const Value& value) {
-#if defined(INSONIFY_NO_SIMD)
     lanes<N> result;
     for (int i = 0; i < N; ++i) result.values[i] = value(i);
     return result;
-#else // no loop, which g++ -O2 leaves in memory
-    return [&]<int... I>(std::integer_sequence<int, I...>) { return lanes<N>(detail::vector<float, N>{value(I)...}); }
-    (std::make_integer_sequence<int, N>{});
-#endif
 }
 
 template <int N>
 INSONIFY_FN INSONIFY_INLINE std::uint32_t bits_of(const lane_mask<N>& mask) {
 #if defined(__wasm_simd128__) && !defined(INSONIFY_NO_SIMD)
     if constexpr (N == 4) return static_cast<std::uint32_t>(__builtin_wasm_bitmask_i32x4(mask.bits));
-#elif defined(__SSE2__) && !defined(INSONIFY_NO_SIMD)
-    if constexpr (N == 4) return static_cast<std::uint32_t>(_mm_movemask_ps((__m128)mask.bits));
-#if defined(__AVX__)
-    if constexpr (N == 8) return static_cast<std::uint32_t>(_mm256_movemask_ps((__m256)mask.bits));
-#endif
-#if defined(__AVX512F__)
-    if constexpr (N == 16) return _mm512_cmplt_epi32_mask((__m512i)mask.bits, _mm512_setzero_si512());
-#endif
+#elif defined(__clang__) && __clang_major__ >= 16 && !defined(INSONIFY_NO_SIMD) // compiled to one instruction on x86
+    using flags = bool __attribute__((ext_vector_type(N)));
+    if constexpr (N == 4 || N == 8)
+        return __builtin_bit_cast(unsigned char, __builtin_convertvector(mask.bits, flags)) & ((1U << N) - 1);
 #endif
     std::uint32_t bits = 0;
     for (int i = 0; i < N; ++i) bits |= static_cast<std::uint32_t>(mask.bits[i]) & 1U << i;
@@ -209,7 +302,7 @@ INSONIFY_FN INSONIFY_INLINE lanes<N> min(const lanes<N>& a, const lanes<N>& b) {
 }
 template <int N>
 INSONIFY_FN INSONIFY_INLINE lanes<N> max(const lanes<N>& a, const lanes<N>& b) {
-    return select(b < a, a, b);
+    return select(a < b, b, a);
 }
 template <int N>
 INSONIFY_FN INSONIFY_INLINE lanes<N> abs(const lanes<N>& a) {
@@ -218,15 +311,7 @@ INSONIFY_FN INSONIFY_INLINE lanes<N> abs(const lanes<N>& a) {
 }
 template <int N>
 INSONIFY_FN INSONIFY_INLINE lanes<N> sqrt(const lanes<N>& a) {
-#if defined(__SSE2__) && !defined(INSONIFY_NO_SIMD)
-    if constexpr (N == 4) return lanes<N>(_mm_sqrt_ps(a.values));
-#if defined(__AVX__)
-    if constexpr (N == 8) return lanes<N>(_mm256_sqrt_ps(a.values));
-#endif
-#if defined(__AVX512F__)
-    if constexpr (N == 16) return lanes<N>(_mm512_maskz_sqrt_ps(0xFFFF, a.values));
-#endif
-#elif defined(__clang__) && !defined(INSONIFY_NO_SIMD)
+#if !defined(INSONIFY_NO_SIMD) && defined(__clang__)
 #if __has_builtin(__builtin_elementwise_sqrt)
     return lanes<N>(__builtin_elementwise_sqrt(a.values));
 #endif
@@ -235,18 +320,10 @@ INSONIFY_FN INSONIFY_INLINE lanes<N> sqrt(const lanes<N>& a) {
 }
 template <int N>
 INSONIFY_FN INSONIFY_INLINE lanes<N> multiply_add(const lanes<N>& a, const lanes<N>& b, const lanes<N>& c) {
-#if !defined(INSONIFY_NO_SIMD)
+#if !defined(INSONIFY_NO_SIMD) && defined(__clang__)
     if constexpr (!detail::has_fma) return a * b + c;
-#if defined(__FMA__)
-    if constexpr (N == 4) return lanes<N>(_mm_fmadd_ps(a.values, b.values, c.values));
-    if constexpr (N == 8) return lanes<N>(_mm256_fmadd_ps(a.values, b.values, c.values));
-#if defined(__AVX512F__)
-    if constexpr (N == 16) return lanes<N>(_mm512_fmadd_ps(a.values, b.values, c.values));
-#endif
-#elif defined(__clang__)
 #if __has_builtin(__builtin_elementwise_fma)
     return lanes<N>(__builtin_elementwise_fma(a.values, b.values, c.values));
-#endif
 #endif
 #endif
     return each_lane<N>([&](int i) { return multiply_add(a[i], b[i], c[i]); });
@@ -265,6 +342,9 @@ INSONIFY_FN INSONIFY_INLINE float sum(const lanes<N>& a) {
     return detail::reduce(a, [](const auto& x, const auto& y) { return x + y; });
 }
 
+#endif // INSONIFY_STD_SIMD
+
+// Not std::experimental::simd: some of its integer operations are not inlined.
 template <int N>
 using bit_lanes = detail::vector<std::uint32_t, N>;
 
@@ -300,18 +380,20 @@ INSONIFY_FN INSONIFY_INLINE bit_lanes<N> load_bits(const std::uint32_t* from) {
 }
 
 /// 1 / a, correctly rounded also under -ffast-math.
-template <int N>
-INSONIFY_FN INSONIFY_INLINE lanes<N> inverse(const lanes<N>& a) {
+template <class Lanes>
+    requires requires { Lanes::size(); }
+INSONIFY_FN INSONIFY_INLINE Lanes inverse(const Lanes& a) {
 #if __FINITE_MATH_ONLY__ > 0 && !defined(__CUDACC__) // -ffast-math, or a part of it
-    float each[N];
+    constexpr int n = static_cast<int>(Lanes::size());
+    float each[n];
     store(a, each);
     for (float& one : each) {
         one = 1 / one;
         asm("" : "+m"(one)); // prevents a vector division, which is approximate here
     }
-    return load<N>(each);
+    return load<n>(each);
 #else
-    return lanes<N>(1.0F) / a;
+    return Lanes(1.0F) / a;
 #endif
 }
 

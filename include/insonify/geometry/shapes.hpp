@@ -3,6 +3,7 @@
 
 #include <insonify/core/save_macros.hpp>
 
+#include <insonify/geometry/centre_line.hpp>
 #include <insonify/geometry/mesh.hpp>
 #include <insonify/geometry/pose.hpp>
 #include <cmath>
@@ -57,27 +58,6 @@ inline mesh subdivide(const mesh& coarse) {
 }
 
 namespace detail {
-
-/// A unit vector orthogonal to a unit vector: the least parallel coordinate axis, orthogonalized.
-inline vec3 unit_across(vec3 direction) {
-    const vec3 size = abs(direction);
-    const vec3 axis = size.x <= size.y && size.x <= size.z ? vec3{1, 0, 0}
-                      : size.y <= size.z                   ? vec3{0, 1, 0}
-                                                           : vec3{0, 0, 1};
-    return normalize(axis - dot(axis, direction) * direction);
-}
-
-/// @throws geometry_error  for a point that is not finite or too far away
-inline void check_shape_point(const std::string& shape, vec3 p) {
-    if (!is_finite(p) || abs(p) != min(abs(p), vec3{max_translation}))
-        throw geometry_error{shape + ": coordinates must be finite and within 1000 km of the origin"};
-}
-
-/// @throws geometry_error  for a length that is not above 0, or too large; `what` names it
-inline void check_shape_length(const std::string& shape, const std::string& what, float value) {
-    if (!is_finite(value) || !(value > 0) || value > max_translation)
-        throw geometry_error{shape + ": the " + what + " must be above 0 and at most 1000 km"};
-}
 
 /// @throws geometry_error  for more than ten
 inline void check_subdivisions(const std::string& shape, std::uint32_t count) {
@@ -190,13 +170,6 @@ inline mesh make_cylinder(vec3 from, vec3 to, float radius, std::uint32_t segmen
     return detail::checked_shape("make_cylinder", std::move(cylinder));
 }
 
-/// A point of the centre line of a tube, and the ellipse across it.
-struct tube_section {
-    vec3 centre{0, 0, 0};     ///< metres
-    vec2 radii{1e-3F, 1e-3F}; ///< of the ellipse, along its two axes, metres
-    float turn = 0;           ///< of its axes about the line, radians
-};
-
 /// Optional arguments of `make_tube`.
 struct tube_settings {
     /// What closes a tube.
@@ -219,42 +192,11 @@ struct tube_settings {
 /// @param line  at least 2 points, each different from the one before
 /// @throws geometry_error  also where the line bends more sharply than the tube's radius, so that rings would cross
 inline mesh make_tube(const std::vector<tube_section>& line, const tube_settings& settings = {}) {
-    const std::size_t count = line.size();
-    if (count < 2 || count > (1U << 20U))
-        throw geometry_error{"make_tube: `line` has " + std::to_string(count) + " points; give from 2 to 1048576"};
     if (settings.segments < 3 || settings.segments > 4096)
         throw geometry_error{"make_tube: `segments` is " + std::to_string(settings.segments) +
                              "; it must be from 3 to 4096"};
-    if (!is_finite(settings.across))
-        throw geometry_error{"make_tube: `across` is not finite; give a direction across the line, or 0"};
-    for (std::size_t i = 0; i < count; ++i) {
-        detail::check_shape_point("make_tube", line[i].centre);
-        detail::check_shape_length("make_tube", "first of the `radii`", line[i].radii.x);
-        detail::check_shape_length("make_tube", "second of the `radii`", line[i].radii.y);
-        if (!is_finite(line[i].turn)) throw geometry_error{"make_tube: `turn` is not finite; give radians"};
-        if (i > 0)
-            detail::check_shape_length("make_tube", "distance between two points",
-                                       length(line[i].centre - line[i - 1].centre));
-    }
-
-    std::vector<vec3> along(count), across(count);
-    for (std::size_t i = 0; i < count; ++i) {
-        const vec3 before = i > 0 ? normalize(line[i].centre - line[i - 1].centre) : vec3{0, 0, 0};
-        const vec3 after = i + 1 < count ? normalize(line[i + 1].centre - line[i].centre) : vec3{0, 0, 0};
-        if (!(length(before + after) > 0.1F))
-            throw geometry_error{"make_tube: the line turns back at point " + std::to_string(i) +
-                                 "; add points that round the bend"};
-        along[i] = normalize(before + after);
-    }
-    const vec3 wanted = settings.across - dot(settings.across, along[0]) * along[0];
-    across[0] = length(wanted) > 1e-4F * length(settings.across) ? normalize(wanted) : detail::unit_across(along[0]);
-    const auto mirrored = [](vec3 v, vec3 plane) { return v - 2 * dot(v, plane) / dot(plane, plane) * plane; };
-    for (std::size_t i = 1; i < count; ++i) {
-        const vec3 step = line[i].centre - line[i - 1].centre, left = mirrored(along[i - 1], step);
-        vec3 carried = mirrored(across[i - 1], step);
-        if (const vec3 rest = along[i] - left; dot(rest, rest) > 0) carried = mirrored(carried, rest);
-        across[i] = normalize(carried - dot(carried, along[i]) * along[i]);
-    }
+    const std::vector<detail::section_axes> axes = detail::axes_along(line, settings.across, "make_tube");
+    const std::size_t count = line.size();
 
     const bool round = settings.ends == tube_settings::end_shape::round;
     const std::uint32_t cap =
@@ -263,17 +205,16 @@ inline mesh make_tube(const std::vector<tube_section>& line, const tube_settings
     const auto beyond = [&](std::size_t i) { return round ? min(line[i].radii.x, line[i].radii.y) : 0.0F; };
     mesh tube;
     tube.positions.reserve(2 + std::size_t{rings} * settings.segments);
-    tube.positions = {line.front().centre - beyond(0) * along.front(),
-                      line.back().centre + beyond(count - 1) * along.back()};
+    tube.positions = {line.front().centre - beyond(0) * axes.front().along,
+                      line.back().centre + beyond(count - 1) * axes.back().along};
     for (std::uint32_t k = 0; k < settings.segments; ++k) {
         const float angle = 2 * pi * static_cast<float>(k) / static_cast<float>(settings.segments);
         const auto out_at = [&](std::size_t i) {
-            const float c = line[i].radii.x * std::cos(angle), s = line[i].radii.y * std::sin(angle);
-            const float ct = std::cos(line[i].turn), st = std::sin(line[i].turn);
-            return (c * ct - s * st) * across[i] + (c * st + s * ct) * cross(along[i], across[i]);
+            return line[i].radii.x * std::cos(angle) * axes[i].first +
+                   line[i].radii.y * std::sin(angle) * axes[i].second;
         };
         const auto add_cap_ring = [&](std::size_t i, float from_rim, float side) {
-            tube.positions.push_back(line[i].centre + side * beyond(i) * std::sin(from_rim) * along[i] +
+            tube.positions.push_back(line[i].centre + side * beyond(i) * std::sin(from_rim) * axes[i].along +
                                      std::cos(from_rim) * out_at(i));
         };
         const float step = pi / 2 / static_cast<float>(cap);

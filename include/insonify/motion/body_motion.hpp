@@ -5,6 +5,7 @@
 
 #include <insonify/core/error.hpp>
 #include <insonify/core/math.hpp>
+#include <insonify/geometry/centre_line.hpp>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI::detail {
@@ -231,6 +232,56 @@ struct collapse {
 
     friend bool operator==(const collapse&, const collapse&) = default;
 };
+
+/// A map of a straight vessel, `pulsation` or `collapse`, along one that bends, tapers and has elliptical sections.
+///
+///     body.deform(exec::par, bent{centre_line{sections}, pulsation{.time = t}});
+///
+/// Across each place of the line, lengths are scaled so that the section becomes the circle of the straight vessel: an
+/// amplitude of a tenth of its radius is a tenth of the radius everywhere. Points stay in the plane across the line.
+template <class Map>
+struct bent {
+    centre_line line{}; ///< at rest, in the world
+    Map vessel{};       ///< its `from` and `to` do not count
+
+    /// Where a point at rest is now.
+    vec3 operator()(vec3 rest) const {
+        return moved(rest, [](const Map& straight, vec3 point) { return straight(point); });
+    }
+    /// The inverse.
+    vec3 rest_of(vec3 now) const {
+        return moved(now, [](const Map& straight, vec3 point) { return straight.rest_of(point); });
+    }
+
+    /// @throws usage_error  if a setting is out of range
+    void check() const {
+        if (line.empty()) throw usage_error{"bent: `line` is empty; give the sections of the vessel"};
+        vessel.check();
+    }
+
+    friend bool operator==(const bent&, const bent&) = default;
+
+  private:
+    template <class Move>
+    vec3 moved(vec3 point, const Move& move) const {
+        const line_place here = line.place(point);
+        const vec2 scale = vessel.radius / here.radii;
+        const auto across = [&](vec3 v) { return vec2{dot(v, here.first_axis), dot(v, here.second_axis)}; };
+        Map straight = vessel;
+        straight.from = {0, 0, 0};
+        straight.to = {0, 0, 1};
+        if constexpr (requires { straight.direction; }) {
+            const vec2 direction = across(vessel.direction);
+            const bool is_across = length(direction) > 1e-3F * length(vessel.direction);
+            straight.direction = {is_across ? scale * direction : vec2{0, 1}, 0}; // along the line: any is as good
+        }
+        const vec2 before = scale * across(point - here.centre);
+        const vec2 change = (vec2{move(straight, vec3{before, 0})} - before) / scale;
+        return point + change.x * here.first_axis + change.y * here.second_axis;
+    }
+};
+template <class Map>
+bent(centre_line, Map) -> bent<Map>;
 
 /// Displacements on a regular grid, as image registration gives them: a map for `scene::deform`. Trilinear between the
 /// nodes; beyond the grid as at its border.

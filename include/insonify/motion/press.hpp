@@ -21,8 +21,13 @@ namespace insonify::inline INSONIFY_ABI {
 
 namespace detail {
 
-/// Displacement below pressed skin: exponential with depth. @param depth  below the skin at rest, metres
-inline float sunk(float at_skin, float depth, float decay) { return at_skin * std::exp(-max(depth, 0) / decay); }
+/// Displacement below pressed skin: exponential with depth, down to what is stiff.
+/// @param depth  below the skin at rest, metres
+/// @param stop   exp(-S / decay) of the depth S at which the displacement is 0; 0: at none
+inline float sunk(float at_skin, float depth, float decay, float stop = 0) {
+    constexpr float min_part = 1e-6F; // where the skin itself is stiff
+    return at_skin * max(std::exp(-max(depth, 0) / decay) - stop, 0) / max(1 - stop, min_part);
+}
 
 /// How much of the displacement at the edge of a face is left beside it. @param away  from the edge, metres
 inline float beside_face(float away, float recovery) { return std::exp(-away / recovery); }
@@ -84,6 +89,8 @@ struct pressed_face {
     std::array<std::array<float, columns>, rows> depth{}; ///< of the face below the skin at rest, along z, metres
     float decay = 20e-3F;                                 ///< see `indentation`
     float recovery = 8e-3F;                               ///< see `indentation`
+    /// exp(-S / decay), where something stiff, which does not move, lies S metres below the skin; 0: nothing.
+    std::array<std::array<float, columns>, rows> stop{};
 
     /// Where a row and a column are: x and y of the probe, metres.
     vec2 place(std::size_t row, std::size_t column) const {
@@ -93,11 +100,7 @@ struct pressed_face {
     /// z of the face, metres, at x and y of the probe: linear between the columns, and on from the outer ones.
     float surface_at(vec2 place) const { return mixed(height, cell_of(place)); }
     /// Its depth below the skin at rest, likewise.
-    float depth_at(vec2 place) const {
-        const cell at_place = cell_of(place);
-        const float lower = mixed(depth[at_place.row], at_place), upper = mixed(depth[at_place.row + 1], at_place);
-        return lower + at_place.upper * (upper - lower);
-    }
+    float depth_at(vec2 place) const { return mixed(depth, cell_of(place)); }
     /// The column that is nearest to a point of the face.
     std::size_t nearest_column(float x) const {
         const cell at_x = cell_of({x, 0});
@@ -108,41 +111,45 @@ struct pressed_face {
     vec3 operator()(vec3 rest) const {
         const vec3 local = at.local_point(rest);
         const pressed_skin skin = skin_at(local);
-        return rest + at.direction({0, 0, detail::sunk(skin.displacement, local.z - skin.z, decay)});
+        return rest + at.direction({0, 0, detail::sunk(skin.displacement, local.z - skin.z, decay, skin.stop)});
     }
     /// The inverse.
     vec3 rest_of(vec3 now) const {
         const vec3 local = at.local_point(now);
         const pressed_skin skin = skin_at(local); // the same all along z
         return detail::rest_along(
-            [&](float moved) { return detail::sunk(skin.displacement, local.z - moved - skin.z, decay); }, now,
-            at.direction({0, 0, 1}), decay);
+            [&](float moved) { return detail::sunk(skin.displacement, local.z - moved - skin.z, decay, skin.stop); },
+            now, at.direction({0, 0, 1}), decay);
     }
 
     /// @throws usage_error  if a setting is out of range
     void check() const {
         bool valid = is_rigid(at) && is_finite(left) && is_finite(right) && elevation > 0 && decay > 0 && recovery > 0;
         for (const float z : height) valid = valid && is_finite(z);
-        for (const std::array<float, columns>& row : depth)
-            for (const float one : row) valid = valid && one >= 0 && one < decay;
+        for (std::size_t k = 0; k < rows; ++k)
+            for (std::size_t i = 0; i < columns; ++i)
+                valid = valid && stop[k][i] >= 0 && depth[k][i] >= 0 && depth[k][i] < decay * (1 - stop[k][i]);
         if (!valid)
             throw usage_error{
-                "pressed_face: `depth` must be at least 0 and less than `decay` at each point of the face, `left`, "
-                "`right` and `height` finite, `elevation` and `recovery` above 0, and `at` a rigid pose"};
+                "pressed_face: `depth` must be at least 0 and less than `decay` at each point of the face, or than "
+                "`decay` (1 - `stop`) above what is stiff, `left`, `right` and `height` finite, `elevation` and "
+                "`recovery` above 0, and `at` a rigid pose"};
     }
 
     friend bool operator==(const pressed_face&, const pressed_face&) = default;
 
   private:
-    // Where the skin at rest is at some x and y, and how far it is displaced along z.
+    // Where the skin at rest is at some x and y, how far it is displaced along z, and see `stop`.
     struct pressed_skin {
-        float z, displacement;
+        float z, displacement, stop;
     };
     pressed_skin skin_at(vec3 local) const {
         const vec2 place{clamp(local.x, left, right), clamp(local.y, -0.5F * elevation, 0.5F * elevation)};
         const vec2 beside{max(max(left - local.x, local.x - right), 0), max(std::fabs(local.y) - 0.5F * elevation, 0)};
-        const float here = depth_at(place);
-        return {surface_at(place) - here, here * detail::beside_face(length(beside), recovery)};
+        const cell here = cell_of(place);
+        const float pressed = mixed(depth, here);
+        return {mixed(height, here) - pressed, pressed * detail::beside_face(length(beside), recovery),
+                mixed(stop, here)};
     }
 
     struct cell {
@@ -159,11 +166,15 @@ struct pressed_face {
     static float mixed(const std::array<float, columns>& values, const cell& at) {
         return values[at.column] + at.part * (values[at.column + 1] - values[at.column]);
     }
+    static float mixed(const std::array<std::array<float, columns>, rows>& values, const cell& at) {
+        const float lower = mixed(values[at.row], at), upper = mixed(values[at.row + 1], at);
+        return lower + at.upper * (upper - lower);
+    }
 };
 
 namespace detail {
 
-/// Where lines along z through the points of a probe's face leave a body of several surfaces.
+/// Where lines along z through the points of a probe's face leave a body of several surfaces, and meet what is stiff.
 class skin_heights {
   public:
     /// Begins a body. @param face  its pose, edges and heights
@@ -179,15 +190,16 @@ class skin_heights {
     }
 
     /// Adds a closed surface of the body. @param to_world  of its positions
-    void add(std::span<const uvec3> faces, std::span<const vec3> positions, const pose& to_world) {
+    void add(std::span<const uvec3> faces, std::span<const vec3> positions, const pose& to_world, bool is_stiff) {
         const pose to_face = inverse(face_.at) * to_world;
         points_.clear();
         for (const vec3& p : positions) points_.push_back(to_face.point(p));
-        for (const uvec3& corner : faces) find_crossings({points_[corner.x], points_[corner.y], points_[corner.z]});
+        for (const uvec3& corner : faces)
+            find_crossings({points_[corner.x], points_[corner.y], points_[corner.z]}, is_stiff);
         ++surfaces_;
     }
 
-    /// Finishes the body: `depth` may be called.
+    /// Finishes the body: `depth` and `stiff_below` may be called.
     void finish() {
         constexpr float touching = 10e-6F; // layers that touch are one body
         std::sort(crossings_.begin(), crossings_.end(), [](const crossing& a, const crossing& b) {
@@ -207,10 +219,18 @@ class skin_heights {
             inside.toggle(one.surface);
             if (one.behind < 0 || (inside.count == 0 && !ended)) depth = one.behind;
         }
+        std::fill(std::begin(stiff_below_), std::end(stiff_below_), FLT_MAX);
+        for (const crossing& one : crossings_)
+            if (const float below = depth_[one.sample] - one.behind; one.is_stiff && below >= 0)
+                stiff_below_[one.sample] = min(stiff_below_[one.sample], below);
     }
 
     /// How deep a point of the face is below the skin, metres; below 0: how far in front of the face the skin is.
     float depth(std::size_t row, std::size_t column) const { return depth_[row * pressed_face::columns + column]; }
+    /// How far below the skin there is something stiff, metres; FLT_MAX: nothing.
+    float stiff_below(std::size_t row, std::size_t column) const {
+        return stiff_below_[row * pressed_face::columns + column];
+    }
 
   private:
     static constexpr std::size_t samples = pressed_face::rows * pressed_face::columns;
@@ -218,9 +238,10 @@ class skin_heights {
         std::size_t sample;
         float behind; // the face, metres; below 0: in front of it
         std::uint32_t surface;
+        bool is_stiff;
     };
 
-    void find_crossings(const triangle& t) {
+    void find_crossings(const triangle& t, bool is_stiff) {
         const vec3 lower = min(min(t.a, t.b), t.c), upper = max(max(t.a, t.b), t.c);
         const float half = 0.5F * face_.elevation;
         if (upper.x < face_.left || lower.x > face_.right || upper.y < -half || lower.y > half) return;
@@ -231,7 +252,7 @@ class skin_heights {
             for (std::size_t i = first_column; i <= last_column; ++i) {
                 const std::size_t sample = row * pressed_face::columns + i;
                 if (const hit at = intersect(behind_[sample], t))
-                    crossings_.push_back({sample, at.distance, surfaces_});
+                    crossings_.push_back({sample, at.distance, surfaces_, is_stiff});
             }
     }
 
@@ -251,7 +272,7 @@ class skin_heights {
     std::vector<vec3> points_{};
     std::vector<crossing> crossings_{};
     std::vector<std::uint32_t> ranks_{};
-    float depth_[samples] = {};
+    float depth_[samples] = {}, stiff_below_[samples] = {};
 };
 
 } // namespace detail
@@ -279,9 +300,10 @@ struct contact {
 class presser {
   public:
     /// See `insonify::press`. @return valid until the next call
-    template <transducer Probe, std::predicate<object_id> Filter = any_object>
+    template <transducer Probe, std::predicate<object_id> Filter = any_object,
+              std::predicate<object_id> Stiff = no_object>
     const contact& press(const scene& body, const Probe& probe, const pose& at, const press_settings& settings = {},
-                         const Filter& accepts = {}) {
+                         const Filter& accepts = {}, const Stiff& is_stiff = {}) {
         constexpr float behind = 0.05e-3F;
         probe.check();
         body.require_built();
@@ -313,7 +335,7 @@ class presser {
             face.height[i] = probe.beam(last * static_cast<float>(i) / (pressed_face::columns - 1)).origin.z;
         skin_.begin(face);
         for (const object& one : body.objects())
-            if (accepts(one.id)) skin_.add(one.surface.faces, body.rest_positions(one.id), one.at);
+            if (accepts(one.id)) skin_.add(one.surface.faces, body.rest_positions(one.id), one.at, is_stiff(one.id));
         skin_.finish();
         float sum = 0, pressed = 0;
         for (std::size_t row = 0; row < pressed_face::rows; ++row)
@@ -323,12 +345,11 @@ class presser {
                 sum += depth;
                 pressed += depth > 0 ? 1.0F : 0.0F;
                 face.depth[row][i] = max(depth - behind, 0);
+                const float below = skin_.stiff_below(row, i);
+                face.stop[row][i] = below < FLT_MAX ? std::exp(-below / settings.decay) : 0;
+                if (depth > 0 && !(depth < settings.decay * (1 - face.stop[row][i])))
+                    too_deep(depth, below, settings.decay);
             }
-        if (!(found.depth < settings.decay))
-            throw usage_error{
-                detail::joined({"press: the face is ", detail::number_text(found.depth * 1e3F),
-                                " mm deep in the body, more than `decay`: tissue would fold over; raise the "
-                                "probe or `decay`"})};
         constexpr auto points = static_cast<float>(pressed_face::rows * pressed_face::columns);
         found.mean_depth = sum / points;
         found.force = settings.stiffness * found.mean_depth;
@@ -346,6 +367,15 @@ class presser {
     const contact& touch() const { return touch_; } ///< of the last call
 
   private:
+    [[noreturn]] static void too_deep(float depth, float stiff_below, float decay) {
+        const auto text = [](float length) { return detail::number_text(length * 1e3F) + " mm"; };
+        throw usage_error{detail::joined(
+            {"press: the face is ", text(depth), " deep in the body, more than ",
+             stiff_below < FLT_MAX ? "the tissue gives way above what is stiff " + text(stiff_below) + " below the skin"
+                                   : "`decay`, " + text(decay),
+             ": tissue would fold over; raise the probe or `decay`"})};
+    }
+
     contact touch_{};
     detail::skin_heights skin_{}; // where the skin is
 };
@@ -358,13 +388,16 @@ class presser {
 ///
 /// The body is what is inside of any object that is accepted, and not the background. Pressed skin comes to lie 0.05 mm
 /// behind the face, so that lines start in tissue. Costs one pass over the vertices and faces.
-/// @param accepts  bool(object_id): objects that belong to the body, such as all but the needle
-/// @throws usage_error     for a probe or a setting out of range, or a scene that was not built
+/// @param accepts   bool(object_id): objects that belong to the body, such as all but the needle
+/// @param is_stiff  bool(object_id): those of them that do not give way, such as bone: the displacement falls to 0 on
+///                  their surface
+/// @throws usage_error     for a probe or a setting out of range, a scene that was not built, or a face so deep that
+///                         tissue would fold over
 /// @throws geometry_error  for a pose that is not rigid
-template <transducer Probe, std::predicate<object_id> Filter = any_object>
+template <transducer Probe, std::predicate<object_id> Filter = any_object, std::predicate<object_id> Stiff = no_object>
 contact press(const scene& body, const Probe& probe, const pose& at, const press_settings& settings = {},
-              const Filter& accepts = {}) {
-    return presser{}.press(body, probe, at, settings, accepts);
+              const Filter& accepts = {}, const Stiff& is_stiff = {}) {
+    return presser{}.press(body, probe, at, settings, accepts, is_stiff);
 }
 
 /// Two maps for `scene::deform`, one after the other: see `compose`.
@@ -401,6 +434,7 @@ class kept_contact {
         back_.left -= margin;
         back_.right += margin;
         back_.depth = {};
+        back_.stop = {};
         float moved[pressed_face::rows][pressed_face::columns];
         bool touches[pressed_face::rows][pressed_face::columns], away = false;
         for (std::size_t k = 0; k < pressed_face::rows; ++k)

@@ -25,6 +25,8 @@ struct object_settings {
     std::string name{}; ///< for reports, files and error messages; need not be unique
     /// Their direction in coordinates of the object, as built: one, or a function of the point; 0: the mesh's axis.
     fibre_directions fibres{};
+    /// Across their layers, likewise; 0: where the mesh is flattest.
+    layer_normals layer_normal{};
     /// Edges where two faces meet at no more than this are smooth: echoes see a curved surface across them, not facets.
     /// Radians, 0 to pi; 0: every face is a flat mirror.
     float crease_angle = 30_deg;
@@ -83,6 +85,8 @@ inline void check_object(const mesh& surface, const medium& inside, const object
     if (!is_rigid(settings.at)) throw geometry_error{who + "its pose is not a rigid transform; scale the mesh instead"};
     if (!settings.fibres.varies() && !is_finite(settings.fibres({0, 0, 0})))
         throw geometry_error{who + "the direction of its fibres is not finite; give three numbers, or leave it out"};
+    if (!settings.layer_normal.varies() && !is_finite(settings.layer_normal({0, 0, 0})))
+        throw geometry_error{who + "the normal of its layers is not finite; give three numbers, or leave it out"};
     if (!(settings.crease_angle >= 0) || !(settings.crease_angle <= pi))
         throw usage_error{who + "`crease_angle` is " + std::to_string(settings.crease_angle) +
                           " radians; it must be from 0 (every face is flat) to pi; write it as in 30_deg"};

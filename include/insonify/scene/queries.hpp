@@ -36,6 +36,12 @@ struct any_object {
     constexpr bool operator()(object_id) const { return true; }
 };
 
+/// Accepts none.
+struct no_object {
+    /// Always false.
+    constexpr bool operator()(object_id) const { return false; }
+};
+
 namespace detail {
 
 inline surface_point surface_point_at(const object_view& one, std::uint32_t face, float distance, vec3 point) {

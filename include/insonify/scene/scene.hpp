@@ -3,6 +3,7 @@
 
 #include <insonify/core/save_macros.hpp>
 
+#include <insonify/core/memo.hpp>
 #include <insonify/scene/scene_state.hpp>
 #include <algorithm>
 #include <atomic>

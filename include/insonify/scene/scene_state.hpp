@@ -118,7 +118,7 @@ struct object_state : object_past {
         moved = false;
         local_box = tree.box();
         box = placed_box(local_box, of.at);
-        if (of.fibres.varies()) fibres = {of.fibres, local_box, own_axes(of, at_rest)};
+        if (is_curved(of)) fibres = {of.fibres, of.layer_normal, surface_at_rest(of, at_rest), local_box};
         place_structure(of, at_rest);
     }
 
@@ -133,7 +133,7 @@ struct object_state : object_past {
         if (of.inside.structure.empty())
             structure = {};
         else
-            structure = {of.inside.structure, of.fibres.varies() ? mat3{1} : own_axes(of, at_rest)};
+            structure = {of.inside.structure, is_curved(of) ? mat3{1} : own_axes(of, at_rest)};
     }
     /// The same, with a view of the fibres.
     placed_structure placed() const {
@@ -210,10 +210,15 @@ struct object_state : object_past {
         tree_is_current = true;
     }
 
-    mat3 own_axes(const object& of, view<const vec3> at_rest) const {
+    static bool is_curved(const object& of) { return of.fibres.varies() || of.layer_normal.varies(); }
+    static mesh_view surface_at_rest(const object& of, view<const vec3> at_rest) {
         mesh_view surface{of.surface};
         if (!at_rest.empty()) surface.positions = at_rest;
-        return structure_axes(surface, local_box, of.fibres(local_box.centre()));
+        return surface;
+    }
+    mat3 own_axes(const object& of, view<const vec3> at_rest) const {
+        return aligned(axes_of(surface_at_rest(of, at_rest), local_box), of.fibres({0, 0, 0}),
+                       of.layer_normal({0, 0, 0}));
     }
 };
 

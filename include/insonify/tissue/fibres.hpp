@@ -48,6 +48,28 @@ class fibre_directions {
     vec3 (*call_)(const void*, vec3) = nullptr;
 };
 
+/// The layers of an object are parallel to its surface: see `layer_normals`.
+struct own_surface {};
+
+/// The direction across the layers of an object, the z of its `structure`, in its coordinates and of any length: one
+/// for all, a function of the point, or the normal of its surface, continued smoothly inwards.
+///
+///     body.add(surface, tissue::fat, {.layer_normal = {0, 0, 1}});
+///     body.add(surface, tissue::fat, {.layer_normal = own_surface{}}); // septa run around the limb
+class layer_normals : public fibre_directions {
+  public:
+    using fibre_directions::fibre_directions;              ///< none, or 0: where the mesh is flattest
+    layer_normals(own_surface) : follows_surface_{true} {} ///< of the surface of the object
+
+    /// Whether it is that of the surface.
+    bool follows_surface() const { return follows_surface_; }
+    /// Whether it differs from point to point.
+    bool varies() const { return follows_surface_ || fibre_directions::varies(); }
+
+  private:
+    bool follows_surface_ = false;
+};
+
 namespace detail {
 
 /// A symmetric matrix.
@@ -133,11 +155,24 @@ inline mat3 aligned(const mat3& axes, vec3 fibres) {
     return mat3{along, cross(upright, along), upright};
 }
 
-/// The axes of an object: of its moments of inertia, the least along the fibres, unless these are given.
-inline mat3 structure_axes(const mesh_view& surface, const aabb& box, vec3 fibres) {
+/// The same, with the last axis along `normal`, if that is not 0. Without fibres the first one stays as it was, as far
+/// as possible. The middle one never points against the one before, so that it is continuous around a limb.
+inline mat3 aligned(const mat3& axes, vec3 fibres, vec3 normal) {
+    if (normal == vec3{0, 0, 0}) return aligned(axes, fibres);
+    const vec3 across = normalize(normal);
+    const auto in_layer = [&](vec3 v) { return v - dot(v, across) * across; };
+    const bool first_lies_in = dot(in_layer(axes[0]), in_layer(axes[0])) > 0.1F;
+    mat3 own = aligned(mat3{axes[0], axes[1], across},
+                       fibres != vec3{0, 0, 0} ? fibres : in_layer(first_lies_in ? axes[0] : axes[1]));
+    if (dot(own[1], axes[1]) < 0) own[1] = -own[1];
+    return own;
+}
+
+/// The axes of an object's moments of inertia, the longest first.
+inline mat3 axes_of(const mesh_view& surface, const aabb& box) {
     const symmetric3 moments = volume_covariance(surface, box);
     const double trace = moments.at[0][0] + moments.at[1][1] + moments.at[2][2];
-    return aligned(trace > 0 && trace < 1e30 ? principal_axes(moments) : axes_of(box), fibres);
+    return trace > 0 && trace < 1e30 ? principal_axes(moments) : axes_of(box);
 }
 
 /// Coordinates in which the fibres of an object are straight.
@@ -151,23 +186,29 @@ class fibre_grid {
   public:
     fibre_grid() = default; ///< of straight fibres
 
-    /// @param box   of the object
-    /// @param axes  of the object: the last one where it is flattest
-    fibre_grid(const fibre_directions& fibres, const aabb& box, const mat3& axes) {
-        if (!fibres.varies() || box.empty()) return;
+    /// @param box  of the surface
+    fibre_grid(const fibre_directions& fibres, const layer_normals& layers, const mesh_view& surface, const aabb& box) {
+        if (!(fibres.varies() || layers.varies()) || box.empty()) return;
         const vec3 size = max(box.size(), vec3{1e-4F});
         spacing_ = std::fmax(std::cbrt(size.x * size.y * size.z / max_cells), 0.5e-3F);
         for (int i = 0; i < 3; ++i) count_[i] = static_cast<std::uint32_t>(std::ceil(size[i] / spacing_)) + 2;
         origin_ = box.centre() - 0.5F * spacing_ * vec3{count_ - 1U};
+        const mat3 axes = axes_of(surface, box);
+        const std::vector<vec3> normals = layers.follows_surface() ? normals_inside(surface) : std::vector<vec3>{};
         std::vector<mat3> targets(cells());
         for (std::size_t cell = 0; cell < targets.size(); ++cell) {
             const vec3 centre = node_position(first_node(cell)) + vec3{0.5F * spacing_};
-            const vec3 along = fibres(max(box.lower, min(centre, box.upper)));
-            if (!is_finite(along) || !(length(along) > 0))
-                throw geometry_error{
-                    "scene: `fibres` of an object is a function that returns 0 or a direction that is not finite; "
-                    "it must return a direction in the whole box around the object"};
-            targets[cell] = aligned(axes, along);
+            const auto direction = [&](const fibre_directions& own, const char* name) {
+                const vec3 found = own(max(box.lower, min(centre, box.upper)));
+                if (!is_finite(found) || (own.varies() && !(length(found) > 0)))
+                    throw geometry_error{joined(
+                        {"scene: `", name,
+                         "` of an object is a function that returns 0 or a direction that is not finite; it must "
+                         "return a direction in the whole box around the object"})};
+                return found;
+            };
+            targets[cell] = aligned(axes, direction(fibres, "fibres"),
+                                    normals.empty() ? direction(layers, "layer_normal") : normals[cell]);
         }
         nodes_.resize(std::size_t{count_.x} * count_.y * count_.z);
         for (int coordinate = 0; coordinate < 3; ++coordinate) solve(targets, coordinate);
@@ -190,6 +231,40 @@ class fibre_grid {
         return origin_ + spacing_ * vec3{static_cast<float>(node % count_.x), static_cast<float>(rest % count_.y),
                                          static_cast<float>(rest / count_.y)};
     }
+    // The normal of the surface at each cell: the mean of the normals of its faces, where there are any, and elsewhere
+    // continued by Laplace's equation.
+    std::vector<vec3> normals_inside(const mesh_view& surface) const {
+        constexpr int sweeps = 60; // of Gauss-Seidel: three times the cells along one axis
+        const uvec3 size = count_ - 1U;
+        std::vector<vec3> normals(cells(), vec3{0, 0, 0});
+        for (std::size_t i = 0; i < surface.size(); ++i) {
+            const triangle face = surface[i];
+            const vec3 place = ((face.a + face.b + face.c) / 3.0F - origin_) / spacing_;
+            const uvec3 at{min(max(place, vec3{0}), vec3{size - 1U})};
+            normals[at.x + size.x * (at.y + std::size_t{size.y} * at.z)] += area_vector(face);
+        }
+        std::vector<std::uint8_t> is_given(cells());
+        for (std::size_t cell = 0; cell < normals.size(); ++cell) {
+            is_given[cell] = length(normals[cell]) > 0;
+            if (is_given[cell]) normals[cell] = normalize(normals[cell]);
+        }
+        for (int sweep = 0; sweep < sweeps; ++sweep)
+            for (std::size_t cell = 0, z = 0; z < size.z; ++z)
+                for (std::size_t y = 0; y < size.y; ++y)
+                    for (std::size_t x = 0; x < size.x; ++x, ++cell) {
+                        if (is_given[cell]) continue;
+                        const auto beside = [&](std::size_t i, std::size_t count, std::size_t stride) {
+                            return normals[i > 0 ? cell - stride : cell] +
+                                   normals[i + 1 < count ? cell + stride : cell];
+                        };
+                        normals[cell] = (beside(x, size.x, 1) + beside(y, size.y, size.x) +
+                                         beside(z, size.z, std::size_t{size.x} * size.y)) /
+                                        6.0F;
+                    }
+        for (vec3& normal : normals) normal = length(normal) > 1e-6F ? normalize(normal) : vec3{0, 0, 0};
+        return normals;
+    }
+
     /// The gradient at the middle of a cell, and what a field has besides that vanishes there: its twists, along two
     /// axes at a time and along all three.
     struct slope {

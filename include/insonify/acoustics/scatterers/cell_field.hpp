@@ -301,20 +301,25 @@ INSONIFY_FN inline vec3 resolvable(vec3 point, float cell, float spacing) {
     return size.x < max_coordinate && size.y < max_coordinate && size.z < max_coordinate ? point : vec3{0, 0, 0};
 }
 
-/// Part of a line as it was at rest, which is curved where tissue is deformed or its fibres are curved: points at equal
-/// steps, of which the last may be up to half a step shorter or longer.
+/// Part of a line as it was at rest, which is curved where tissue is deformed: points at equal steps, of which the last
+/// may be up to half a step shorter or longer.
 class rest_curve {
   public:
     /// @param begin  metres along the line
     /// @param end    metres along the line; the curve ends before it where it would have too many points
-    INSONIFY_FN rest_curve(const material_line& line, float begin, float end) : begin_{begin} {
+    /// @param chart  in whose coordinates it is; null: those of the object
+    INSONIFY_FN rest_curve(const material_line& line, float begin, float end, const fibre_chart* chart)
+        : begin_{begin} {
         step_ = line.chart() != nullptr ? of_fibres : FLT_MAX;
         if (line.displacement != nullptr) step_ = min(step_, line.displacement->straight_length);
         step_ /= length(line.along);
         const float steps = (end - begin) / step_;
         last_ = static_cast<std::uint32_t>(clamp(steps + 0.5F, 1, max_steps));
         end_ = steps < static_cast<float>(max_steps) + 0.5F ? end : begin + static_cast<float>(max_steps) * step_;
-        for (std::uint32_t i = 0; i <= last_; ++i) point_[i] = line.rest(line.at(distance(i)));
+        for (std::uint32_t i = 0; i <= last_; ++i) {
+            const vec3 rest = line.rest(line.at(distance(i)));
+            point_[i] = chart == nullptr ? rest : (*chart)(rest);
+        }
     }
 
     INSONIFY_FN std::uint32_t last() const { return last_; }
@@ -457,8 +462,11 @@ struct cell_field {
             });
         }
         for (float from = begin; from < end;) {
-            const detail::rest_curve curve{line, from, end};
-            scatter_curved(line, curve, spacing, emit);
+            const detail::rest_curve curve{line, from, end, nullptr};
+            if (line.chart() == nullptr)
+                scatter_curved(line, curve, curve, spacing, emit);
+            else
+                scatter_curved(line, curve, detail::rest_curve{line, from, end, line.chart()}, spacing, emit);
             from = curve.distance(curve.last());
         }
     }
@@ -526,21 +534,24 @@ struct cell_field {
     INSONIFY_FN detail::rest_line rest_at(const material_line& line, float distance, float spacing) const {
         detail::rest_line rest{line, cross(line.elevation, line.along)};
         vec3 point = line.at(distance);
-        const auto turn = [&](const auto& turned) {
-            for (vec3* each : {&rest.along, &rest.elevation, &rest.lateral, &rest.steering}) *each = turned(*each);
-        };
         if (line.displacement != nullptr) {
-            turn([gradient = line.displacement->gradient(point)](vec3 each) { return gradient * each; });
+            const mat3 gradient = line.displacement->gradient(point);
+            for (vec3* each : {&rest.along, &rest.elevation, &rest.lateral, &rest.steering}) *each = gradient * *each;
             point = line.displacement->rest(point);
         }
+        rest.origin = detail::resolvable(point, cell, spacing);
+        return rest;
+    }
+    // The same in the coordinates in which the fibres of its structure are straight.
+    INSONIFY_FN detail::rest_line structure_at(const material_line& line, float distance, float spacing) const {
+        detail::rest_line rest = rest_at(line, distance, spacing);
         if (const fibre_chart* const chart = line.chart()) {
             constexpr float step = 0.5e-3F; // metres
-            turn([&](vec3 each) {
-                return ((*chart)(point + step * each) - (*chart)(point - step * each)) * (0.5F / step);
-            });
-            point = (*chart)(point);
+            const vec3 point = rest.origin;
+            for (vec3* each : {&rest.along, &rest.elevation, &rest.lateral, &rest.steering})
+                *each = ((*chart)(point + step * *each) - (*chart)(point - step * *each)) * (0.5F / step);
+            rest.origin = (*chart)(point);
         }
-        rest.origin = detail::resolvable(point, cell, spacing);
         return rest;
     }
 
@@ -555,25 +566,30 @@ struct cell_field {
 
     // Straight from point to point of a curve: over short pieces for the scatterers, whose phases count, and over
     // longer ones for the structure.
+    // @param charted  the curve in the coordinates of the structure
     template <class Emit>
-    INSONIFY_FN void scatter_curved(const material_line& line, const detail::rest_curve& curve, float spacing,
-                                    Emit&& emit) const {
-        const auto segment = [&](std::uint32_t from, std::uint32_t to) {
-            detail::rest_line rest = rest_at(line, 0.5F * (curve.distance(from) + curve.distance(to)), spacing);
-            rest.origin = detail::resolvable(curve.point(from), cell, spacing);
-            rest.along = curve.along(from, to);
+    INSONIFY_FN void scatter_curved(const material_line& line, const detail::rest_curve& curve,
+                                    const detail::rest_curve& charted, float spacing, Emit&& emit) const {
+        const auto segment = [&](detail::rest_line rest, const detail::rest_curve& of, std::uint32_t from,
+                                 std::uint32_t to) {
+            rest.origin = detail::resolvable(of.point(from), cell, spacing);
+            rest.along = of.along(from, to);
             return rest;
+        };
+        const auto middle = [&](std::uint32_t from, std::uint32_t to) {
+            return 0.5F * (curve.distance(from) + curve.distance(to));
         };
         for (std::uint32_t first = 0; first < curve.last();) {
             const std::uint32_t last =
                 line.structure == nullptr
                     ? curve.last()
-                    : curve.straight_until(first, curve.last(), 0.5F * detail::gain_spacing(line.structure->of));
-            with_structure(segment(first, last), curve.distance(first), curve.distance(last),
-                           [&](detail::structured_line* structure) {
+                    : charted.straight_until(first, curve.last(), 0.5F * detail::gain_spacing(line.structure->of));
+            with_structure(segment(structure_at(line, middle(first, last), spacing), charted, first, last),
+                           curve.distance(first), curve.distance(last), [&](detail::structured_line* structure) {
                                for (std::uint32_t from = first; from < last;) {
                                    const std::uint32_t to = curve.straight_until(from, last, spacing / 16);
-                                   const detail::rest_line rest = segment(from, to);
+                                   const detail::rest_line rest =
+                                       segment(rest_at(line, middle(from, to), spacing), curve, from, to);
                                    if (rest.along != vec3{0, 0, 0})
                                        scatter_slabs(rest, curve.distance(from), curve.distance(to), spacing, structure,
                                                      emit);

@@ -44,12 +44,9 @@ struct material_line {
     INSONIFY_FN const fibre_chart* chart() const {
         return structure == nullptr || structure->chart.empty() ? nullptr : &structure->chart;
     }
-    /// Where tissue that is now at a point was at rest, in coordinates in which its fibres are straight.
-    INSONIFY_FN vec3 rest(vec3 now) const {
-        const vec3 moved = displacement == nullptr ? now : displacement->rest(now);
-        return chart() == nullptr ? moved : (*chart())(moved);
-    }
-    /// Whether a straight line may have been a curve there.
+    /// Where tissue that is now at a point was at rest.
+    INSONIFY_FN vec3 rest(vec3 now) const { return displacement == nullptr ? now : displacement->rest(now); }
+    /// Whether a straight line may have been a curve there, or may be one in the coordinates of its structure.
     INSONIFY_FN bool bends() const { return displacement != nullptr || chart() != nullptr; }
 };
 
