@@ -57,8 +57,7 @@ struct curved_echo {
 ///     s += a exp(-j 4 pi f0 z / c0)
 ///
 /// for an echo of amplitude a at displayed depth z, in metres, f0 in hertz and c0 = `display_speed` in m/s; it is
-/// divided linearly between the two neighbouring samples. Sample k lies at depth (k + 1/2) * spacing. The phase is
-/// reduced in cycles, in double precision, so it is accurate at any depth.
+/// divided linearly between the two neighbouring samples. Sample k lies at depth (k + 1/2) * spacing.
 ///
 /// Models call `surface` or `curved_surface`, `rough_surface` and `scatterers`, and receive any type with these and
 /// `depth`. The tracer substitutes one that compensates for the kernels of later stages.

@@ -163,8 +163,7 @@ INSONIFY_FN void pass(const Model& model, const traced_line& line, const layer& 
 ///
 ///     y = T (T' +- sqrt(-T T'')) / -(T'^2 + T T'')
 ///
-/// Of a strip with the power exp(-y^2 / s^2), what lies outside them passes. Facets do not curve: an obstacle whose
-/// normals are not smooth lets nothing pass.
+/// Of a strip with the power exp(-y^2 / s^2), what lies outside them passes; nothing beside facets, which do not curve.
 /// @param obstacle  a layer between two surfaces that are the object's own
 /// @param behind    the next one
 /// @param strip     s, metres

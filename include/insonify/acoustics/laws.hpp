@@ -133,11 +133,8 @@ INSONIFY_FN inline vec3 refracted(vec3 direction, vec3 normal, const medium& bef
 /// Z = density times sound speed in rayl; i and t are the angles of incidence and of refraction. At and beyond the
 /// critical angle r = 1 and T = 0; the phase of the echo and the evanescent wave are neglected. T is also the product
 /// of p there and back: the fraction of an echo's amplitude that survives both crossings. For media of equal sound
-/// speed r = (density2 - density1) / (density2 + density1) at every angle, exactly 0 for equal media.
-///
-/// r and T are quotients of the same two terms, so R + T = 1 within a few roundings. The rounding error of these terms
-/// is equivalent to that of the angle; it is noticeable only near the critical angle, where the slope of r is infinite.
-/// Source: Kinsler et al., Fundamentals of Acoustics, 4th edition, chapter 6.
+/// speed r = (density2 - density1) / (density2 + density1) at every angle, exactly 0 for equal media. R + T = 1 within
+/// a few roundings. Source: Kinsler et al., Fundamentals of Acoustics, 4th edition, chapter 6.
 struct fresnel {
     /// r: signed pressure of the echo relative to the incident pressure, -1 to 1.
     /// @param cosine  of the angle of incidence, 0 to 1; also below

@@ -34,8 +34,8 @@ struct large_allocator {
     template <class Other>
     large_allocator(const large_allocator<Other>&) {}
 
-    /// Aligned here because aligned allocations rarely reuse freed memory: the system would clear new pages for every
-    /// tree. What `operator new` returned is stored before the first element.
+    /// Aligned here because aligned allocations rarely reuse freed memory. What `operator new` returned is stored
+    /// before the first element.
     T* allocate(std::size_t count) {
         constexpr std::size_t page = std::size_t{2} << 20U; // bytes; smaller arrays use ordinary pages
         constexpr std::size_t line = 64;                    // a cache line

@@ -191,8 +191,8 @@ struct ray_packet : packet_bounds<N> {
     /// Loads coherent rays from the first of `count` on. @return how many: whole groups, or 0
     ///
     /// Rays are coherent where they are valid, share their dominant axis and sign along it, begin at 0 or later, and
-    /// form a row that, halfway through the box, is at most 8 leaves long (4 for a single group) and 2 wide: in longer
-    /// rows, rays traverse nodes that only their neighbours enter (measured by bench_ratios).
+    /// form a row that, halfway through the box, is at most 8 leaves long (4 for a single group) and 2 wide (measured
+    /// by bench_ratios).
     /// @param box  around all primitives
     std::size_t prepare(const ray* first, std::size_t count, const aabb& box, float max_abs_coordinate,
                         float leaf_size) {

@@ -130,8 +130,7 @@ using exec::for_each_index;
 namespace detail {
 
 /// Type-erased reference to a policy. Code written for it is compiled once for all policies that agree on SIMD, so
-/// their results are bit-equal; separate instantiations may differ, since a compiler contracts a * b + c differently
-/// from one to the next.
+/// their results are bit-equal whatever a compiler contracts.
 /// @tparam Unsequenced  whether the policy permits SIMD
 template <bool Unsequenced>
 class any_policy {

@@ -11,8 +11,7 @@
 namespace insonify::inline INSONIFY_ABI::detail {
 
 /// Inverse of a map that displaces all points along one direction and does not fold over: along a line in that
-/// direction the displacement then falls by less than one to one, so that there is one solution, which is bracketed.
-/// Unlike Newton's method in space it needs no derivative, and edges of the map, where its slope jumps, do no harm.
+/// direction the displacement falls by less than one to one, so that there is one solution, which is bracketed.
 /// @param displacement  displacement(moved): of the point `now` - `moved` * `direction`, metres
 /// @param direction     of length 1
 /// @param max           upper bound of the displacement, metres

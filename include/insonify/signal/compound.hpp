@@ -44,10 +44,9 @@ struct compound_settings {
 
 /// Acquires the looks of a frame and averages their amplitudes on the lines of the probe, weighted.
 ///
-/// Amplitudes are averaged before log compression, so the mean level stays. They are averaged along scan lines rather
-/// than in pixels, so the stages that follow see ordinary lines of the probe, whatever the number of looks, and each
-/// look has had the time gain of its own depths. The weight of a look falls to 0 towards its sides: where it ends
-/// inside the image there is no step.
+/// Amplitudes are averaged before log compression, so the mean level stays, and along scan lines, so the stages that
+/// follow see ordinary lines of the probe. The weight of a look falls to 0 towards its sides: where it ends inside the
+/// image there is no step.
 ///
 /// The lines of the probe must be equally far apart on a plane or round face, as those of all arrays but radial ones.
 template <transducer Probe>

@@ -178,8 +178,8 @@ struct object_segment {
     }
 };
 
-/// One lattice of sheets along a segment of a line. Most points of a line are outside every sheet, so the cells that
-/// the line passes are listed, layer by layer and row by row, and only the points inside their sheets are evaluated.
+/// One lattice of sheets along a segment of a line. The cells that the line passes are listed, layer by layer and row
+/// by row, and only the points inside their sheets are evaluated.
 class sheet_crossings {
     using floats = wide_floats;
     using bits = wide_bits;

@@ -104,12 +104,9 @@ struct poisson_numbers {
 
 namespace detail {
 
-/// The grid of a `cell_field` is fine along the viewing direction and coarse across it. Grids exist for a lattice of
-/// directions; each line uses, slab by slab, a random one of the four around its own. Thus speckle persists while a
-/// probe turns a little, and decorrelates gradually as it turns further.
-///
-/// Lattice directions lie on the six faces of a cube, an eighth of half an edge apart: 7 degrees in the middle of a
-/// face.
+/// The grid of a `cell_field` is fine along the viewing direction and coarse across it. Each line uses, slab by slab, a
+/// random one of the four lattice directions around its own, so that speckle decorrelates gradually as a probe turns.
+/// They lie on the six faces of a cube, an eighth of half an edge apart: 7 degrees in the middle of a face.
 inline constexpr float view_steps = 8;
 
 /// Probability that two lines at this angle, radians, choose the same direction in a slab. Exact in the middle of a
@@ -144,7 +141,7 @@ INSONIFY_FN inline double slab_position(vec3 point) {
     return static_cast<double>(dot(point, vec3{0.48F, 0.6F, 0.64F}) / 2e-3F);
 }
 
-/// A straight segment of a line in the undeformed material: per metre of the line now, or across it.
+/// A straight segment of a line in the undeformed material.
 struct rest_line : material_line {
     vec3 lateral{1, 0, 0}; ///< metres of material per metre across the line in the slice plane
 };
@@ -568,7 +565,7 @@ struct cell_field {
     }
 
     // Straight from point to point of a curve: over short pieces for the scatterers, whose phases count, and over
-    // longer ones for the structure, which is displaced by less than 0.07 mm between their ends.
+    // longer ones for the structure.
     // @param charted  the curve in the coordinates of the structure
     template <class Emit>
     INSONIFY_FN void scatter_curved(const material_line& line, const detail::rest_curve& curve,

@@ -59,9 +59,8 @@ void sum_taps(view<const tap> taps, const vec2* from, vec2* to, std::size_t coun
 
 /// FIR filter with the envelope of a pulse along a line of complex samples, with one result for every D samples.
 ///
-/// Result k is at the centre of samples k D to k D + D - 1; for an even D this is between two samples. A line is stored
-/// as D polyphase rows (samples 0, D, 2 D, ..., then 1, D + 1, ...), each padded with zeros, so that a tap reads
-/// consecutive samples for consecutive results.
+/// Result k is at the centre of samples k D to k D + D - 1. A line is stored as D polyphase rows (samples 0, D, 2 D,
+/// ..., then 1, D + 1, ...), each padded with zeros, so that a tap reads consecutive samples for consecutive results.
 class axial_kernel {
   public:
     /// Recomputes the kernel in the same memory. @param envelope  in units of samples
@@ -288,9 +287,8 @@ inline lateral_kernel make_lateral_kernel(const probe_settings& probe, const acq
 ///     line  -H ... -1 | 0 ... lines - 1 | lines ... lines - 1 + H
 ///           zeros, or for a full circle the lines from the other end
 ///
-/// The samples of a line are contiguous and each has its own weights, so that SIMD works along the line. Across steered
-/// lines the filter follows the wave front: it reads neighbours a few samples above or below, which are copied too, and
-/// with the phase that they have at the same wave front.
+/// SIMD works along the line: each sample has its own weights. Across steered lines the filter follows the wave front:
+/// it reads neighbours a few samples above or below, with the phase that they have at the same wave front.
 class lateral_slab {
   public:
     static constexpr std::size_t samples = 32;

@@ -110,8 +110,7 @@ struct line_turn {
     }
 
   private:
-    // Near the face a shifted line may approach the apex; there its depth grows evenly from 0. At F-numbers from 1.25
-    // on, the points that it reaches lie further away.
+    // Near the face a shifted line may approach the apex; there its depth grows evenly from 0.
     INSONIFY_FN float near_face() const { return 1.5F * std::fabs(shift); }
     // Of a point of a shifted line from the apex.
     INSONIFY_FN float distance(float length) const {
@@ -251,8 +250,7 @@ class turned_fan {
     }
 
   private:
-    // Moves points across the lines so that the turned line through each becomes the straight one: what a turned line
-    // crosses is what the straight one crosses after points were moved.
+    // Moves points across the lines so that the turned line through each becomes the straight one.
     INSONIFY_INLINE point_lanes straightened(const point_lanes& p) const {
         using floats = point_lanes::floats;
         const face_shape& face = turn_.face;

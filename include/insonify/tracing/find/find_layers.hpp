@@ -83,9 +83,8 @@ class cut_normals {
     std::vector<wanted> wanted_{};
 };
 
-/// Finds the layers of all lines of a frame. All lines of a plane lie in one slice of the scene: an object is cut by
-/// the slices once and the segments are distributed over the lines, or a ray is traced for each line. Keeps its memory
-/// from frame to frame.
+/// Finds the layers of all lines of a frame, for each object by slices or by rays. Keeps its memory from frame to
+/// frame.
 class layer_finder {
   public:
     /// Takes over the lines of a probe. @return whether slices contain them: see `slice_finder`

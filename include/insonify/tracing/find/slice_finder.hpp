@@ -52,8 +52,8 @@ class counted_lists {
 /// distances.
 using crossing_lists = counted_lists<crossing>;
 
-/// Finds the crossings of all lines of a frame at once: cuts the scene by the slices that contain the lines and
-/// distributes the segments over the lines. Keeps its memory from frame to frame.
+/// Cuts the scene by the slices that contain the lines of a frame and distributes the segments over the lines. Keeps
+/// its memory from frame to frame.
 class slice_finder {
   public:
     static constexpr int block = static_cast<int>(lines_per_block);
