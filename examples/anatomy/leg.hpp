@@ -2,7 +2,6 @@
 #define INSONIFY_EXAMPLES_ANATOMY_LEG_HPP
 
 #include <insonify/examinations.hpp>
-#include "media.hpp"
 #include "region.hpp"
 #include "shapes.hpp"
 #include <cmath>
@@ -70,13 +69,32 @@ struct leg {
 
 namespace detail {
 
-/// The muscles of a limb: their outlines drop out where they lie along the beam, and fascia is all that is between them.
+/// The media of a limb whose borders are softer than those of `tissue`: in images, outlines drop out where they lie
+/// along the beam, and vary along it. Levels by convention.
+/// @{
+/// Fascicles are flattened, so that their sheaths are short lines across the fibres.
 inline constexpr medium limb_muscle = [] {
     medium made = tissue::muscle;
     made.roughness = 6_um;
     made.structure.sheath = {.thickness = 0.8_mm, .level_db = 21, .diffuse_db = -16};
+    made.structure.sheets.cell = {21_mm, 3.6_mm, 2_mm};
+    made.structure.sheets.turn = 0.8F;
     return made;
 }();
+/// Subcutaneous.
+inline constexpr medium limb_fat = [] {
+    medium made = tissue::fat;
+    made.roughness = 9_um;
+    return made;
+}();
+/// A deep fascia: dense, but thinner than a pulse.
+inline constexpr medium limb_fascia{1050, 1560, 1.5_dB_per_cm, 1, amplitude_of_decibels(1), 7_um};
+/// Fatty tissue between muscles and around vessels.
+inline constexpr medium fatty_tissue{
+    1010, 1525, 0.8_dB_per_cm, 1, amplitude_of_decibels(-5), 7_um, 0, tissue::connective_structure};
+/// The outermost layer of the wall of an artery in fatty tissue, which it fades into.
+inline constexpr medium soft_adventitia{1030, 1535, 1.0_dB_per_cm, 1, amplitude_of_decibels(-2), 6_um};
+/// @}
 
 /// A part of the leg: what surrounds its muscles, and how its own coordinates lie in the body.
 ///
@@ -125,7 +143,7 @@ struct leg_builder {
     swept nerve{};          ///< femoral
 
     static constexpr float thigh_top = -46_mm, thigh_bottom = 226_mm, calf_top = -20_mm, calf_bottom = 208_mm;
-    static constexpr float adventitia = 0.5_mm;
+    static constexpr float adventitia = 0.5_mm, fascia_uneven = 0.45F;
     static constexpr float vastus_angle = 48_deg, gastrocnemius_angle = 32_deg; ///< of their views
 
     explicit leg_builder(const leg& parameters) : of{parameters}, m{parameters.muscle} {
@@ -211,7 +229,7 @@ struct leg_builder {
     }
 
     void add_skin() {
-        const float coarse = cell(3.6_mm);
+        const float coarse = cell(4.4_mm);
         mesh gel, skin;
         std::uint64_t number = 1;
         for (const limb* part : {&thigh, &calf}) {
@@ -219,7 +237,7 @@ struct leg_builder {
             outside.start = outside.end = 2_mm;
             outside.waves = 0.12_mm;
             outside.seed = seed + number++;
-            append(gel, placed(*part, outside.surface(coarse, part->fat + of.skin + 7_mm)));
+            append(gel, placed(*part, outside.surface(1.6F * coarse, part->fat + of.skin + 7_mm)));
             append(skin, placed(*part, outside.surface(coarse, part->fat + of.skin)));
         }
         made.anatomy.add(std::move(gel), tissue::gel, {.priority = -1000, .name = "gel"});
@@ -233,16 +251,17 @@ struct leg_builder {
             outside.waves = 0.2_mm;
             outside.seed = seed + number++;
             const vec3 n = limb::inward(part.shape, 0.5F * (from + to), angle);
-            add(part, outside.surface(coarse, part.fat), tissue::fat, 0, name, "skin", {n.z, 0, -n.x});
+            add(part, outside.surface(coarse, part.fat), limb_fat, 0, name, "skin", {n.z, 0, -n.x});
         };
-        add_fat(thigh, thigh_top + 1_mm, 90_mm, 0, "fat of the groin");
-        add_fat(thigh, 76_mm, thigh_bottom - 1_mm, vastus_angle, "fat of the thigh");
+        add_fat(thigh, thigh_top + 1_mm, 130_mm, 0, "fat of the groin");
+        add_fat(thigh, 62_mm, thigh_bottom - 1_mm, vastus_angle, "fat of the thigh");
         add_fat(calf, calf_top + 1_mm, calf_bottom - 1_mm, 0.5F * gastrocnemius_angle, "fat of the calf");
         for (const limb* part : {&thigh, &calf}) {
             const std::string name = part->from_behind ? "crural fascia" : "fascia lata";
-            add(*part, part->fascia.surface(coarse), tissue::fascia, 1, name, "skin");
-            add(*part, part->fascia.surface(coarse, -part->fascia_size), media::deep_fascia, 1, compartments(*part),
-                name, {0, 1, 0});
+            mesh outer = part->fascia.surface(coarse);
+            mesh inner = grown(outer, -part->fascia_size, fascia_uneven, 9_mm, seed + number++);
+            add(*part, std::move(outer), limb_fascia, 1, name, "skin");
+            add(*part, std::move(inner), fatty_tissue, 1, compartments(*part), name, {0, 1, 0});
         }
     }
 
@@ -260,7 +279,7 @@ struct leg_builder {
                     float size, const Depth& top) {
         mesh surface = confined(shape.surface(cell(size)), top, 0.2_mm);
         surface = confined(
-            std::move(surface), [&](vec3 p) { return part.depth(p); }, 0.25_mm);
+            std::move(surface), [&](vec3 p) { return part.depth(p); }, 0.12_mm + fascia_uneven * part.fascia_size);
         add(part, std::move(surface), limb_muscle, priority, name, compartments(part), fibres);
     }
     void add_muscle(const limb& part, const swept& shape, int priority, const std::string& name,
@@ -277,7 +296,7 @@ struct leg_builder {
     float iliac_depth(float x, float y) const {
         const float r = 0.5F * of.artery + of.wall + adventitia;
         const float lateral = 10.2_mm * m + 0.05F * max(x - 14_mm, 0), medial = artery_depth + r + 1.6_mm;
-        const float side = ramp(x, r - 2.5_mm, r + 3_mm);
+        const float side = ramp(x, r - 5_mm, r + 3.5_mm);
         return medial + side * (lateral - medial) + 0.1F * max(y, 0) + 0.25_mm * noise(seed + 50, {x, y, 0}, 12_mm);
     }
 
@@ -415,10 +434,10 @@ struct leg_builder {
                 const float v = static_cast<float>(row) / static_cast<float>(rows - 1);
                 const float x = (-14_mm + 60_mm * u) * m, y = thigh_top + 5_mm + 100_mm * v;
                 const float ends = ramp(u, 0, 0.12F) * ramp(1 - u, 0, 0.1F) * ramp(v, 0, 0.1F) * ramp(1 - v, 0, 0.3F);
-                const float uneven = 1 + 0.35F * noise(seed + 51, {x, y, 0}, 7_mm);
-                points.push_back({{x, y, iliac_depth(x, y)}, 0.1_mm + 0.4_mm * ends * uneven});
+                const float uneven = 1 + 0.6F * noise(seed + 51, {x, y, 0}, 5_mm);
+                points.push_back({{x, y, iliac_depth(x, y)}, 0.08_mm + 0.27_mm * ends * uneven});
             }
-        add(thigh, make_sheet(points, columns), tissue::fascia, 10, "fascia iliaca", compartments(thigh));
+        add(thigh, make_sheet(points, columns), limb_fascia, 10, "fascia iliaca", compartments(thigh));
     }
 
     /// A nerve: dark fascicles, as many as fit, in bright tissue.
@@ -432,7 +451,7 @@ struct leg_builder {
             for (int column = -8; column <= 8; ++column) {
                 const std::uint64_t own = number + static_cast<std::uint64_t>(100 * (row + 4) + column + 8);
                 const auto drawn = [&](std::uint64_t i) { return hash_uniform(own, i) - 0.5F; };
-                const float r = pitch * (0.36F + 0.22F * drawn(0));
+                const float r = pitch * (0.39F + 0.2F * drawn(0));
                 const vec2 place{
                     pitch * (static_cast<float>(column) + 0.5F * static_cast<float>(row & 1) + 0.25F * drawn(1)),
                     pitch * (0.86F * static_cast<float>(row) + 0.2F * drawn(2))};
@@ -468,6 +487,13 @@ struct leg_builder {
         const medium& inside;
         float thickness, uneven;
     };
+    /// A surface with bumps, for veins.
+    static mesh uneven(mesh surface, float height, std::uint64_t number) {
+        const std::vector<vec3> normals = vertex_normals(surface);
+        for (std::size_t i = 0; i < normals.size(); ++i)
+            surface.positions[i] += height * noise(number, surface.positions[i], 6_mm) * normals[i];
+        return surface;
+    }
     void add_vessel(const limb& part, mesh lumen, const std::vector<wall_layer>& layers, int priority,
                     const std::string& name, std::uint64_t number, const std::string& within) {
         mesh outer = lumen;
@@ -495,7 +521,7 @@ struct leg_builder {
         };
         const std::vector<wall_layer> fine{{"intima", tissue::intima, 0.28F * of.wall, 0.12F},
                                            {"media", tissue::tunica_media, 0.72F * of.wall, 0.15F},
-                                           {"adventitia", tissue::adventitia, adventitia, 0.6F}};
+                                           {"adventitia", soft_adventitia, adventitia, 0.6F}};
         const auto wide = [&](float y) { return r * (1 - 0.2F * ramp(y, of.division - 5_mm, of.division + 12_mm)); };
         std::vector<tube_section> course{round(-3_mm, thigh_top + 8_mm, z - 0.3_mm, r), round(-1_mm, -20_mm, z, r),
                                          round(0, 0, z, wide(0))};
@@ -504,8 +530,8 @@ struct leg_builder {
         for (const vec3 p : {vec3{-9_mm, 82_mm, 17_mm}, vec3{-16_mm, 125_mm, 25_mm}, vec3{-22_mm, 170_mm, 32_mm},
                              vec3{-26_mm, thigh_bottom - 10_mm, 38_mm}})
             course.push_back(round(p.x * m, p.y, p.z * m, wide(p.y)));
-        const auto line = smooth_line(course, cell(3.2_mm));
-        add_vessel(thigh, make_tube(line, {.segments = segments(40)}), fine, 20, "femoral artery", 300,
+        const auto line = smooth_line(course, cell(3.8_mm));
+        add_vessel(thigh, make_tube(line, {.segments = segments(36)}), fine, 20, "femoral artery", 300,
                    compartments(thigh));
         flows(thigh, "femoral artery", vessel::kind::artery, line, 0.9F);
 
@@ -530,10 +556,11 @@ struct leg_builder {
              oval(0.7F * x - 4_mm, 45_mm, z + 7_mm, 0.85F), oval(-11_mm * m, 85_mm, 28_mm * m, 0.75F),
              oval(-15_mm * m, 125_mm, 35.5_mm * m, 0.72F), oval(-18_mm * m, 170_mm, 42_mm * m, 0.7F),
              oval(-21_mm * m, thigh_bottom - 12_mm, 48_mm * m, 0.7F)},
-            cell(3.4_mm));
+            cell(4_mm));
         const std::vector<wall_layer> thin{{"wall", tissue::vein_wall, 0.35_mm, 0.35F}};
-        add_vessel(thigh, make_tube(femoral, {.segments = segments(36), .across = {1, 0, 0}}), thin, 17, "femoral vein",
-                   320, compartments(thigh));
+        add_vessel(thigh,
+                   uneven(make_tube(femoral, {.segments = segments(32), .across = {1, 0, 0}}), 0.16F * t, seed + 325),
+                   thin, 17, "femoral vein", 320, compartments(thigh));
         flows(thigh, "femoral vein", vessel::kind::vein, femoral, 0.2F);
 
         // The great saphenous vein lies on the fascia lata, which it passes to join the femoral vein.
@@ -565,7 +592,7 @@ struct leg_builder {
 
     void add_femoral_nerve() {
         const float w = 0.5F * of.nerve_width, t = 0.5F * of.nerve_height;
-        const float beside = 0.5F * of.artery + of.wall + adventitia + 2.4_mm + w;
+        const float beside = 0.5F * of.artery + of.wall + adventitia + 1.3_mm + w;
         const auto at = [&](float y, float x, float width, float height) {
             const float slope = (iliac_depth(x + 0.7F * w, y) - iliac_depth(x - 0.7F * w, y)) / (1.4F * w);
             const float turn = clamp(std::atan(slope), -0.35F, 0.1F);
@@ -573,7 +600,7 @@ struct leg_builder {
             for (int i = -2; i <= 2; ++i) {
                 const float part = 0.45F * static_cast<float>(i), u = part * w * width;
                 const float own = std::sin(turn) * u - std::sqrt(1 - part * part) * t * height;
-                down = max(down, iliac_depth(x + u, y) + 0.45_mm - own);
+                down = max(down, iliac_depth(x + u, y) + 0.3_mm - own);
             }
             return section{y, {x, down}, w * width, t * height, turn, 12};
         };
@@ -585,7 +612,7 @@ struct leg_builder {
                  .end = 8_mm,
                  .waves = 0.18_mm,
                  .seed = seed + 60};
-        add_nerve(thigh, nerve, 1.15_mm, 13, "femoral nerve", compartments(thigh), seed + 6000);
+        add_nerve(thigh, nerve, 1.5_mm, 13, "femoral nerve", compartments(thigh), seed + 6000);
     }
 
     void add_calf() {
@@ -608,8 +635,8 @@ struct leg_builder {
                    6, "lateral gastrocnemius", pennate(calf, 110_mm, -34_deg, 0.7F * of.calf_pennation), 2.2_mm);
         add_muscle(calf,
                    muscle({{10_mm, {-20_mm, 34_mm}, 10_mm, 6_mm, -0.3F, 0},
-                           {50_mm, {-4_mm, 29.5_mm}, 38_mm, 11_mm, 0, 17},
-                           {110_mm, {2_mm, 28.5_mm}, 43_mm, 12.5_mm, 0.02F, 18},
+                           {50_mm, {-4_mm, 27_mm}, 38_mm, 13_mm, 0, 17},
+                           {110_mm, {2_mm, 27_mm}, 43_mm, 14.5_mm, 0.02F, 18},
                            {155_mm, {2_mm, 20.5_mm}, 37_mm, 13.5_mm, 0, 18},
                            {bottom, {2_mm, 13_mm}, 26_mm, 12_mm, 0, 18}},
                           22),
@@ -702,7 +729,7 @@ struct leg_builder {
             tibial.sections.push_back({p.y, c + vec2{-6.6_mm + 1.5_mm * high, -2_mm * high}, 2.9_mm + 0.4_mm * high,
                                        1.8_mm + 0.6_mm * high, 0.05F, 0});
         }
-        add(calf, bundle.surface(cell(2_mm)), media::deep_fascia, 8, "sheath of the tibial vessels", compartments(calf),
+        add(calf, bundle.surface(cell(2_mm)), fatty_tissue, 8, "sheath of the tibial vessels", compartments(calf),
             {0, 1, 0});
         const std::vector<wall_layer> plain{{"wall", tissue::vessel_wall, 0.4_mm, 0.3F}},
             thin{{"wall", tissue::vein_wall, 0.25_mm, 0.35F}};
@@ -717,7 +744,7 @@ struct leg_builder {
         add_line(veins[0], thin, 17, "popliteal and posterior tibial vein", 410, vessel::kind::vein);
         add_line(veins[1], thin, 17, "second posterior tibial vein", 420, vessel::kind::vein);
         add_line(fibular, plain, 20, "fibular artery", 430, vessel::kind::artery);
-        add_nerve(calf, tibial, 1.05_mm, 13, "tibial nerve", compartments(calf), seed + 8000);
+        add_nerve(calf, tibial, 1.3_mm, 13, "tibial nerve", compartments(calf), seed + 8000);
 
         // The small saphenous vein lies between the crural fascia and a sheet of its own.
         const float high = min(1.1_mm, 0.22F * calf.fat);
@@ -739,13 +766,12 @@ struct leg_builder {
             for (std::uint32_t column = 0; column < columns; ++column) {
                 const float u = 2 * static_cast<float>(column) / static_cast<float>(columns - 1) - 1;
                 const float v = static_cast<float>(row) / static_cast<float>(rows - 1);
-                const float y = top + 3_mm + (bottom - top - 6_mm) * v;
-                const float above = 0.15_mm + (2 * high + 0.75_mm) * ramp(1 - std::fabs(u), 0, 0.75F);
-                points.push_back({over(small_x(y) + 8_mm * m * u, y, above),
-                                  0.06_mm + 0.22_mm * ramp(1 - std::fabs(u), 0, 0.4F) *
-                                                (1 + 0.4F * noise(seed + 34, {u * 5_mm, y, 0}, 6_mm))});
+                const float y = top + 3_mm + (bottom - top - 6_mm) * v, x = small_x(y) + 13_mm * m * u;
+                const float bell = 0.5F + 0.5F * std::cos(pi * u), uneven = noise(seed + 34, {x, y, 0}, 5_mm);
+                points.push_back({over(x, y, 0.12_mm + (2 * high + 0.6_mm) * bell + 0.1_mm * uneven),
+                                  0.05_mm + 0.13_mm * bell * (1 + 0.7F * uneven)});
             }
-        add(calf, make_sheet(points, columns), tissue::fascia, 1, "saphenous fascia", "skin");
+        add(calf, make_sheet(points, columns), limb_fascia, 1, "saphenous fascia", "skin");
     }
 
     void add_views() {
@@ -753,9 +779,12 @@ struct leg_builder {
         b_mode_settings settings = presets::nerve_block.settings;
         constexpr float film = 0.4_mm;
         const auto seen = [&](const limb& part, float y, float angle, bool along) {
-            const vec3 on = placed(part, limb::surface_point(part.fascia, y, angle, part.fat + of.skin + film));
+            const auto on_skin = [&](float at) {
+                return placed(part, limb::surface_point(part.fascia, at, angle, part.fat + of.skin + film));
+            };
             const vec3 n = direction(part, limb::inward(part.fascia, y, angle));
-            return look_at(on, on + n, along ? vec3{0, 1, 0} : vec3{n.z, 0, -n.x});
+            const vec3 lateral = along ? normalize(on_skin(y + 12_mm) - on_skin(y - 12_mm)) : vec3{n.z, 0, -n.x};
+            return look_at(on_skin(y), on_skin(y) + n - dot(n, lateral) * lateral, lateral);
         };
         const auto add_view = [&](const char* name, const char* title, const pose& at, float depth) {
             settings.depth = depth;
@@ -765,7 +794,7 @@ struct leg_builder {
         const float to_artery =
             std::asin(clamp(-front.centre.x / front.half_width, -0.5F, 0.5F)); // superellipse: about
         add_view("femoral_block", "femoral nerve lateral to the femoral artery at the inguinal crease, across",
-                 seen(thigh, 0, to_artery, false), 44_mm);
+                 seen(thigh, 0, to_artery + 0.05F, false), 44_mm);
         // Beneath the lateral corner of the nerve, from the lateral side.
         const float lateral = of.side > 0 ? -1.0F : 1.0F;
         const pose block = made.views.front().at;
@@ -783,7 +812,7 @@ struct leg_builder {
         made.views.front().needle = needle_path{target + within * out, target};
         add_view("vastus_lateralis_lengthwise",
                  "vastus lateralis over vastus intermedius, along the thigh, the hip to the left",
-                 seen(thigh, 165_mm, vastus_angle, true), 44_mm);
+                 seen(thigh, 165_mm, vastus_angle, true), 50_mm);
         add_view("calf_lengthwise", "medial gastrocnemius over soleus, along the calf, the knee to the left",
                  seen(calf, 110_mm, gastrocnemius_angle, true), 46_mm);
         add_view("calf_transverse", "both heads of gastrocnemius over soleus, across", seen(calf, 105_mm, 4_deg, false),
