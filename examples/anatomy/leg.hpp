@@ -84,14 +84,21 @@ inline constexpr medium limb_muscle = [] {
 /// Subcutaneous.
 inline constexpr medium limb_fat = [] {
     medium made = tissue::fat;
-    made.roughness = 9_um;
+    made.roughness = 12_um;
+    made.backscatter = amplitude_of_decibels(-4);
+    made.structure.wave = 0.5_mm;
+    made.structure.wave_length = 22_mm;
+    made.structure.septa.cell = {34_mm, 26_mm, 3.6_mm};
+    made.structure.septa.level_db = 25;
     return made;
 }();
-/// A deep fascia: dense, but thinner than a pulse.
-inline constexpr medium limb_fascia{1050, 1560, 1.5_dB_per_cm, 1, amplitude_of_decibels(1), 7_um};
-/// Fatty tissue between muscles and around vessels.
-inline constexpr medium fatty_tissue{
-    1010, 1525, 0.8_dB_per_cm, 1, amplitude_of_decibels(-5), 7_um, 0, tissue::connective_structure};
+/// A deep fascia: its layers of collagen and fat are a grainy echo rather than two mirrors.
+inline constexpr medium limb_fascia{1000, 1515, 1.5_dB_per_cm, 1, amplitude_of_decibels(8), 14_um};
+/// An aponeurosis on its muscle: collagen that differs little in impedance.
+inline constexpr medium aponeurosis{1088, 1600, 1.5_dB_per_cm, 1, amplitude_of_decibels(3), 6_um};
+/// Loose, partly fatty tissue between muscles and around vessels.
+inline constexpr medium loose_tissue{
+    1035, 1540, 0.8_dB_per_cm, 1, amplitude_of_decibels(-3), 6_um, 0, tissue::connective_structure};
 /// The outermost layer of the wall of an artery in fatty tissue, which it fades into.
 inline constexpr medium soft_adventitia{1030, 1535, 1.0_dB_per_cm, 1, amplitude_of_decibels(-2), 6_um};
 /// @}
@@ -114,6 +121,12 @@ struct limb {
     static vec3 inward(const swept& of, float y, float angle) {
         const vec3 along = surface_point(of, y, angle + 0.02F) - surface_point(of, y, angle - 0.02F);
         return normalize(vec3{-along.z, 0, along.x});
+    }
+    /// The direction along a surface at an angle, towards the feet, and the normal into the limb.
+    static std::pair<vec3, vec3> axes(const swept& of, float y, float angle) {
+        const vec3 along = normalize(surface_point(of, y + 12_mm, angle) - surface_point(of, y - 12_mm, angle));
+        const vec3 n = inward(of, y, angle);
+        return {along, normalize(n - dot(n, along) * along)};
     }
     /// A section parallel to the fascia, for a leg of usual girth.
     section parallel(float y, float angle, float deep, float half_width, float half_thickness, float turned = 0) const {
@@ -155,7 +168,7 @@ struct leg_builder {
                            .power = 2.2F,
                            .start = 1_mm,
                            .end = 1_mm},
-                 .fascia_size = 0.55_mm,
+                 .fascia_size = 0.42_mm,
                  .fat = of.fat};
         calf = {.shape = {.sections = {{calf_top, {0, 50_mm}, 53_mm, 50_mm},
                                        {20_mm, {0, 51_mm}, 54_mm, 51_mm},
@@ -166,7 +179,7 @@ struct leg_builder {
                           .power = 2.1F,
                           .start = 1_mm,
                           .end = 1_mm},
-                .fascia_size = 0.4_mm,
+                .fascia_size = 0.32_mm,
                 .fat = 0.7F * of.fat,
                 .from_behind = true};
         for (limb* part : {&thigh, &calf}) {
@@ -228,8 +241,18 @@ struct leg_builder {
         return made;
     }
 
+    /// The axis along the septa of fat for which they are parallel to the skin at an angle. The axis across them is the
+    /// one in which an object is flattest, made orthogonal to this one; that of a part of a limb is nearly z.
+    vec3 layers(const limb& part, float y, float angle) const {
+        const auto [along, n] = limb::axes(part.shape, y, angle);
+        const vec3 limb_along = normalize(limb_axis(part, y + 20_mm) - limb_axis(part, y - 20_mm));
+        const vec3 flattest = vec3{0, 0, 1} - limb_along.z * limb_along;
+        const vec3 in_skin = flattest - dot(flattest, n) * n;
+        return length(in_skin) > 0.2F ? in_skin : cross(along, n);
+    }
+
     void add_skin() {
-        const float coarse = cell(4.4_mm);
+        const float coarse = cell(4.6_mm);
         mesh gel, skin;
         std::uint64_t number = 1;
         for (const limb* part : {&thigh, &calf}) {
@@ -244,14 +267,13 @@ struct leg_builder {
         made.anatomy.add(std::move(skin), tissue::skin, {.name = "skin", .fibres = {0, 1, 0}});
         made.nested.emplace_back("skin", "gel");
 
-        // Septa are parallel to the skin where they are to be seen: the axis along them is that of the skin there.
         const auto add_fat = [&](const limb& part, float from, float to, float angle, const std::string& name) {
             swept outside = piece(part.fascia, from, to);
             outside.start = outside.end = 2_mm;
-            outside.waves = 0.2_mm;
+            outside.waves = 0.3_mm;
             outside.seed = seed + number++;
-            const vec3 n = limb::inward(part.shape, 0.5F * (from + to), angle);
-            add(part, outside.surface(coarse, part.fat), limb_fat, 0, name, "skin", {n.z, 0, -n.x});
+            add(part, outside.surface(coarse, part.fat), limb_fat, 0, name, "skin",
+                layers(part, 0.5F * (from + to), angle));
         };
         add_fat(thigh, thigh_top + 1_mm, 130_mm, 0, "fat of the groin");
         add_fat(thigh, 62_mm, thigh_bottom - 1_mm, vastus_angle, "fat of the thigh");
@@ -261,7 +283,7 @@ struct leg_builder {
             mesh outer = part->fascia.surface(coarse);
             mesh inner = grown(outer, -part->fascia_size, fascia_uneven, 9_mm, seed + number++);
             add(*part, std::move(outer), limb_fascia, 1, name, "skin");
-            add(*part, std::move(inner), fatty_tissue, 1, compartments(*part), name, {0, 1, 0});
+            add(*part, std::move(inner), loose_tissue, 1, compartments(*part), name, {0, 1, 0});
         }
     }
 
@@ -286,6 +308,28 @@ struct leg_builder {
                     vec3 fibres = {0, 1, 0}, float size = 2.4_mm) {
         add_muscle(part, shape, priority, name, fibres, size, [](vec3) { return 1.0F; });
     }
+    /// A muscle with an aponeurosis on its deep side.
+    /// @param thickness  of the aponeurosis, mean, metres
+    void add_pennate(const limb& part, const swept& shape, int priority, const std::string& name, vec3 fibres,
+                     float thickness) {
+        const mesh belly = confined(
+            shape.surface(cell(2.2_mm)), [&](vec3 p) { return part.depth(p); },
+            fascia_uneven * part.fascia_size + 0.15_mm);
+        mesh around = belly;
+        const std::vector<vec3> normals = vertex_normals(belly);
+        constexpr float rest = 0.03_mm; // on its other sides
+        for (std::size_t i = 0; i < normals.size(); ++i) {
+            const vec3 p = belly.positions[i], here = limb_axis(part, p.y);
+            const float deep = ramp(dot(normals[i], normalize(here - p)), 0.2F, 0.9F);
+            around.positions[i] += (rest + deep * thickness * (1 + 0.6F * noise(shape.seed, p, 7_mm))) * normals[i];
+        }
+        add(part, std::move(around), aponeurosis, priority, name + ": aponeurosis", compartments(part));
+        add(part, belly, limb_muscle, priority, name, name + ": aponeurosis", fibres);
+    }
+    static vec3 limb_axis(const limb& part, float y) {
+        const section here = part.fascia.at(y);
+        return {here.centre.x, y, here.centre.y};
+    }
     /// The direction of fibres that descend into a limb at an angle.
     static vec3 pennate(const limb& part, float y, float angle, float pennation) {
         return vec3{0, std::cos(pennation), 0} + std::sin(pennation) * limb::inward(part.shape, y, angle);
@@ -297,7 +341,7 @@ struct leg_builder {
         const float r = 0.5F * of.artery + of.wall + adventitia;
         const float lateral = 10.2_mm * m + 0.05F * max(x - 14_mm, 0), medial = artery_depth + r + 1.6_mm;
         const float side = ramp(x, r - 5_mm, r + 3.5_mm);
-        return medial + side * (lateral - medial) + 0.1F * max(y, 0) + 0.25_mm * noise(seed + 50, {x, y, 0}, 12_mm);
+        return medial + side * (lateral - medial) + 0.1F * max(y, 0) + 0.35_mm * noise(seed + 50, {x, y, 0}, 11_mm);
     }
 
     void add_thigh_muscles() {
@@ -337,12 +381,12 @@ struct leg_builder {
                            at(105_mm, 62_deg, 5_mm, 13_mm, 5_mm)},
                           4),
                    7, "tensor fasciae latae");
-        add_muscle(thigh,
-                   muscle({at(22_mm, 62_deg, 22_mm, 15_mm, 7_mm), at(70_mm, 60_deg, 14_mm, 38_mm, 12_mm),
-                           at(120_mm, 54_deg, 12.5_mm, 46_mm, 13_mm), at(170_mm, 52_deg, 12_mm, 46_mm, 12.5_mm),
-                           at(bottom, 54_deg, 11_mm, 42_mm, 11_mm)},
-                          5),
-                   6, "vastus lateralis", pennate(thigh, 165_mm, vastus_angle, of.thigh_pennation), 2.2_mm);
+        add_pennate(thigh,
+                    muscle({at(22_mm, 62_deg, 22_mm, 15_mm, 7_mm), at(70_mm, 60_deg, 14_mm, 38_mm, 12_mm),
+                            at(120_mm, 54_deg, 12.5_mm, 46_mm, 13_mm), at(170_mm, 52_deg, 12_mm, 46_mm, 12.5_mm),
+                            at(bottom, 54_deg, 11_mm, 42_mm, 11_mm)},
+                           5),
+                    6, "vastus lateralis", pennate(thigh, 165_mm, vastus_angle, of.thigh_pennation), 0.4_mm);
         add_muscle(thigh,
                    muscle({{70_mm, {2_mm, 42_mm}, 8_mm, 6_mm, 0.8F, 0},
                            at(120_mm, -22_deg, 30_mm, 22_mm, 10_mm, -0.7F),
@@ -432,8 +476,8 @@ struct leg_builder {
             for (std::uint32_t column = 0; column < columns; ++column) {
                 const float u = static_cast<float>(column) / static_cast<float>(columns - 1);
                 const float v = static_cast<float>(row) / static_cast<float>(rows - 1);
-                const float x = (-14_mm + 60_mm * u) * m, y = thigh_top + 5_mm + 100_mm * v;
-                const float ends = ramp(u, 0, 0.12F) * ramp(1 - u, 0, 0.1F) * ramp(v, 0, 0.1F) * ramp(1 - v, 0, 0.3F);
+                const float x = (-18_mm + 64_mm * u) * m, y = thigh_top + 5_mm + 100_mm * v;
+                const float ends = ramp(u, 0, 0.3F) * ramp(1 - u, 0, 0.15F) * ramp(v, 0, 0.1F) * ramp(1 - v, 0, 0.3F);
                 const float uneven = 1 + 0.6F * noise(seed + 51, {x, y, 0}, 5_mm);
                 points.push_back({{x, y, iliac_depth(x, y)}, 0.08_mm + 0.27_mm * ends * uneven});
             }
@@ -621,18 +665,18 @@ struct leg_builder {
         };
         const float top = calf_top + 4_mm, bottom = calf_bottom - 4_mm;
         const vec3 backwards = pennate(calf, 110_mm, gastrocnemius_angle, of.calf_pennation);
-        add_muscle(calf,
-                   muscle({at(top, 24_deg, 10_mm, 12_mm, 6_mm, 0.4F), at(20_mm, 30_deg, 8.5_mm, 20_mm, 7.5_mm),
-                           at(60_mm, 34_deg, 9.5_mm, 29_mm, 9.5_mm), at(110_mm, 34_deg, 9_mm, 31_mm, 9.2_mm),
-                           at(150_mm, 30_deg, 6.5_mm, 27_mm, 6.5_mm), at(192_mm, 22_deg, 2.5_mm, 15_mm, 1.6_mm)},
-                          20),
-                   7, "medial gastrocnemius", backwards, 2.2_mm);
-        add_muscle(calf,
-                   muscle({at(top, -26_deg, 9_mm, 12_mm, 6_mm, -0.4F), at(20_mm, -32_deg, 7.5_mm, 20_mm, 7_mm),
-                           at(60_mm, -35_deg, 8.2_mm, 28_mm, 8.2_mm), at(110_mm, -34_deg, 7.5_mm, 29_mm, 7.6_mm),
-                           at(145_mm, -30_deg, 4.5_mm, 24_mm, 4.5_mm), at(172_mm, -24_deg, 2_mm, 14_mm, 1.5_mm)},
-                          21),
-                   6, "lateral gastrocnemius", pennate(calf, 110_mm, -34_deg, 0.7F * of.calf_pennation), 2.2_mm);
+        add_pennate(calf,
+                    muscle({at(top, 24_deg, 10_mm, 12_mm, 6_mm, 0.4F), at(20_mm, 30_deg, 8.5_mm, 20_mm, 7.5_mm),
+                            at(60_mm, 34_deg, 9.5_mm, 29_mm, 9.5_mm), at(110_mm, 34_deg, 9_mm, 31_mm, 9.2_mm),
+                            at(150_mm, 30_deg, 6.5_mm, 27_mm, 6.5_mm), at(192_mm, 22_deg, 2.5_mm, 15_mm, 1.6_mm)},
+                           20),
+                    7, "medial gastrocnemius", backwards, 0.4_mm);
+        add_pennate(calf,
+                    muscle({at(top, -26_deg, 9_mm, 12_mm, 6_mm, -0.4F), at(20_mm, -32_deg, 7.5_mm, 20_mm, 7_mm),
+                            at(60_mm, -35_deg, 8.2_mm, 28_mm, 8.2_mm), at(110_mm, -34_deg, 7.5_mm, 29_mm, 7.6_mm),
+                            at(145_mm, -30_deg, 4.5_mm, 24_mm, 4.5_mm), at(172_mm, -24_deg, 2_mm, 14_mm, 1.5_mm)},
+                           21),
+                    6, "lateral gastrocnemius", pennate(calf, 110_mm, -34_deg, 0.7F * of.calf_pennation), 0.35_mm);
         add_muscle(calf,
                    muscle({{10_mm, {-20_mm, 34_mm}, 10_mm, 6_mm, -0.3F, 0},
                            {50_mm, {-4_mm, 27_mm}, 38_mm, 13_mm, 0, 17},
@@ -729,7 +773,7 @@ struct leg_builder {
             tibial.sections.push_back({p.y, c + vec2{-6.6_mm + 1.5_mm * high, -2_mm * high}, 2.9_mm + 0.4_mm * high,
                                        1.8_mm + 0.6_mm * high, 0.05F, 0});
         }
-        add(calf, bundle.surface(cell(2_mm)), fatty_tissue, 8, "sheath of the tibial vessels", compartments(calf),
+        add(calf, bundle.surface(cell(2_mm)), loose_tissue, 8, "sheath of the tibial vessels", compartments(calf),
             {0, 1, 0});
         const std::vector<wall_layer> plain{{"wall", tissue::vessel_wall, 0.4_mm, 0.3F}},
             thin{{"wall", tissue::vein_wall, 0.25_mm, 0.35F}};
@@ -778,13 +822,11 @@ struct leg_builder {
         const linear_array& probe = presets::nerve_block.probe;
         b_mode_settings settings = presets::nerve_block.settings;
         constexpr float film = 0.4_mm;
-        const auto seen = [&](const limb& part, float y, float angle, bool along) {
-            const auto on_skin = [&](float at) {
-                return placed(part, limb::surface_point(part.fascia, at, angle, part.fat + of.skin + film));
-            };
-            const vec3 n = direction(part, limb::inward(part.fascia, y, angle));
-            const vec3 lateral = along ? normalize(on_skin(y + 12_mm) - on_skin(y - 12_mm)) : vec3{n.z, 0, -n.x};
-            return look_at(on_skin(y), on_skin(y) + n - dot(n, lateral) * lateral, lateral);
+        const auto seen = [&](const limb& part, float y, float angle, bool lengthwise) {
+            const vec3 on = placed(part, limb::surface_point(part.fascia, y, angle, part.fat + of.skin + film));
+            const auto [along, n] = limb::axes(part.fascia, y, angle);
+            const vec3 lateral = lengthwise ? vec3{0, 1, 0} : cross({0, 1, 0}, direction(part, n));
+            return look_at(on, on + direction(part, n), lateral);
         };
         const auto add_view = [&](const char* name, const char* title, const pose& at, float depth) {
             settings.depth = depth;
