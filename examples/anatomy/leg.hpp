@@ -93,9 +93,10 @@ inline constexpr medium limb_fat = [] {
     return made;
 }();
 /// A deep fascia: its layers of collagen and fat are a grainy echo rather than two mirrors.
-inline constexpr medium limb_fascia{1000, 1515, 1.5_dB_per_cm, 1, amplitude_of_decibels(8), 14_um};
+inline constexpr structure patches{.mottling = {4, {9_mm, 6_mm, 4_mm}}};
+inline constexpr medium limb_fascia{1000, 1515, 1.5_dB_per_cm, 1, amplitude_of_decibels(8), 14_um, 0, patches};
 /// An aponeurosis on its muscle: collagen that differs little in impedance.
-inline constexpr medium aponeurosis{1088, 1600, 1.5_dB_per_cm, 1, amplitude_of_decibels(3), 6_um};
+inline constexpr medium aponeurosis{1088, 1600, 1.5_dB_per_cm, 1, amplitude_of_decibels(3), 6_um, 0, patches};
 /// Loose, partly fatty tissue between muscles and around vessels.
 inline constexpr medium loose_tissue{
     1035, 1540, 0.8_dB_per_cm, 1, amplitude_of_decibels(-3), 6_um, 0, tissue::connective_structure};
@@ -156,7 +157,7 @@ struct leg_builder {
     swept nerve{};          ///< femoral
 
     static constexpr float thigh_top = -46_mm, thigh_bottom = 226_mm, calf_top = -20_mm, calf_bottom = 208_mm;
-    static constexpr float adventitia = 0.5_mm, fascia_uneven = 0.45F;
+    static constexpr float adventitia = 0.5_mm, fascia_uneven = 0.55F;
     static constexpr float vastus_angle = 48_deg, gastrocnemius_angle = 32_deg; ///< of their views
 
     explicit leg_builder(const leg& parameters) : of{parameters}, m{parameters.muscle} {
@@ -241,6 +242,14 @@ struct leg_builder {
         return made;
     }
 
+    /// A surface with bumps.
+    /// @param size  of a bump, metres
+    static mesh uneven(mesh surface, float height, float size, std::uint64_t number) {
+        const std::vector<vec3> normals = vertex_normals(surface);
+        for (std::size_t i = 0; i < normals.size(); ++i)
+            surface.positions[i] += height * noise(number, surface.positions[i], size) * normals[i];
+        return surface;
+    }
     /// The axis along the septa of fat for which they are parallel to the skin at an angle. The axis across them is the
     /// one in which an object is flattest, made orthogonal to this one; that of a part of a limb is nearly z.
     vec3 layers(const limb& part, float y, float angle) const {
@@ -252,16 +261,15 @@ struct leg_builder {
     }
 
     void add_skin() {
-        const float coarse = cell(4.6_mm);
+        const float coarse = cell(3.9_mm);
         mesh gel, skin;
         std::uint64_t number = 1;
         for (const limb* part : {&thigh, &calf}) {
             swept outside = part->fascia;
             outside.start = outside.end = 2_mm;
-            outside.waves = 0.12_mm;
-            outside.seed = seed + number++;
-            append(gel, placed(*part, outside.surface(1.6F * coarse, part->fat + of.skin + 7_mm)));
-            append(skin, placed(*part, outside.surface(coarse, part->fat + of.skin)));
+            append(gel, placed(*part, outside.surface(2.2F * coarse, part->fat + of.skin + 7_mm)));
+            append(skin, placed(*part,
+                                uneven(outside.surface(coarse, part->fat + of.skin), 0.15_mm, 16_mm, seed + number++)));
         }
         made.anatomy.add(std::move(gel), tissue::gel, {.priority = -1000, .name = "gel"});
         made.anatomy.add(std::move(skin), tissue::skin, {.name = "skin", .fibres = {0, 1, 0}});
@@ -270,10 +278,8 @@ struct leg_builder {
         const auto add_fat = [&](const limb& part, float from, float to, float angle, const std::string& name) {
             swept outside = piece(part.fascia, from, to);
             outside.start = outside.end = 2_mm;
-            outside.waves = 0.3_mm;
-            outside.seed = seed + number++;
-            add(part, outside.surface(coarse, part.fat), limb_fat, 0, name, "skin",
-                layers(part, 0.5F * (from + to), angle));
+            add(part, uneven(outside.surface(coarse, part.fat), 0.35_mm, 16_mm, seed + number++), limb_fat, 0, name,
+                "skin", layers(part, 0.5F * (from + to), angle));
         };
         add_fat(thigh, thigh_top + 1_mm, 130_mm, 0, "fat of the groin");
         add_fat(thigh, 62_mm, thigh_bottom - 1_mm, vastus_angle, "fat of the thigh");
@@ -281,12 +287,16 @@ struct leg_builder {
         for (const limb* part : {&thigh, &calf}) {
             const std::string name = part->from_behind ? "crural fascia" : "fascia lata";
             mesh outer = part->fascia.surface(coarse);
-            mesh inner = grown(outer, -part->fascia_size, fascia_uneven, 9_mm, seed + number++);
+            mesh inner = grown(outer, -part->fascia_size, fascia_uneven, 12_mm, seed + number++);
             add(*part, std::move(outer), limb_fascia, 1, name, "skin");
             add(*part, std::move(inner), loose_tissue, 1, compartments(*part), name, {0, 1, 0});
         }
     }
 
+    /// Depth below the uneven layer between the fascia and the muscles.
+    float depth_in_compartment(const limb& part, vec3 p, std::uint64_t number) const {
+        return part.depth(p) - fascia_uneven * part.fascia_size - 0.1_mm * (1 + noise(number, p, 13_mm));
+    }
     swept muscle(std::vector<section> table, std::uint64_t number, float power = 2.4F) const {
         return {.sections = scaled(std::move(table)),
                 .power = power,
@@ -301,7 +311,7 @@ struct leg_builder {
                     float size, const Depth& top) {
         mesh surface = confined(shape.surface(cell(size)), top, 0.2_mm);
         surface = confined(
-            std::move(surface), [&](vec3 p) { return part.depth(p); }, 0.12_mm + fascia_uneven * part.fascia_size);
+            std::move(surface), [&](vec3 p) { return depth_in_compartment(part, p, shape.seed); }, 0.07_mm);
         add(part, std::move(surface), limb_muscle, priority, name, compartments(part), fibres);
     }
     void add_muscle(const limb& part, const swept& shape, int priority, const std::string& name,
@@ -313,8 +323,7 @@ struct leg_builder {
     void add_pennate(const limb& part, const swept& shape, int priority, const std::string& name, vec3 fibres,
                      float thickness) {
         const mesh belly = confined(
-            shape.surface(cell(2.2_mm)), [&](vec3 p) { return part.depth(p); },
-            fascia_uneven * part.fascia_size + 0.15_mm);
+            shape.surface(cell(2.5_mm)), [&](vec3 p) { return depth_in_compartment(part, p, shape.seed); }, 0.1_mm);
         mesh around = belly;
         const std::vector<vec3> normals = vertex_normals(belly);
         constexpr float rest = 0.03_mm; // on its other sides
@@ -531,13 +540,6 @@ struct leg_builder {
         const medium& inside;
         float thickness, uneven;
     };
-    /// A surface with bumps, for veins.
-    static mesh uneven(mesh surface, float height, std::uint64_t number) {
-        const std::vector<vec3> normals = vertex_normals(surface);
-        for (std::size_t i = 0; i < normals.size(); ++i)
-            surface.positions[i] += height * noise(number, surface.positions[i], 6_mm) * normals[i];
-        return surface;
-    }
     void add_vessel(const limb& part, mesh lumen, const std::vector<wall_layer>& layers, int priority,
                     const std::string& name, std::uint64_t number, const std::string& within) {
         mesh outer = lumen;
@@ -602,9 +604,10 @@ struct leg_builder {
              oval(-21_mm * m, thigh_bottom - 12_mm, 48_mm * m, 0.7F)},
             cell(4_mm));
         const std::vector<wall_layer> thin{{"wall", tissue::vein_wall, 0.35_mm, 0.35F}};
-        add_vessel(thigh,
-                   uneven(make_tube(femoral, {.segments = segments(32), .across = {1, 0, 0}}), 0.16F * t, seed + 325),
-                   thin, 17, "femoral vein", 320, compartments(thigh));
+        add_vessel(
+            thigh,
+            uneven(make_tube(femoral, {.segments = segments(32), .across = {1, 0, 0}}), 0.16F * t, 6_mm, seed + 325),
+            thin, 17, "femoral vein", 320, compartments(thigh));
         flows(thigh, "femoral vein", vessel::kind::vein, femoral, 0.2F);
 
         // The great saphenous vein lies on the fascia lata, which it passes to join the femoral vein.
@@ -684,7 +687,7 @@ struct leg_builder {
                            {155_mm, {2_mm, 20.5_mm}, 37_mm, 13.5_mm, 0, 18},
                            {bottom, {2_mm, 13_mm}, 26_mm, 12_mm, 0, 18}},
                           22),
-                   5, "soleus", pennate(calf, 110_mm, gastrocnemius_angle, -of.calf_pennation), 2.2_mm);
+                   5, "soleus", pennate(calf, 110_mm, gastrocnemius_angle, -of.calf_pennation), 2.5_mm);
         add_muscle(calf,
                    muscle({{20_mm, {20_mm, 50_mm}, 8_mm, 5_mm, 0.1F, 0},
                            {80_mm, {22_mm, 50_mm}, 13_mm, 8_mm, 0.35F, 8},
@@ -724,7 +727,7 @@ struct leg_builder {
                     .end = 3_mm,
                     .waves = 0.25_mm,
                     .seed = seed + 30};
-        mesh shaft = tibia.surface(cell(2.2_mm));
+        mesh shaft = tibia.surface(cell(3_mm));
         for (vec3& p : shaft.positions) {
             const section here = tibia.at(p.y);
             const vec2 away{p.x - here.centre.x, p.z - here.centre.y};
