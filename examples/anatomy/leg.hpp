@@ -112,8 +112,11 @@ struct limb {
     swept shape{};            ///< the deep fascia of a leg of usual girth
     swept fascia{};           ///< the same of this leg: its outer surface
     float fascia_size = 0;    ///< its thickness, metres
+    std::uint64_t seed = 0;   ///< of that thickness
     float fat = 0;            ///< thickness of the subcutaneous fat, metres
     bool from_behind = false; ///< z points to the front
+
+    static constexpr float fascia_uneven = 0.75F, fascia_patch = 12_mm; ///< of the thickness of fasciae;
 
     /// The point of a swept surface at an angle around it: 0 where z is least, pi/2 towards x.
     static vec3 surface_point(const swept& of, float y, float angle, float grown = 0) {
@@ -141,8 +144,10 @@ struct limb {
                 std::atan2(-n.x, n.z) + turned,
                 1 / max(radius - deep, 12_mm)};
     }
-    /// Depth below the fascia, metres.
-    float depth(vec3 p) const { return -fascia.distance(p) - fascia_size; }
+    /// Depth below the fascia, which is uneven, metres.
+    float depth(vec3 p) const {
+        return -fascia.distance(p) - fascia_size * (1 + fascia_uneven * noise(seed, p, fascia_patch));
+    }
 };
 
 /// A leg in the making. x points to the patient's left, y towards the feet, z to the back. y is 0 at the inguinal
@@ -157,7 +162,7 @@ struct leg_builder {
     swept nerve{};          ///< femoral
 
     static constexpr float thigh_top = -46_mm, thigh_bottom = 226_mm, calf_top = -20_mm, calf_bottom = 208_mm;
-    static constexpr float adventitia = 0.5_mm, fascia_uneven = 0.55F;
+    static constexpr float adventitia = 0.5_mm;
     static constexpr float vastus_angle = 48_deg, gastrocnemius_angle = 32_deg; ///< of their views
 
     explicit leg_builder(const leg& parameters) : of{parameters}, m{parameters.muscle} {
@@ -184,6 +189,7 @@ struct leg_builder {
                 .fat = 0.7F * of.fat,
                 .from_behind = true};
         for (limb* part : {&thigh, &calf}) {
+            part->seed = seed + (part->from_behind ? 41U : 40U);
             part->fascia = part->shape;
             part->fascia.sections = scaled(part->shape.sections);
         }
@@ -252,10 +258,15 @@ struct leg_builder {
     }
     /// The axis along the septa of fat for which they are parallel to the skin at an angle. The axis across them is the
     /// one in which an object is flattest, made orthogonal to this one; that of a part of a limb is nearly z.
-    vec3 layers(const limb& part, float y, float angle) const {
-        const auto [along, n] = limb::axes(part.shape, y, angle);
-        const vec3 limb_along = normalize(limb_axis(part, y + 20_mm) - limb_axis(part, y - 20_mm));
-        const vec3 flattest = vec3{0, 0, 1} - limb_along.z * limb_along;
+    vec3 layers(const limb& part, float from, float to, float angle) const {
+        const auto [along, n] = limb::axes(part.shape, 0.5F * (from + to), angle);
+        // The principal axes of an oblique cylinder tilt by more than its line does.
+        const float length_squared = (to - from + 2 * part.fat) * (to - from + 2 * part.fat) / 12;
+        const float depth_squared =
+            0.25F * std::pow(part.fascia.at(0.5F * (from + to)).half_thickness + part.fat, 2.0F);
+        const float slope = (limb_axis(part, to - 3_mm).z - limb_axis(part, from + 3_mm).z) / (to - from - 6_mm);
+        const vec3 flattest =
+            normalize(vec3{0, -slope * length_squared / max(length_squared - depth_squared, 0.2F * length_squared), 1});
         const vec3 in_skin = flattest - dot(flattest, n) * n;
         return length(in_skin) > 0.2F ? in_skin : cross(along, n);
     }
@@ -278,8 +289,8 @@ struct leg_builder {
         const auto add_fat = [&](const limb& part, float from, float to, float angle, const std::string& name) {
             swept outside = piece(part.fascia, from, to);
             outside.start = outside.end = 2_mm;
-            add(part, uneven(outside.surface(coarse, part.fat), 0.35_mm, 16_mm, seed + number++), limb_fat, 0, name,
-                "skin", layers(part, 0.5F * (from + to), angle));
+            add(part, uneven(outside.surface(coarse, part.fat), 0.5_mm, 12_mm, seed + number++), limb_fat, 0, name,
+                "skin", layers(part, from, to, angle));
         };
         add_fat(thigh, thigh_top + 1_mm, 130_mm, 0, "fat of the groin");
         add_fat(thigh, 62_mm, thigh_bottom - 1_mm, vastus_angle, "fat of the thigh");
@@ -287,7 +298,7 @@ struct leg_builder {
         for (const limb* part : {&thigh, &calf}) {
             const std::string name = part->from_behind ? "crural fascia" : "fascia lata";
             mesh outer = part->fascia.surface(coarse);
-            mesh inner = grown(outer, -part->fascia_size, fascia_uneven, 12_mm, seed + number++);
+            mesh inner = grown(outer, -part->fascia_size, limb::fascia_uneven, limb::fascia_patch, part->seed);
             add(*part, std::move(outer), limb_fascia, 1, name, "skin");
             add(*part, std::move(inner), loose_tissue, 1, compartments(*part), name, {0, 1, 0});
         }
@@ -295,7 +306,7 @@ struct leg_builder {
 
     /// Depth below the uneven layer between the fascia and the muscles.
     float depth_in_compartment(const limb& part, vec3 p, std::uint64_t number) const {
-        return part.depth(p) - fascia_uneven * part.fascia_size - 0.1_mm * (1 + noise(number, p, 13_mm));
+        return part.depth(p) - 0.1_mm * (1 + noise(number, p, 13_mm));
     }
     swept muscle(std::vector<section> table, std::uint64_t number, float power = 2.4F) const {
         return {.sections = scaled(std::move(table)),
@@ -753,7 +764,7 @@ struct leg_builder {
         const vec3 course[] = {{0, top + 4_mm, 21_mm},      {1_mm, 20_mm, 27_mm},  {3_mm, 50_mm, 36_mm},
                                {6_mm, 80_mm, 41.5_mm},      {8_mm, 110_mm, 42_mm}, {9_mm, 150_mm, 35.5_mm},
                                {8_mm, bottom - 5_mm, 27_mm}};
-        swept bundle{.power = 2.2F, .start = 4_mm, .end = 4_mm, .waves = 0.3_mm, .seed = seed + 32};
+        swept bundle{.power = 2.2F, .start = 4_mm, .end = 4_mm, .waves = 0.7_mm, .seed = seed + 32};
         swept tibial{.power = 2, .start = 3_mm, .end = 3_mm, .waves = 0.12_mm, .seed = seed + 33};
         std::vector<tube_section> artery, veins[2], fibular;
         for (const vec3 p : course) {
