@@ -116,7 +116,7 @@ struct limb {
     float fat = 0;            ///< thickness of the subcutaneous fat, metres
     bool from_behind = false; ///< z points to the front
 
-    static constexpr float fascia_uneven = 0.75F, fascia_patch = 12_mm; ///< of the thickness of fasciae;
+    static constexpr float fascia_uneven = 0.7F, fascia_patch = 16_mm; ///< of the thickness of fasciae;
 
     /// The point of a swept surface at an angle around it: 0 where z is least, pi/2 towards x.
     static vec3 surface_point(const swept& of, float y, float angle, float grown = 0) {
@@ -159,6 +159,7 @@ struct leg_builder {
     float m = 1; ///< girth over its usual value
     std::uint64_t seed = 0;
     float artery_depth = 0; ///< of the centre of the femoral artery at the inguinal crease
+    float vein_depth = 0;   ///< of that of the femoral vein
     swept nerve{};          ///< femoral
 
     static constexpr float thigh_top = -46_mm, thigh_bottom = 226_mm, calf_top = -20_mm, calf_bottom = 208_mm;
@@ -194,6 +195,7 @@ struct leg_builder {
             part->fascia.sections = scaled(part->shape.sections);
         }
         artery_depth = 4.2_mm * m + 0.5F * of.artery + of.wall + adventitia;
+        vein_depth = max(artery_depth, 0.65F * of.vein_height + 5_mm);
     }
 
     float cell(float usual) const { return usual / of.resolution; }
@@ -272,7 +274,7 @@ struct leg_builder {
     }
 
     void add_skin() {
-        const float coarse = cell(3.9_mm);
+        const float coarse = min(cell(3.9_mm), 5_mm); // thin layers must not cut each other
         mesh gel, skin;
         std::uint64_t number = 1;
         for (const limb* part : {&thigh, &calf}) {
@@ -306,7 +308,7 @@ struct leg_builder {
 
     /// Depth below the uneven layer between the fascia and the muscles.
     float depth_in_compartment(const limb& part, vec3 p, std::uint64_t number) const {
-        return part.depth(p) - 0.1_mm * (1 + noise(number, p, 13_mm));
+        return part.depth(p) - 0.05_mm - 0.1_mm * (1 + noise(number, p, 13_mm));
     }
     swept muscle(std::vector<section> table, std::uint64_t number, float power = 2.4F) const {
         return {.sections = scaled(std::move(table)),
@@ -359,7 +361,8 @@ struct leg_builder {
     /// beneath the vessels.
     float iliac_depth(float x, float y) const {
         const float r = 0.5F * of.artery + of.wall + adventitia;
-        const float lateral = 10.2_mm * m + 0.05F * max(x - 14_mm, 0), medial = artery_depth + r + 1.6_mm;
+        const float lateral = 10.2_mm * m + 0.05F * max(x - 14_mm, 0),
+                    medial = max(artery_depth + r + 1.6_mm, vein_depth + 0.5F * of.vein_height + 2.2_mm);
         const float side = ramp(x, r - 5_mm, r + 3.5_mm);
         return medial + side * (lateral - medial) + 0.1F * max(y, 0) + 0.35_mm * noise(seed + 50, {x, y, 0}, 11_mm);
     }
@@ -509,7 +512,7 @@ struct leg_builder {
                    const std::string& within, std::uint64_t number) {
         add(part, shape.surface(cell(1.2_mm)), tissue::epineurium, priority, name, within);
         const section& middle = shape.sections[shape.sections.size() / 2];
-        const float rim = 0.3_mm;
+        const float rim = 0.5_mm;
         int count = 0;
         for (int row = -4; row <= 4; ++row)
             for (int column = -8; column <= 8; ++column) {
@@ -538,8 +541,9 @@ struct leg_builder {
                     one.half_thickness = 0.9F * r * size;
                     one.bend = 0;
                 }
-                fascicle.sections.front().along += 2_mm;
-                fascicle.sections.back().along -= 2_mm;
+                fascicle = piece(fascicle, shape.sections.front().along + shape.start,
+                                 shape.sections.back().along - shape.end);
+                fascicle.start = fascicle.end = 2_mm;
                 add(part, fascicle.surface(cell(1.1_mm)), tissue::nerve_fascicle, priority,
                     name + ": fascicle " + std::to_string(++count), name);
             }
@@ -608,9 +612,10 @@ struct leg_builder {
             return tube_section{{at, y, deep_at}, {w * size, t * size}, -0.12F};
         };
         const auto femoral = smooth_line(
-            {oval(x - 1.5_mm, thigh_top + 9_mm, z + 0.3_mm, 1.05F), oval(x - 0.5_mm, -20_mm, z + 0.6_mm, 1.03F),
-             oval(x, 0, z + 1_mm, 1), oval(0.92F * x - 1_mm, 22_mm, z + 2.4_mm, 0.95F),
-             oval(0.7F * x - 4_mm, 45_mm, z + 7_mm, 0.85F), oval(-11_mm * m, 85_mm, 28_mm * m, 0.75F),
+            {oval(x - 1.5_mm, thigh_top + 9_mm, vein_depth, 1.05F),
+             oval(x - 0.5_mm, -20_mm, vein_depth + 0.3_mm, 1.03F), oval(x, 0, vein_depth + 0.6_mm, 1),
+             oval(0.92F * x - 1_mm, 22_mm, vein_depth + 2_mm, 0.95F),
+             oval(0.7F * x - 4_mm, 45_mm, vein_depth + 6.5_mm, 0.85F), oval(-11_mm * m, 85_mm, 28_mm * m, 0.75F),
              oval(-15_mm * m, 125_mm, 35.5_mm * m, 0.72F), oval(-18_mm * m, 170_mm, 42_mm * m, 0.7F),
              oval(-21_mm * m, thigh_bottom - 12_mm, 48_mm * m, 0.7F)},
             cell(4_mm));
@@ -627,8 +632,8 @@ struct leg_builder {
             const vec3 p = limb::surface_point(thigh.fascia, y, angle, 0.45_mm + high * size);
             return tube_section{p, {min(1.9_mm, 1.7F * high) * size, high * size}};
         };
-        const auto great = smooth_line({{{x - 0.5_mm, 9_mm, z + 1_mm - 0.3F * t}, vec2{min(high, 0.5F * t)}},
-                                        {{x - 1_mm, 17_mm, 0.55F * (z - t)}, vec2{high}},
+        const auto great = smooth_line({{{x - 0.5_mm, 9_mm, vein_depth + 1_mm - 0.3F * t}, vec2{min(high, 0.5F * t)}},
+                                        {{x - 1_mm, 17_mm, 0.55F * (vein_depth - t)}, vec2{high}},
                                         on(-18_deg, 34_mm, 1.05F),
                                         on(-25_deg, 70_mm, 1),
                                         on(-40_deg, 120_mm, 0.95F),
