@@ -86,10 +86,9 @@ inline constexpr medium limb_fat = [] {
     medium made = tissue::fat;
     made.roughness = 12_um;
     made.backscatter = amplitude_of_decibels(-4);
-    made.structure.wave = 0.5_mm;
-    made.structure.wave_length = 22_mm;
-    made.structure.septa.cell = {34_mm, 26_mm, 3.6_mm};
-    made.structure.septa.level_db = 25;
+    made.structure.wave = 0.6_mm;
+    made.structure.septa.cell = {48_mm, 38_mm, 4_mm};
+    made.structure.septa.level_db = 23;
     return made;
 }();
 /// A deep fascia: its layers of collagen and fat are a grainy echo rather than two mirrors.
@@ -158,9 +157,9 @@ struct leg_builder {
     limb thigh{}, calf{};
     float m = 1; ///< girth over its usual value
     std::uint64_t seed = 0;
-    float artery_depth = 0; ///< of the centre of the femoral artery at the inguinal crease
-    float vein_depth = 0;   ///< of that of the femoral vein
-    swept nerve{};          ///< femoral
+    float artery_depth = 0;               ///< of the centre of the femoral artery at the inguinal crease
+    float vein_place = 0, vein_depth = 0; ///< x and z of that of the femoral vein
+    swept nerve{};                        ///< femoral
 
     static constexpr float thigh_top = -46_mm, thigh_bottom = 226_mm, calf_top = -20_mm, calf_bottom = 208_mm;
     static constexpr float adventitia = 0.5_mm;
@@ -195,7 +194,19 @@ struct leg_builder {
             part->fascia.sections = scaled(part->shape.sections);
         }
         artery_depth = 4.2_mm * m + 0.5F * of.artery + of.wall + adventitia;
-        vein_depth = max(artery_depth, 0.65F * of.vein_height + 5_mm);
+        const float w = 0.5F * of.vein_width, t = 0.5F * of.vein_height;
+        vein_place = -(0.5F * of.artery + of.wall + adventitia + 0.7_mm + w);
+        vein_depth = max(artery_depth, 1.3F * t + 4_mm);
+        for (const float part : {-1.0F, -0.8F, -0.6F}) // beneath the fascia, which falls off to the side
+            vein_depth = max(vein_depth, front(thigh.fascia, vein_place + 1.1F * part * w - 1.5_mm) +
+                                             1.1F * t * std::sqrt(1 - part * part) + 2.5_mm);
+    }
+
+    /// z of a fascia at the inguinal crease, where it is nearest to the skin.
+    static float front(const swept& fascia, float x) {
+        const section here = fascia.at(0);
+        const float part = clamp(std::fabs(x - here.centre.x) / here.half_width, 0, 1);
+        return here.centre.y - here.half_thickness * std::pow(1 - std::pow(part, fascia.power), 1 / fascia.power);
     }
 
     float cell(float usual) const { return usual / of.resolution; }
@@ -328,7 +339,7 @@ struct leg_builder {
         add(part, std::move(surface), limb_muscle, priority, name, compartments(part), fibres);
     }
     void add_muscle(const limb& part, const swept& shape, int priority, const std::string& name,
-                    vec3 fibres = {0, 1, 0}, float size = 2.4_mm) {
+                    vec3 fibres = {0, 1, 0}, float size = 2.8_mm) {
         add_muscle(part, shape, priority, name, fibres, size, [](vec3) { return 1.0F; });
     }
     /// A muscle with an aponeurosis on its deep side.
@@ -336,7 +347,7 @@ struct leg_builder {
     void add_pennate(const limb& part, const swept& shape, int priority, const std::string& name, vec3 fibres,
                      float thickness) {
         const mesh belly = confined(
-            shape.surface(cell(2.5_mm)), [&](vec3 p) { return depth_in_compartment(part, p, shape.seed); }, 0.1_mm);
+            shape.surface(cell(2.7_mm)), [&](vec3 p) { return depth_in_compartment(part, p, shape.seed); }, 0.1_mm);
         mesh around = belly;
         const std::vector<vec3> normals = vertex_normals(belly);
         constexpr float rest = 0.03_mm; // on its other sides
@@ -518,10 +529,10 @@ struct leg_builder {
             for (int column = -8; column <= 8; ++column) {
                 const std::uint64_t own = number + static_cast<std::uint64_t>(100 * (row + 4) + column + 8);
                 const auto drawn = [&](std::uint64_t i) { return hash_uniform(own, i) - 0.5F; };
-                const float r = pitch * (0.39F + 0.2F * drawn(0));
+                const float r = pitch * (0.37F + 0.26F * drawn(0));
                 const vec2 place{
-                    pitch * (static_cast<float>(column) + 0.5F * static_cast<float>(row & 1) + 0.25F * drawn(1)),
-                    pitch * (0.86F * static_cast<float>(row) + 0.2F * drawn(2))};
+                    pitch * (static_cast<float>(column) + 0.5F * static_cast<float>(row & 1) + 0.5F * drawn(1)),
+                    pitch * (0.86F * static_cast<float>(row) + 0.45F * drawn(2))};
                 const vec2 room{middle.half_width - rim - 1.15F * r, middle.half_thickness - rim - 1.15F * r};
                 if (!(min(room.x, room.y) > 0.05_mm) || length(place / room) > 1) continue;
                 const vec2 share{place.x / middle.half_width, place.y / middle.half_thickness};
@@ -607,7 +618,7 @@ struct leg_builder {
                    compartments(thigh));
         flows(thigh, "deep femoral artery", vessel::kind::artery, deep, 0.6F);
 
-        const float w = 0.5F * of.vein_width, t = 0.5F * of.vein_height, x = -(outside + 0.7_mm + w);
+        const float w = 0.5F * of.vein_width, t = 0.5F * of.vein_height, x = vein_place;
         const auto oval = [&](float at, float y, float deep_at, float size) {
             return tube_section{{at, y, deep_at}, {w * size, t * size}, -0.12F};
         };
