@@ -98,9 +98,9 @@ inline constexpr medium limb_fascia{1000, 1515, 1.5_dB_per_cm, 1, amplitude_of_d
 inline constexpr medium aponeurosis{1088, 1600, 1.5_dB_per_cm, 1, amplitude_of_decibels(3), 6_um, 0, patches};
 /// Loose, partly fatty tissue between muscles and around vessels.
 inline constexpr medium loose_tissue{
-    1035, 1540, 0.8_dB_per_cm, 1, amplitude_of_decibels(-3), 6_um, 0, tissue::connective_structure};
+    1050, 1550, 0.8_dB_per_cm, 1, amplitude_of_decibels(-3), 6_um, 0, tissue::connective_structure};
 /// The outermost layer of the wall of an artery in fatty tissue, which it fades into.
-inline constexpr medium soft_adventitia{1030, 1535, 1.0_dB_per_cm, 1, amplitude_of_decibels(-2), 6_um};
+inline constexpr medium soft_adventitia{1045, 1545, 1.0_dB_per_cm, 1, amplitude_of_decibels(-2), 6_um};
 /// @}
 
 /// A part of the leg: what surrounds its muscles, and how its own coordinates lie in the body.
