@@ -4,7 +4,9 @@
 #include <insonify/examinations.hpp>
 #include "region.hpp"
 #include "shapes.hpp"
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <utility>
@@ -15,9 +17,9 @@ namespace anatomy {
 /// What varies from leg to leg: lengths in metres, angles in radians.
 ///
 /// Sources of the ranges: femoral artery: Sandgren et al., J. Vasc. Surg. 1999 29:503. Origin of the deep femoral
-/// artery: 40 +- 9 mm below the inguinal ligament (a high one is rarer), which lies some 20 mm above the crease:
+/// artery: 40 +- 9 mm below the inguinal ligament (a high one is rarer), which lies about 20 mm above the crease:
 /// Eur. J. Anat., computed tomography of a Turkish population. Pennation: Blazevich et al., J. Anat. 2006 209:289
-/// (thigh); Chow et al., J. Ultrasound Med. 2000 19:215 (calf). The others: Standring, Gray's Anatomy, 41st edition,
+/// (thigh); Chow et al., Eur. J. Appl. Physiol. 2000 82:236 (calf). The others: Standring, Gray's Anatomy, 41st edition,
 /// and convention.
 struct leg {
     float side = 0;
@@ -29,7 +31,7 @@ struct leg {
     float bone = 31_mm;
     float artery = 8.6_mm;
     float wall = 0.75_mm;
-    float division = 26_mm;
+    float division = 20_mm;
     float vein_width = 11.5_mm;
     float vein_height = 8_mm;
     float nerve_width = 10_mm;
@@ -67,13 +69,12 @@ struct leg {
     }
 };
 
-namespace detail {
-
 /// The media of a limb whose borders are softer than those of `tissue`: in images, outlines drop out where they lie
 /// along the beam, and vary along it. Levels by convention.
-/// @{
+namespace leg_media {
+
 /// Fascicles are flattened, so that their sheaths are short lines across the fibres.
-inline constexpr medium limb_muscle = [] {
+inline constexpr medium muscle = [] {
     medium made = tissue::muscle;
     made.roughness = 6_um;
     made.structure.sheath = {.thickness = 0.8_mm, .level_db = 21, .diffuse_db = -16};
@@ -82,7 +83,7 @@ inline constexpr medium limb_muscle = [] {
     return made;
 }();
 /// Subcutaneous.
-inline constexpr medium limb_fat = [] {
+inline constexpr medium fat = [] {
     medium made = tissue::fat;
     made.roughness = 12_um;
     made.backscatter = amplitude_of_decibels(-4);
@@ -91,9 +92,10 @@ inline constexpr medium limb_fat = [] {
     made.structure.septa.level_db = 23;
     return made;
 }();
-/// A deep fascia: its layers of collagen and fat are a grainy echo rather than two mirrors.
+/// Of what is too thin for sheets.
 inline constexpr structure patches{.mottling = {4, {9_mm, 6_mm, 4_mm}}};
-inline constexpr medium limb_fascia{1000, 1515, 1.5_dB_per_cm, 1, amplitude_of_decibels(8), 14_um, 0, patches};
+/// A deep fascia: its layers of collagen and fat are a grainy echo rather than two mirrors.
+inline constexpr medium fascia{1000, 1515, 1.5_dB_per_cm, 1, amplitude_of_decibels(8), 14_um, 0, patches};
 /// An aponeurosis on its muscle: collagen that differs little in impedance.
 inline constexpr medium aponeurosis{1088, 1600, 1.5_dB_per_cm, 1, amplitude_of_decibels(3), 6_um, 0, patches};
 /// Loose, partly fatty tissue between muscles and around vessels.
@@ -101,7 +103,10 @@ inline constexpr medium loose_tissue{
     1050, 1550, 0.8_dB_per_cm, 1, amplitude_of_decibels(-3), 6_um, 0, tissue::connective_structure};
 /// The outermost layer of the wall of an artery in fatty tissue, which it fades into.
 inline constexpr medium soft_adventitia{1045, 1545, 1.0_dB_per_cm, 1, amplitude_of_decibels(-2), 6_um};
-/// @}
+
+} // namespace leg_media
+
+namespace detail {
 
 /// A part of the leg: what surrounds its muscles, and how its own coordinates lie in the body.
 ///
@@ -115,7 +120,7 @@ struct limb {
     float fat = 0;            ///< thickness of the subcutaneous fat, metres
     bool from_behind = false; ///< z points to the front
 
-    static constexpr float fascia_uneven = 0.7F, fascia_patch = 16_mm; ///< of the thickness of fasciae;
+    static constexpr float fascia_uneven = 0.7F, fascia_patch = 16_mm; ///< of its thickness
 
     /// The point of a swept surface at an angle around it: 0 where z is least, pi/2 towards x.
     static vec3 surface_point(const swept& of, float y, float angle, float grown = 0) {
@@ -302,8 +307,8 @@ struct leg_builder {
         const auto add_fat = [&](const limb& part, float from, float to, float angle, const std::string& name) {
             swept outside = piece(part.fascia, from, to);
             outside.start = outside.end = 2_mm;
-            add(part, uneven(outside.surface(coarse, part.fat), 0.5_mm, 12_mm, seed + number++), limb_fat, 0, name,
-                "skin", layers(part, from, to, angle));
+            add(part, uneven(outside.surface(coarse, part.fat), 0.5_mm, 12_mm, seed + number++), leg_media::fat, 0,
+                name, "skin", layers(part, from, to, angle));
         };
         add_fat(thigh, thigh_top + 1_mm, 130_mm, 0, "fat of the groin");
         add_fat(thigh, 62_mm, thigh_bottom - 1_mm, vastus_angle, "fat of the thigh");
@@ -312,8 +317,8 @@ struct leg_builder {
             const std::string name = part->from_behind ? "crural fascia" : "fascia lata";
             mesh outer = part->fascia.surface(coarse);
             mesh inner = grown(outer, -part->fascia_size, limb::fascia_uneven, limb::fascia_patch, part->seed);
-            add(*part, std::move(outer), limb_fascia, 1, name, "skin");
-            add(*part, std::move(inner), loose_tissue, 1, compartments(*part), name, {0, 1, 0});
+            add(*part, std::move(outer), leg_media::fascia, 1, name, "skin");
+            add(*part, std::move(inner), leg_media::loose_tissue, 1, compartments(*part), name, {0, 1, 0});
         }
     }
 
@@ -336,7 +341,7 @@ struct leg_builder {
         mesh surface = confined(shape.surface(cell(size)), top, 0.2_mm);
         surface = confined(
             std::move(surface), [&](vec3 p) { return depth_in_compartment(part, p, shape.seed); }, 0.07_mm);
-        add(part, std::move(surface), limb_muscle, priority, name, compartments(part), fibres);
+        add(part, std::move(surface), leg_media::muscle, priority, name, compartments(part), fibres);
     }
     void add_muscle(const limb& part, const swept& shape, int priority, const std::string& name,
                     vec3 fibres = {0, 1, 0}, float size = 2.8_mm) {
@@ -356,8 +361,8 @@ struct leg_builder {
             const float deep = ramp(dot(normals[i], normalize(here - p)), 0.2F, 0.9F);
             around.positions[i] += (rest + deep * thickness * (1 + 0.6F * noise(shape.seed, p, 7_mm))) * normals[i];
         }
-        add(part, std::move(around), aponeurosis, priority, name + ": aponeurosis", compartments(part));
-        add(part, belly, limb_muscle, priority, name, name + ": aponeurosis", fibres);
+        add(part, std::move(around), leg_media::aponeurosis, priority, name + ": aponeurosis", compartments(part));
+        add(part, belly, leg_media::muscle, priority, name, name + ": aponeurosis", fibres);
     }
     static vec3 limb_axis(const limb& part, float y) {
         const section here = part.fascia.at(y);
@@ -442,6 +447,17 @@ struct leg_builder {
                            {82_mm, {22_mm, 50_mm}, 8_mm, 6_mm, 0, 0}},
                           8),
                    5, "iliopsoas", {-0.1F, 1, 0.1F}, 2.2_mm, [&](vec3 p) { return p.z - iliac_depth(p.x, p.y); });
+        // Its tendon, in front of the head of the femur.
+        add(thigh,
+            swept{.sections = {{thigh_top + 6_mm, {9_mm, of.bone - 9_mm}, 3.5_mm, 1.6_mm, 0.1F, 0},
+                               {0, {0.5_mm, of.bone - 4.2_mm}, 3.8_mm, 1.4_mm, 0.1F, 30},
+                               {35_mm, {10_mm * m, 37_mm * m}, 3.5_mm, 2.2_mm, 0.3F, 0},
+                               {70_mm, {18_mm * m, 46_mm * m}, 2.5_mm, 1.8_mm, 0.3F, 0}},
+                  .power = 2,
+                  .waves = 0.4_mm,
+                  .seed = seed + 15}
+                .surface(cell(1.8_mm)),
+            tissue::tendon, 6, "tendon of iliopsoas", compartments(thigh), {-0.05F, 1, 0.06F});
         add_muscle(thigh,
                    muscle({{top, {-30_mm, 20_mm}, 21_mm, 9_mm, 0.1F, 4},
                            {0, {-24_mm, 26_mm}, 22_mm, 8.5_mm, 0.2F, 6},
@@ -515,7 +531,7 @@ struct leg_builder {
                 const float uneven = 1 + 0.6F * noise(seed + 51, {x, y, 0}, 5_mm);
                 points.push_back({{x, y, iliac_depth(x, y)}, 0.08_mm + 0.27_mm * ends * uneven});
             }
-        add(thigh, make_sheet(points, columns), limb_fascia, 10, "fascia iliaca", compartments(thigh));
+        add(thigh, make_sheet(points, columns), leg_media::fascia, 10, "fascia iliaca", compartments(thigh));
     }
 
     /// A nerve: dark fascicles, as many as fit, in bright tissue.
@@ -587,13 +603,13 @@ struct leg_builder {
     std::uint32_t segments(float usual) const { return static_cast<std::uint32_t>(usual * of.resolution); }
 
     void add_femoral_vessels() {
-        const float r = 0.5F * of.artery, outside = r + of.wall + adventitia, z = artery_depth;
+        const float r = 0.5F * of.artery, z = artery_depth;
         const auto round = [&](float x, float y, float deep, float radius) {
             return tube_section{{x, y, deep}, vec2{radius}};
         };
         const std::vector<wall_layer> fine{{"intima", tissue::intima, 0.28F * of.wall, 0.12F},
                                            {"media", tissue::tunica_media, 0.72F * of.wall, 0.15F},
-                                           {"adventitia", soft_adventitia, adventitia, 0.6F}};
+                                           {"adventitia", leg_media::soft_adventitia, adventitia, 0.6F}};
         const auto wide = [&](float y) { return r * (1 - 0.2F * ramp(y, of.division - 5_mm, of.division + 12_mm)); };
         std::vector<tube_section> course{round(-3_mm, thigh_top + 8_mm, z - 0.3_mm, r), round(-1_mm, -20_mm, z, r),
                                          round(0, 0, z, wide(0))};
@@ -715,6 +731,13 @@ struct leg_builder {
                            {bottom, {2_mm, 13_mm}, 26_mm, 12_mm, 0, 18}},
                           22),
                    5, "soleus", pennate(calf, 110_mm, gastrocnemius_angle, -of.calf_pennation), 2.5_mm);
+        add(calf,
+            muscle({{60_mm, {-2_mm, 29_mm}, 7_mm, 0.3_mm, -0.25F, 20},
+                    {110_mm, {6_mm, 29.5_mm}, 9_mm, 0.25_mm, 0.3F, 10},
+                    {160_mm, {2_mm, 21_mm}, 8_mm, 0.25_mm, -0.1F, 16}},
+                   28, 2)
+                .surface(cell(2.2_mm)),
+            leg_media::aponeurosis, 5, "septum of soleus", compartments(calf));
         add_muscle(calf,
                    muscle({{20_mm, {20_mm, 50_mm}, 8_mm, 5_mm, 0.1F, 0},
                            {80_mm, {22_mm, 50_mm}, 13_mm, 8_mm, 0.35F, 8},
@@ -803,8 +826,8 @@ struct leg_builder {
             tibial.sections.push_back({p.y, c + vec2{-6.6_mm + 1.5_mm * high, -2_mm * high}, 2.9_mm + 0.4_mm * high,
                                        1.8_mm + 0.6_mm * high, 0.05F, 0});
         }
-        add(calf, bundle.surface(cell(2_mm)), loose_tissue, 8, "sheath of the tibial vessels", compartments(calf),
-            {0, 1, 0});
+        add(calf, bundle.surface(cell(2_mm)), leg_media::loose_tissue, 8, "sheath of the tibial vessels",
+            compartments(calf), {0, 1, 0});
         const std::vector<wall_layer> plain{{"wall", tissue::vessel_wall, 0.4_mm, 0.3F}},
             thin{{"wall", tissue::vein_wall, 0.25_mm, 0.35F}};
         const auto add_line = [&](std::vector<tube_section> points, const std::vector<wall_layer>& layers, int priority,
@@ -818,6 +841,15 @@ struct leg_builder {
         add_line(veins[0], thin, 17, "popliteal and posterior tibial vein", 410, vessel::kind::vein);
         add_line(veins[1], thin, 17, "second posterior tibial vein", 420, vessel::kind::vein);
         add_line(fibular, plain, 20, "fibular artery", 430, vessel::kind::artery);
+        const auto within_muscle = [&](float x, float y, float z, float r) {
+            return tube_section{{x * m, y, z * m}, {r, 0.7F * r}};
+        };
+        add_line({within_muscle(-13_mm, 62_mm, 24_mm, 1_mm), within_muscle(-11_mm, 105_mm, 23_mm, 1.3_mm),
+                  within_muscle(-6_mm, 155_mm, 18_mm, 0.9_mm)},
+                 thin, 9, "soleal vein", 450, vessel::kind::vein);
+        add_line({within_muscle(12_mm, 40_mm, 9_mm, 1_mm), within_muscle(15_mm, 100_mm, 9.5_mm, 0.8_mm),
+                  within_muscle(15_mm, 145_mm, 7.5_mm, 0.6_mm)},
+                 thin, 9, "gastrocnemius vein", 460, vessel::kind::vein);
         add_nerve(calf, tibial, 1.3_mm, 13, "tibial nerve", compartments(calf), seed + 8000);
 
         // The small saphenous vein lies between the crural fascia and a sheet of its own.
@@ -845,7 +877,7 @@ struct leg_builder {
                 points.push_back({over(x, y, 0.12_mm + (2 * high + 0.6_mm) * bell + 0.1_mm * uneven),
                                   0.05_mm + 0.13_mm * bell * (1 + 0.7F * uneven)});
             }
-        add(calf, make_sheet(points, columns), limb_fascia, 1, "saphenous fascia", "skin");
+        add(calf, make_sheet(points, columns), leg_media::fascia, 1, "saphenous fascia", "skin");
     }
 
     void add_views() {
