@@ -214,7 +214,7 @@ struct leg_builder {
         return here.centre.y - here.half_thickness * std::pow(1 - std::pow(part, fascia.power), 1 / fascia.power);
     }
 
-    float cell(float usual) const { return usual / of.resolution; }
+    float cell(float usual) const { return usual * max(m, 1) / of.resolution; } ///< as many of them in a large leg
     std::vector<section> scaled(std::vector<section> table) const {
         for (section& one : table) {
             one.centre *= m;
@@ -379,7 +379,7 @@ struct leg_builder {
         const float r = 0.5F * of.artery + of.wall + adventitia;
         const float lateral = 10.2_mm * m + 0.05F * max(x - 14_mm, 0),
                     medial = max(artery_depth + r + 1.6_mm, vein_depth + 0.5F * of.vein_height + 2.2_mm);
-        const float side = ramp(x, r - 5_mm, r + 3.5_mm);
+        const float side = ramp(x, r - 6.5_mm, r + 4_mm);
         return medial + side * (lateral - medial) + 0.1F * max(y, 0) + 0.35_mm * noise(seed + 50, {x, y, 0}, 11_mm);
     }
 
@@ -503,6 +503,7 @@ struct leg_builder {
         const vec3 centre{4_mm, -6_mm, of.bone + head};
         add(thigh,
             make_tube(smooth_line({{centre, vec2{head}},
+                                   {centre + vec3{2.5_mm, 1.4_mm, 0.3_mm}, vec2{head - 0.15_mm}},
                                    {centre + vec3{9_mm, 5_mm, 1_mm}, vec2{head - 2.5_mm}},
                                    {centre + vec3{26_mm, 15_mm, 4_mm}, vec2{15_mm}},
                                    {centre + vec3{44_mm, 27_mm, 6_mm}, vec2{18_mm}}},
@@ -890,15 +891,17 @@ struct leg_builder {
             const vec3 lateral = lengthwise ? vec3{0, 1, 0} : cross({0, 1, 0}, direction(part, n));
             return look_at(on, on + direction(part, n), lateral);
         };
-        const auto add_view = [&](const char* name, const char* title, const pose& at, float depth) {
-            settings.depth = depth;
+        // An operator chooses a depth at which the deepest structure is seen, in steps of 5 mm.
+        const auto add_view = [&](const char* name, const char* title, const limb& part, const pose& at,
+                                  float deepest) {
+            settings.depth = 5_mm * std::ceil((part.fat + of.skin + deepest) / 5_mm);
             made.views.push_back({name, title, at, probe, settings, {}});
         };
         const section front = thigh.fascia.at(0);
         const float to_artery =
             std::asin(clamp(-front.centre.x / front.half_width, -0.5F, 0.5F)); // superellipse: about
-        add_view("femoral_block", "femoral nerve lateral to the femoral artery at the inguinal crease, across",
-                 seen(thigh, 0, to_artery + 0.05F, false), 44_mm);
+        add_view("femoral_block", "femoral nerve lateral to the femoral artery at the inguinal crease, across", thigh,
+                 seen(thigh, 0, to_artery + 0.05F, false), of.bone + 4_mm);
         // Beneath the lateral corner of the nerve, from the lateral side.
         const float lateral = of.side > 0 ? -1.0F : 1.0F;
         const pose block = made.views.front().at;
@@ -915,12 +918,12 @@ struct leg_builder {
         }
         made.views.front().needle = needle_path{target + within * out, target};
         add_view("vastus_lateralis_lengthwise",
-                 "vastus lateralis over vastus intermedius, along the thigh, the hip to the left",
-                 seen(thigh, 165_mm, vastus_angle, true), 50_mm);
-        add_view("calf_lengthwise", "medial gastrocnemius over soleus, along the calf, the knee to the left",
-                 seen(calf, 110_mm, gastrocnemius_angle, true), 46_mm);
-        add_view("calf_transverse", "both heads of gastrocnemius over soleus, across", seen(calf, 105_mm, 4_deg, false),
-                 50_mm);
+                 "vastus lateralis over vastus intermedius, along the thigh, the hip to the left", thigh,
+                 seen(thigh, 165_mm, vastus_angle, true), 41_mm * m);
+        add_view("calf_lengthwise", "medial gastrocnemius over soleus, along the calf, the knee to the left", calf,
+                 seen(calf, 110_mm, gastrocnemius_angle, true), 38_mm * m);
+        add_view("calf_transverse", "both heads of gastrocnemius over soleus, across", calf,
+                 seen(calf, 105_mm, 4_deg, false), 43_mm * m);
     }
 };
 
