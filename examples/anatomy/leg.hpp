@@ -19,8 +19,8 @@ namespace anatomy {
 /// Sources of the ranges: femoral artery: Sandgren et al., J. Vasc. Surg. 1999 29:503. Origin of the deep femoral
 /// artery: 40 +- 9 mm below the inguinal ligament (a high one is rarer), which lies about 20 mm above the crease:
 /// Eur. J. Anat., computed tomography of a Turkish population. Pennation: Blazevich et al., J. Anat. 2006 209:289
-/// (thigh); Chow et al., Eur. J. Appl. Physiol. 2000 82:236 (calf). The others: Standring, Gray's Anatomy, 41st edition,
-/// and convention.
+/// (thigh); Chow et al., Eur. J. Appl. Physiol. 2000 82:236 (calf). The others: Standring, Gray's Anatomy, 41st
+/// edition, and convention.
 struct leg {
     float side = 0;
     float variant = 1;
