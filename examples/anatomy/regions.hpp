@@ -1,6 +1,7 @@
 #ifndef INSONIFY_EXAMPLES_ANATOMY_REGIONS_HPP
 #define INSONIFY_EXAMPLES_ANATOMY_REGIONS_HPP
 
+#include "leg.hpp"
 #include "neck.hpp"
 #include "region.hpp"
 #include <string>
@@ -12,6 +13,7 @@ namespace anatomy {
 inline const std::vector<region>& regions() {
     static const std::vector<region> all{
         region_of<neck>("neck", "Neck, C5 to T1"),
+        region_of<leg>("leg", "Leg: thigh and calf"),
     };
     return all;
 }
