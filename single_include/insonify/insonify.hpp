@@ -1255,8 +1255,7 @@ using exec::for_each_index;
 namespace detail {
 
 /// Type-erased reference to a policy. Code written for it is compiled once for all policies that agree on SIMD, so
-/// their results are bit-equal; separate instantiations may differ, since a compiler contracts a * b + c differently
-/// from one to the next.
+/// their results are bit-equal whatever a compiler contracts.
 /// @tparam Unsequenced  whether the policy permits SIMD
 template <bool Unsequenced>
 class any_policy {
@@ -3063,7 +3062,9 @@ class fibre_grid {
                                     normals.empty() ? direction(layers, "layer_normal") : normals[cell]);
         }
         nodes_.resize(std::size_t{count_.x} * count_.y * count_.z);
-        exec::for_each_index(policy, 3, [&](std::size_t coordinate) { solve(targets, static_cast<int>(coordinate)); });
+        exec::for_each_block(policy, 3, 1, 1e8F, [&](std::size_t coordinate, std::size_t) {
+            solve(targets, static_cast<int>(coordinate));
+        });
     }
 
     /// As a view.
@@ -3987,8 +3988,8 @@ struct large_allocator {
     template <class Other>
     large_allocator(const large_allocator<Other>&) {}
 
-    /// Aligned here because aligned allocations rarely reuse freed memory: the system would clear new pages for every
-    /// tree. What `operator new` returned is stored before the first element.
+    /// Aligned here because aligned allocations rarely reuse freed memory. What `operator new` returned is stored
+    /// before the first element.
     T* allocate(std::size_t count) {
         constexpr std::size_t page = std::size_t{2} << 20U; // bytes; smaller arrays use ordinary pages
         constexpr std::size_t line = 64;                    // a cache line
@@ -4571,8 +4572,8 @@ struct ray_packet : packet_bounds<N> {
     /// Loads coherent rays from the first of `count` on. @return how many: whole groups, or 0
     ///
     /// Rays are coherent where they are valid, share their dominant axis and sign along it, begin at 0 or later, and
-    /// form a row that, halfway through the box, is at most 8 leaves long (4 for a single group) and 2 wide: in longer
-    /// rows, rays traverse nodes that only their neighbours enter (measured by bench_ratios).
+    /// form a row that, halfway through the box, is at most 8 leaves long (4 for a single group) and 2 wide (measured
+    /// by bench_ratios).
     /// @param box  around all primitives
     std::size_t prepare(const ray* first, std::size_t count, const aabb& box, float max_abs_coordinate,
                         float leaf_size) {
@@ -8803,8 +8804,7 @@ struct curved_echo {
 ///     s += a exp(-j 4 pi f0 z / c0)
 ///
 /// for an echo of amplitude a at displayed depth z, in metres, f0 in hertz and c0 = `display_speed` in m/s; it is
-/// divided linearly between the two neighbouring samples. Sample k lies at depth (k + 1/2) * spacing. The phase is
-/// reduced in cycles, in double precision, so it is accurate at any depth.
+/// divided linearly between the two neighbouring samples. Sample k lies at depth (k + 1/2) * spacing.
 ///
 /// Models call `surface` or `curved_surface`, `rough_surface` and `scatterers`, and receive any type with these and
 /// `depth`. The tracer substitutes one that compensates for the kernels of later stages.
@@ -10738,8 +10738,8 @@ class counted_lists {
 /// distances.
 using crossing_lists = counted_lists<crossing>;
 
-/// Finds the crossings of all lines of a frame at once: cuts the scene by the slices that contain the lines and
-/// distributes the segments over the lines. Keeps its memory from frame to frame.
+/// Cuts the scene by the slices that contain the lines of a frame and distributes the segments over the lines. Keeps
+/// its memory from frame to frame.
 class slice_finder {
   public:
     static constexpr int block = static_cast<int>(lines_per_block);
@@ -10980,8 +10980,7 @@ struct line_turn {
     }
 
   private:
-    // Near the face a shifted line may approach the apex; there its depth grows evenly from 0. At F-numbers from 1.25
-    // on, the points that it reaches lie further away.
+    // Near the face a shifted line may approach the apex; there its depth grows evenly from 0.
     INSONIFY_FN float near_face() const { return 1.5F * std::fabs(shift); }
     // Of a point of a shifted line from the apex.
     INSONIFY_FN float distance(float length) const {
@@ -11121,8 +11120,7 @@ class turned_fan {
     }
 
   private:
-    // Moves points across the lines so that the turned line through each becomes the straight one: what a turned line
-    // crosses is what the straight one crosses after points were moved.
+    // Moves points across the lines so that the turned line through each becomes the straight one.
     INSONIFY_INLINE point_lanes straightened(const point_lanes& p) const {
         using floats = point_lanes::floats;
         const face_shape& face = turn_.face;
@@ -11381,11 +11379,8 @@ INSONIFY_FN inline vec3 refracted(vec3 direction, vec3 normal, const medium& bef
 /// Z = density times sound speed in rayl; i and t are the angles of incidence and of refraction. At and beyond the
 /// critical angle r = 1 and T = 0; the phase of the echo and the evanescent wave are neglected. T is also the product
 /// of p there and back: the fraction of an echo's amplitude that survives both crossings. For media of equal sound
-/// speed r = (density2 - density1) / (density2 + density1) at every angle, exactly 0 for equal media.
-///
-/// r and T are quotients of the same two terms, so R + T = 1 within a few roundings. The rounding error of these terms
-/// is equivalent to that of the angle; it is noticeable only near the critical angle, where the slope of r is infinite.
-/// Source: Kinsler et al., Fundamentals of Acoustics, 4th edition, chapter 6.
+/// speed r = (density2 - density1) / (density2 + density1) at every angle, exactly 0 for equal media. R + T = 1 within
+/// a few roundings. Source: Kinsler et al., Fundamentals of Acoustics, 4th edition, chapter 6.
 struct fresnel {
     /// r: signed pressure of the echo relative to the incident pressure, -1 to 1.
     /// @param cosine  of the angle of incidence, 0 to 1; also below
@@ -11751,8 +11746,7 @@ INSONIFY_FN void pass(const Model& model, const traced_line& line, const layer& 
 ///
 ///     y = T (T' +- sqrt(-T T'')) / -(T'^2 + T T'')
 ///
-/// Of a strip with the power exp(-y^2 / s^2), what lies outside them passes. Facets do not curve: an obstacle whose
-/// normals are not smooth lets nothing pass.
+/// Of a strip with the power exp(-y^2 / s^2), what lies outside them passes; nothing beside facets, which do not curve.
 /// @param obstacle  a layer between two surfaces that are the object's own
 /// @param behind    the next one
 /// @param strip     s, metres
@@ -12121,8 +12115,8 @@ struct object_segment {
     }
 };
 
-/// One lattice of sheets along a segment of a line. Most points of a line are outside every sheet, so the cells that
-/// the line passes are listed, layer by layer and row by row, and only the points inside their sheets are evaluated.
+/// One lattice of sheets along a segment of a line. The cells that the line passes are listed, layer by layer and row
+/// by row, and only the points inside their sheets are evaluated.
 class sheet_crossings {
     using floats = wide_floats;
     using bits = wide_bits;
@@ -12641,12 +12635,9 @@ struct poisson_numbers {
 
 namespace detail {
 
-/// The grid of a `cell_field` is fine along the viewing direction and coarse across it. Grids exist for a lattice of
-/// directions; each line uses, slab by slab, a random one of the four around its own. Thus speckle persists while a
-/// probe turns a little, and decorrelates gradually as it turns further.
-///
-/// Lattice directions lie on the six faces of a cube, an eighth of half an edge apart: 7 degrees in the middle of a
-/// face.
+/// The grid of a `cell_field` is fine along the viewing direction and coarse across it. Each line uses, slab by slab, a
+/// random one of the four lattice directions around its own, so that speckle decorrelates gradually as a probe turns.
+/// They lie on the six faces of a cube, an eighth of half an edge apart: 7 degrees in the middle of a face.
 inline constexpr float view_steps = 8;
 
 /// Probability that two lines at this angle, radians, choose the same direction in a slab. Exact in the middle of a
@@ -12681,7 +12672,7 @@ INSONIFY_FN inline double slab_position(vec3 point) {
     return static_cast<double>(dot(point, vec3{0.48F, 0.6F, 0.64F}) / 2e-3F);
 }
 
-/// A straight segment of a line in the undeformed material: per metre of the line now, or across it.
+/// A straight segment of a line in the undeformed material.
 struct rest_line : material_line {
     vec3 lateral{1, 0, 0}; ///< metres of material per metre across the line in the slice plane
 };
@@ -13105,7 +13096,7 @@ struct cell_field {
     }
 
     // Straight from point to point of a curve: over short pieces for the scatterers, whose phases count, and over
-    // longer ones for the structure, which is displaced by less than 0.07 mm between their ends.
+    // longer ones for the structure.
     // @param charted  the curve in the coordinates of the structure
     template <class Emit>
     INSONIFY_FN void scatter_curved(const material_line& line, const detail::rest_curve& curve,
@@ -13696,9 +13687,8 @@ void sum_taps(view<const tap> taps, const vec2* from, vec2* to, std::size_t coun
 
 /// FIR filter with the envelope of a pulse along a line of complex samples, with one result for every D samples.
 ///
-/// Result k is at the centre of samples k D to k D + D - 1; for an even D this is between two samples. A line is stored
-/// as D polyphase rows (samples 0, D, 2 D, ..., then 1, D + 1, ...), each padded with zeros, so that a tap reads
-/// consecutive samples for consecutive results.
+/// Result k is at the centre of samples k D to k D + D - 1. A line is stored as D polyphase rows (samples 0, D, 2 D,
+/// ..., then 1, D + 1, ...), each padded with zeros, so that a tap reads consecutive samples for consecutive results.
 class axial_kernel {
   public:
     /// Recomputes the kernel in the same memory. @param envelope  in units of samples
@@ -13925,9 +13915,8 @@ inline lateral_kernel make_lateral_kernel(const probe_settings& probe, const acq
 ///     line  -H ... -1 | 0 ... lines - 1 | lines ... lines - 1 + H
 ///           zeros, or for a full circle the lines from the other end
 ///
-/// The samples of a line are contiguous and each has its own weights, so that SIMD works along the line. Across steered
-/// lines the filter follows the wave front: it reads neighbours a few samples above or below, which are copied too, and
-/// with the phase that they have at the same wave front.
+/// SIMD works along the line: each sample has its own weights. Across steered lines the filter follows the wave front:
+/// it reads neighbours a few samples above or below, with the phase that they have at the same wave front.
 class lateral_slab {
   public:
     static constexpr std::size_t samples = 32;
@@ -15810,9 +15799,8 @@ class cut_normals {
     std::vector<wanted> wanted_{};
 };
 
-/// Finds the layers of all lines of a frame. All lines of a plane lie in one slice of the scene: an object is cut by
-/// the slices once and the segments are distributed over the lines, or a ray is traced for each line. Keeps its memory
-/// from frame to frame.
+/// Finds the layers of all lines of a frame, for each object by slices or by rays. Keeps its memory from frame to
+/// frame.
 class layer_finder {
   public:
     /// Takes over the lines of a probe. @return whether slices contain them: see `slice_finder`
@@ -18381,10 +18369,9 @@ struct compound_settings {
 
 /// Acquires the looks of a frame and averages their amplitudes on the lines of the probe, weighted.
 ///
-/// Amplitudes are averaged before log compression, so the mean level stays. They are averaged along scan lines rather
-/// than in pixels, so the stages that follow see ordinary lines of the probe, whatever the number of looks, and each
-/// look has had the time gain of its own depths. The weight of a look falls to 0 towards its sides: where it ends
-/// inside the image there is no step.
+/// Amplitudes are averaged before log compression, so the mean level stays, and along scan lines, so the stages that
+/// follow see ordinary lines of the probe. The weight of a look falls to 0 towards its sides: where it ends inside the
+/// image there is no step.
 ///
 /// The lines of the probe must be equally far apart on a plane or round face, as those of all arrays but radial ones.
 template <transducer Probe>
@@ -22488,8 +22475,7 @@ void write_png(const std::string& path, const colour_image& picture);
 namespace insonify::inline INSONIFY_ABI::detail {
 
 /// Inverse of a map that displaces all points along one direction and does not fold over: along a line in that
-/// direction the displacement then falls by less than one to one, so that there is one solution, which is bracketed.
-/// Unlike Newton's method in space it needs no derivative, and edges of the map, where its slope jumps, do no harm.
+/// direction the displacement falls by less than one to one, so that there is one solution, which is bracketed.
 /// @param displacement  displacement(moved): of the point `now` - `moved` * `direction`, metres
 /// @param direction     of length 1
 /// @param max           upper bound of the displacement, metres
