@@ -116,6 +116,10 @@ struct cord {
     }
 };
 
+/// The lumens of its vessels.
+inline constexpr cord artery{.centre = {-9_mm, 17_mm}, .radii = {3.1_mm, 3.1_mm}, .drift = {0.8_mm, 0.3_mm}},
+    vein{.centre = {-15.6_mm, 16.4_mm}, .radii = {2.2_mm, 1.4_mm}, .drift = {0.6_mm, 0.4_mm}, .phase = 0.3F};
+
 /// A nerve: hypoechoic fascicles in hyperechoic connective tissue, in a sheath (the "honeycomb").
 inline void add_nerve(scene& body) {
     constexpr medium sheath{1075, 1630, 1.2_dB_per_cm, 1, 2.2F * tissue::nerve.backscatter, 20_um};
@@ -181,9 +185,8 @@ inline insonify::scene nerve_block_phantom() {
         body.add(outer.surface(), tissue::vessel_wall, {.priority = 1, .name = name + " wall"});
         body.add(lumen.surface(), tissue::blood, {.priority = 1, .name = name});
     };
-    add_vessel({.centre = {-9_mm, 17_mm}, .radii = {3.1_mm, 3.1_mm}, .drift = {0.8_mm, 0.3_mm}}, 0.4_mm, "artery");
-    add_vessel({.centre = {-15.6_mm, 16.4_mm}, .radii = {2.2_mm, 1.4_mm}, .drift = {0.6_mm, 0.4_mm}, .phase = 0.3F},
-               0.25_mm, "vein");
+    add_vessel(artery, 0.4_mm, "artery");
+    add_vessel(vein, 0.25_mm, "vein");
     add_nerve(body);
     const cord bone{
         .centre = bone_centre, .radii = vec2{bone_radius}, .drift = {0.8_mm, 0.6_mm}, .corner = 0.02F, .around = 80};

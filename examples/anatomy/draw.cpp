@@ -43,18 +43,13 @@ int main(int count, char** arguments) try {
     }
     anatomy::body body = region.make(values);
     body.anatomy.build(exec::par);
-    const object_id gel = *body.anatomy.find("gel");
     std::printf("%zu objects\n", body.anatomy.objects().size());
     for (const anatomy::view& view : body.views) {
         const std::string file = std::string{region.name} + "_" + view.name + ".png";
+        const pose at = anatomy::press_probe(body.anatomy, view);
         std::visit(
             [&](const auto& probe) {
-                pose at = view.at;
-                at.translation += at.direction({0, 0, view.pressed});
-                const contact touch = press(body.anatomy, probe, at, {}, [&](object_id id) { return id != gel; });
-                body.anatomy.deform(exec::par, touch.deformation);
                 write_png(file, b_mode(exec::par_unseq, body.anatomy, probe, at, view.settings));
-                body.anatomy.deform(exec::par, pressed_face{});
             },
             view.probe);
         std::printf("%s: %s\n", file.c_str(), view.title.c_str());

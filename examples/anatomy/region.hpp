@@ -1,9 +1,11 @@
 #ifndef INSONIFY_EXAMPLES_ANATOMY_REGION_HPP
 #define INSONIFY_EXAMPLES_ANATOMY_REGION_HPP
 
+#include <insonify/acoustics/tissue.hpp>
 #include <insonify/core/error.hpp>
 #include <insonify/core/random.hpp>
 #include <insonify/geometry/shapes.hpp>
+#include <insonify/motion/press.hpp>
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/probe/phased_array.hpp>
@@ -70,6 +72,24 @@ struct body {
         throw usage_error{"there is no view '" + name + "'; known are " + known};
     }
 };
+
+/// Presses the probe of a view into the skin as an operator does: bone and cartilage stay, the tissue above them gives
+/// way. @return  the pose of the probe
+inline pose press_probe(scene& anatomy, const view& seen) {
+    pose at = seen.at;
+    at.translation += at.direction({0, 0, seen.pressed});
+    const auto in_body = [&](object_id id) { return anatomy[id].name != "gel" && anatomy[id].name != "needle"; };
+    const auto is_stiff = [&](object_id id) {
+        const medium &inside = anatomy[id].inside, &softest = tissue::cartilage; // tendon is softer, and so is lung
+        return inside.sound_speed >= softest.sound_speed && inside.attenuation >= softest.attenuation;
+    };
+    std::visit(
+        [&](const auto& probe) {
+            anatomy.deform(exec::par, press(anatomy, probe, at, {}, in_body, is_stiff).deformation);
+        },
+        seen.probe);
+    return at;
+}
 
 /// What varies from body to body: a size, or a choice.
 struct parameter {

@@ -3,6 +3,7 @@
 
 #include "leg.hpp"
 #include "neck.hpp"
+#include "nerve_block.hpp"
 #include "region.hpp"
 #include <string>
 #include <vector>
@@ -14,6 +15,7 @@ inline const std::vector<region>& regions() {
     static const std::vector<region> all{
         region_of<neck>("neck", "Neck, C5 to T1"),
         region_of<leg>("leg", "Leg: thigh and calf"),
+        region_of<nerve_block_limb>("nerve_block", "Phantom of a nerve block"),
     };
     return all;
 }
