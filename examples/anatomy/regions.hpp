@@ -3,6 +3,7 @@
 
 #include "neck.hpp"
 #include "region.hpp"
+#include "right_upper_quadrant.hpp"
 #include <string>
 #include <vector>
 
@@ -12,6 +13,7 @@ namespace anatomy {
 inline const std::vector<region>& regions() {
     static const std::vector<region> all{
         region_of<neck>("neck", "Neck, C5 to T1"),
+        region_of<right_upper_quadrant>("right_upper_quadrant", "Right upper quadrant of the abdomen"),
     };
     return all;
 }
