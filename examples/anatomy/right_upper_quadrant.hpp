@@ -379,7 +379,7 @@ struct right_upper_quadrant_builder {
     }
     float sinus(vec3 q) const {
         const float middle = ellipsoid(q + vec3{0, 4_mm, 0}, {0.55F * half_kidney(), 0.1F * of.kidney_length, 9_mm});
-        const float hilum = round_cone(q, {0, -6_mm, 0}, 8_mm, {0, -0.29F * of.kidney_length, -2_mm}, 8_mm);
+        const float hilum = round_cone(q, {0, -6_mm, 0}, 8_mm, {0, -0.19F * of.kidney_length, -2_mm}, 6_mm);
         return smooth_min(middle, hilum, 6_mm) + 2.2_mm * noise(seed + 41, q, 9_mm) + 1_mm * noise(seed + 42, q, 5_mm);
     }
 
@@ -483,6 +483,11 @@ struct right_upper_quadrant_builder {
         for (const auto& [place, radius] : places) knots.push_back({place, vec2{radius}});
         return smooth_line(knots, spacing);
     }
+    /// Of a line that narrows: where the coarsest mesh still holds it.
+    static std::vector<tube_section> wide_part(std::vector<tube_section> line) {
+        while (line.back().radii.x < 2.4_mm) line.pop_back();
+        return line;
+    }
     /// A tree of vessels as a function: all lines joined smoothly.
     struct tree {
         std::vector<std::vector<tube_section>> lines{};
@@ -502,7 +507,9 @@ struct right_upper_quadrant_builder {
     void add_liver() {
         const mesh outside = star_shaped([&](vec3 p) { return liver(p); }, {-62_mm, -44_mm, 72_mm},
                                          {85_mm, 62_mm, 62_mm}, subdivisions(5));
-        add(grown(outside, 0.7_mm, 0.25F, 12_mm, seed + 51), tissue::capsule, 5, "liver capsule", "body wall");
+        add(star_shaped([&](vec3 p) { return liver(p) - 0.7_mm; }, {-62_mm, -44_mm, 72_mm}, {85_mm, 62_mm, 62_mm},
+                        subdivisions(5)),
+            tissue::capsule, 5, "liver capsule", "body wall");
         add(outside, tissue::liver, 5, "liver", "liver capsule");
 
         const float r = 0.5F * of.cava;
@@ -522,36 +529,37 @@ struct right_upper_quadrant_builder {
         add_vessel(make_tube(aorta, {.segments = count(36)}), 1.4_mm, tissue::vessel_wall, "aorta", 61, "body wall");
         made.vessels.push_back({"aorta", vessel::kind::artery, aorta, 1});
 
-        const float p = 0.5F * of.portal;
+        const float p = 0.5F * of.portal, fine = min(cell(2_mm), 2.2_mm);
         tree portal;
+        // Both right branches lie in the slice of the intercostal view.
         const auto trunk_line = vein({{{6_mm, 2_mm, 70_mm}, p},
                                       {{-14_mm, -14_mm, 69_mm}, p},
-                                      {{-36_mm, -31_mm, 67_mm}, 0.97F * p},
-                                      {{-56_mm, -36_mm, 71_mm}, 0.82F * p},
+                                      {{-36_mm, -29_mm, 67_mm}, 0.97F * p},
+                                      {{-56_mm, -33_mm, 71_mm}, 0.82F * p},
                                       {{-78_mm, -34_mm, 84_mm}, 0.6F * p},
-                                      {{-100_mm, -26_mm, 92_mm}, 0.36F * p},
-                                      {{-116_mm, -18_mm, 97_mm}, 0.24F * p}});
+                                      {{-98_mm, -38_mm, 93_mm}, 0.38F * p},
+                                      {{-115_mm, -41_mm, 99_mm}, 0.24F * p}});
         portal.lines = {trunk_line,
-                        vein({{{-84_mm, -57_mm, 54_mm}, 0.3F * p},
-                              {{-92_mm, -58_mm, 64_mm}, 0.26F * p},
+                        vein({{{-54_mm, -33_mm, 70_mm}, 0.72F * p},
+                              {{-72_mm, -29_mm, 60_mm}, 0.6F * p},
+                              {{-90_mm, -23_mm, 50_mm}, 0.38F * p},
+                              {{-100_mm, -19.5_mm, 46_mm}, 0.26F * p}}),
+                        vein({{{-70_mm, -30_mm, 61_mm}, 0.5F * p},
+                              {{-80_mm, -43_mm, 54_mm}, 0.4F * p},
+                              {{-91_mm, -57_mm, 50_mm}, 0.3F * p},
+                              {{-101_mm, -69_mm, 50_mm}, 0.22F * p}}),
+                        vein({{{-88_mm, -54_mm, 51_mm}, 0.3F * p},
+                              {{-93_mm, -58_mm, 63_mm}, 0.26F * p},
                               {{-102_mm, -56_mm, 74_mm}, 0.2F * p}}),
-                        vein({{{-78_mm, -52_mm, 56_mm}, 0.3F * p},
-                              {{-78_mm, -64_mm, 60_mm}, 0.26F * p},
-                              {{-76_mm, -78_mm, 66_mm}, 0.2F * p}}),
-                        vein({{{-96_mm, -28_mm, 90_mm}, 0.3F * p},
-                              {{-106_mm, -26_mm, 80_mm}, 0.25F * p},
-                              {{-114_mm, -22_mm, 70_mm}, 0.2F * p}}),
-
-                        vein({{{-54_mm, -36_mm, 70_mm}, 0.72F * p},
-                              {{-70_mm, -46_mm, 60_mm}, 0.6F * p},
-                              {{-88_mm, -58_mm, 52_mm}, 0.4F * p},
-                              {{-102_mm, -70_mm, 50_mm}, 0.25F * p}}),
-                        vein({{{-72_mm, -47_mm, 59_mm}, 0.42F * p},
-                              {{-84_mm, -38_mm, 46_mm}, 0.32F * p},
-                              {{-96_mm, -26_mm, 40_mm}, 0.24F * p}}),
-                        vein({{{-82_mm, -33_mm, 85_mm}, 0.4F * p},
-                              {{-96_mm, -44_mm, 98_mm}, 0.32F * p},
-                              {{-106_mm, -54_mm, 108_mm}, 0.24F * p}}),
+                        vein({{{-79_mm, -42_mm, 54_mm}, 0.3F * p},
+                              {{-78_mm, -60_mm, 60_mm}, 0.26F * p},
+                              {{-76_mm, -77_mm, 66_mm}, 0.2F * p}}),
+                        vein({{{-96_mm, -37_mm, 92_mm}, 0.3F * p},
+                              {{-106_mm, -31_mm, 82_mm}, 0.25F * p},
+                              {{-114_mm, -25_mm, 72_mm}, 0.2F * p}}),
+                        vein({{{-80_mm, -34_mm, 85_mm}, 0.4F * p},
+                              {{-94_mm, -47_mm, 100_mm}, 0.32F * p},
+                              {{-105_mm, -57_mm, 108_mm}, 0.24F * p}}),
                         vein({{{-34_mm, -31_mm, 67_mm}, 0.7F * p},
                               {{-22_mm, -42_mm, 58_mm}, 0.66F * p},
                               {{-6_mm, -46_mm, 50_mm}, 0.6F * p},
@@ -563,9 +571,12 @@ struct right_upper_quadrant_builder {
                         vein({{{0, -44_mm, 40_mm}, 0.36F * p},
                               {{-16_mm, -50_mm, 32_mm}, 0.28F * p},
                               {{-26_mm, -54_mm, 28_mm}, 0.22F * p}})};
-        const mesh lumen = mesh_implicit(portal, portal.box(p + 3_mm), cell(2_mm), {.max_slope = 1.1F});
-        add_vessel(lumen, 1.1_mm, media::portal_tract, "portal vein", 62, "body wall");
-        made.vessels.push_back({"portal vein", vessel::kind::vein, trunk_line, 0.2F});
+        const mesh lumen = mesh_implicit(portal, portal.box(p + 3_mm), fine, {.max_slope = 1.1F});
+        add(mesh_implicit([&](vec3 q) { return portal(q) - 1.1_mm - 0.3_mm * noise(seed + 62, q, 8_mm); },
+                          portal.box(p + 5_mm), fine, {.max_slope = 1.2F}),
+            media::portal_tract, 6, "portal vein: wall", "body wall");
+        add(lumen, tissue::blood, 8, "portal vein", "portal vein: wall");
+        made.vessels.push_back({"portal vein", vessel::kind::vein, wide_part(trunk_line), 0.2F});
 
         tree hepatic;
         const vec3 mouth{-21_mm, -86_mm, 76_mm};
@@ -597,9 +608,10 @@ struct right_upper_quadrant_builder {
                          vein({{{-40_mm, -62_mm, 50_mm}, 2.2_mm},
                                {{-56_mm, -64_mm, 42_mm}, 1.7_mm},
                                {{-70_mm, -66_mm, 38_mm}, 1.2_mm}})};
-        add(mesh_implicit(hepatic, hepatic.box(8_mm), cell(1.9_mm), {.max_slope = 1.1F}), tissue::blood, 9,
-            "hepatic veins", "body wall");
-        made.vessels.push_back({"hepatic veins", vessel::kind::vein, {right.rbegin(), right.rend()}, 0.25F});
+        add(mesh_implicit(hepatic, hepatic.box(8_mm), fine, {.max_slope = 1.1F}), tissue::blood, 9, "hepatic veins",
+            "body wall");
+        const auto inner = wide_part(right);
+        made.vessels.push_back({"hepatic veins", vessel::kind::vein, {inner.rbegin(), inner.rend()}, 0.25F});
 
         // Vessels of the kidney, in front of it and behind the vena cava.
         const vec3 hilum = from_kidney({2_mm, -0.22F * of.kidney_length, -2_mm});
@@ -645,7 +657,7 @@ struct right_upper_quadrant_builder {
         const float size = min(0.5F * of.stone_size, 0.6F * wide);
         const tube_section here = gallbladder[gallbladder.size() * 62 / 100];
         const vec3 below = normalize(vec3{0, 0, 1} - dot(vec3{0, 0, 1}, down) * down);
-        const vec3 place = seen_in_gallbladder = here.centre + (here.radii.x - size - 0.5_mm) * below;
+        const vec3 place = seen_in_gallbladder = here.centre + (here.radii.x - 1.15F * size - 0.6_mm) * below;
         add(star_shaped(
                 [&](vec3 q) { return length(q - place) - size * (1 + 0.12F * noise(seed + 71, q, 0.7F * size)); },
                 place, vec3{size}, subdivisions(4)),
@@ -653,8 +665,18 @@ struct right_upper_quadrant_builder {
     }
 
     vec3 on_skin(float around, float y) const {
-        constexpr float film = 0.5_mm;
-        return at(around, y, -(of.fat + of.skin + film));
+        constexpr float film = 0.6_mm;
+        swept outside = trunk;
+        for (section& one : outside.sections) {
+            one.half_width += of.fat + of.skin;
+            one.half_thickness += of.fat + of.skin;
+        }
+        float within = 0, beyond = 60_mm;
+        for (int i = 0; i < 20; ++i) {
+            const float half = 0.5F * (within + beyond);
+            (outside.distance(at(around, y, -half)) < 0 ? within : beyond) = half;
+        }
+        return at(around, y, -(within + film));
     }
     void add_views() {
         const convex_array& probe = presets::abdomen.probe;
