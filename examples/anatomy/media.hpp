@@ -10,7 +10,7 @@ using namespace insonify;
 
 /// Below a deep fascia, between it and the muscles: fatty. Rough, for the fascia waves over less than a resolution cell.
 inline constexpr medium deep_fascia{
-    995, 1510, 0.9_dB_per_cm, 1, amplitude_of_decibels(-7), 26_um, 0, tissue::connective_structure};
+    995, 1510, 0.9_dB_per_cm, 1, amplitude_of_decibels(-9), 26_um, 0, tissue::connective_structure};
 
 /// The muscle of the skin of the neck, a millimetre thick and infiltrated by fat: too thin for a sheath of its own.
 inline constexpr medium platysma{990, 1495, 1.0_dB_per_cm, 1, amplitude_of_decibels(-11), 35_um};

@@ -87,13 +87,15 @@ struct neck_builder {
     explicit neck_builder(const neck& parameters) : of{parameters} {
         sign = of.side > 0 ? -1.0F : 1.0F;
         seed = 1000 * static_cast<std::uint64_t>(of.variant);
-        fascia = {.sections = {{top - 1_mm, {0, 51_mm}, 59_mm, 51_mm},
-                               {-20_mm, {0, 51.5_mm}, 59_mm, 51.5_mm},
-                               {10_mm, {0, 52_mm}, 60_mm, 52_mm},
-                               {bottom + 1_mm, {0, 53_mm}, 65_mm, 53_mm}},
-                  .power = 1.9F,
+        fascia = {.sections = {{top - 1_mm, {0, 52_mm}, 60_mm, 52_mm},
+                               {-20_mm, {0, 52.5_mm}, 60_mm, 52.5_mm},
+                               {10_mm, {0, 53_mm}, 61_mm, 53_mm},
+                               {bottom + 1_mm, {0, 54_mm}, 66_mm, 54_mm}},
+                  .power = 1.8F,
                   .start = 1_mm,
-                  .end = 1_mm};
+                  .end = 1_mm,
+                  .waves = 0.08_mm,
+                  .seed = seed + 4};
     }
 
     float cell(float usual) const { return usual / of.resolution; }
@@ -155,12 +157,12 @@ struct neck_builder {
     void add_muscle(const swept& shape, const medium& inside, int priority, const std::string& name,
                     float size = 1.6_mm) {
         add(confined(
-                shape.surface(cell(size)), [&](vec3 p) { return depth(p); }, 0.2_mm),
+                shape.surface(cell(size)), [&](vec3 p) { return depth(p); }, 0.25_mm),
             inside, priority, name, "deep fascia");
     }
 
     void add_skin() {
-        const float coarse = cell(3.4_mm);
+        const float coarse = min(cell(3.4_mm), 4_mm);
         swept outside = fascia;
         outside.start = outside.end = 2_mm;
         outside.waves = 0.12_mm;
@@ -185,7 +187,7 @@ struct neck_builder {
                         ramp(u, 0, 0.35F) * ramp(1 - u, 0, 0.4F) * ramp(v, 0, 0.1F) * ramp(1 - v, 0, 0.1F);
                     const float thick = (0.15F + 0.85F * ramp(noise(seed + 2, {x, y, 0}, 9_mm), -0.6F, 0.4F)) * ends;
                     const float height =
-                        0.75_mm + 0.08F * (of.fat - 1.5_mm) + 0.12_mm * noise(seed + 3, {x, y, side}, 14_mm);
+                        0.75_mm + 0.08F * (of.fat - 1.5_mm) + 0.06F * of.fat * noise(seed + 3, {x, y, side}, 8_mm);
                     points.push_back({under(x, y, -height), 0.08_mm + 0.9_mm * of.muscle * thick});
                 }
             if (side < 0) // so that the upper side stays the upper one
@@ -277,7 +279,7 @@ struct neck_builder {
                 side);
             mesh omohyoid = make_tube(untwisted(line), {.segments = 20, .across = {side, 0, 0}});
             add(confined(
-                    std::move(omohyoid), [&](vec3 p) { return depth(p); }, 0.2_mm),
+                    std::move(omohyoid), [&](vec3 p) { return depth(p); }, 0.25_mm),
                 tissue::thin_muscle, 4, named("omohyoid"), "deep fascia");
         }
     }
@@ -327,6 +329,8 @@ struct neck_builder {
         }
         add(std::move(rings), tissue::cartilage, 8, "tracheal cartilages", "trachea");
 
+        add_larynx(front);
+
         // The gullet: to the left of the midline on either side of the views.
         const float z = back + 4.4_mm;
         const auto gullet = [&](float w, float t, float waves, std::uint64_t number, float shift, float shorter) {
@@ -348,8 +352,52 @@ struct neck_builder {
             "oesophageal lumen", "oesophageal mucosa");
     }
 
+    /// What is above the trachea: seen from far, it is beside the views.
+    void add_larynx(float front) {
+        constexpr float lower = -29_mm; // border of the thyroid cartilage is 6 mm above
+        const float r = 0.5F * of.trachea;
+        const swept inner{.sections = {{top, {0, front + 10.5_mm}, r + 3.2_mm, 10.5_mm},
+                                       {lower + 1_mm, {0, front + 10.5_mm}, r + 2_mm, 10.2_mm}},
+                          .power = 2.2F,
+                          .start = 3_mm,
+                          .end = 3_mm,
+                          .waves = 0.2_mm,
+                          .seed = seed + 25};
+        add(inner.surface(cell(2.2_mm)), tissue::muscularis, 5, "laryngeal muscles", "deep fascia");
+        const auto cricoid = [&](vec3 p) { // a signet ring: higher behind
+            const float behind = ramp(p.z, front, front + 18_mm),
+                        shell = std::fabs(airway.distance(p) - 0.5_mm) - 1.3_mm;
+            return smooth_max(shell, std::fabs(p.y - lower + 5_mm * behind) - (3_mm + 5_mm * behind), 2_mm);
+        };
+        add(mesh_implicit(cricoid, {{-r - 4_mm, lower - 14_mm, front - 4_mm}, {r + 4_mm, lower + 6_mm, front + 24_mm}},
+                          min(cell(1.3_mm), 1.4_mm), {.max_slope = 2}),
+            tissue::cartilage, 8, "cricoid cartilage", "deep fascia");
+        const auto columns = static_cast<std::uint32_t>(40 * of.resolution),
+                   rows = static_cast<std::uint32_t>(14 * of.resolution) + 2;
+        std::vector<sheet_point> shield;
+        for (std::uint32_t row = 0; row < rows; ++row)
+            for (std::uint32_t column = 0; column < columns; ++column) {
+                const float u = 2 * static_cast<float>(column) / static_cast<float>(columns - 1) - 1;
+                const float v = static_cast<float>(row) / static_cast<float>(rows - 1);
+                const float from_middle = std::sqrt(u * u + 0.02F) - 0.14F;
+                const float notch = 7_mm * std::exp(-u * u / 0.03F); // in its upper border
+                const float y = lower - 32_mm + notch + (26_mm - notch) * v;
+                const vec3 place{(r + 9_mm) * u, y, front - 0.8_mm + 2_mm * v + 24_mm * from_middle};
+                shield.push_back({place, 0.3_mm + 1.9_mm * ramp(v, 0, 0.15F) * ramp(1 - v, 0, 0.15F) *
+                                                      ramp(1 - std::fabs(u), 0, 0.1F)});
+            }
+        add(make_sheet(shield, columns), tissue::cartilage, 6, "thyroid cartilage", "deep fascia");
+        for (const float side : {1.0F, -1.0F}) {
+            const swept thyrohyoid = mirrored(muscle({{top, {12.5_mm, front + 6_mm}, 6_mm, 1.5_mm, 0.75F, 8},
+                                                      {lower - 12_mm, {12_mm, front + 7.5_mm}, 6_mm, 1.4_mm, 0.8F, 8}},
+                                                     side > 0 ? 26U : 27U),
+                                              side);
+            add_muscle(thyrohyoid, tissue::thin_muscle, 4, sided(side, "thyrohyoid"));
+        }
+    }
+
     void add_spine() {
-        const float size = cell(1.8_mm);
+        const float size = cell(2_mm);
         const char* names[] = {"fifth cervical vertebra", "sixth cervical vertebra", "seventh cervical vertebra",
                                "first thoracic vertebra"};
         for (int i = 0; i < 4; ++i) {
@@ -427,7 +475,7 @@ struct neck_builder {
                              arteries(33.5_mm, up - 12_mm, 25.2_mm, 0.84F * r)},
                             cell(1.5_mm)),
                 side);
-            const auto segments = static_cast<std::uint32_t>((viewed ? 44 : 24) * of.resolution);
+            const auto segments = static_cast<std::uint32_t>((viewed ? 40 : 24) * of.resolution);
             const std::string name = sided(side, "common carotid artery"),
                               branch = sided(side, "external carotid artery");
             const std::vector<wall_layer> fine{{"intima", tissue::intima, 0.28F * of.wall, 0.12F},
@@ -458,12 +506,12 @@ struct neck_builder {
             };
             const swept vein = mirrored(
                 swept{.sections = {beside(top + 3_mm, 49_mm, 0, 0.75F, 0.1F), beside(-35_mm, 47_mm, 0, 0.9F, 0.08F),
-                                   beside(0, 45_mm, 0, 1, 0.1F), beside(25_mm, 40.5_mm, 0.3_mm, 1.05F, 0.05F),
-                                   beside(bottom - 3_mm, 33_mm, 0.5_mm, 0.95F, 0)},
+                                   beside(0, 45_mm, 0, 1, 0.1F), beside(25_mm, 43.5_mm, 0, 1.02F, 0.08F),
+                                   beside(bottom - 3_mm, 38.5_mm, 0, 0.95F, 0.05F)},
                       .power = 2,
                       .start = 4_mm,
                       .end = 4_mm,
-                      .waves = 0.15_mm,
+                      .waves = 0.22_mm,
                       .seed = seed + own + 20},
                 side);
             add_vessel(vein.surface(cell(viewed ? 1.1_mm : 1.8_mm)), {{"wall", tissue::vein_wall, 0.3_mm, 0.35F}}, 8,
@@ -504,12 +552,12 @@ struct neck_builder {
                              arteries(17.5_mm, top + 3_mm, 47_mm, 1.7_mm)},
                             cell(2_mm)),
                 side);
-            add_vessel(make_tube(vertebral, {.segments = 24}), {{"wall", tissue::vessel_wall, 0.4_mm, 0.3F}}, 10,
+            add_vessel(make_tube(vertebral, {.segments = 24}), {{"wall", tissue::adventitia, 0.35_mm, 0.3F}}, 10,
                        sided(side, "vertebral artery"), own + 40);
             made.vessels.push_back({sided(side, "vertebral artery"), vessel::kind::artery, vertebral, 0.5F});
             if (of.second_vein > 0) {
                 const auto on = [&](float x, float y, float wide) {
-                    return tube_section{under(x, y, 0.15_mm), {wide, 0.75F * wide}};
+                    return tube_section{under(x, y, 0.3_mm), {wide, 0.75F * wide}};
                 };
                 const auto external = mirrored(
                     smooth_line({on(38_mm, top + 4_mm, 1.1_mm), on(42_mm, -35_mm, 1.3_mm), on(46_mm, 0, 1.4_mm),
@@ -613,7 +661,7 @@ struct neck_builder {
             return all;
         };
         const aabb box{{-34_mm, middle - half - 3_mm, 0}, {34_mm, max(middle + half, 14_mm) + 3_mm, 34_mm}};
-        mesh thyroid = mesh_implicit(gland, box, min(cell(1.4_mm), 0.6F * of.isthmus), {.max_slope = 1.6F});
+        mesh thyroid = mesh_implicit(gland, box, min(cell(1.5_mm), 0.6F * of.isthmus), {.max_slope = 1.6F});
         add(grown(thyroid, 0.28_mm, 0.25F, 5_mm, seed + 63), tissue::capsule, 4, "thyroid capsule", "deep fascia");
         add(std::move(thyroid), tissue::thyroid, 4, "thyroid", "thyroid capsule");
         for (int i = 0; i < 3; ++i) { // small vessels in the lobe of the views
@@ -622,9 +670,9 @@ struct neck_builder {
                 return tube_section{{x + across * w, y + along * 1_mm, 7.4_mm + (0.9F + deep) * t},
                                     vec2{0.45_mm + 0.1_mm * static_cast<float>(i % 2)}};
             };
-            const float lean = 0.2F * static_cast<float>(i - 1);
+            const float lean = 0.17F * static_cast<float>(i - 1);
             const auto line = mirrored(
-                smooth_line({at(0.45F, 3, 0.25F + lean), at(0.1F, 0, 0.1F + lean), at(-0.35F, -3, 0.05F + lean)},
+                smooth_line({at(0.45F, 3, 0.25F + lean), at(0.1F, 0, 0.1F + lean), at(-0.3F, -3, 0.05F + lean)},
                             cell(0.7_mm)),
                 sign);
             add(make_tube(line, {.segments = 12}), tissue::blood, 5,

@@ -38,6 +38,7 @@ struct view {
     std::variant<linear_array, convex_array, phased_array> probe{}; ///< what such a view is taken with
     b_mode_settings settings{};                                     ///< the same
     std::optional<needle_path> needle{};                            ///< where the view is one for a needle
+    float pressed = 2.5_mm; ///< by which an operator presses the face into the skin, along z: see `press`
 };
 
 /// A vessel with flowing blood.

@@ -208,7 +208,7 @@ struct swept {
         const float a = std::fabs(u) / w, b = std::fabs(v) / t;
         const float k = std::pow(std::pow(a, power) + std::pow(b, power), 1 / power);
         const float beyond = max(max(from - p.y, p.y - to), 0);
-        if (k < 1e-3F) return max(-t, beyond);
+        if (k < 1e-3F) return beyond > 0 ? beyond : -t;
         const float across = std::pow(a / k, power - 1) / w, deep = std::pow(b / k, power - 1) / t;
         const float value = (k - 1) / std::sqrt(across * across + deep * deep) - wave_at(std::atan2(v / t, u / w), p.y);
         return beyond > 0 ? std::sqrt(beyond * beyond + max(value, 0) * max(value, 0)) : value;

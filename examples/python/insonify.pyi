@@ -107,6 +107,7 @@ class medium:
 
 class tissue:
     """Media of the body, of instruments and of phantoms: constants; copy.copy makes one that can be changed."""
+    adventitia: medium
     air: medium
     bile: medium
     bladder_wall: medium
@@ -115,7 +116,10 @@ class tissue:
     bone_cortical: medium
     bone_trabecular: medium
     brain: medium
+    capsule: medium
     cartilage: medium
+    connective_tissue: medium
+    epineurium: medium
     eye_lens: medium
     fascia: medium
     fat: medium
@@ -124,13 +128,17 @@ class tissue:
     gallbladder_wall: medium
     gel: medium
     heart: medium
+    intima: medium
     kidney: medium
     lens: medium
     liver: medium
     lung: medium
+    mucosa: medium
     muscle: medium
-    names: tuple[str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str]
+    muscularis: medium
+    names: tuple[str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str]
     nerve: medium
+    nerve_fascicle: medium
     pvcp: medium
     saline: medium
     skin: medium
@@ -138,12 +146,16 @@ class tissue:
     spleen: medium
     steel: medium
     tendon: medium
+    thin_muscle: medium
+    thyroid: medium
     titanium: medium
     tmm_cyst: medium
     tmm_high: medium
     tmm_low: medium
+    tunica_media: medium
     urethane: medium
     urine: medium
+    vein_wall: medium
     vessel_wall: medium
     water: medium
 

@@ -134,7 +134,7 @@ inline constexpr medium fascia{1120, 1613, 1.57_dB_per_cm, 1, amplitude_of_decib
 inline constexpr medium thin_muscle{1075, 1580, 1.0_dB_per_cm, 1, amplitude_of_decibels(-7), 6_um, 0, thin_muscle_structure};
 
 /// Loose, between muscles and around vessels. Source: IT'IS (density and speed); attenuation between fat and fascia.
-inline constexpr medium connective_tissue{1027, 1545, 0.9_dB_per_cm, 1, amplitude_of_decibels(-7), 6_um, 0, connective_structure};
+inline constexpr medium connective_tissue{1027, 1545, 0.9_dB_per_cm, 1, amplitude_of_decibels(-9), 6_um, 0, connective_structure};
 
 /// The capsule of a gland or organ: dense connective tissue, in a thin layer. Source: as `fascia`.
 inline constexpr medium capsule{1100, 1600, 1.57_dB_per_cm, 1, amplitude_of_decibels(4), 6_um};
@@ -173,12 +173,12 @@ inline constexpr medium heart{1065, 1570, 0.45_dB_per_cm, 1.1F, amplitude_of_dec
 inline constexpr medium vessel_wall{1100, 1570, 0.7_dB_per_cm, 1, amplitude_of_decibels(3), 20_um};
 
 /// The layers of an artery's wall, which give it a double line: from inside, bright intima, dark media, bright
-/// adventitia. Source of the lines: Pignoli et al., Circulation 1986 74:1399; densities and speeds around those of
+/// adventitia, which gradually becomes loose. Source of the lines: Pignoli et al., Circulation 1986 74:1399; densities and speeds around those of
 /// `vessel_wall`, levels by convention.
 /// @{
 inline constexpr medium intima{1085, 1590, 0.7_dB_per_cm, 1, amplitude_of_decibels(-4), 6_um};
-inline constexpr medium tunica_media{1050, 1535, 0.7_dB_per_cm, 1, amplitude_of_decibels(-14), 6_um};
-inline constexpr medium adventitia{1075, 1565, 1.2_dB_per_cm, 1, amplitude_of_decibels(-5), 6_um};
+inline constexpr medium tunica_media{1035, 1505, 0.7_dB_per_cm, 1, amplitude_of_decibels(-14), 6_um};
+inline constexpr medium adventitia{1055, 1540, 1.2_dB_per_cm, 1, amplitude_of_decibels(-5), 6_um};
 /// @}
 
 /// Of a vein: one thin layer. Convention, as `vessel_wall`.

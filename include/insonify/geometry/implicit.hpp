@@ -44,7 +44,9 @@ class implicit_lattice {
         }
         // One layer of cubes around the box.
         origin_ = box.centre() - 0.5F * cell * vec3{count_ - 1U};
-        step_ = {1, count_.x, std::size_t{count_.x} * count_.y};
+        step_[0] = 1;
+        step_[1] = count_.x;
+        step_[2] = std::size_t{count_.x} * count_.y;
         middles_ = step_[2] * count_.z;
     }
 
@@ -136,6 +138,7 @@ class implicit_lattice {
                         values_[point] = value_at(position_of(point));
                     }
     }
+
     bool is_inside(std::size_t point) const { return values_[point] < 0; }
 
     // The tetrahedra around the three lines from the middle of a cube to those of the next ones.
@@ -153,13 +156,13 @@ class implicit_lattice {
         }
     }
 
-    // Corners 1 to 3 are counter-clockwise seen against the direction in which corner 0 lies behind them.
+    // Corners 1, 2 and 3 are counter-clockwise seen from the side away from corner 0.
     void cut_tetrahedron(std::array<std::size_t, 4> c) {
         int inside = 0;
         for (const std::size_t point : c) inside += is_inside(point) ? 1 : 0;
         if (inside == 0 || inside == 4) return;
-        // Even permutations that move the corners inside to the front, of a single one where one or three are.
-        const auto rotate_front = [&](int to_front) { // corner to_front becomes the first
+        // Even permutations keep the orientation.
+        const auto rotate_front = [&](int to_front) { // this corner becomes the first
             constexpr int even[4][4] = {{0, 1, 2, 3}, {1, 0, 3, 2}, {2, 3, 0, 1}, {3, 2, 1, 0}};
             const auto old = c;
             for (int i = 0; i < 4; ++i)
@@ -256,7 +259,7 @@ class implicit_lattice {
     float cell_ = 1;
     uvec3 count_{0, 0, 0}; // of the corners of cubes; as many middles are stored, of which the last are not used
     vec3 origin_{0, 0, 0};
-    std::array<std::size_t, 3> step_{};
+    std::size_t step_[3] = {};
     std::size_t middles_ = 0; // index of the first middle
     std::vector<float> values_{};
     std::vector<std::uint32_t> slots_{}; // of a lattice point in `vertices_`
