@@ -681,6 +681,7 @@ struct right_upper_quadrant_builder {
     void add_views() {
         const convex_array& probe = presets::abdomen.probe;
         b_mode_settings settings = presets::abdomen.settings;
+        constexpr float pressed = 7_mm; // so that the skin lies on most of the curved face
         settings.depth = 150_mm;
         // Below the ribs, up to where the hepatic veins join the vena cava; the right hepatic vein lies in the slice.
         const vec3 below = on_skin(37, margin(37) + 36_mm);
@@ -691,17 +692,19 @@ struct right_upper_quadrant_builder {
                               look_at(below, below + normalize(to_mouth + to_tip), to_mouth - to_tip),
                               probe,
                               settings,
-                              {}});
+                              {},
+                              0.5F * pressed});
         settings.depth = 140_mm;
         const float side = 72, between = 0.5F * (rib_at(9, side) + rib_at(10, side));
         const vec3 beside = on_skin(side, between);
         const vec3 along_rib = on_skin(side - 4, 0.5F * (rib_at(9, side - 4) + rib_at(10, side - 4))) - beside;
         made.views.push_back({"intercostal",
                               "liver with the right portal vein, between the ninth and the tenth rib",
-                              look_at(beside, {-46_mm, -30_mm, 74_mm}, along_rib),
+                              look_at(beside, {-46_mm, -31_mm, 81_mm}, along_rib),
                               probe,
                               settings,
-                              {}});
+                              {},
+                              pressed});
         // Along the gallbladder, through its stone.
         const vec3 neck = gallbladder[gallbladder.size() / 3].centre, fundus = gallbladder.back().centre;
         const vec3 above = on_skin(30, 0.6F * neck.y + 0.4F * fundus.y);
@@ -710,7 +713,8 @@ struct right_upper_quadrant_builder {
                               look_at(above, seen_in_gallbladder, fundus - neck),
                               probe,
                               settings,
-                              {}});
+                              {},
+                              pressed});
         const float flank = 100;
         const vec3 behind = on_skin(flank, rib_at(11, flank) + 11_mm);
         const float along = (behind.y - kidney_centre.y) / long_axis.y; // straight in: the kidney towards the feet
@@ -719,7 +723,8 @@ struct right_upper_quadrant_builder {
                               look_at(behind, kidney_centre + along * long_axis, long_axis),
                               probe,
                               settings,
-                              {}});
+                              {},
+                              pressed});
     }
 };
 
