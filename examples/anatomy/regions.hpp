@@ -1,6 +1,7 @@
 #ifndef INSONIFY_EXAMPLES_ANATOMY_REGIONS_HPP
 #define INSONIFY_EXAMPLES_ANATOMY_REGIONS_HPP
 
+#include "lumbar.hpp"
 #include "neck.hpp"
 #include "region.hpp"
 #include "right_upper_quadrant.hpp"
@@ -14,6 +15,7 @@ inline const std::vector<region>& regions() {
     static const std::vector<region> all{
         region_of<neck>("neck", "Neck, C5 to T1"),
         region_of<right_upper_quadrant>("right_upper_quadrant", "Right upper quadrant of the abdomen"),
+        region_of<lumbar>("lumbar", "Lumbar spine, L2 to the sacrum"),
     };
     return all;
 }
