@@ -15,6 +15,14 @@
 /// Levels by convention, after the clinical appearance.
 namespace anatomy::media {
 
+/// The long muscles of the back: as `tissue::muscle`, with a thin sheath that drops out along the beam.
+inline constexpr medium back_muscle = [] {
+    medium of = tissue::muscle;
+    of.roughness = 6_um;
+    of.structure.sheath = {.thickness = 0.7_mm, .level_db = 17, .diffuse_db = -20};
+    return of;
+}();
+
 /// Elastic, and brighter than the muscles on it.
 inline constexpr medium ligamentum_flavum{1110, 1660, 1.5_dB_per_cm, 1, amplitude_of_decibels(6), 20_um};
 
@@ -30,7 +38,7 @@ inline constexpr medium interspinous_ligament{
     structure{.mottling = {2, {6_mm, 3_mm, 3_mm}}, .grain = {1.5F, {4_mm, 1.5_mm, 1.5_mm}}}};
 
 /// The dura mater, and the longitudinal ligament of the vertebral bodies: dense sheets.
-inline constexpr medium dura{1140, 1720, 1.6_dB_per_cm, 1, amplitude_of_decibels(10), 12_um};
+inline constexpr medium dura{1140, 1720, 1.6_dB_per_cm, 1, amplitude_of_decibels(8), 4_um};
 
 /// Between dura and bone.
 inline constexpr medium epidural_fat{940, 1460, 0.6_dB_per_cm, 1, amplitude_of_decibels(-9), 6_um};
@@ -113,7 +121,7 @@ struct lumbar_builder {
     float half_lamina = 9_mm;
     float behind = 25.5_mm; ///< from the middle of the canal to that of a vertebral body
 
-    static constexpr float top = -92_mm, bottom = 140_mm, width = 105_mm, thickness = 75_mm, roundness = 3;
+    static constexpr float top = -118_mm, bottom = 165_mm, width = 125_mm, thickness = 75_mm, roundness = 3.2F;
     static constexpr float body_depth = 17_mm, body_height = 13.5_mm, tip = 4_mm; ///< of a process below the fascia
     static constexpr float lordosis[] = {-9_deg, 0, 8_deg, 19_deg, 40_deg};
 
@@ -206,8 +214,8 @@ struct lumbar_builder {
                                   .waves = 0.4_mm,
                                   .seed = seed + number + (side > 0 ? 0U : 20U)};
                 add(confined(
-                        shape.surface(cell(3_mm)), [&](vec3 p) { return -back.distance(p); }, 0.4_mm),
-                    tissue::muscle, priority, sided + name, "back", fibres);
+                        shape.surface(cell(3_mm)), [&](vec3 p) { return -back.distance(p); }, 0.8_mm),
+                    media::back_muscle, priority, sided + name, "back", fibres);
             };
             // They overlap one another and the bones: priorities cut them, so that they touch.
             const float last = bottom - 8_mm;
@@ -277,6 +285,15 @@ struct lumbar_builder {
         join(all, round_cone(p, {wide + 5_mm, 2_mm, deep}, 7_mm, {wide + 6_mm, 4_mm, -deep + 2_mm}, 6_mm), 4_mm);
         join(all, round_cone(p, {20_mm, 6_mm, 14_mm}, 12_mm, {46_mm, 16_mm, 10_mm}, 13_mm), 6_mm);
         return all;
+    }
+
+    /// The ligamenta flava across the spine: two plates that meet in the midline.
+    float flava(vec3 p) const {
+        const float wide = 0.5F * of.canal_width, deep = 0.5F * of.canal_depth;
+        const vec2 outer{wide + 1_mm, -deep + 3_mm}, inner{0, -deep - 4.5_mm};
+        const vec2 at{std::fabs(p.x), p.z + 0.1F * (p.y - 3_mm)};
+        const float part = clamp(dot(at - outer, inner - outer) / dot(inner - outer, inner - outer), 0, 1);
+        return length(at - outer - part * (inner - outer)) - 0.5F * of.flavum;
     }
 
     void add_spine() {
@@ -362,12 +379,7 @@ struct lumbar_builder {
             const float space =
                 length(bones[static_cast<std::size_t>(i) + 1].middle - bones[static_cast<std::size_t>(i)].middle);
             const auto flavum = [&](vec3 p) {
-                p.x = std::fabs(p.x);
-                const vec2 outer{wide + 1_mm, -deep + 3_mm}, inner{0, -deep - 4.5_mm};
-                const vec2 at{p.x, p.z + 0.1F * (p.y - 3_mm)};
-                const float part = clamp(dot(at - outer, inner - outer) / dot(inner - outer, inner - outer), 0, 1);
-                const float plate = length(at - outer - part * (inner - outer)) - 0.5F * of.flavum;
-                return smooth_max(plate, std::fabs(p.y - 3_mm) - 0.42F * space, 2_mm) +
+                return smooth_max(flava(p), std::fabs(p.y - 3_mm) - 0.42F * space, 2_mm) +
                        0.25_mm * noise(seed + 50, p + here.middle, 6_mm);
             };
             const auto placed = [&](mesh m) {
@@ -381,7 +393,9 @@ struct lumbar_builder {
             const float rear = -deep - 6_mm - (i < 2 ? of.spinous : 0.75F * of.spinous), front = -deep - 6_mm;
             const auto sheet = [&](vec3 p) {
                 const float flat = smooth_max(std::fabs(p.x) - 2.2_mm, std::fabs(p.y - 5_mm) - 0.5F * space, 2_mm);
-                return smooth_max(flat, std::fabs(p.z - 0.5F * (front + rear)) - 0.5F * (front - rear), 3_mm) +
+                const float all =
+                    smooth_max(flat, std::fabs(p.z - 0.5F * (front + rear)) - 0.5F * (front - rear), 3_mm);
+                return smooth_max(all, back.distance(here.point(p)) + 3_mm, 2_mm) +
                        0.5_mm * noise(seed + 51, p + here.middle, 7_mm);
             };
             add(placed(mesh_implicit(sheet, {{-5_mm, -20_mm, rear - 3_mm}, {5_mm, 30_mm, front + 3_mm}},
@@ -423,26 +437,27 @@ struct lumbar_builder {
         const convex_array& probe = presets::abdomen.probe;
         b_mode_settings settings = presets::abdomen.settings;
         settings.depth = 105_mm;
-        constexpr float film = 0.6_mm, pressed = 6_mm;
+        constexpr float film = 1_mm, pressed = 6_mm;
         const frame gap = between(1);
-        const float deep = 0.5F * of.canal_depth;
-        // In the gap: behind the dura, and in the middle of the canal.
-        const vec3 epidural = gap.point({0, 3_mm, -deep - 1_mm}), canal = gap.point({0, 3_mm, 0});
+        // In the middle of the canal, and between the tips of the processes behind it.
+        const vec3 canal = gap.point({0, 3_mm, 0}), gap_of_tips = gap.point({0, 8_mm, -14.5_mm - of.spinous});
         const auto on_line = [&](vec3 target, vec3 out) { return skin_on(target, out) + film * out; };
         const vec3 aside = normalize(vec3{std::tan(24_deg), 0, 0} - gap.forward());
         const vec3 from = on_line(canal, aside);
         const pose oblique = look_at(from, canal, gap.along());
         // From below, in the slice, between the laminae to the space behind the dura.
-        const vec3 target = canal + (deep + 0.5_mm) * aside;
+        float through = 0;
+        while (flava(gap.local(canal + through * aside)) > 0.7_mm) through += 0.1_mm;
+        const vec3 target = canal + through * aside;
         const vec3 out = normalize(std::cos(30_deg) * aside + std::sin(30_deg) * gap.along());
         made.views.push_back({"paramedian_oblique",
                               "laminae lengthwise, the canal in the gaps between them, the head to the left", oblique,
                               probe, settings, needle_path{skin_on(target, out), target}, pressed});
-        const vec3 backwards = -gap.forward();
+        const vec3 backwards = normalize(gap_of_tips - canal);
         made.views.push_back({"transverse_interlaminar",
                               "across, between the third and the fourth lumbar vertebra, for a midline puncture",
                               look_at(on_line(canal, backwards), canal, {1, 0, 0}), probe, settings,
-                              needle_path{skin_on(epidural, backwards), canal}, pressed});
+                              needle_path{skin_on(canal, backwards), canal}, pressed});
         const frame& third = bones[1];
         const vec3 process = tip_of(1);
         made.views.push_back({"transverse_spinous",
