@@ -7,6 +7,7 @@
 #include "shapes.hpp"
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <utility>
@@ -18,13 +19,13 @@ namespace anatomy::media {
 /// The long muscles of the back: as `tissue::muscle`, with a thin sheath that drops out along the beam.
 inline constexpr medium back_muscle = [] {
     medium of = tissue::muscle;
-    of.roughness = 6_um;
-    of.structure.sheath = {.thickness = 0.7_mm, .level_db = 17, .diffuse_db = -20};
+    of.roughness = 12_um;
+    of.structure.sheath = {.thickness = 0.9_mm, .level_db = 22, .diffuse_db = -15};
     return of;
 }();
 
 /// Elastic, and brighter than the muscles on it.
-inline constexpr medium ligamentum_flavum{1110, 1660, 1.5_dB_per_cm, 1, amplitude_of_decibels(6), 20_um};
+inline constexpr medium ligamentum_flavum{1110, 1660, 1.5_dB_per_cm, 1, amplitude_of_decibels(9), 20_um};
 
 /// Between two spinous processes: fibres and fat.
 inline constexpr medium interspinous_ligament{
@@ -178,7 +179,7 @@ struct lumbar_builder {
     }
 
     void add_skin() {
-        const float coarse = cell(5_mm);
+        const float coarse = min(cell(6_mm), 8_mm); // the muscles lie close below
         swept outside = back;
         outside.waves = 0.12_mm;
         outside.seed = seed + 1;
@@ -239,7 +240,7 @@ struct lumbar_builder {
     float arch(vec3 p, int i) const {
         p.x = std::fabs(p.x);
         const float wide = 0.5F * of.canal_width, deep = 0.5F * of.canal_depth;
-        const auto join = [](float& all, float part, float width) { all = smooth_min(all, part, width); };
+        const auto join = [](float& to, float part, float over) { to = smooth_min(to, part, over); };
         // Laminae: plates that slope to the back, their lower borders more than their upper ones.
         const vec2 outer{wide + 3_mm, -deep + 3_mm}, inner{0, -deep - 6_mm};
         const vec2 at{p.x, p.z + 0.2F * (p.y - 3_mm)};
@@ -270,7 +271,7 @@ struct lumbar_builder {
     float sacrum(vec3 p) const {
         p.x = std::fabs(p.x);
         const float wide = 0.5F * of.canal_width, deep = 0.5F * of.canal_depth;
-        const auto join = [](float& all, float part, float width) { all = smooth_min(all, part, width); };
+        const auto join = [](float& to, float part, float over) { to = smooth_min(to, part, over); };
         const float from_back = p.z + deep + 6_mm - 0.1F * p.x - 0.0022F / 1_mm * (p.y - 20_mm) * (p.y - 20_mm);
         float all = smooth_max(smooth_max(std::fabs(from_back) - 3_mm, p.x - (30_mm - 0.22F * p.y), 6_mm),
                                std::fabs(p.y - 30_mm) - 29_mm, 5_mm);
@@ -299,7 +300,7 @@ struct lumbar_builder {
     void add_spine() {
         const char* names[] = {"second lumbar vertebra", "third lumbar vertebra", "fourth lumbar vertebra",
                                "fifth lumbar vertebra", "sacrum"};
-        const float fine = cell(1.6_mm);
+        const float fine = cell(1.65_mm);
         std::vector<tube_section> column, canal, ligament;
         for (int i = 0; i < 5; ++i) {
             const frame& here = bones[static_cast<std::size_t>(i)];
@@ -362,12 +363,12 @@ struct lumbar_builder {
             for (std::size_t s = 3; s + 4 < sac.size(); ++s) {
                 const float along = static_cast<float>(s) / static_cast<float>(sac.size());
                 const float x = (0.75F + 0.25F * along) * out * std::cos(angle), z = 0.9F * out * std::sin(angle);
-                const frame near{{0, 0, 0}, tilt_at(sac[s].centre.y)};
+                const frame here{{0, 0, 0}, tilt_at(sac[s].centre.y)};
                 const auto wave = [&](std::uint64_t of_axis) {
                     return 0.7_mm * noise(seed + 42 + 2 * k + of_axis, sac[s].centre, 24_mm);
                 };
                 root.push_back({sac[s].centre + vec3{x * sac[s].radii.x + wave(0), 0, 0} +
-                                    (z * sac[s].radii.y + wave(1)) * near.forward(),
+                                    (z * sac[s].radii.y + wave(1)) * here.forward(),
                                 vec2{0.45_mm}});
             }
             add(make_tube(root, {.segments = count(8)}), tissue::nerve_fascicle, 7,

@@ -7,7 +7,10 @@
 #include "shapes.hpp"
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <initializer_list>
+#include <iterator>
 #include <string>
 #include <utility>
 #include <vector>
@@ -404,7 +407,8 @@ struct right_upper_quadrant_builder {
                 tissue::saline, 3, "free fluid", "body wall");
         const mesh outside =
             turned(star_shaped([&](vec3 q) { return kidney(q); }, {0, 3_mm, 0}, sizes, subdivisions(5)));
-        add(grown(outside, 0.5_mm, 0.2F, 10_mm, seed + 43), tissue::capsule, 5, "renal capsule", "perirenal fat");
+        add(turned(star_shaped([&](vec3 q) { return kidney(q) - 0.6_mm; }, {0, 3_mm, 0}, sizes, subdivisions(5))),
+            tissue::capsule, 5, "renal capsule", "perirenal fat");
         add(outside, tissue::kidney, 6, "right kidney", "renal capsule");
         add(turned(mesh_implicit([&](vec3 q) { return sinus(q); },
                                  {{-0.36F * of.kidney_length, -0.4F * of.kidney_length, -18_mm},
@@ -631,7 +635,7 @@ struct right_upper_quadrant_builder {
     void add_gallbladder() {
         const float wide = 0.5F * of.gallbladder_width, length_of = of.gallbladder_length;
         const vec3 neck{-46_mm, -24_mm, 69_mm};
-        const vec3 down = normalize(vec3{-25_mm + 0.5F * of.gallbladder_shift, 37_mm, -24_mm});
+        const vec3 down = normalize(vec3{-25_mm + 0.5F * of.gallbladder_shift, 37_mm, -16_mm});
         const auto along = [&](float part, float radius, vec3 aside = {0, 0, 0}) {
             return std::pair<vec3, float>{neck + part * (length_of - wide) * down + aside, radius};
         };
