@@ -2,9 +2,11 @@
 #define INSONIFY_EXAMPLES_ANATOMY_REGIONS_HPP
 
 #include "leg.hpp"
+#include "lumbar.hpp"
 #include "neck.hpp"
 #include "nerve_block.hpp"
 #include "region.hpp"
+#include "right_upper_quadrant.hpp"
 #include <string>
 #include <vector>
 
@@ -15,6 +17,8 @@ inline const std::vector<region>& regions() {
     static const std::vector<region> all{
         region_of<neck>("neck", "Neck, C5 to T1"),
         region_of<leg>("leg", "Leg: thigh and calf"),
+        region_of<right_upper_quadrant>("right_upper_quadrant", "Right upper quadrant of the abdomen"),
+        region_of<lumbar>("lumbar", "Lumbar spine, L2 to the sacrum"),
         region_of<nerve_block_limb>("nerve_block", "Phantom of a nerve block"),
     };
     return all;

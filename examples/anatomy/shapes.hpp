@@ -344,6 +344,28 @@ inline void append(mesh& to, const mesh& more) {
     for (const uvec3 f : more.faces) to.faces.push_back(f + first);
 }
 
+/// The surface of {function < 0} where every ray from `centre` leaves it: for bodies that can be seen whole from there.
+/// Faster than `mesh_implicit`, with a tenth of the triangles.
+/// @param radii         of an ellipsoid that is about as long and wide as the body, metres: it spreads the triangles
+/// @param subdivisions  20 * 4^subdivisions triangles
+template <class Function>
+mesh star_shaped(const Function& function, vec3 centre, vec3 radii, std::uint32_t subdivisions) {
+    mesh body = make_sphere({0, 0, 0}, 1, subdivisions);
+    for (vec3& p : body.positions) {
+        const vec3 out = p * radii;
+        constexpr float step = 0.08F, farthest = 4;
+        float to = step;
+        while (to < farthest && function(centre + to * out) < 0) to += step;
+        float from = to - step;
+        for (int round = 0; round < 12; ++round) {
+            const float half = 0.5F * (from + to);
+            (function(centre + half * out) < 0 ? from : to) = half;
+        }
+        p = centre + 0.5F * (from + to) * out;
+    }
+    return body;
+}
+
 } // namespace anatomy
 
 #endif
