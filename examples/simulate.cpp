@@ -1,12 +1,14 @@
-// Ultrasound images of an OBJ file, or of the built-in phantom of a nerve block: the terms of the paper's eq. 1, as in
-// its figure 3, and a B-mode image. `simulate --help` lists the options.
+// Ultrasound images of an OBJ file, of a region of the body by code, or of the phantom of a nerve block: the terms of the
+// paper's eq. 1, as in its figure 3, and a B-mode image. `simulate --help` lists the options.
 #define INSONIFY_IMPLEMENTATION
 #include <insonify/insonify.hpp>
+#include "anatomy/regions.hpp"
 #include "anatomy_check.hpp"
 #include "nerve_block_phantom.hpp"
 #include "progress.hpp"
 #include "simulate_options.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -62,8 +64,56 @@ law2011 law_named(const std::string& name) {
     return {};
 }
 
-scene load(const simulate_options& chosen, std::vector<std::string>& notes) {
-    if (chosen.file.empty()) return nerve_block_phantom();
+using any_array = std::variant<linear_array, convex_array, phased_array>;
+
+/// What is drawn, and as the command line leaves it: from where, with what.
+struct subject {
+    std::string title{}; ///< what it is
+    scene body{};
+    pose at{};
+    any_array probe{};
+    b_mode_settings settings{};
+};
+
+pose pose_of(const simulate_options& chosen, const pose& usual) {
+    const auto metres = [](const std::array<float, 3>& p) { return 1_mm * vec3{p[0], p[1], p[2]}; };
+    return chosen.from ? look_at(metres(*chosen.from), metres(*chosen.towards),
+                                 metres(chosen.lateral.value_or(std::array<float, 3>{1, 0, 0})))
+                       : usual;
+}
+
+/// A region of the body, with its parameters: lengths as those of the command line, other values as numbers.
+anatomy::body make_region(const simulate_options& chosen) {
+    const anatomy::region& region = anatomy::find_region(chosen.anatomy);
+    anatomy::values values;
+    if (chosen.seed) values = region.drawn(*chosen.seed);
+    for (const std::string& text : chosen.parameters) {
+        const std::string name = text.substr(0, text.find('='));
+        std::string value = text.substr(std::min(name.size() + 1, text.size()));
+        const bool is_length = std::any_of(region.parameters.begin(), region.parameters.end(), [&](const auto& one) {
+            return one.name == name && std::string{one.unit} == "m";
+        });
+        if (is_length)
+            if (const std::string fault = command_line::length()(value); !fault.empty())
+                throw usage_error{"--parameter: " + text + ": " + fault};
+        const double number = command_line::detail::number_of(value);
+        if (!std::isfinite(number))
+            throw usage_error{"--parameter: '" + text + "' is not a name and its value, such as fat=6mm or side=1"};
+        values[name] = static_cast<float>(number) * (is_length ? 1_mm : 1);
+    }
+    return region.make(values);
+}
+
+subject load_region(const simulate_options& chosen) {
+    anatomy::body made = make_region(chosen);
+    const anatomy::view& view = chosen.view.empty() ? made.views.front() : made.find_view(chosen.view);
+    made.anatomy.build(exec::par);
+    const pose at = chosen.from ? pose_of(chosen, view.at) : anatomy::press_probe(made.anatomy, view);
+    const std::string title = anatomy::find_region(chosen.anatomy).title;
+    return {title + ": " + view.title, std::move(made.anatomy), at, view.probe, view.settings};
+}
+
+subject load_file(const simulate_options& chosen) {
     const std::optional<medium> background = tissue::find(chosen.background);
     if (!background) {
         std::string known;
@@ -71,16 +121,46 @@ scene load(const simulate_options& chosen, std::vector<std::string>& notes) {
             known += std::string{known.empty() ? "" : ", "} + each.name;
         throw usage_error{"--background: there is no tissue '" + chosen.background + "'; known are " + known};
     }
-    return load_obj_scene(chosen.file, {.unit = chosen.unit * 1_mm, .background = *background}, notes);
+    std::vector<std::string> notes;
+    subject one{.body = load_obj_scene(chosen.file, {.unit = chosen.unit * 1_mm, .background = *background}, notes),
+                .probe = convex_array{},
+                .settings = presets::abdomen.settings};
+    one.body.build(exec::par);
+    one.title = describe_anatomy(chosen.file, one.body, chosen.unit * 1_mm, notes);
+    const std::array<float, 3> lateral = chosen.lateral.value_or(std::array<float, 3>{1, 0, 0});
+    const aabb box = one.body.box();
+    one.at = pose_of(chosen, chosen.from ? pose{}
+                                         : look_at({box.centre().x, box.lower.y - 10_mm, box.centre().z}, box.centre(),
+                                                   {lateral[0], lateral[1], lateral[2]}));
+    one.settings.depth = 80_mm;
+    one.settings.tgc = 0;
+    return one;
 }
 
-pose pose_of(const simulate_options& chosen, const scene& body) {
-    const auto metres = [](const std::array<float, 3>& p) { return 1_mm * vec3{p[0], p[1], p[2]}; };
-    const vec3 lateral = metres(chosen.lateral.value_or(std::array<float, 3>{1, 0, 0}));
-    if (chosen.from) return look_at(metres(*chosen.from), metres(*chosen.towards), lateral);
-    if (chosen.file.empty()) return pose{};
-    const aabb box = body.box();
-    return look_at({box.centre().x, box.lower.y - 10_mm, box.centre().z}, box.centre(), lateral);
+subject load(const simulate_options& chosen) {
+    if (!chosen.anatomy.empty()) return load_region(chosen);
+    if (!chosen.file.empty()) return load_file(chosen);
+    return {"The built-in phantom of a nerve block", nerve_block_phantom().build(exec::par), pose_of(chosen, pose{}),
+            nerve_block::probe, nerve_block::settings};
+}
+
+/// Lists the regions with their views and parameters.
+int list_regions() {
+    for (const anatomy::region& region : anatomy::regions()) {
+        std::printf("--anatomy %s: %s\n", region.name, region.title);
+        for (const anatomy::view& view : region.make().views)
+            std::printf("  --view %s: %s\n", view.name.c_str(), view.title.c_str());
+        for (const anatomy::parameter& one : region.parameters) {
+            const bool is_length = std::string{one.unit} == "m";
+            const auto text = [&](float value) {
+                return one.is_choice ? std::to_string(std::lround(value))
+                                     : insonify::detail::number_text(is_length ? value / 1_mm : value);
+            };
+            std::printf("  --parameter %s=%s%s: %s, %s to %s\n", one.name, text(one.usual).c_str(),
+                        is_length ? "mm" : "", one.description, text(one.smallest).c_str(), text(one.largest).c_str());
+        }
+    }
+    return 0;
 }
 
 /// The structure of the background, by default as below skin that the probe stands on.
@@ -115,10 +195,8 @@ void check_output_folder(const std::filesystem::path& folder) {
     std::filesystem::remove(trial);
 }
 
-using any_array = std::variant<linear_array, convex_array, phased_array>;
-
-/// The probe of the command line; without --probe, a linear array for the phantom and a convex one for a file.
-any_array probe_of(const simulate_options& chosen) {
+/// The probe of the command line; without --probe, that of the subject.
+any_array probe_of(const simulate_options& chosen, const any_array& usual) {
     const auto with_settings = [&](auto array) {
         const auto refuse = [](const char* name) {
             throw usage_error{std::string{name} + ": this kind of probe has no such setting"};
@@ -140,30 +218,23 @@ any_array probe_of(const simulate_options& chosen) {
         array.check();
         return any_array{array};
     };
-    if (chosen.probe == "linear" || (chosen.probe.empty() && chosen.file.empty()))
-        return with_settings(nerve_block::probe);
-    return chosen.probe == "phased" ? with_settings(phased_array{}) : with_settings(convex_array{});
+    if (chosen.probe == "linear") return with_settings(nerve_block::probe);
+    if (chosen.probe == "convex") return with_settings(convex_array{});
+    if (chosen.probe == "phased") return with_settings(phased_array{});
+    return std::visit(with_settings, usual);
 }
 
 template <transducer Probe>
-void run(const simulate_options& chosen, const Probe& probe) {
+void run(const simulate_options& chosen, subject& one, const Probe& probe, timed_stages& stage) {
     const law2011 law = law_named(chosen.law);
-    const bool phantom = chosen.file.empty();
-    if (chosen.lateral && phantom && !chosen.from)
-        throw usage_error{"--lateral requires --from and --towards, or a file"};
-    const float depth = chosen.depth ? *chosen.depth * 1_mm : phantom ? nerve_block::settings.depth : 80_mm;
+    b_mode_settings settings = chosen.probe.empty() ? one.settings : presets::settings_for(probe);
+    const float depth = chosen.depth ? *chosen.depth * 1_mm : one.settings.depth;
     const acquisition scan{.depth = depth, .samples = law.samples(depth, probe.frequency)};
     const uvec2 size{chosen.size[0], chosen.size[1]};
     const std::string folder = chosen.output + '/';
-    check_output_folder(chosen.output);
-
-    timed_stages stage{12};
-    std::vector<std::string> notes;
-    scene body = stage("load", [&](const auto&) { return load(chosen, notes); });
-    stage("build", [&](const auto& policy) { return body.build(policy).objects().size(); });
-    std::printf("%s\n", phantom ? "The built-in phantom of a nerve block"
-                                : describe_anatomy(chosen.file, body, chosen.unit * 1_mm, notes).c_str());
-    const pose at = pose_of(chosen, body);
+    scene& body = one.body;
+    const pose& at = one.at;
+    std::printf("%s\n", one.title.c_str());
     if (!chosen.file.empty()) place_background(chosen, at, body);
     const diagnosis found = stage("diagnose", [&](const auto&) { return diagnose(body, probe, at, scan); });
     const vec3 from = at.translation / 1_mm;
@@ -195,13 +266,11 @@ void run(const simulate_options& chosen, const Probe& probe) {
     const image noisy = write(
         "noise", [&](const auto& policy) { return add_noise(policy, combined, make_noise(policy, combined.size)); });
     write("blur", [&](const auto& policy) { return radial_blur(policy, noisy, probe, map); });
-    const float tgc = chosen.tgc ? *chosen.tgc * 1_dB_per_cm : phantom ? nerve_block::settings.tgc : 0;
-    b_mode_settings settings = presets::settings_for(probe);
     settings.depth = depth;
     settings.size = size;
-    settings.tgc = tgc;
-    settings.planes = chosen.planes;
-    settings.compound.angles = chosen.looks;
+    settings.tgc = chosen.tgc ? *chosen.tgc * 1_dB_per_cm : one.settings.tgc;
+    settings.planes = chosen.planes.value_or(chosen.anatomy.empty() ? 7 : one.settings.planes);
+    settings.compound.angles = chosen.looks.value_or(chosen.anatomy.empty() ? 3 : one.settings.compound.angles);
     write("b_mode", [&](const auto& policy) { return b_mode(policy, body, probe, at, settings); });
 
     std::printf(
@@ -217,7 +286,13 @@ int main(int count, char** arguments) {
     return command_line::run(
         "simulate", count, arguments, [&](CLI::App& app) { add_options(app, chosen); },
         [&] {
-            std::visit([&](const auto& probe) { run(chosen, probe); }, probe_of(chosen));
+            if (chosen.list) return list_regions();
+            if (chosen.lateral && chosen.file.empty() && !chosen.from)
+                throw usage_error{"--lateral requires --from and --towards, or a file"};
+            check_output_folder(chosen.output);
+            timed_stages stage{11};
+            subject one = stage("load", [&](const auto&) { return load(chosen); });
+            std::visit([&](const auto& probe) { run(chosen, one, probe, stage); }, probe_of(chosen, one.probe));
             return 0;
         });
 }

@@ -6,7 +6,11 @@
 
 /// The command line of `simulate`; lengths in millimetres, frequencies in megahertz, angles in degrees.
 struct simulate_options {
-    std::string file{}; ///< empty: the built-in phantom
+    std::string file{};                    ///< empty: a region, or the built-in phantom
+    std::string anatomy{}, view{};         ///< of `anatomy::regions()`; empty: none, its first one
+    std::vector<std::string> parameters{}; ///< of the region: "name=value"
+    std::optional<std::uint64_t> seed{};   ///< draws the parameters of the region
+    bool list = false;
     float unit = 1;
     std::string background = "fat";
     std::optional<std::array<float, 3>> fibres{}, layers{}; ///< of the background
@@ -16,7 +20,7 @@ struct simulate_options {
     std::optional<std::array<float, 3>> from{}, towards{}, lateral{};
     std::string law = "paper";
     std::optional<float> tgc{};
-    std::uint32_t planes = 7, looks = 3;
+    std::optional<std::uint32_t> planes{}, looks{};
     std::array<std::uint32_t, 2> size{768, 0};
     std::string output = "out";
 };
@@ -25,7 +29,8 @@ struct simulate_options {
 inline void add_options(CLI::App& app, simulate_options& into) {
     using namespace command_line;
     app.description(
-        "Draws ultrasound images of an OBJ file, or of the built-in phantom of a nerve block.\n"
+        "Draws ultrasound images of an OBJ file, of a region of the body that is made by code, or of the phantom of a "
+        "nerve block.\n"
         "Lengths are in millimetres unless a unit follows (4cm), frequencies in megahertz, angles in degrees.");
 
     CLI::Option* const file =
@@ -44,6 +49,21 @@ inline void add_options(CLI::App& app, simulate_options& into) {
     add_list<3, float>(app, "--layers", into.layers, ',', component, "X,Y,Z",
                        "direction across its layers, from the skin inwards (away from the probe)")
         ->needs(file);
+    CLI::Option* const region =
+        add(app, "--anatomy", into.anatomy, "REGION", "a region of the body instead of a file: see --list")
+            ->check(name())
+            ->excludes(file);
+    add(app, "--view", into.view, "NAME", "standard view of the region, with its own probe (the first)")
+        ->check(name())
+        ->needs(region);
+    app.add_option("--parameter", into.parameters, "of the region, such as fat=6mm; may be repeated")
+        ->type_name("NAME=VALUE")
+        ->option_text("NAME=VALUE")
+        ->allow_extra_args(false)
+        ->needs(region);
+    add_whole_number(app, "--seed", into.seed, "NUMBER", "draws the parameters of the region", 0, 4294967295U)
+        ->needs(region);
+    app.add_flag("--list", into.list, "lists the regions with their views and parameters, and ends");
     add(app, "--output", into.output, "FOLDER", "folder that the images are written to (out)")->check(name());
     add_list<2, std::uint32_t>(app, "--size", into.size, 'x', whole_number(0, 16384), "WxH",
                                "image size in pixels, 0 to 16384; 0 keeps the aspect ratio (768x0)");

@@ -7,16 +7,8 @@
 
 namespace anatomy {
 
-/// The phantom of a nerve block: always the same, without parameters.
-struct nerve_block_limb {
-    static const std::vector<member<nerve_block_limb>>& members() {
-        static const std::vector<member<nerve_block_limb>> none{};
-        return none;
-    }
-};
-
-/// The phantom without its needle, which is a path of its view.
-inline body make(const nerve_block_limb&) {
+/// The phantom of a nerve block, always the same, without its needle, which is a path of its view.
+inline body make_nerve_block() {
     body made{.anatomy = nerve_block_phantom()};
     const object_id needle = *made.anatomy.find("needle");
     const pose tip = made.anatomy[needle].at;

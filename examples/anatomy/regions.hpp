@@ -19,7 +19,7 @@ inline const std::vector<region>& regions() {
         region_of<leg>("leg", "Leg: thigh and calf"),
         region_of<right_upper_quadrant>("right_upper_quadrant", "Right upper quadrant of the abdomen"),
         region_of<lumbar>("lumbar", "Lumbar spine, L2 to the sacrum"),
-        region_of<nerve_block_limb>("nerve_block", "Phantom of a nerve block"),
+        {"nerve_block", "Phantom of a nerve block", {}, [](const values&) { return make_nerve_block(); }},
     };
     return all;
 }

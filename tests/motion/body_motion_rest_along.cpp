@@ -167,9 +167,9 @@ TEST_CASE("pressed_face: a depth that folds tissue over is an error") {
     pressed_face face;
     face.depth[2][7] = face.decay;
     CHECK_THROWS_WITH_AS(face.check(),
-                         "pressed_face: `depth` must be at least 0 and less than `decay` at each point of the face, "
-                         "`left`, `right` and `height` finite, `elevation` and `recovery` above 0, and `at` a "
-                         "rigid pose",
+                         "pressed_face: `depth` must be at least 0 and less than `decay` at each point of the face, or "
+                         "than `decay` (1 - `stop`) above what is stiff, `left`, `right` and `height` finite, "
+                         "`elevation` and `recovery` above 0, and `at` a rigid pose",
                          usage_error);
     face.depth[2][7] = 0.99F * face.decay;
     face.check();
