@@ -2,8 +2,7 @@
 #define INSONIFY_EXAMPLES_ANATOMY_LEG_HPP
 
 #include <insonify/examinations.hpp>
-#include "region.hpp"
-#include "shapes.hpp"
+#include "builder.hpp"
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -156,12 +155,10 @@ struct limb {
 
 /// A leg in the making. x points to the patient's left, y towards the feet, z to the back. y is 0 at the inguinal
 /// crease. The thigh and the lower leg are two bodies, with the knee between them left out.
-struct leg_builder {
+struct leg_builder : builder {
     const leg& of;
-    body made{.anatomy = scene{tissue::connective_tissue}, .views = {}, .vessels = {}};
     limb thigh{}, calf{};
-    float m = 1; ///< girth over its usual value
-    std::uint64_t seed = 0;
+    float m = 1;                          ///< girth over its usual value
     float artery_depth = 0;               ///< of the centre of the femoral artery at the inguinal crease
     float vein_place = 0, vein_depth = 0; ///< x and z of that of the femoral vein
     swept nerve{};                        ///< femoral
@@ -248,9 +245,7 @@ struct leg_builder {
     /// @param within  the name of the object in which it lies
     void add(const limb& part, mesh surface, const medium& inside, int priority, const std::string& name,
              const std::string& within, vec3 fibres = {0, 0, 0}) {
-        if (!within.empty()) made.nested.emplace_back(name, within);
-        made.anatomy.add(placed(part, std::move(surface)), inside,
-                         {.priority = priority, .name = name, .fibres = direction(part, fibres)});
+        builder::add(placed(part, std::move(surface)), inside, priority, name, within, direction(part, fibres));
     }
     const char* compartments(const limb& part) const {
         return part.from_behind ? "compartments of the calf" : "compartments of the thigh";
@@ -577,24 +572,9 @@ struct leg_builder {
             }
     }
 
-    /// The layers of a vessel's wall, from inside to outside.
-    struct wall_layer {
-        const char* name;
-        const medium& inside;
-        float thickness, uneven;
-    };
     void add_vessel(const limb& part, mesh lumen, const std::vector<wall_layer>& layers, int priority,
                     const std::string& name, std::uint64_t number, const std::string& within) {
-        mesh outer = lumen;
-        const auto layer_name = [&](std::size_t i) {
-            return i < layers.size() ? name + ": " + layers[i].name : within;
-        };
-        add(part, std::move(lumen), tissue::blood, priority + static_cast<int>(layers.size()), name, layer_name(0));
-        for (std::size_t i = 0; i < layers.size(); ++i) {
-            outer = grown(std::move(outer), layers[i].thickness, layers[i].uneven, 5_mm, seed + number + i);
-            add(part, outer, layers[i].inside, priority + static_cast<int>(layers.size() - 1 - i), layer_name(i),
-                layer_name(i + 1));
-        }
+        builder::add_vessel(placed(part, std::move(lumen)), layers, priority, name, number, within);
     }
     void flows(const limb& part, const std::string& name, vessel::kind type, std::vector<tube_section> line,
                float velocity) {

@@ -2,9 +2,7 @@
 #define INSONIFY_EXAMPLES_ANATOMY_LUMBAR_HPP
 
 #include <insonify/examinations.hpp>
-#include "media.hpp"
-#include "region.hpp"
-#include "shapes.hpp"
+#include "builder.hpp"
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -102,7 +100,7 @@ namespace detail {
 /// A lumbar spine in the making. x points to the patient's right, y towards the feet, z to the front: transverse images
 /// are seen from the feet, the patient lying on the face. y is 0 in the middle between the third and the fourth lumbar
 /// vertebra.
-struct lumbar_builder {
+struct lumbar_builder : builder {
     /// Where a vertebra is: in its own coordinates x is as above, y along the spine, z across it, 0 in the middle of
     /// the canal.
     struct frame {
@@ -115,10 +113,8 @@ struct lumbar_builder {
     };
 
     const lumbar& of;
-    body made{.anatomy = scene{tissue::connective_tissue}, .views = {}, .vessels = {}};
     std::array<frame, 5> bones{}; ///< L2 to L5, and the sacrum
     swept back{};                 ///< under the thoracolumbar fascia
-    std::uint64_t seed = 0;
     float half_lamina = 9_mm;
     float behind = 25.5_mm; ///< from the middle of the canal to that of a vertebral body
 
@@ -164,11 +160,6 @@ struct lumbar_builder {
     std::uint32_t count(float usual) const {
         return static_cast<std::uint32_t>(max(std::round(usual * of.resolution), 8));
     }
-    object_id add(mesh surface, const medium& inside, int priority, const std::string& name, const std::string& within,
-                  vec3 fibres = {0, 0, 0}) {
-        if (!within.empty()) made.nested.emplace_back(name, within);
-        return made.anatomy.add(std::move(surface), inside, {.priority = priority, .name = name, .fibres = fibres});
-    }
     float length_of(int i) const { return i < 3 ? of.spinous : 0.8F * of.spinous; }
     /// The tip of a spinous process.
     vec3 tip_of(int i) const { return bones[static_cast<std::size_t>(i)].point({0, 8_mm, -14.5_mm - length_of(i)}); }
@@ -187,7 +178,7 @@ struct lumbar_builder {
         add(outside.surface(coarse, fascia + of.fat + of.skin + 14_mm), tissue::gel, -1000, "gel", "");
         add(outside.surface(coarse, fascia + of.fat + of.skin), tissue::skin, 0, "skin", "gel", {0, 1, 0});
         outside.waves = 0.2_mm;
-        add(outside.surface(coarse, fascia + of.fat), tissue::fat, 0, "fat", "skin", {0, 1, 0});
+        add(outside.surface(coarse, fascia + of.fat), tissue::fat, 0, "fat", "skin", {0, 1, 0}, own_surface{});
         add(back.surface(coarse, fascia), tissue::fascia, 0, "thoracolumbar fascia", "fat", {0, 1, 0});
         add(back.surface(coarse), media::deep_fascia, 0, "back", "thoracolumbar fascia", {0, 1, 0});
     }

@@ -2,9 +2,7 @@
 #define INSONIFY_EXAMPLES_ANATOMY_NECK_HPP
 
 #include <insonify/examinations.hpp>
-#include "media.hpp"
-#include "region.hpp"
-#include "shapes.hpp"
+#include "builder.hpp"
 #include <cmath>
 #include <cstdint>
 #include <string>
@@ -72,15 +70,13 @@ namespace detail {
 
 /// A neck in the making. x points to the patient's left, y towards the feet, z to the back: transverse images are seen
 /// from the feet, as is usual. y is 0 at the middle of the seventh vertebra, z at the deep fascia in front.
-struct neck_builder {
+struct neck_builder : builder {
     const neck& of;
-    body made{.anatomy = scene{tissue::connective_tissue}, .views = {}, .vessels = {}};
     swept fascia{};              ///< the investing fascia: all muscles lie below it
     swept airway{};              ///< the trachea's outside
     std::vector<swept> straps{}; ///< what presses on the thyroid
     std::vector<std::vector<tube_section>> roots{};
     float sign = 1; ///< of x on the side of the views
-    std::uint64_t seed = 0;
 
     static constexpr float top = -70_mm, bottom = 52_mm;
 
@@ -100,14 +96,6 @@ struct neck_builder {
 
     float cell(float usual) const { return usual / of.resolution; }
     std::string sided(float side, const std::string& name) const { return (side > 0 ? "left " : "right ") + name; }
-    /// @param within  the name of the object in which it lies
-    object_id add(mesh surface, const medium& inside, int priority, const std::string& name, const std::string& within,
-                  vec3 fibres = {0, 0, 0}, const layer_normals& layers = {}) {
-        if (!within.empty()) made.nested.emplace_back(name, within);
-        return made.anatomy.add(std::move(surface), inside,
-                                {.priority = priority, .name = name, .fibres = fibres, .layer_normal = layers});
-    }
-
     /// Depth below the fascia, metres.
     float depth(vec3 p) const { return -fascia.distance(p); }
     /// A point at a depth below the fascia: below that of the given x, along the normal there.
@@ -437,27 +425,6 @@ struct neck_builder {
         add(column.surface(cell(2.4_mm)), media::disc, 8, "discs", "deep fascia");
     }
 
-    /// The layers of a vessel: lumen, wall from inside to outside.
-    struct wall_layer {
-        const char* name;
-        const medium& inside;
-        float thickness, uneven;
-    };
-    /// Adds a vessel with its walls; those of all arteries lie below the blood of all, so that branches join.
-    void add_vessel(mesh lumen, const std::vector<wall_layer>& layers, int priority, const std::string& name,
-                    std::uint64_t number, const std::string& within = "deep fascia") {
-        mesh outer = lumen;
-        const auto layer_name = [&](std::size_t i) {
-            return i < layers.size() ? name + ": " + layers[i].name : within;
-        };
-        add(std::move(lumen), tissue::blood, priority + static_cast<int>(layers.size()), name, layer_name(0));
-        for (std::size_t i = 0; i < layers.size(); ++i) {
-            outer = grown(std::move(outer), layers[i].thickness, layers[i].uneven, 5_mm, seed + number + i);
-            add(outer, layers[i].inside, priority + static_cast<int>(layers.size() - 1 - i), layer_name(i),
-                layer_name(i + 1));
-        }
-    }
-
     void add_vessels() {
         const float r = 0.5F * of.carotid;
         for (const float side : {1.0F, -1.0F}) {
@@ -484,13 +451,13 @@ struct neck_builder {
                                                {"adventitia", tissue::adventitia, 0.5_mm, 0.7F}};
             const std::vector<wall_layer> plain{{"adventitia", tissue::adventitia, 0.55_mm + of.wall, 0.3F}};
             const auto& layers = viewed ? fine : plain;
-            add_vessel(make_tube(line, {.segments = segments}), layers, 10, name, own);
+            add_vessel(make_tube(line, {.segments = segments}), layers, 10, name, own, "deep fascia");
             const auto other = mirrored(smooth_line({arteries(30.2_mm, up + 3_mm, 22.4_mm, 0.62F * r),
                                                      arteries(29_mm, up - 5_mm, 20.5_mm, 0.68F * r),
                                                      arteries(28.5_mm, up - 12_mm, 19.4_mm, 0.62F * r)},
                                                     cell(1.5_mm)),
                                         side);
-            add_vessel(make_tube(other, {.segments = segments}), layers, 10, branch, own + 10);
+            add_vessel(make_tube(other, {.segments = segments}), layers, 10, branch, own + 10, "deep fascia");
             if (viewed) {
                 // Blood flows towards the head.
                 made.vessels.push_back({name, vessel::kind::artery, line, 0.8F});
@@ -516,7 +483,7 @@ struct neck_builder {
                       .seed = seed + own + 20},
                 side);
             add_vessel(vein.surface(cell(viewed ? 1.1_mm : 1.8_mm)), {{"wall", tissue::vein_wall, 0.3_mm, 0.35F}}, 8,
-                       sided(side, "internal jugular vein"), own + 20);
+                       sided(side, "internal jugular vein"), own + 20, "deep fascia");
             if (viewed) {
                 std::vector<tube_section> centre;
                 for (int i = 0; i <= 24; ++i) {
@@ -554,7 +521,7 @@ struct neck_builder {
                             cell(2_mm)),
                 side);
             add_vessel(make_tube(vertebral, {.segments = 24}), {{"wall", tissue::adventitia, 0.35_mm, 0.3F}}, 10,
-                       sided(side, "vertebral artery"), own + 40);
+                       sided(side, "vertebral artery"), own + 40, "deep fascia");
             made.vessels.push_back({sided(side, "vertebral artery"), vessel::kind::artery, vertebral, 0.5F});
             if (of.second_vein > 0) {
                 const auto on = [&](float x, float y, float wide) {

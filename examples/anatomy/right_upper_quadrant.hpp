@@ -2,9 +2,7 @@
 #define INSONIFY_EXAMPLES_ANATOMY_RIGHT_UPPER_QUADRANT_HPP
 
 #include <insonify/examinations.hpp>
-#include "media.hpp"
-#include "region.hpp"
-#include "shapes.hpp"
+#include "builder.hpp"
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -113,11 +111,9 @@ namespace detail {
 /// The right upper quadrant in the making. x points to the patient's left, y towards the feet, z to the back. y is 0 at
 /// the first lumbar vertebra, x in the midline, z at the deep fascia in front. Angles around the trunk are 0 in front,
 /// 90 degrees at the right side.
-struct right_upper_quadrant_builder {
+struct right_upper_quadrant_builder : builder {
     const right_upper_quadrant& of;
-    body made{.anatomy = scene{tissue::connective_tissue}, .views = {}, .vessels = {}};
-    swept trunk{}; ///< its deep fascia
-    std::uint64_t seed = 0;
+    swept trunk{};                         ///< its deep fascia
     vec3 long_axis{}, lateral{}, across{}; ///< of the kidney: towards the feet, away from its hilum, backwards
     std::vector<tube_section> gallbladder{};
     vec3 seen_in_gallbladder{}; ///< its middle, or its stone
@@ -152,14 +148,6 @@ struct right_upper_quadrant_builder {
     std::uint32_t count(float usual) const {
         return static_cast<std::uint32_t>(max(std::round(usual * of.resolution), 10));
     }
-    /// @param within  the name of the object in which it lies
-    object_id add(mesh surface, const medium& inside, int priority, const std::string& name, const std::string& within,
-                  fibre_directions fibres = {}) {
-        if (!within.empty()) made.nested.emplace_back(name, within);
-        return made.anatomy.add(std::move(surface), inside,
-                                {.priority = priority, .name = name, .fibres = std::move(fibres)});
-    }
-
     /// A point at a depth below the deep fascia.
     /// @param around  degrees from the front to the right
     vec3 at(float around, float y, float deep) const {
@@ -239,8 +227,8 @@ struct right_upper_quadrant_builder {
         add(outside.surface(coarse, of.fat + of.skin + 14_mm), tissue::gel, -1000, "gel", "");
         add(outside.surface(coarse, of.fat + of.skin), tissue::skin, 0, "skin", "gel", vec3{0, 1, 0});
         outside.waves = 0.25_mm;
-        add(outside.surface(coarse, of.fat), tissue::fat, 0, "fat", "skin", vec3{0, 1, 0});
-        add(trunk.surface(coarse), media::deep_fascia, 0, "body wall", "fat", vec3{0, 1, 0});
+        add(outside.surface(coarse, of.fat), tissue::fat, 0, "fat", "skin", vec3{0, 1, 0}, own_surface{});
+        add(trunk.surface(coarse), media::deep_fascia, 0, "body wall", "fat", vec3{0, 1, 0}, own_surface{});
 
         const float m = of.muscle;
         const auto constant = [](float value) { return [value](float) { return value; }; };
@@ -628,8 +616,7 @@ struct right_upper_quadrant_builder {
     }
     void add_vessel(mesh lumen, float thickness, const medium& around, const std::string& name, std::uint64_t number,
                     const std::string& within) {
-        add(grown(lumen, thickness, 0.3F, 8_mm, seed + number), around, 6, name + ": wall", within);
-        add(std::move(lumen), tissue::blood, 8, name, name + ": wall");
+        builder::add_vessel(std::move(lumen), {{"wall", around, thickness, 0.3F}}, 6, name, number, within);
     }
 
     void add_gallbladder() {
