@@ -314,6 +314,7 @@ void bind_doppler_linear_array(py::module_& module);
 void bind_doppler_convex_array(py::module_& module);
 void bind_doppler_phased_array(py::module_& module);
 void bind_doppler_radial_array(py::module_& module);
+void bind_anatomy(py::module_& module);
 
 } // namespace insonify_python
 

@@ -54,4 +54,5 @@ PYBIND11_MODULE(insonify, module) {
     bind_doppler_convex_array(module);
     bind_doppler_phased_array(module);
     bind_doppler_radial_array(module);
+    bind_anatomy(module);
 }
