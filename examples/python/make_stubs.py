@@ -1,6 +1,7 @@
 """Writes the type stubs of the module from its signatures: python3 make_stubs.py > insonify.pyi"""
 import inspect
 import re
+import textwrap
 
 import insonify
 
@@ -17,7 +18,8 @@ def annotation(text):
 
 def given(text):
     """The type of what is given, which may be any sequence, or anything that numpy makes an array of."""
-    return re.sub(r"\bArray\b(?![\],])", "ArrayLike", annotation(text).replace("list[", "Sequence["))
+    text = annotation(text).replace("list[", "Sequence[")
+    return re.sub(r"(Callable\[.*?\], Array\])|\bArray\b", lambda found: found[1] or "ArrayLike", text)
 
 
 def signature(line):
@@ -88,8 +90,9 @@ def members(kind):
             yield f"    {name}: {type_of_setting(member)}"
         elif isinstance(member, property):
             returned = re.search(r"-> (.+)", member.fget.__doc__ or "")
+            kind = annotation(returned.group(1)) if returned else "Any"
             yield "    @property"
-            yield f"    def {name}(self) -> {annotation(returned.group(1)) if returned else 'Any'}: ..."
+            yield f"    def {name}(self) -> {f'_{kind}' if kind == name else kind}: ..."  # the name hides the type
         elif isinstance(member, staticmethod):
             yield from functions(member.__func__, "    ", static=True)
         elif name == "__init__" and settings:
@@ -98,14 +101,35 @@ def members(kind):
             yield from functions(member, "    ")
 
 
+def class_of(name, kind):
+    base = next((b.__name__ for b in kind.__bases__ if issubclass(b, Exception)), "")
+    yield f"\nclass {name}{f'({base})' if base else ''}:"
+    yield f'    """{(kind.__doc__ or "").strip()}"""'
+    yield from members(kind)
+
+
+def module_of(name, module):
+    """A submodule as a class, which one file can hold."""
+    yield f"\nclass {name}:"
+    yield f'    """{module.__doc__.strip()}"""'
+    for inner, value in vars(module).items():
+        if inspect.isclass(value):
+            yield textwrap.indent("\n".join(class_of(inner, value)), "    ")
+    for value in vars(module).values():
+        if inspect.isbuiltin(value):
+            yield from functions(value, "    ", static=True)
+
+
 def main():
     print("# Type stubs, written by make_stubs.py.")
     print("import os")
-    print("from typing import Any, Callable, Optional, Sequence, Union, overload\n")
+    print("from typing import Any, Callable, Mapping, Optional, Sequence, Union, overload\n")
     print("import numpy as np\nfrom numpy.typing import ArrayLike\n")
     print("Array = np.ndarray[Any, np.dtype[Any]]\nVector = Union[Sequence[float], Array]")
     print('Path = Union[str, "os.PathLike[str]"]')
-    print('velocity_field = Union["poiseuille", "velocity_samples", Sequence[Union["poiseuille", "velocity_samples"]]]')
+    fields = '"poiseuille", "tube_flow", "velocity_samples"'
+    print(f"velocity_field = Union[{fields}, Sequence[Union[{fields}]]]")
+    print("_scene = scene")
     print("__version__: str")
     everything = vars(insonify)
     for name, value in everything.items():
@@ -113,11 +137,10 @@ def main():
             print(f"{name}: {type(value).__name__}")
     for name, value in everything.items():
         if inspect.isclass(value) and not name.startswith("_"):
-            base = next((b.__name__ for b in value.__bases__ if issubclass(b, Exception)), "")
-            print(f"\nclass {name}{f'({base})' if base else ''}:")
-            print(f'    """{(value.__doc__ or "").strip()}"""')
-            for line in members(value):
-                print(line)
+            print("\n".join(class_of(name, value)))
+    for name, value in everything.items():
+        if inspect.ismodule(value):
+            print("\n".join(module_of(name, value)))
     print()
     for name, value in everything.items():
         if inspect.isbuiltin(value):

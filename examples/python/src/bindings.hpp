@@ -218,6 +218,13 @@ class settings_class {
             class_.def_readwrite(name, place, doc);
         return *this;
     }
+    /// A member that functions read and write.
+    template <class Get, class Set>
+    settings_class& property(const char* name, const Get& get, const Set& set, const char* doc) {
+        members_->emplace_back(name);
+        class_.def_property(name, get, set, doc);
+        return *this;
+    }
     /// Its members are given once, when it is made: for what stands in a sequence, of which Python has a copy.
     settings_class& frozen() {
         *frozen_ = true;
@@ -288,6 +295,7 @@ void bind_errors(py::module_& module);
 void bind_media(py::module_& module);
 void bind_grids(py::module_& module);
 void bind_scene(py::module_& module);
+void bind_tubes(py::module_& module);
 void bind_queries(py::module_& module);
 void bind_obj(py::module_& module);
 void bind_motion(py::module_& module);
@@ -306,6 +314,7 @@ void bind_doppler_linear_array(py::module_& module);
 void bind_doppler_convex_array(py::module_& module);
 void bind_doppler_phased_array(py::module_& module);
 void bind_doppler_radial_array(py::module_& module);
+void bind_anatomy(py::module_& module);
 
 } // namespace insonify_python
 

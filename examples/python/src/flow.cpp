@@ -1,5 +1,5 @@
 // Blood that flows: velocity fields, settings of Doppler, and what Doppler measures.
-#include "bindings.hpp"
+#include "tube_lines.hpp"
 #include <cstddef>
 
 namespace insonify_python {
@@ -42,6 +42,20 @@ void bind_fields(py::module_& module) {
         .member("peak_velocity", &poiseuille::peak_velocity, "on the axis in systole, m/s")
         .member("waveform", &poiseuille::waveform, "a pulsatile; steady by default");
     tube.type().def("volume_flow", &poiseuille::volume_flow, py::arg("time"), "Volume per second at a time, m^3/s.");
+    settings_class<line_flow> bending{module, "tube_flow",
+                                      "Laminar flow in a tube that bends and tapers: a velocity field."};
+    bending.member("object", &tube_flow::object, "id of the object whose blood flows");
+    bind_line(bending,
+              "of the tube, in coordinates of the object: a centre_line or its sections; blood flows to the last");
+    bending.member("peak_velocity", &tube_flow::peak_velocity, "on the axis of the first section in systole, m/s")
+        .member("waveform", &tube_flow::waveform, "a pulsatile; steady by default");
+    bending.type().def(
+        "volume_flow",
+        [](const line_flow& self, float time) {
+            self.check();
+            return self.volume_flow(time);
+        },
+        py::arg("time"), "Volume per second at a time, m^3/s.");
     py::class_<velocity_samples>(module, "velocity_samples", "Velocities on a regular grid: a velocity field.")
         .def(py::init(&make_samples), py::arg("velocities"), py::kw_only(), py::arg("object"), py::arg("lower"),
              py::arg("spacing"), py::arg("interval") = 0.0F,

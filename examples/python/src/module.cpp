@@ -35,6 +35,7 @@ PYBIND11_MODULE(insonify, module) {
     bind_media(module);
     bind_grids(module);
     bind_scene(module);
+    bind_tubes(module);
     bind_queries(module);
     bind_obj(module);
     bind_motion(module);
@@ -53,4 +54,5 @@ PYBIND11_MODULE(insonify, module) {
     bind_doppler_convex_array(module);
     bind_doppler_phased_array(module);
     bind_doppler_radial_array(module);
+    bind_anatomy(module);
 }

@@ -1,5 +1,6 @@
 // How the scene deforms: the maps of rest to now, and the probe that presses.
 #include "scene_past.hpp"
+#include "tube_lines.hpp"
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -48,8 +49,8 @@ void with_inverse(const Map& map, const Use& use) {
 }
 
 /// All types of maps. Those that come later may be composed of the others.
-using map_types = std::tuple<indentation, pressed_face, pulsation, collapse, breathing, needle_drag, displacement_grid,
-                             tetrahedra, composed_maps>;
+using map_types = std::tuple<indentation, pressed_face, pulsation, collapse, line_map<pulsation>, line_map<collapse>,
+                             breathing, needle_drag, displacement_grid, tetrahedra, composed_maps>;
 
 template <class Map>
 void check_settings(const Map& map) {
@@ -91,7 +92,6 @@ void bind_map(py::class_<Map>& type, py::class_<scene>& scene_type) {
         [](const py::object& self, const Map& map, const std::optional<std::vector<object_id>>& only,
            const std::string& policy) {
             auto& own = py::cast<scene&>(self);
-            scene_past& past = past_of(self);
             run(policy, [&](const auto& chosen) {
                 with_inverse(map, [&](const auto& known) {
                     if (only)
@@ -100,14 +100,27 @@ void bind_map(py::class_<Map>& type, py::class_<scene>& scene_type) {
                         own.deform(chosen, known);
                 });
             });
-            past.deformed = !is_identity(map);
-            past.following.clear();
-            for (const object& one : own.objects())
-                if (!only || std::find(only->begin(), only->end(), one.id) != only->end())
-                    past.following.emplace(one.id, one.at);
+            note_deform(self, only, is_identity(map));
         },
         py::arg("map"), py::arg("only") = py::none(), py::kw_only(), py::arg("policy") = "par",
         "Deforms the body from rest. `only`: the ids of the objects that follow; the others, such as a needle, stay.");
+}
+
+/// A map of a straight vessel along a line.
+template <class Map>
+void bind_bent(py::module_& module, py::class_<scene>& scene_type, const char* name, const char* vessel) {
+    settings_class<line_map<Map>> along{module, name, "A map of a straight vessel along one that bends: made by bent."};
+    bind_line(along, "of the vessel at rest, in the world: a centre_line, or its sections");
+    along.member("vessel", &bent<Map>::vessel, vessel);
+    bind_map(along.type(), scene_type);
+    module.def(
+        "bent",
+        [](const given_line& line, const Map& straight) {
+            sectioned_line course = line_of(line);
+            return line_map<Map>{{course.own, straight}, std::move(course)};
+        },
+        py::arg("line"), py::arg("vessel"),
+        "A pulsation or a collapse along a vessel that bends, tapers and has elliptical sections: a map for deform.");
 }
 
 void bind_body_motion(py::module_& module, py::class_<scene>& scene_type) {
@@ -139,6 +152,8 @@ void bind_body_motion(py::module_& module, py::class_<scene>& scene_type) {
         .member("above", &collapse::above, "the same above and below its wall, metres");
     vein.type().def_property_readonly("opening", &collapse::opening, "height of the lumen over that at rest");
     bind_map(vein.type(), scene_type);
+    bind_bent<pulsation>(module, scene_type, "bent_pulsation", "a pulsation; its `from_` and `to` do not count");
+    bind_bent<collapse>(module, scene_type, "bent_collapse", "a collapse; its `from_` and `to` do not count");
     settings_class<breathing> breath{module, "breathing", "A region that moves back and forth: a map for deform."};
     breath.member("direction", &breathing::direction, "when breathing in")
         .member("amplitude", &breathing::amplitude, "metres")
@@ -284,6 +299,15 @@ void bind_contact(py::module_& module, py::class_<scene>& scene_type) {
         .member("decay", &press_settings::decay, "depth at which the displacement is 1/e, metres")
         .member("recovery", &press_settings::recovery, "distance beside the face at which it is, metres");
     py::class_<pressed_face> face{module, "pressed_face", "A face pressed into any skin: a map, made by press."};
+    face.def_property_readonly(
+        "stop",
+        [](const py::object& self) {
+            auto& own = py::cast<pressed_face&>(self);
+            return array_over(own.stop.front().data(), {pressed_face::rows, pressed_face::columns}, self);
+        },
+        "exp(-S / decay), where something stiff lies S metres below the skin; 0: nothing. Rows along y x columns along "
+        "x "
+        "of the face: a view without a copy");
     bind_map(face, scene_type);
     py::class_<contact>(module, "contact", "How a probe touches a body.")
         .def_readonly("depth", &contact::depth, "of the face in the body at rest, metres: the largest")

@@ -86,15 +86,20 @@ void bind_probe_functions(py::module_& module) {
         module.def(
             "press",
             [](const scene& body, const Probe& probe, const pose& at, const press_settings& settings,
-               const std::optional<std::vector<object_id>>& only) {
-                return press(body, probe, at, settings, [&](object_id id) {
-                    return !only || std::find(only->begin(), only->end(), id) != only->end();
-                });
+               const std::optional<std::vector<object_id>>& only, const std::vector<object_id>& is_stiff) {
+                const auto contains = [](const std::vector<object_id>& ids, object_id id) {
+                    return std::find(ids.begin(), ids.end(), id) != ids.end();
+                };
+                return press(
+                    body, probe, at, settings, [&](object_id id) { return !only || contains(*only, id); },
+                    [&](object_id id) { return contains(is_stiff, id); });
             },
             py::arg("scene"), py::arg("probe"), py::arg("pose"),
-            py::arg_v("settings", press_settings{}, "press_settings()"), py::arg("only") = py::none(),
-            py::call_guard<py::gil_scoped_release>(),
-            "How a probe touches a body at rest. `only`: the ids of the objects that belong to the body.");
+            py::arg_v("settings", press_settings{}, "press_settings()"), py::arg("only") = py::none(), py::kw_only(),
+            py::arg("is_stiff") = std::vector<object_id>{}, py::call_guard<py::gil_scoped_release>(),
+            "How a probe touches a body at rest. `only`: the ids of the objects that belong to the body; `is_stiff`: "
+            "of\n"
+            "those that do not give way, such as bone.");
     py::reinterpret_borrow<py::class_<any_scanner>>(module.attr("scanner"))
         .def(
             py::init([](const Probe& probe, const b_mode_settings& settings, const physical<>& model,

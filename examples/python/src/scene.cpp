@@ -12,6 +12,8 @@ std::vector<vec3> rows_of(const float_array& numbers, const char* what) {
     return rows;
 }
 
+py::object read_only(const py::dict& values) { return py::module_::import("types").attr("MappingProxyType")(values); }
+
 namespace {
 
 mesh make_mesh(const float_array& positions, const index_array& faces) {
@@ -198,9 +200,6 @@ void count_as_written(const py::object& self) {
                               ") is out of date; ask for it again after add, remove or build"};
     }
 }
-
-/// A dictionary that refuses changes, which would be lost.
-py::object read_only(const py::dict& values) { return py::module_::import("types").attr("MappingProxyType")(values); }
 
 /// Vertices that an array still refers to must not be freed.
 void remove_from(const py::object& self, object_id id) {

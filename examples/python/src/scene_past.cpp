@@ -31,6 +31,9 @@ py::dict attributes_of(const py::object& self) {
 
 py::dict state_of(const object& one, const scene& own, const scene_past& past) {
     const object_id id = one.id;
+    if (one.fibres.varies() || (one.layer_normal.varies() && !one.layer_normal.follows_surface()))
+        throw usage_error{"a scene cannot be pickled with '" + one.name +
+                          "', whose fibres or layers follow a function"};
     const std::span<const vec3> built = built_positions(own, past, id), now = positions_now(own, id);
     const mesh surface{vector_of(own.is_built() ? built : now), one.surface.faces};
     py::dict state;
@@ -205,6 +208,15 @@ void note_medium(const py::object& self, object_id id) {
         past.needs_rebuild = true;
     else
         past.filled[id] = vector_of(now);
+}
+
+void note_deform(const py::object& self, const std::optional<std::vector<object_id>>& only, bool is_identity) {
+    scene_past& past = past_of(self);
+    past.deformed = !is_identity;
+    past.following.clear();
+    for (const object& one : py::cast<const scene&>(self).objects())
+        if (!only || std::find(only->begin(), only->end(), one.id) != only->end())
+            past.following.emplace(one.id, one.at);
 }
 
 py::object copied_scene(const py::object& self, const std::optional<py::dict>& memo) {

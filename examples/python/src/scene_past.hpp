@@ -21,6 +21,9 @@ inline layer_normals layers_of(const layer_direction& given) {
     return own_surface{};
 }
 
+/// A dictionary that refuses changes, which would be lost.
+py::object read_only(const py::dict& values);
+
 /// What a scene depends on beside its present objects, so that a pickled one can be made to draw the same picture.
 struct scene_past {
     std::map<object_id, std::vector<vec3>> built{};  ///< vertices as built, of objects that may have moved since
@@ -38,11 +41,12 @@ scene_past& past_of(const py::object& self);
 /// The vertices of an object as built.
 std::span<const vec3> built_positions(const scene& own, const scene_past& past, object_id id);
 
-// To be called before `positions(id)` is handed out, and after `build`, `remove` and `set_medium`.
+// To be called before `positions(id)` is handed out, and after `build`, `remove`, `set_medium` and `deform`.
 void note_positions(const py::object& self, object_id id);
 void note_build(const py::object& self);
 void note_remove(const py::object& self, object_id id);
 void note_medium(const py::object& self, object_id id);
+void note_deform(const py::object& self, const std::optional<std::vector<object_id>>& only, bool is_identity);
 
 /// A copy with all attributes, but for arrays of vertices that were handed out.
 /// @param memo  that of `copy.deepcopy`; none: attributes are not copied

@@ -9,7 +9,8 @@ void bind_settings(py::module_& module) {
     using grid = label_settings::depth_grid;
     settings_class<physical<>>(module, "physical", "The pulse-echo model.")
         .member("texture_db", &physical<>::texture_db, "level of the speckle of liver relative to a perfect mirror")
-        .member("shadow_floor_db", &physical<>::shadow_floor_db, "lower bound on the level of speckle relative to soft tissue alone")
+        .member("shadow_floor_db", &physical<>::shadow_floor_db,
+                "lower bound on the level of speckle relative to soft tissue alone")
         .member("seed", &physical<>::seed, "of the diffuse echoes of rough surfaces")
         .member("min_ringing", &physical<>::min_ringing, "what rings on straight lines; 1: nothing");
     settings_class<acquisition>(module, "acquisition", "Depth and sampling of the scan lines.")

@@ -1,7 +1,7 @@
 #ifndef INSONIFY_PYTHON_VELOCITY_FIELDS_HPP
 #define INSONIFY_PYTHON_VELOCITY_FIELDS_HPP
 
-#include "bindings.hpp"
+#include "tube_lines.hpp"
 #include <variant>
 
 namespace insonify_python {
@@ -24,13 +24,15 @@ class velocity_fields {
             fields_.emplace_back(py::cast<const poiseuille*>(one));
         else if (py::isinstance<velocity_samples>(one))
             fields_.emplace_back(py::cast<const velocity_samples*>(one));
+        else if (py::isinstance<line_flow>(one))
+            fields_.emplace_back(static_cast<const tube_flow*>(py::cast<const line_flow*>(one)));
         else
             return false;
         return true;
     }
 
   private:
-    using field = std::variant<const poiseuille*, const velocity_samples*>;
+    using field = std::variant<const poiseuille*, const velocity_samples*, const tube_flow*>;
     std::vector<field> fields_{};
 };
 

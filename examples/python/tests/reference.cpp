@@ -1,8 +1,10 @@
 // What the module must give bit for bit, as raw floats: reference <part> <file>.
 #define INSONIFY_IMPLEMENTATION
 #include <insonify/insonify.hpp>
+#include "../../anatomy/regions.hpp"
 #include <cstdio>
 #include <cstring>
+#include <variant>
 
 using namespace insonify;
 
@@ -153,6 +155,26 @@ void draw_flow(writer& write) {
               .power);
 }
 
+/// The first view of each region, pressed.
+void draw_regions(writer& write) {
+    for (const anatomy::region& region : anatomy::regions()) {
+        anatomy::values values = region.drawn(5);
+        if (!region.parameters.empty()) values["resolution"] = 0.5F;
+        anatomy::body made = region.make(values);
+        made.anatomy.build(exec::par);
+        anatomy::view& seen = made.views.front();
+        seen.settings.size = {96, 0};
+        seen.settings.planes = 1;
+        std::visit(
+            [&](auto& probe) {
+                probe.lines = 64;
+                const pose at = anatomy::press_probe(made.anatomy, seen);
+                write(b_mode(exec::par_unseq, made.anatomy, probe, at, seen.settings).pixels);
+            },
+            seen.probe);
+    }
+}
+
 } // namespace
 
 int main(int argc, char** argv) {
@@ -165,4 +187,5 @@ int main(int argc, char** argv) {
     if (wanted("layers")) list_layers(write);
     if (wanted("motion")) draw_motion(write);
     if (wanted("flow")) draw_flow(write);
+    if (wanted("regions")) draw_regions(write);
 }

@@ -117,8 +117,26 @@ def test_press():
     body.deform(touch.deformation)
     assert touch.deformation([0, 0, 0]) == pytest.approx([0, 0, depth - 0.05 * mm], abs=1e-6)
     assert us.press(body, probe, at, only=[]).touching == 0 and body.find("") == limb
-    with pytest.raises(us.usage_error, match="press: the face is 25 mm deep"):
+    with pytest.raises(us.usage_error, match="press: the face is .* mm deep in the body, more than `decay`, 20 mm"):
         us.press(body, probe, us.pose([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 25 * mm], [0, 0, 0, 1]]))
+
+
+def test_bone_stays_under_a_probe_that_presses():
+    body = us.scene(tissue.air)
+    skin = body.add(us.make_box((-60 * mm, -40 * mm, 0), (60 * mm, 40 * mm, 60 * mm), 5), tissue.muscle)
+    bone = body.add(us.make_box((-50 * mm, -30 * mm, 15 * mm), (50 * mm, 30 * mm, 25 * mm), 5), tissue.bone)
+    body.build()
+    at, how = us.pose(translation=(0, 0, 3 * mm)), us.press_settings(decay=20 * mm)
+    soft, touch = (us.press(body, us.linear_array(), at, how, is_stiff=stiff).deformation for stiff in ([], [bone]))
+    assert touch.stop.shape == (5, 33) and np.allclose(touch.stop, np.exp(-15 / 20), rtol=1e-4) and not soft.stop.any()
+    assert np.shares_memory(touch.stop, touch.stop)
+    body.deform(soft)
+    assert np.abs(body.positions(bone) - body.rest_positions(bone)).max() > 1 * mm
+    body.deform(touch)
+    assert np.allclose(body.positions(bone), body.rest_positions(bone), atol=0.01 * mm)  # skin lies 0.05 mm behind the face
+    assert (body.positions(skin) - body.rest_positions(skin))[:, 2].max() == pytest.approx(3 * mm, abs=0.06 * mm)
+    with pytest.raises(us.usage_error, match="the tissue gives way above what is stiff 15 mm below the skin"):
+        us.press(body, us.linear_array(), us.pose(translation=(0, 0, 12 * mm)), is_stiff=[bone])
 
 
 def test_a_vein_collapses_under_the_pressure_of_the_probe():

@@ -111,6 +111,18 @@ def test_a_copy_draws_the_same_picture(state, copied):
     assert other.add(us.make_sphere((0, 0, 0), 1 * mm), tissue.bone) == body.add(us.make_sphere((0, 0, 0), 1 * mm), tissue.bone)
 
 
+@pytest.mark.parametrize("layers", [(1, 0, 1), (0, 0, 1), "own_surface"], ids=str)
+def test_layers_of_an_object_are_pickled(layers):
+    def muscle(**given):
+        body = us.scene(tissue.fat)
+        body.add(us.make_sphere((0, 0, 22 * mm), 16 * mm, 4), tissue.muscle, fibres=(0, 1, 0), **given)
+        return body.build()
+
+    body = muscle(layer_normal=layers)
+    assert np.array_equal(draw(pickle.loads(pickle.dumps(body))), draw(body))
+    assert layers == (0, 0, 1) or not np.array_equal(draw(body), draw(muscle(layer_normal=(0, 0, 1))))
+
+
 @pytest.mark.parametrize("state", [moved, filled], ids=lambda state: state.__name__)
 def test_another_process_draws_the_same_picture(state):
     body = anatomy()
