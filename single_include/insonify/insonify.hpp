@@ -18974,6 +18974,144 @@ float automatic_tgc(const Policy& policy, const scene& body, const Probe& probe,
 
 
 #endif
+#ifndef INSONIFY_TRACING_READ_GAS_REVERBERATION_HPP
+#define INSONIFY_TRACING_READ_GAS_REVERBERATION_HPP
+
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <string>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Echoes that appear behind gas, of sound that it reflects: the mirror image of the tissue in front of it, and the
+/// reverberation between gas and the face of the probe.
+struct gas_reverberation {
+    float mirror = 1;              ///< part of the amplitude of the mirror image that is drawn, 0 (none) to 1
+    float face_reflection = 0.25F; ///< amplitude that the face reflects back into the body, 0 to below 1. Convention
+
+    /// @throws usage_error  naming a setting that is out of range
+    void check() const {
+        if (!(mirror >= 0 && mirror <= 1)) throw usage_error{"gas_reverberation: `mirror` must be 0 to 1"};
+        if (!(face_reflection >= 0 && face_reflection < 1))
+            throw usage_error{"gas_reverberation: `face_reflection` must be at least 0 and below 1"};
+    }
+
+    friend bool operator==(const gas_reverberation&, const gas_reverberation&) = default;
+};
+
+namespace detail {
+
+/// The first surface of gas on a line, and the losses on the way back from it.
+class gas_surface {
+  public:
+    gas_surface(view<const layer> layers, view<const medium> media, float frequency)
+        : layers_{layers}, media_{media}, frequency_{frequency} {
+        while (next_ < layers.size() && !is_gas(media[layers[next_].medium])) {
+            shown_ += stretch();
+            loss_db_ += loss();
+            ++next_;
+        }
+        if (next_ == 0 || next_ == layers.size()) return;
+        const float before = media[layers[next_ - 1].medium].impedance(), gas = media[layers[next_].medium].impedance();
+        reflected = (gas - before) / (gas + before);
+        curvature = {layers[next_].curvature.x, layers[next_].curvature.y};
+        shown = shown_;
+        loss_db = loss_db_;
+    }
+
+    float shown = 0;      ///< displayed depth, metres; 0: there is none, or the line starts in gas
+    float loss_db = 0;    ///< attenuation down to it, there and back, dB
+    float reflected = 0;  ///< amplitude
+    vec2 curvature{0, 0}; ///< 1/m, above 0 where it bulges towards the probe
+
+    /// Attenuation down to a displayed depth, there and back, dB; from call to call less deep.
+    float loss_to(float depth) {
+        while (next_ > 0 && depth < shown_) {
+            --next_;
+            shown_ -= stretch();
+            loss_db_ -= loss();
+        }
+        return loss_db_ + max(depth - shown_, 0) * (loss() / max(stretch(), 1e-9F));
+    }
+
+  private:
+    // Displayed length and loss of the layer `next_`.
+    float length() const { return layers_[next_].end - layers_[next_].begin; }
+    float stretch() const { return length() * displayed_stretch(media_[layers_[next_].medium]); }
+    float loss() const { return length() * echo_loss(media_[layers_[next_].medium], frequency_); }
+
+    view<const layer> layers_;
+    view<const medium> media_;
+    float frequency_;
+    std::size_t next_ = 0; // the layer that begins at `shown_`
+    float shown_ = 0, loss_db_ = 0;
+};
+
+} // namespace detail
+
+/// Adds the echoes that appear behind gas to traced echoes: straight lines end at its surface. Call it between `trace`
+/// and `convolve`.
+///
+///     at 2 D - z:  r^2 10^((L(z) - L(D)) / 10) / sqrt((1 + 2 h k_x)(1 + 2 h k_y)) of the conjugate echo at z < D
+///     at D + z:    n r f 10^(-L(D) / 20) of the echo at z, n = 2 for z < D, else 1
+///
+/// with D the displayed depth of the gas, L(z) the loss down to z in dB, there and back, r what gas reflects, f
+/// `face_reflection`, h = D - z, and k the curvatures of its surface, behind which sound diverges. Sound that gas
+/// reflects returns to it by the same way, so its image is that of the line itself; `paths` follows it to where it goes.
+/// @param found      what lies along the lines of the echoes
+/// @param frequency  of the carrier, hertz
+/// @throws usage_error  for layers of other lines, or a setting out of range
+template <exec::policy Policy>
+iq_lines add_gas_reverberation(const Policy& policy, iq_lines echoes, const line_layers& found, float frequency,
+                               const gas_reverberation& settings = {}) {
+    settings.check();
+    if (found.lines != echoes.count)
+        throw usage_error{detail::joined({"add_gas_reverberation: the layers have ", std::to_string(found.lines),
+                                          " lines and the echoes ", std::to_string(echoes.count),
+                                          "; give those that find_layers finds for their probe"})};
+    if (std::none_of(found.media.begin(), found.media.end(), [](const medium& m) { return detail::is_gas(m); }))
+        return echoes;
+    constexpr float min_spread = 0.1F; // in front of a hollow surface sound has a focus, which is not sharp
+    const float spacing = echoes.depth / static_cast<float>(std::max(echoes.samples, 1U));
+    const auto rotation = [&](float depth) { // of the phase of an echo that is that much deeper
+        const double cycles = 2 * double{frequency} / double{display_speed} * double{depth};
+        const auto turn = static_cast<float>(cycles - std::floor(cycles)) * 2 * pi;
+        return vec2{std::cos(turn), -std::sin(turn)};
+    };
+    const auto product = [](vec2 a, vec2 b) { return vec2{a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x}; };
+    exec::for_each_block(policy, echoes.count, 8, 2e4F, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            detail::gas_surface gas{found(static_cast<std::uint32_t>(i)), found.media, frequency};
+            if (gas.shown <= spacing || gas.shown >= echoes.depth) continue;
+            vec2* const line = echoes.values.data() + i * echoes.samples;
+            const auto samples = static_cast<std::int64_t>(echoes.samples),
+                       surface = static_cast<std::int64_t>(std::lround(gas.shown / spacing)),
+                       twice = static_cast<std::int64_t>(std::lround(2 * gas.shown / spacing)) - 1;
+            const vec2 once_deeper = rotation(gas.shown), twice_deeper = rotation(2 * gas.shown);
+            const float mirrored = settings.mirror * gas.reflected * gas.reflected,
+                        repeated = gas.reflected * settings.face_reflection * amplitude_of_decibels(-gas.loss_db);
+            for (std::int64_t k = surface + 1; k < samples; ++k) {
+                if (const std::int64_t from = twice - k; from >= 0 && from < surface) {
+                    const float depth = (static_cast<float>(from) + 0.5F) * spacing;
+                    const vec2 spread = max(vec2{1, 1} + 2 * (gas.shown - depth) * gas.curvature, vec2{min_spread});
+                    const float level = mirrored * amplitude_of_decibels(2 * (gas.loss_to(depth) - gas.loss_db)) /
+                                        std::sqrt(spread.x * spread.y);
+                    line[k] += level * product(vec2{line[from].x, -line[from].y}, twice_deeper);
+                }
+                const std::int64_t from = k - surface;
+                line[k] += (from < surface ? 2 : 1) * repeated * product(line[from], once_deeper);
+            }
+        }
+    });
+    return echoes;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
 #ifndef INSONIFY_TRACING_READ_LABEL_HPP
 #define INSONIFY_TRACING_READ_LABEL_HPP
 
@@ -19587,6 +19725,7 @@ struct b_mode_settings {
     noise_level noise{};            ///< electronic noise
     std::uint32_t frame = 0;        ///< number of the frame: noise and the speckle of blood differ from frame to frame
     near_field_settings near_field{}; ///< echoes of the probe itself
+    gas_reverberation gas{};          ///< echoes that appear behind gas, on straight lines
     compound_settings compound{};     ///< looks at several angles, averaged; none by default
     /// Movement of the probe from frame to frame, metres, at any corner of the field of view, above which `persistence`
     /// and compounding with `update_mode::one` start anew; 0: at every movement.
@@ -20048,10 +20187,12 @@ class scanner {
         if (finds_layers && traced.lines == look.lines && look.steering == 0 && reaches_labels) label_look_ = number;
         choose_time_gain(policy, body, at, look.steering == 0 && found.lines > 0 ? &found : nullptr);
         times_.trace += clock.lap();
-        if constexpr (finds_layers)
+        if constexpr (finds_layers) {
+            echoes = add_gas_reverberation(policy, std::move(echoes), found, probe.frequency, settings.gas);
             echoes = add_near_field(policy, std::move(echoes), found, straight, settings.near_field);
-        else
+        } else {
             echoes = add_near_field(policy, std::move(echoes), body, straight, at, settings.near_field);
+        }
         echoes = convolver_.convolve(policy, std::move(echoes), nominal_pulse(probe), traced);
         if (traced.lines != look.lines) {
             resampled_ = resample_lines(policy, echoes, traced, look, std::move(resampled_));
@@ -22899,7 +23040,8 @@ struct pressed_face {
         for (const float z : height) valid = valid && is_finite(z);
         for (std::size_t k = 0; k < rows; ++k)
             for (std::size_t i = 0; i < columns; ++i)
-                valid = valid && stop[k][i] >= 0 && depth[k][i] >= 0 && depth[k][i] < decay * (1 - stop[k][i]);
+                valid = valid && stop[k][i] >= 0 &&
+                        (depth[k][i] == 0 || (depth[k][i] > 0 && depth[k][i] < decay * (1 - stop[k][i])));
         if (!valid)
             throw usage_error{
                 "pressed_face: `depth` must be at least 0 and less than `decay` at each point of the face, or than "
@@ -23109,6 +23251,7 @@ class presser {
             if (accepts(one.id)) skin_.add(one.surface.faces, body.rest_positions(one.id), one.at, is_stiff(one.id));
         skin_.finish();
         float sum = 0, pressed = 0;
+        vec2 folding{0, 0}; // the largest depth at which tissue would fold over, and how far below something is stiff
         for (std::size_t row = 0; row < pressed_face::rows; ++row)
             for (std::size_t i = 0; i < pressed_face::columns; ++i) {
                 const float depth = max(skin_.depth(row, i), 0);
@@ -23118,9 +23261,9 @@ class presser {
                 face.depth[row][i] = max(depth - behind, 0);
                 const float below = skin_.stiff_below(row, i);
                 face.stop[row][i] = below < FLT_MAX ? std::exp(-below / settings.decay) : 0;
-                if (depth > 0 && !(depth < settings.decay * (1 - face.stop[row][i])))
-                    too_deep(depth, below, settings.decay);
+                if (depth > folding.x && !(depth < settings.decay * (1 - face.stop[row][i]))) folding = {depth, below};
             }
+        if (folding.x > 0) too_deep(folding.x, folding.y, settings.decay);
         constexpr auto points = static_cast<float>(pressed_face::rows * pressed_face::columns);
         found.mean_depth = sum / points;
         found.force = settings.stiffness * found.mean_depth;

@@ -198,4 +198,14 @@ TEST_CASE("press: what is stiff does not move; the tissue above it gives way wit
     CHECK_NOTHROW(pressed(8_mm)); // 20 mm (1 - exp(-12 / 20)) = 9.02 mm
     CHECK_THROWS_AS(pressed(10_mm), usage_error);
     CHECK_NOTHROW(press(body, press_test::probe, {.translation = {0, 0, 10_mm}}));
+
+    // A bare bone below the face: it stays, and nothing is pressed.
+    scene bare{press_test::air};
+    const object_id ball = bare.add(make_sphere({0, 0, 22_mm}, 10_mm, 5), tissue::bone);
+    bare.build(exec::par);
+    bare.deform(exec::par,
+                press(bare, press_test::probe, {.translation = {0, 0, 11_mm}}, {}, any_object{}, [&](object_id id) {
+                    return id == ball;
+                }).deformation);
+    CHECK(bare.box(ball).lower.z == doctest::Approx(12_mm));
 }

@@ -128,7 +128,8 @@ struct pressed_face {
         for (const float z : height) valid = valid && is_finite(z);
         for (std::size_t k = 0; k < rows; ++k)
             for (std::size_t i = 0; i < columns; ++i)
-                valid = valid && stop[k][i] >= 0 && depth[k][i] >= 0 && depth[k][i] < decay * (1 - stop[k][i]);
+                valid = valid && stop[k][i] >= 0 &&
+                        (depth[k][i] == 0 || (depth[k][i] > 0 && depth[k][i] < decay * (1 - stop[k][i])));
         if (!valid)
             throw usage_error{
                 "pressed_face: `depth` must be at least 0 and less than `decay` at each point of the face, or than "
@@ -338,6 +339,7 @@ class presser {
             if (accepts(one.id)) skin_.add(one.surface.faces, body.rest_positions(one.id), one.at, is_stiff(one.id));
         skin_.finish();
         float sum = 0, pressed = 0;
+        vec2 folding{0, 0}; // the largest depth at which tissue would fold over, and how far below something is stiff
         for (std::size_t row = 0; row < pressed_face::rows; ++row)
             for (std::size_t i = 0; i < pressed_face::columns; ++i) {
                 const float depth = max(skin_.depth(row, i), 0);
@@ -347,9 +349,9 @@ class presser {
                 face.depth[row][i] = max(depth - behind, 0);
                 const float below = skin_.stiff_below(row, i);
                 face.stop[row][i] = below < FLT_MAX ? std::exp(-below / settings.decay) : 0;
-                if (depth > 0 && !(depth < settings.decay * (1 - face.stop[row][i])))
-                    too_deep(depth, below, settings.decay);
+                if (depth > folding.x && !(depth < settings.decay * (1 - face.stop[row][i]))) folding = {depth, below};
             }
+        if (folding.x > 0) too_deep(folding.x, folding.y, settings.decay);
         constexpr auto points = static_cast<float>(pressed_face::rows * pressed_face::columns);
         found.mean_depth = sum / points;
         found.force = settings.stiffness * found.mean_depth;
