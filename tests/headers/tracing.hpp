@@ -22,6 +22,11 @@ label_lines call(const scene& body) { return label(exec::par, body, pencil{}, po
 #ifdef CALL_tracing_read_ground_truth
 ground_truth_lines call(const scene& body) { return ground_truth(exec::par, body, pencil{}, pose{}, {.depth = 0.04F}); }
 #endif
+#ifdef CALL_tracing_read_gas_reverberation
+iq_lines call(iq_lines echoes, const line_layers& found) {
+    return add_gas_reverberation(exec::par, std::move(echoes), found, 5e6F);
+}
+#endif
 #ifdef CALL_tracing_read_near_field
 iq_lines call(iq_lines echoes, const scene& body) {
     return add_near_field(exec::par, std::move(echoes), body, pencil{}, pose{});
