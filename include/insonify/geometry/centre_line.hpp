@@ -108,9 +108,11 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// A tube at one place of its line: what a straight one would be there.
 struct line_place {
-    vec3 centre{0, 0, 0};                                           ///< on the line, metres
-    vec3 along{0, 0, 1}, first_axis{1, 0, 0}, second_axis{0, 1, 0}; ///< of length 1; the axes are those of `radii`
-    vec2 radii{1e-3F, 1e-3F};                                       ///< of the ellipse across the line, metres
+    vec3 centre{0, 0, 0};      ///< on the line, metres
+    vec3 along{0, 0, 1};       ///< direction of the line, of length 1
+    vec3 first_axis{1, 0, 0};  ///< of the first of the radii, of length 1
+    vec3 second_axis{0, 1, 0}; ///< of the second one
+    vec2 radii{1e-3F, 1e-3F};  ///< of the ellipse across the line, metres
 
     /// The square of the distance of a point from the line over that of the wall in its direction: 1 on the wall.
     float squared(vec3 point) const {

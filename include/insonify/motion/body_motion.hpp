@@ -280,6 +280,7 @@ struct bent {
         return point + change.x * here.first_axis + change.y * here.second_axis;
     }
 };
+/// Deduces the map.
 template <class Map>
 bent(centre_line, Map) -> bent<Map>;
 

@@ -58,7 +58,7 @@ struct displacement_view {
 
         // The displacement of a node: bits 0, 1 and 2 say whether it is the further one along x, y and z.
         INSONIFY_FN INSONIFY_INLINE quad at(unsigned node) const {
-            return load<4>(first + (node & 1U) * 4 + (node >> 1U & 1U) * row + (node >> 2U) * layer);
+            return load<4>(first + std::size_t{node & 1U} * 4 + (node >> 1U & 1U) * row + (node >> 2U) * layer);
         }
         // Trilinear between the values of(node).
         template <class Of>
