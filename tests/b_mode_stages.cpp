@@ -37,11 +37,13 @@ image by_stages(const scene& body, const Probe& probe, const pose& at, const b_m
     const refined fine{probe, rays_per_line(probe, knobs.depth)},
         traced{probe, knobs.interpolates_lines ? min(rays_per_line(probe, knobs.depth, 0.25F), fine.rays) : fine.rays};
     const pulse sent = nominal_pulse(probe);
-    iq_lines echoes = trace(policy, body, traced, at, physical{},
-                            {.depth = knobs.depth,
-                             .samples = samples_for(knobs.depth, sent.sigma_z(probe.frequency)),
-                             .planes = knobs.planes,
-                             .frame = knobs.frame});
+    const acquisition scan{.depth = knobs.depth,
+                           .samples = samples_for(knobs.depth, sent.sigma_z(probe.frequency)),
+                           .planes = knobs.planes,
+                           .frame = knobs.frame};
+    iq_lines echoes = trace(policy, body, traced, at, physical{}, scan);
+    echoes = add_gas_reverberation(policy, std::move(echoes), find_layers(policy, body, traced, at, scan),
+                                   probe.frequency, knobs.gas);
     echoes = add_near_field(policy, std::move(echoes), body, traced, at, knobs.near_field);
     echoes = convolve(policy, std::move(echoes), sent, traced);
     if (traced.lines != fine.lines) echoes = resample_lines(policy, echoes, traced, fine);
@@ -100,6 +102,8 @@ TEST_CASE("b_mode: the stages by hand draw the same picture to the bit, whatever
     turn("noise", [](b_mode_settings& s) { s.noise = {.level_db = -100, .seed = 7}; });
     turn("frame", [](b_mode_settings& s) { s.frame = 12; });
     turn("near_field", [](b_mode_settings& s) { s.near_field = {.shown = near_field_settings::lines::all}; });
+    turn(
+        "gas", [](b_mode_settings& s) { s.gas = {.mirror = 0.5F}; }, false); // there is none
     turn(
         "persistence", [](b_mode_settings& s) { s.persistence = 0.6F; }, false); // one frame has no past
 

@@ -131,7 +131,8 @@ iq_lines add_gas_reverberation(const Policy& policy, iq_lines echoes, const line
                     line[k] += level * product(vec2{line[from].x, -line[from].y}, twice_deeper);
                 }
                 const std::int64_t from = k - surface;
-                line[k] += (from < surface ? 2 : 1) * repeated * product(line[from], once_deeper);
+                const bool is_above = from + 2 < surface; // the echo of the gas itself is divided between two samples
+                line[k] += (is_above ? 2 : 1) * repeated * product(line[from], once_deeper);
             }
         }
     });
