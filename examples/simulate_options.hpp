@@ -61,7 +61,7 @@ inline void add_options(CLI::App& app, simulate_options& into) {
         ->option_text("NAME=VALUE")
         ->allow_extra_args(false)
         ->needs(region);
-    add_whole_number(app, "--seed", into.seed, "NUMBER", "draws the parameters of the region", 0, 4294967295U)
+    add_whole_number(app, "--seed", into.seed, "NUMBER", "draws the parameters of the region", 0, 999'999'999)
         ->needs(region);
     app.add_flag("--list", into.list, "lists the regions with their views and parameters, and ends");
     add(app, "--output", into.output, "FOLDER", "folder that the images are written to (out)")->check(name());

@@ -741,6 +741,12 @@ class near_field_settings:
     ring_down_db: float
     shown: str
 
+class gas_reverberation:
+    """Echoes that appear behind gas."""
+    def __init__(self, *, mirror: float = ..., face: float = ...) -> None: ...
+    face: float
+    mirror: float
+
 class compound_settings:
     """Looks at several angles, averaged."""
     def __init__(self, *, angles: int = ..., spread: float = ..., update: str = ...) -> None: ...
@@ -750,13 +756,14 @@ class compound_settings:
 
 class b_mode_settings:
     """Settings of a B-mode image, as on a scanner."""
-    def __init__(self, *, depth: float = ..., samples: int = ..., size: Vector = ..., dynamic_range_db: float = ..., reference_db: float = ..., gain_db: float = ..., tgc: float = ..., planes: int = ..., background: float = ..., time_gain: time_gain_settings = ..., reject_db: float = ..., grey: grey_map = ..., persistence: float = ..., noise: noise_level = ..., frame: int = ..., near_field: near_field_settings = ..., compound: compound_settings = ..., max_motion: float = ..., interpolates_lines: bool = ..., quality: str = ...) -> None: ...
+    def __init__(self, *, depth: float = ..., samples: int = ..., size: Vector = ..., dynamic_range_db: float = ..., reference_db: float = ..., gain_db: float = ..., tgc: float = ..., planes: int = ..., background: float = ..., time_gain: time_gain_settings = ..., reject_db: float = ..., grey: grey_map = ..., persistence: float = ..., noise: noise_level = ..., frame: int = ..., near_field: near_field_settings = ..., gas: gas_reverberation = ..., compound: compound_settings = ..., max_motion: float = ..., interpolates_lines: bool = ..., quality: str = ...) -> None: ...
     background: float
     compound: compound_settings
     depth: float
     dynamic_range_db: float
     frame: int
     gain_db: float
+    gas: gas_reverberation
     grey: grey_map
     interpolates_lines: bool
     max_motion: float

@@ -18980,279 +18980,6 @@ float automatic_tgc(const Policy& policy, const scene& body, const Probe& probe,
 #define INSONIFY_TRACING_READ_GAS_REVERBERATION_HPP
 
 
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <string>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Echoes that appear behind gas, of sound that it reflects: the mirror image of the tissue in front of it, and the
-/// reverberation between gas and the face of the probe.
-struct gas_reverberation {
-    float mirror = 1;              ///< part of the amplitude of the mirror image that is drawn, 0 (none) to 1
-    float face_reflection = 0.25F; ///< amplitude that the face reflects back into the body, 0 to below 1. Convention
-
-    /// @throws usage_error  naming a setting that is out of range
-    void check() const {
-        if (!(mirror >= 0 && mirror <= 1)) throw usage_error{"gas_reverberation: `mirror` must be 0 to 1"};
-        if (!(face_reflection >= 0 && face_reflection < 1))
-            throw usage_error{"gas_reverberation: `face_reflection` must be at least 0 and below 1"};
-    }
-
-    friend bool operator==(const gas_reverberation&, const gas_reverberation&) = default;
-};
-
-namespace detail {
-
-/// The first surface of gas on a line, and the losses on the way back from it.
-class gas_surface {
-  public:
-    gas_surface(view<const layer> layers, view<const medium> media, float frequency)
-        : layers_{layers}, media_{media}, frequency_{frequency} {
-        while (next_ < layers.size() && !is_gas(media[layers[next_].medium])) {
-            shown_ += stretch();
-            loss_db_ += loss();
-            ++next_;
-        }
-        if (next_ == 0 || next_ == layers.size()) return;
-        const float before = media[layers[next_ - 1].medium].impedance(), gas = media[layers[next_].medium].impedance();
-        reflected = (gas - before) / (gas + before);
-        curvature = {layers[next_].curvature.x, layers[next_].curvature.y};
-        shown = shown_;
-        loss_db = loss_db_;
-    }
-
-    float shown = 0;      ///< displayed depth, metres; 0: there is none, or the line starts in gas
-    float loss_db = 0;    ///< attenuation down to it, there and back, dB
-    float reflected = 0;  ///< amplitude
-    vec2 curvature{0, 0}; ///< 1/m, above 0 where it bulges towards the probe
-
-    /// Attenuation down to a displayed depth, there and back, dB; from call to call less deep.
-    float loss_to(float depth) {
-        while (next_ > 0 && depth < shown_) {
-            --next_;
-            shown_ -= stretch();
-            loss_db_ -= loss();
-        }
-        return loss_db_ + max(depth - shown_, 0) * (loss() / max(stretch(), 1e-9F));
-    }
-
-  private:
-    // Displayed length and loss of the layer `next_`.
-    float length() const { return layers_[next_].end - layers_[next_].begin; }
-    float stretch() const { return length() * displayed_stretch(media_[layers_[next_].medium]); }
-    float loss() const { return length() * echo_loss(media_[layers_[next_].medium], frequency_); }
-
-    view<const layer> layers_;
-    view<const medium> media_;
-    float frequency_;
-    std::size_t next_ = 0; // the layer that begins at `shown_`
-    float shown_ = 0, loss_db_ = 0;
-};
-
-} // namespace detail
-
-/// Adds the echoes that appear behind gas to traced echoes: straight lines end at its surface. Call it between `trace`
-/// and `convolve`.
-///
-///     at 2 D - z:  r^2 10^((L(z) - L(D)) / 10) / sqrt((1 + 2 h k_x)(1 + 2 h k_y)) of the conjugate echo at z < D
-///     at D + z:    n r f 10^(-L(D) / 20) of the echo at z, n = 2 for z < D, else 1
-///
-/// with D the displayed depth of the gas, L(z) the loss down to z in dB, there and back, r what gas reflects, f
-/// `face_reflection`, h = D - z, and k the curvatures of its surface, behind which sound diverges. Sound that gas
-/// reflects returns to it by the same way, so its image is that of the line itself; `paths` follows it to where it goes.
-/// @param found      what lies along the lines of the echoes
-/// @param frequency  of the carrier, hertz
-/// @throws usage_error  for layers of other lines, or a setting out of range
-template <exec::policy Policy>
-iq_lines add_gas_reverberation(const Policy& policy, iq_lines echoes, const line_layers& found, float frequency,
-                               const gas_reverberation& settings = {}) {
-    settings.check();
-    if (found.lines != echoes.count)
-        throw usage_error{detail::joined({"add_gas_reverberation: the layers have ", std::to_string(found.lines),
-                                          " lines and the echoes ", std::to_string(echoes.count),
-                                          "; give those that find_layers finds for their probe"})};
-    if (std::none_of(found.media.begin(), found.media.end(), [](const medium& m) { return detail::is_gas(m); }))
-        return echoes;
-    constexpr float min_spread = 0.1F; // in front of a hollow surface sound has a focus, which is not sharp
-    const float spacing = echoes.depth / static_cast<float>(std::max(echoes.samples, 1U));
-    const auto rotation = [&](float depth) { // of the phase of an echo that is that much deeper
-        const double cycles = 2 * double{frequency} / double{display_speed} * double{depth};
-        const auto turn = static_cast<float>(cycles - std::floor(cycles)) * 2 * pi;
-        return vec2{std::cos(turn), -std::sin(turn)};
-    };
-    const auto product = [](vec2 a, vec2 b) { return vec2{a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x}; };
-    exec::for_each_block(policy, echoes.count, 8, 2e4F, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            detail::gas_surface gas{found(static_cast<std::uint32_t>(i)), found.media, frequency};
-            if (gas.shown <= spacing || gas.shown >= echoes.depth) continue;
-            vec2* const line = echoes.values.data() + i * echoes.samples;
-            const auto samples = static_cast<std::int64_t>(echoes.samples),
-                       surface = static_cast<std::int64_t>(std::lround(gas.shown / spacing)),
-                       twice = static_cast<std::int64_t>(std::lround(2 * gas.shown / spacing)) - 1;
-            const vec2 once_deeper = rotation(gas.shown), twice_deeper = rotation(2 * gas.shown);
-            const float mirrored = settings.mirror * gas.reflected * gas.reflected,
-                        repeated = gas.reflected * settings.face_reflection * amplitude_of_decibels(-gas.loss_db);
-            for (std::int64_t k = surface + 1; k < samples; ++k) {
-                if (const std::int64_t from = twice - k; from >= 0 && from < surface) {
-                    const float depth = (static_cast<float>(from) + 0.5F) * spacing;
-                    const vec2 spread = max(vec2{1, 1} + 2 * (gas.shown - depth) * gas.curvature, vec2{min_spread});
-                    const float level = mirrored * amplitude_of_decibels(2 * (gas.loss_to(depth) - gas.loss_db)) /
-                                        std::sqrt(spread.x * spread.y);
-                    line[k] += level * product(vec2{line[from].x, -line[from].y}, twice_deeper);
-                }
-                const std::int64_t from = k - surface;
-                const bool is_above = from + 2 < surface; // the echo of the gas itself is divided between two samples
-                line[k] += (is_above ? 2 : 1) * repeated * product(line[from], once_deeper);
-            }
-        }
-    });
-    return echoes;
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#ifndef INSONIFY_TRACING_READ_LABEL_HPP
-#define INSONIFY_TRACING_READ_LABEL_HPP
-
-
-#include <algorithm>
-#include <cstddef>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Depth and sampling of labels, and the meaning of depth.
-struct label_settings {
-    /// What the depth of a sample means.
-    enum class depth_grid {
-        geometric, ///< metres along the line: where things are
-        displayed, ///< c0 t / 2, where t is the travel time there and back: where a picture by `physical` shows them
-    };
-    float depth = 0.08F;                     ///< metres, of the grid
-    std::uint32_t samples = 0;               ///< along each line; 0: as many as a picture by `physical` has
-    depth_grid grid = depth_grid::geometric; ///< what a depth means
-};
-
-namespace detail {
-
-/// The samples of a line that lie in one of its layers: `first` up to, but without, `last`.
-struct label_stretch {
-    float begin = 0;       ///< of the layer, in metres of the grid
-    float scale = 1;       ///< metres of the grid a metre of the layer
-    std::size_t first = 0; ///< sample
-    std::size_t last = 0;  ///< sample after the last one
-};
-
-/// Checks the arguments of `label`.
-/// @return the number of samples of the grid: by default two for each standard deviation of the pulse, a multiple of 64
-inline std::uint32_t check_labels(const scene& body, const probe_settings& probe, const pose& at,
-                                  const label_settings& settings, const char* caller) {
-    check_lines(body, probe, at, settings.depth, caller);
-    const float sigma = pulse{}.sigma_z(probe.frequency);
-    return checked_samples(probe.lines, settings.samples != 0 ? settings.samples : samples_for(settings.depth, sigma),
-                           caller);
-}
-
-/// How far lines are followed, metres: fast media below `depth` are displayed above it.
-inline float max_depth_of(const label_settings& settings, view<const medium> media) {
-    float fastest = display_speed;
-    for (const medium& m : media) fastest = max(fastest, m.sound_speed);
-    return settings.grid == label_settings::depth_grid::displayed ? settings.depth * (fastest / display_speed)
-                                                                  : settings.depth;
-}
-
-/// Maps the layers of a line to a grid: calls visit(i, stretch) for layer i, starting at the face.
-///
-/// Each sample, at (k + 1/2) * spacing metres, is in one stretch; the last layer takes all that are left.
-template <class Visit>
-void for_each_stretch(view<const layer> layers, view<const medium> media, label_settings::depth_grid grid,
-                      std::size_t samples, float spacing, const Visit& visit) {
-    std::size_t next = 0;
-    float begin = 0;
-    for (std::size_t i = 0; i < layers.size(); ++i) {
-        const layer& here = layers[i];
-        const bool displayed = grid == label_settings::depth_grid::displayed;
-        const float scale = displayed ? displayed_stretch(media[here.medium]) : 1.0F;
-        const float end = begin + scale * (here.end - here.begin);
-        const float before_end = clamp(std::ceil(end / spacing - 0.5F), 0, static_cast<float>(samples));
-        const std::size_t last = i + 1 == layers.size() ? samples : static_cast<std::size_t>(before_end);
-        visit(i, label_stretch{begin, scale, next, last});
-        next = last;
-        begin = end;
-    }
-}
-
-/// The layers that labels are read from: of one plane.
-template <exec::policy Policy, transducer Probe>
-const line_layers& layers_for_labels(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                                     const label_settings& settings, bool incident, layer_search& search) {
-    return search(policy, body, probe, at, {.depth = settings.depth}, max_depth_of(settings, body.media()), incident);
-}
-
-} // namespace detail
-
-/// The object that each sample of lines lies in, whose layers have been found.
-/// @param found     layers; those of the slice plane are read. The last layer of a line is taken to go on for ever:
-///                  they must reach as deep as `settings` displays
-/// @param settings  `samples` must not be 0
-/// @param recycled  labels whose memory is reused
-/// @throws usage_error  for a depth or a number of samples out of range
-template <exec::policy Policy>
-label_lines label(const Policy& policy, const line_layers& found, const label_settings& settings,
-                  label_lines recycled = {}) {
-    check_depth(settings.depth, "label");
-    if (settings.samples == 0)
-        throw usage_error{"label: `samples` is 0; give the number along each line of the layers"};
-    const std::uint32_t samples = detail::checked_samples(found.lines, settings.samples, "label");
-    recycled.reshape(found.lines, samples, settings.depth);
-    const float spacing = settings.depth / static_cast<float>(samples);
-    const auto label_line = [&](std::uint32_t line) {
-        const view<const layer> layers = found(line);
-        label_id* const out = recycled.values.data() + std::size_t{line} * samples;
-        const auto fill = [&](std::size_t i, const detail::label_stretch& part) {
-            std::fill(out + part.first, out + part.last, layers[i].object);
-        };
-        detail::for_each_stretch(layers, found.media, settings.grid, samples, spacing, fill);
-    };
-    exec::for_each_block(policy, found.lines, detail::lines_per_block, 0.2F * static_cast<float>(samples),
-                         [&](std::size_t begin, std::size_t end) {
-                             for (std::size_t i = begin; i < end; ++i) label_line(static_cast<std::uint32_t>(i));
-                         });
-    return recycled;
-}
-
-/// The object that each sample lies in: its id, and `background_label` outside all.
-///
-///     label_lines truth = label(exec::par, body, probe, at, {.depth = 40_mm, .samples = 400});
-///     bool in_bone = truth(line, sample) == static_cast<label_id>(bone);
-///
-/// Of nested and overlapping objects the one that gives the medium, as `scene` says. Lines are straight and without
-/// thickness: those of the middle plane.
-/// @param at  probe to world: x lateral, y elevation, z depth
-/// @return `probe.lines` lines of `settings.samples` samples
-/// @throws usage_error     for a scene that was not built, or settings out of range
-/// @throws geometry_error  for a pose that is not rigid
-template <exec::policy Policy, transducer Probe>
-label_lines label(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                  const label_settings& settings) {
-    const detail::any_policy<false> any{policy};
-    const std::uint32_t samples = detail::check_labels(body, probe, at, settings, "label");
-    detail::layer_search search;
-    return label(any, detail::layers_for_labels(any, body, probe, at, settings, false, search),
-                 {settings.depth, samples, settings.grid});
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#ifndef INSONIFY_TRACING_READ_NEAR_FIELD_HPP
-#define INSONIFY_TRACING_READ_NEAR_FIELD_HPP
-
-
 #ifndef INSONIFY_ACOUSTICS_TISSUE_HPP
 #define INSONIFY_ACOUSTICS_TISSUE_HPP
 
@@ -19550,6 +19277,282 @@ constexpr std::optional<medium> find(std::string_view name) {
 
 
 #endif
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <string>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Echoes that appear behind gas, of sound that it reflects: the mirror image of the tissue in front of it, and the
+/// reverberation between gas and the face of the probe.
+struct gas_reverberation {
+    float mirror = 1; ///< part of the amplitude of the mirror image that is drawn, 0 (none) to 1
+    float face = 1;   ///< the same of the reverberation with the face
+
+    /// @throws usage_error  for a setting that is out of range
+    void check() const {
+        if (!(mirror >= 0 && mirror <= 1) || !(face >= 0 && face <= 1))
+            throw usage_error{"gas_reverberation: `mirror` and `face` must be 0 (not drawn) to 1"};
+    }
+
+    friend bool operator==(const gas_reverberation&, const gas_reverberation&) = default;
+};
+
+namespace detail {
+
+/// The first surface of gas on a line, and the losses on the way back from it.
+class gas_surface {
+  public:
+    gas_surface(view<const layer> layers, view<const medium> media, float frequency)
+        : layers_{layers}, media_{media}, frequency_{frequency} {
+        while (next_ < layers.size() && !is_gas(media[layers[next_].medium])) {
+            shown_ += stretch();
+            loss_db_ += loss();
+            ++next_;
+        }
+        if (next_ == 0 || next_ == layers.size()) return;
+        const float before = media[layers[next_ - 1].medium].impedance(), gas = media[layers[next_].medium].impedance();
+        reflected = (gas - before) / (gas + before);
+        const float first = media[layers[0].medium].impedance(), lens = tissue::lens.impedance();
+        lens_reflected = (lens - first) / (lens + first);
+        curvature = {layers[next_].curvature.x, layers[next_].curvature.y};
+        shown = shown_;
+        loss_db = loss_db_;
+    }
+
+    float shown = 0;          ///< displayed depth, metres; 0: there is none, or the line starts in gas
+    float loss_db = 0;        ///< attenuation down to it, there and back, dB
+    float reflected = 0;      ///< amplitude
+    float lens_reflected = 0; ///< amplitude, of sound that returns to the face
+    vec2 curvature{0, 0};     ///< 1/m, above 0 where it bulges towards the probe
+
+    /// Attenuation down to a displayed depth, there and back, dB; from call to call less deep.
+    float loss_to(float depth) {
+        while (next_ > 0 && depth < shown_) {
+            --next_;
+            shown_ -= stretch();
+            loss_db_ -= loss();
+        }
+        return loss_db_ + max(depth - shown_, 0) * (loss() / max(stretch(), 1e-9F));
+    }
+
+  private:
+    // Displayed length and loss of the layer `next_`.
+    float length() const { return layers_[next_].end - layers_[next_].begin; }
+    float stretch() const { return length() * displayed_stretch(media_[layers_[next_].medium]); }
+    float loss() const { return length() * echo_loss(media_[layers_[next_].medium], frequency_); }
+
+    view<const layer> layers_;
+    view<const medium> media_;
+    float frequency_;
+    std::size_t next_ = 0; // the layer that begins at `shown_`
+    float shown_ = 0, loss_db_ = 0;
+};
+
+} // namespace detail
+
+/// Adds the echoes that appear behind gas to traced echoes: straight lines end at its surface. Call it between `trace`
+/// and `convolve`.
+///
+///     at 2 D - z:  r^2 10^((L(z) - L(D)) / 10) / sqrt((1 + 2 h k_x)(1 + 2 h k_y)) of the conjugate echo at z < D
+///     at D + z:    n r f 10^(-L(D) / 20) of the echo at z, n = 2 for z < D, else 1
+///
+/// with D the displayed depth of the gas, L(z) the loss down to z in dB, there and back, r what gas reflects, f
+/// what the lens of the probe does (from the impedances of `tissue::lens` and of the first medium), h = D - z, and k the curvatures of its surface, behind which sound diverges. Sound that gas
+/// reflects returns to it by the same way, so its image is that of the line itself; `paths` follows it to where it goes.
+/// @param found      what lies along the lines of the echoes
+/// @param frequency  of the carrier, hertz
+/// @throws usage_error  for layers of other lines, or a setting out of range
+template <exec::policy Policy>
+iq_lines add_gas_reverberation(const Policy& policy, iq_lines echoes, const line_layers& found, float frequency,
+                               const gas_reverberation& settings = {}) {
+    settings.check();
+    if (found.lines != echoes.count)
+        throw usage_error{detail::joined({"add_gas_reverberation: the layers have ", std::to_string(found.lines),
+                                          " lines and the echoes ", std::to_string(echoes.count),
+                                          "; give those that find_layers finds for their probe"})};
+    if (std::none_of(found.media.begin(), found.media.end(), [](const medium& m) { return detail::is_gas(m); }))
+        return echoes;
+    constexpr float min_spread = 0.1F; // in front of a hollow surface sound has a focus, which is not sharp
+    const float spacing = echoes.depth / static_cast<float>(std::max(echoes.samples, 1U));
+    const auto rotation = [&](float depth) { // of the phase of an echo that is that much deeper
+        const double cycles = 2 * double{frequency} / double{display_speed} * double{depth};
+        const auto turn = static_cast<float>(cycles - std::floor(cycles)) * 2 * pi;
+        return vec2{std::cos(turn), -std::sin(turn)};
+    };
+    const auto product = [](vec2 a, vec2 b) { return vec2{a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x}; };
+    exec::for_each_block(policy, echoes.count, 8, 2e4F, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            detail::gas_surface gas{found(static_cast<std::uint32_t>(i)), found.media, frequency};
+            if (gas.shown <= spacing || gas.shown >= echoes.depth) continue;
+            vec2* const line = echoes.values.data() + i * echoes.samples;
+            const auto samples = static_cast<std::int64_t>(echoes.samples),
+                       surface = static_cast<std::int64_t>(std::lround(gas.shown / spacing)),
+                       twice = static_cast<std::int64_t>(std::lround(2 * gas.shown / spacing)) - 1;
+            const vec2 once_deeper = rotation(gas.shown), twice_deeper = rotation(2 * gas.shown);
+            const float mirrored = settings.mirror * gas.reflected * gas.reflected,
+                        repeated =
+                            gas.reflected * gas.lens_reflected * settings.face * amplitude_of_decibels(-gas.loss_db);
+            for (std::int64_t k = surface + 1; k < samples; ++k) {
+                if (const std::int64_t from = twice - k; from >= 0 && from < surface) {
+                    const float depth = (static_cast<float>(from) + 0.5F) * spacing;
+                    const vec2 spread = max(vec2{1, 1} + 2 * (gas.shown - depth) * gas.curvature, vec2{min_spread});
+                    const float level = mirrored * amplitude_of_decibels(2 * (gas.loss_to(depth) - gas.loss_db)) /
+                                        std::sqrt(spread.x * spread.y);
+                    line[k] += level * product(vec2{line[from].x, -line[from].y}, twice_deeper);
+                }
+                const std::int64_t from = k - surface;
+                const bool is_above = from + 2 < surface; // the echo of the gas itself is divided between two samples
+                line[k] += (is_above ? 2 : 1) * repeated * product(line[from], once_deeper);
+            }
+        }
+    });
+    return echoes;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#ifndef INSONIFY_TRACING_READ_LABEL_HPP
+#define INSONIFY_TRACING_READ_LABEL_HPP
+
+
+#include <algorithm>
+#include <cstddef>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Depth and sampling of labels, and the meaning of depth.
+struct label_settings {
+    /// What the depth of a sample means.
+    enum class depth_grid {
+        geometric, ///< metres along the line: where things are
+        displayed, ///< c0 t / 2, where t is the travel time there and back: where a picture by `physical` shows them
+    };
+    float depth = 0.08F;                     ///< metres, of the grid
+    std::uint32_t samples = 0;               ///< along each line; 0: as many as a picture by `physical` has
+    depth_grid grid = depth_grid::geometric; ///< what a depth means
+};
+
+namespace detail {
+
+/// The samples of a line that lie in one of its layers: `first` up to, but without, `last`.
+struct label_stretch {
+    float begin = 0;       ///< of the layer, in metres of the grid
+    float scale = 1;       ///< metres of the grid a metre of the layer
+    std::size_t first = 0; ///< sample
+    std::size_t last = 0;  ///< sample after the last one
+};
+
+/// Checks the arguments of `label`.
+/// @return the number of samples of the grid: by default two for each standard deviation of the pulse, a multiple of 64
+inline std::uint32_t check_labels(const scene& body, const probe_settings& probe, const pose& at,
+                                  const label_settings& settings, const char* caller) {
+    check_lines(body, probe, at, settings.depth, caller);
+    const float sigma = pulse{}.sigma_z(probe.frequency);
+    return checked_samples(probe.lines, settings.samples != 0 ? settings.samples : samples_for(settings.depth, sigma),
+                           caller);
+}
+
+/// How far lines are followed, metres: fast media below `depth` are displayed above it.
+inline float max_depth_of(const label_settings& settings, view<const medium> media) {
+    float fastest = display_speed;
+    for (const medium& m : media) fastest = max(fastest, m.sound_speed);
+    return settings.grid == label_settings::depth_grid::displayed ? settings.depth * (fastest / display_speed)
+                                                                  : settings.depth;
+}
+
+/// Maps the layers of a line to a grid: calls visit(i, stretch) for layer i, starting at the face.
+///
+/// Each sample, at (k + 1/2) * spacing metres, is in one stretch; the last layer takes all that are left.
+template <class Visit>
+void for_each_stretch(view<const layer> layers, view<const medium> media, label_settings::depth_grid grid,
+                      std::size_t samples, float spacing, const Visit& visit) {
+    std::size_t next = 0;
+    float begin = 0;
+    for (std::size_t i = 0; i < layers.size(); ++i) {
+        const layer& here = layers[i];
+        const bool displayed = grid == label_settings::depth_grid::displayed;
+        const float scale = displayed ? displayed_stretch(media[here.medium]) : 1.0F;
+        const float end = begin + scale * (here.end - here.begin);
+        const float before_end = clamp(std::ceil(end / spacing - 0.5F), 0, static_cast<float>(samples));
+        const std::size_t last = i + 1 == layers.size() ? samples : static_cast<std::size_t>(before_end);
+        visit(i, label_stretch{begin, scale, next, last});
+        next = last;
+        begin = end;
+    }
+}
+
+/// The layers that labels are read from: of one plane.
+template <exec::policy Policy, transducer Probe>
+const line_layers& layers_for_labels(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                                     const label_settings& settings, bool incident, layer_search& search) {
+    return search(policy, body, probe, at, {.depth = settings.depth}, max_depth_of(settings, body.media()), incident);
+}
+
+} // namespace detail
+
+/// The object that each sample of lines lies in, whose layers have been found.
+/// @param found     layers; those of the slice plane are read. The last layer of a line is taken to go on for ever:
+///                  they must reach as deep as `settings` displays
+/// @param settings  `samples` must not be 0
+/// @param recycled  labels whose memory is reused
+/// @throws usage_error  for a depth or a number of samples out of range
+template <exec::policy Policy>
+label_lines label(const Policy& policy, const line_layers& found, const label_settings& settings,
+                  label_lines recycled = {}) {
+    check_depth(settings.depth, "label");
+    if (settings.samples == 0)
+        throw usage_error{"label: `samples` is 0; give the number along each line of the layers"};
+    const std::uint32_t samples = detail::checked_samples(found.lines, settings.samples, "label");
+    recycled.reshape(found.lines, samples, settings.depth);
+    const float spacing = settings.depth / static_cast<float>(samples);
+    const auto label_line = [&](std::uint32_t line) {
+        const view<const layer> layers = found(line);
+        label_id* const out = recycled.values.data() + std::size_t{line} * samples;
+        const auto fill = [&](std::size_t i, const detail::label_stretch& part) {
+            std::fill(out + part.first, out + part.last, layers[i].object);
+        };
+        detail::for_each_stretch(layers, found.media, settings.grid, samples, spacing, fill);
+    };
+    exec::for_each_block(policy, found.lines, detail::lines_per_block, 0.2F * static_cast<float>(samples),
+                         [&](std::size_t begin, std::size_t end) {
+                             for (std::size_t i = begin; i < end; ++i) label_line(static_cast<std::uint32_t>(i));
+                         });
+    return recycled;
+}
+
+/// The object that each sample lies in: its id, and `background_label` outside all.
+///
+///     label_lines truth = label(exec::par, body, probe, at, {.depth = 40_mm, .samples = 400});
+///     bool in_bone = truth(line, sample) == static_cast<label_id>(bone);
+///
+/// Of nested and overlapping objects the one that gives the medium, as `scene` says. Lines are straight and without
+/// thickness: those of the middle plane.
+/// @param at  probe to world: x lateral, y elevation, z depth
+/// @return `probe.lines` lines of `settings.samples` samples
+/// @throws usage_error     for a scene that was not built, or settings out of range
+/// @throws geometry_error  for a pose that is not rigid
+template <exec::policy Policy, transducer Probe>
+label_lines label(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                  const label_settings& settings) {
+    const detail::any_policy<false> any{policy};
+    const std::uint32_t samples = detail::check_labels(body, probe, at, settings, "label");
+    detail::layer_search search;
+    return label(any, detail::layers_for_labels(any, body, probe, at, settings, false, search),
+                 {settings.depth, samples, settings.grid});
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#ifndef INSONIFY_TRACING_READ_NEAR_FIELD_HPP
+#define INSONIFY_TRACING_READ_NEAR_FIELD_HPP
+
+
 #include <string>
 
 namespace insonify::inline INSONIFY_ABI {

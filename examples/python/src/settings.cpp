@@ -75,8 +75,7 @@ void bind_settings(py::module_& module) {
         .member("ring_down", &near_field_settings::ring_down, "depth at which the ringing has lost 60 dB, metres");
     settings_class<gas_reverberation>(module, "gas_reverberation", "Echoes that appear behind gas.")
         .member("mirror", &gas_reverberation::mirror, "part of the amplitude of the mirror image that is drawn")
-        .member("face_reflection", &gas_reverberation::face_reflection,
-                "amplitude that the face of the probe reflects back into the body");
+        .member("face", &gas_reverberation::face, "the same of the reverberation with the face");
     settings_class<compound_settings>(module, "compound_settings", "Looks at several angles, averaged.")
         .member("angles", &compound_settings::angles, "number of looks; 1: no compounding")
         .member("spread", &compound_settings::spread, "angle between the outermost looks, radians")

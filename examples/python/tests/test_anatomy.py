@@ -44,7 +44,7 @@ def test_pictures_of_all_regions_equal_those_of_cpp_bit_for_bit(equals_cpp):
 
 
 def test_regions_and_what_varies_in_them():
-    assert list(anatomy.regions()) == ["neck", "leg", "nerve_block"] and anatomy.regions()["neck"] == "Neck, C5 to T1"
+    assert list(anatomy.regions()) == ["neck", "leg", "right_upper_quadrant", "lumbar", "nerve_block"] and anatomy.regions()["neck"] == "Neck, C5 to T1"
     found = {one.name: one for one in anatomy.parameters("neck")}
     fat, side = found["fat"], found["side"]
     assert (fat.unit, fat.min, fat.max) == ("m", np.float32(1.5 * mm), np.float32(8 * mm)) and fat.min < fat.default < fat.max and not fat.is_choice
@@ -69,7 +69,7 @@ def test_values_are_given_and_drawn():
 
 
 def test_errors_keep_their_sentences(neck):
-    for call, sentence in ((lambda: anatomy.make("tail"), "there is no region 'tail'; known are neck, leg, nerve_block"),
+    for call, sentence in ((lambda: anatomy.make("tail"), "there is no region 'tail'; known are neck, leg, right_upper_quadrant, lumbar, nerve_block"),
                            (lambda: anatomy.parameters("tail"), "there is no region 'tail'"), (lambda: anatomy.views("tail"), "there is no region 'tail'"),
                            (lambda: anatomy.make("neck", flavour=1), "neck: there is no parameter 'flavour'; known are side, "),
                            (lambda: anatomy.make("neck", fat=6), "neck: `fat` is 6 m; it must be from 0.0015 m to 0.008 m: thickness of the"),
@@ -178,7 +178,7 @@ def test_views_for_a_needle():
 
 
 @pytest.mark.parametrize("copied", [copy.deepcopy, lambda body: pickle.loads(pickle.dumps(body))], ids=["copied", "pickled"])
-@pytest.mark.parametrize("region", ["neck", "leg", "nerve_block"])
+@pytest.mark.parametrize("region", ["neck", "leg", "right_upper_quadrant", "lumbar", "nerve_block"])
 def test_bodies_are_copied_and_pickled(copied, region):
     body = anatomy.make(region, seed=2, **coarse(region))
     body.scene.build()

@@ -4,6 +4,7 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/acoustics/laws.hpp>
+#include <insonify/acoustics/tissue.hpp>
 #include <insonify/core/error.hpp>
 #include <insonify/execution/policy.hpp>
 #include <insonify/probe/line_grid.hpp>
@@ -18,14 +19,13 @@ namespace insonify::inline INSONIFY_ABI {
 /// Echoes that appear behind gas, of sound that it reflects: the mirror image of the tissue in front of it, and the
 /// reverberation between gas and the face of the probe.
 struct gas_reverberation {
-    float mirror = 1;              ///< part of the amplitude of the mirror image that is drawn, 0 (none) to 1
-    float face_reflection = 0.25F; ///< amplitude that the face reflects back into the body, 0 to below 1. Convention
+    float mirror = 1; ///< part of the amplitude of the mirror image that is drawn, 0 (none) to 1
+    float face = 1;   ///< the same of the reverberation with the face
 
-    /// @throws usage_error  naming a setting that is out of range
+    /// @throws usage_error  for a setting that is out of range
     void check() const {
-        if (!(mirror >= 0 && mirror <= 1)) throw usage_error{"gas_reverberation: `mirror` must be 0 to 1"};
-        if (!(face_reflection >= 0 && face_reflection < 1))
-            throw usage_error{"gas_reverberation: `face_reflection` must be at least 0 and below 1"};
+        if (!(mirror >= 0 && mirror <= 1) || !(face >= 0 && face <= 1))
+            throw usage_error{"gas_reverberation: `mirror` and `face` must be 0 (not drawn) to 1"};
     }
 
     friend bool operator==(const gas_reverberation&, const gas_reverberation&) = default;
@@ -46,15 +46,18 @@ class gas_surface {
         if (next_ == 0 || next_ == layers.size()) return;
         const float before = media[layers[next_ - 1].medium].impedance(), gas = media[layers[next_].medium].impedance();
         reflected = (gas - before) / (gas + before);
+        const float first = media[layers[0].medium].impedance(), lens = tissue::lens.impedance();
+        lens_reflected = (lens - first) / (lens + first);
         curvature = {layers[next_].curvature.x, layers[next_].curvature.y};
         shown = shown_;
         loss_db = loss_db_;
     }
 
-    float shown = 0;      ///< displayed depth, metres; 0: there is none, or the line starts in gas
-    float loss_db = 0;    ///< attenuation down to it, there and back, dB
-    float reflected = 0;  ///< amplitude
-    vec2 curvature{0, 0}; ///< 1/m, above 0 where it bulges towards the probe
+    float shown = 0;          ///< displayed depth, metres; 0: there is none, or the line starts in gas
+    float loss_db = 0;        ///< attenuation down to it, there and back, dB
+    float reflected = 0;      ///< amplitude
+    float lens_reflected = 0; ///< amplitude, of sound that returns to the face
+    vec2 curvature{0, 0};     ///< 1/m, above 0 where it bulges towards the probe
 
     /// Attenuation down to a displayed depth, there and back, dB; from call to call less deep.
     float loss_to(float depth) {
@@ -88,7 +91,7 @@ class gas_surface {
 ///     at D + z:    n r f 10^(-L(D) / 20) of the echo at z, n = 2 for z < D, else 1
 ///
 /// with D the displayed depth of the gas, L(z) the loss down to z in dB, there and back, r what gas reflects, f
-/// `face_reflection`, h = D - z, and k the curvatures of its surface, behind which sound diverges. Sound that gas
+/// what the lens of the probe does (from the impedances of `tissue::lens` and of the first medium), h = D - z, and k the curvatures of its surface, behind which sound diverges. Sound that gas
 /// reflects returns to it by the same way, so its image is that of the line itself; `paths` follows it to where it goes.
 /// @param found      what lies along the lines of the echoes
 /// @param frequency  of the carrier, hertz
@@ -121,7 +124,8 @@ iq_lines add_gas_reverberation(const Policy& policy, iq_lines echoes, const line
                        twice = static_cast<std::int64_t>(std::lround(2 * gas.shown / spacing)) - 1;
             const vec2 once_deeper = rotation(gas.shown), twice_deeper = rotation(2 * gas.shown);
             const float mirrored = settings.mirror * gas.reflected * gas.reflected,
-                        repeated = gas.reflected * settings.face_reflection * amplitude_of_decibels(-gas.loss_db);
+                        repeated =
+                            gas.reflected * gas.lens_reflected * settings.face * amplitude_of_decibels(-gas.loss_db);
             for (std::int64_t k = surface + 1; k < samples; ++k) {
                 if (const std::int64_t from = twice - k; from >= 0 && from < surface) {
                     const float depth = (static_cast<float>(from) + 0.5F) * spacing;
