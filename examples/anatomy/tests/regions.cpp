@@ -6,6 +6,7 @@
 #include <doctest/doctest.h>
 #include <set>
 #include <string>
+#include <vector>
 
 using namespace insonify;
 
@@ -86,10 +87,17 @@ std::string sentence(const anatomy::region& region, const anatomy::values& given
     return "no error";
 }
 
+/// Regions with parameters: not the phantom, which is always the same.
+std::vector<anatomy::region> that_vary() {
+    std::vector<anatomy::region> all = anatomy::regions();
+    std::erase_if(all, [](const anatomy::region& one) { return one.parameters.empty(); });
+    return all;
+}
+
 } // namespace
 
 TEST_CASE("every body is closed, nested, named, and can be seen and measured") {
-    for (const anatomy::region& region : anatomy::regions())
+    for (const anatomy::region& region : that_vary())
         for (std::uint64_t seed = 0; seed < seeds; ++seed) {
             anatomy::values values = region.drawn(seed);
             values["resolution"] = coarse;
@@ -101,7 +109,7 @@ TEST_CASE("every body is closed, nested, named, and can be seen and measured") {
 }
 
 TEST_CASE("so is a body with any parameter at its smallest and at its largest value") {
-    for (const anatomy::region& region : anatomy::regions())
+    for (const anatomy::region& region : that_vary())
         for (const anatomy::parameter& one : region.parameters) {
             if (std::string{one.name} == "resolution") continue;
             for (const float value : {one.smallest, one.largest}) {
@@ -115,7 +123,7 @@ TEST_CASE("so is a body with any parameter at its smallest and at its largest va
 }
 
 TEST_CASE("at the default resolution a body has at most 400,000 triangles and is made in two seconds") {
-    for (const anatomy::region& region : anatomy::regions()) {
+    for (const anatomy::region& region : that_vary()) {
         CAPTURE(std::string{region.name});
         double best = 1e9;
         for (int i = 0; i < 3; ++i) {
@@ -136,7 +144,7 @@ TEST_CASE("at the default resolution a body has at most 400,000 triangles and is
 }
 
 TEST_CASE("the same values give the same body") {
-    for (const anatomy::region& region : anatomy::regions()) {
+    for (const anatomy::region& region : that_vary()) {
         anatomy::values values = region.drawn(7);
         values["resolution"] = coarse;
         const anatomy::body first = region.make(values), second = region.make(values);
@@ -147,7 +155,7 @@ TEST_CASE("the same values give the same body") {
 }
 
 TEST_CASE("drawn values are in range, and sizes gather in the middle of it") {
-    for (const anatomy::region& region : anatomy::regions())
+    for (const anatomy::region& region : that_vary())
         for (const anatomy::parameter& one : region.parameters) {
             if (std::string{one.name} == "resolution") continue;
             CAPTURE(std::string{one.name});
