@@ -42,8 +42,8 @@ image by_stages(const scene& body, const Probe& probe, const pose& at, const b_m
                            .planes = knobs.planes,
                            .frame = knobs.frame};
     iq_lines echoes = trace(policy, body, traced, at, physical{}, scan);
-    echoes = add_gas_reverberation(policy, std::move(echoes), find_layers(policy, body, traced, at, scan),
-                                   probe.frequency, knobs.gas);
+    echoes = add_gas_reverberation(policy, std::move(echoes), find_layers(policy, body, traced, at, scan), traced,
+                                   physical{}, knobs.gas);
     echoes = add_near_field(policy, std::move(echoes), body, traced, at, knobs.near_field);
     echoes = convolve(policy, std::move(echoes), sent, traced);
     if (traced.lines != fine.lines) echoes = resample_lines(policy, echoes, traced, fine);

@@ -539,7 +539,7 @@ class scanner {
         choose_time_gain(policy, body, at, look.steering == 0 && found.lines > 0 ? &found : nullptr);
         times_.trace += clock.lap();
         if constexpr (finds_layers) {
-            echoes = add_gas_reverberation(policy, std::move(echoes), found, probe.frequency, settings.gas);
+            echoes = add_gas_reverberation(policy, std::move(echoes), found, traced, model, settings.gas);
             echoes = add_near_field(policy, std::move(echoes), found, straight, settings.near_field);
         } else {
             echoes = add_near_field(policy, std::move(echoes), body, straight, at, settings.near_field);

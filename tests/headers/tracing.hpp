@@ -24,7 +24,7 @@ ground_truth_lines call(const scene& body) { return ground_truth(exec::par, body
 #endif
 #ifdef CALL_tracing_read_gas_reverberation
 iq_lines call(iq_lines echoes, const line_layers& found) {
-    return add_gas_reverberation(exec::par, std::move(echoes), found, 5e6F);
+    return add_gas_reverberation(exec::par, std::move(echoes), found, pencil{}, physical{});
 }
 #endif
 #ifdef CALL_tracing_read_near_field

@@ -389,9 +389,10 @@ struct physical {
             const auto level_at = [&](float distance, const aperture_gain& gain) {
                 const float loss_db = pulse_loss(line, path.lost_at(distance - here.begin, per_metre));
                 float arrived = line.gains.amplitude(path.passed * amplitude_of_decibels(-loss_db), gain.speckle);
-                if (shadow_floor_db != -FLT_MAX)
-                    arrived = max(arrived,
-                                  amplitude_of_decibels(shadow_floor_db - path.tissue_lost_at(distance - here.begin)));
+                if (shadow_floor_db != -FLT_MAX) {
+                    const float tissue_db = pulse_loss(line, path.tissue_lost_at(distance - here.begin));
+                    arrived = max(arrived, amplitude_of_decibels(shadow_floor_db - tissue_db));
+                }
                 return min(level * arrived, 1e20F); // keeps sums finite
             };
             const float longer = (last.deeper - first.deeper) / static_cast<float>(run.count > 0 ? run.count : 1);

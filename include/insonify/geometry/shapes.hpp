@@ -197,6 +197,9 @@ inline mesh make_tube(const std::vector<tube_section>& line, const tube_settings
                              "; it must be from 3 to 4096"};
     const std::vector<detail::section_axes> axes = detail::axes_along(line, settings.across, "make_tube");
     const std::size_t count = line.size();
+    if (count > (1U << 27U) / settings.segments)
+        throw geometry_error{"make_tube: " + std::to_string(count) + " points of " + std::to_string(settings.segments) +
+                             " segments are more than 2^27 in all; use fewer"};
 
     const bool round = settings.ends == tube_settings::end_shape::round;
     const std::uint32_t cap =

@@ -61,7 +61,7 @@ struct own_surface {};
 class layer_normals : public fibre_directions {
   public:
     using fibre_directions::fibre_directions;              ///< none, or 0: where the mesh is flattest
-    layer_normals(own_surface) : follows_surface_{true} {} ///< of the surface of the object
+    layer_normals(own_surface) : follows_surface_{true} {} ///< of the surface of an object that is no thin sheet
 
     /// Whether it is that of the surface.
     bool follows_surface() const { return follows_surface_; }
@@ -243,16 +243,20 @@ class fibre_grid {
         constexpr int sweeps = 60; // of Gauss-Seidel: three times the cells along one axis
         const uvec3 size = count_ - 1U;
         std::vector<vec3> normals(cells(), vec3{0, 0, 0});
+        std::vector<float> areas(cells(), 0.0F);
         for (std::size_t i = 0; i < surface.size(); ++i) {
             const triangle face = surface[i];
             const vec3 place = ((face.a + face.b + face.c) / 3.0F - origin_) / spacing_;
             const uvec3 at{min(max(place, vec3{0}), vec3{size - 1U})};
-            normals[at.x + size.x * (at.y + std::size_t{size.y} * at.z)] += area_vector(face);
+            const std::size_t cell = at.x + size.x * (at.y + std::size_t{size.y} * at.z);
+            normals[cell] += area_vector(face);
+            areas[cell] += length(area_vector(face));
         }
         std::vector<std::uint8_t> is_given(cells());
         for (std::size_t cell = 0; cell < normals.size(); ++cell) {
-            is_given[cell] = length(normals[cell]) > 0;
-            if (is_given[cell]) normals[cell] = normalize(normals[cell]);
+            // Where both sides of a thin object lie in one cell their normals cancel.
+            is_given[cell] = length(normals[cell]) > 0.5F * areas[cell];
+            normals[cell] = is_given[cell] ? normalize(normals[cell]) : vec3{0, 0, 0};
         }
         for (int sweep = 0; sweep < sweeps; ++sweep)
             for (std::size_t cell = 0, z = 0; z < size.z; ++z)

@@ -81,7 +81,8 @@ struct slice_frame {
 /// A half space that bounds a region.
 struct region_side {
     vec3 outwards{0, 0, 0};
-    float limit = 0; ///< upper bound of dot(outwards, p - origin) for points inside
+    float limit = 0;     ///< upper bound of dot(outwards, p - origin) for points inside
+    vec2 in_slice{0, 0}; ///< `outwards` across and along the slices
 };
 /// The part of the slices that lines cover: no line crosses what lies beyond one of its sides.
 struct slice_region {
@@ -109,7 +110,14 @@ struct slice_region {
     }
 
     void add_side(vec2 outwards, float limit) {
-        sides[side_count++] = {outwards.x * frame.across + outwards.y * frame.along, limit};
+        sides[side_count++] = {outwards.x * frame.across + outwards.y * frame.along, limit, outwards};
+    }
+
+    /// Whether a segment, in coordinates of the slices, lies beyond one of the sides.
+    bool is_outside(vec2 from, vec2 to) const {
+        return std::any_of(sides, sides + side_count, [&](const region_side& s) {
+            return dot(s.in_slice, from) > s.limit && dot(s.in_slice, to) > s.limit;
+        });
     }
 
     /// The same region in the coordinates of an object. @param at  object to world
@@ -461,7 +469,8 @@ class slice_cut {
                                              found.push_back(segment);
                                              segment.again = true;
                                          });
-                    if (keep_all_ && !segment.again) found.push_back(segment);
+                    // Not what the boxes of a tree may happen to bring along: it is the same with and without trees.
+                    if (keep_all_ && !segment.again && !region.is_outside(p, q)) found.push_back(segment);
                 }
             };
             cut_faces(region.frame, faces, keep);

@@ -3,11 +3,13 @@
 
 #include <insonify/core/save_macros.hpp>
 
+#include <insonify/acoustics/follow_sound.hpp>
 #include <insonify/acoustics/laws.hpp>
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/core/error.hpp>
 #include <insonify/execution/policy.hpp>
 #include <insonify/probe/line_grid.hpp>
+#include <insonify/probe/transducer.hpp>
 #include <insonify/tracing/find/line_layers.hpp>
 #include <algorithm>
 #include <cmath>
@@ -33,110 +35,165 @@ struct gas_reverberation {
 
 namespace detail {
 
-/// The first surface of gas on a line, and the losses on the way back from it.
+/// The first surface of gas on a line, and what sound loses on the way back from it. Models without `timing`, `loss` or
+/// `pulse_loss` have those of `physical`.
+template <class Model>
 class gas_surface {
   public:
-    gas_surface(view<const layer> layers, view<const medium> media, float frequency)
-        : layers_{layers}, media_{media}, frequency_{frequency} {
+    gas_surface(view<const layer> layers, view<const medium> media, const traced_line& pulse, const Model& model)
+        : layers_{layers}, media_{media}, pulse_{pulse}, model_{model} {
         while (next_ < layers.size() && !is_gas(media[layers[next_].medium])) {
+            crossed_db_ += crossed_db(next_);
             shown_ += stretch();
-            loss_db_ += loss();
+            lost_db_ += lost_db();
             ++next_;
         }
         if (next_ == 0 || next_ == layers.size()) return;
-        const float before = media[layers[next_ - 1].medium].impedance(), gas = media[layers[next_].medium].impedance();
-        reflected = (gas - before) / (gas + before);
-        const float first = media[layers[0].medium].impedance(), lens = tissue::lens.impedance();
-        lens_reflected = (lens - first) / (lens + first);
-        curvature = {layers[next_].curvature.x, layers[next_].curvature.y};
+        reflected = reflection(media[layers[next_ - 1].medium], media[layers[next_].medium]);
+        lens_reflected = reflection(media[layers[0].medium], tissue::lens);
+        const layer& gas = layers[next_];
+        slope = gas.slope;
+        curvature = {gas.curvature.x, gas.curvature.y};
         shown = shown_;
-        loss_db = loss_db_;
+        lost_at_gas_ = lost_db_;
+        crossed_at_gas_ = crossed_db_;
     }
 
     float shown = 0;          ///< displayed depth, metres; 0: there is none, or the line starts in gas
-    float loss_db = 0;        ///< attenuation down to it, there and back, dB
     float reflected = 0;      ///< amplitude
     float lens_reflected = 0; ///< amplitude, of sound that returns to the face
+    vec2 slope{0, 0};         ///< of the surface, in the slice plane and out of it
     vec2 curvature{0, 0};     ///< 1/m, above 0 where it bulges towards the probe
 
-    /// Attenuation down to a displayed depth, there and back, dB; from call to call less deep.
-    float loss_to(float depth) {
+    /// What an echo loses that goes to the gas and back once more, dB.
+    float once_more_db() const { return loss_db(2 * lost_at_gas_) - loss_db(lost_at_gas_) + crossed_at_gas_; }
+    /// The same from a displayed depth to the gas and back, twice, dB. From call to call less deep.
+    float twice_from_db(float depth) {
         while (next_ > 0 && depth < shown_) {
+            if (next_ < layers_.size() && !is_gas(media_[layers_[next_].medium])) crossed_db_ -= crossed_db(next_);
             --next_;
             shown_ -= stretch();
-            loss_db_ -= loss();
+            lost_db_ -= lost_db();
         }
-        return loss_db_ + max(depth - shown_, 0) * (loss() / max(stretch(), 1e-9F));
+        const float lost = lost_db_ + max(depth - shown_, 0) * (lost_db() / max(stretch(), 1e-9F));
+        return loss_db(2 * lost_at_gas_ - lost) - loss_db(lost) + 2 * (crossed_at_gas_ - crossed_db_);
     }
 
   private:
-    // Displayed length and loss of the layer `next_`.
+    static float reflection(const medium& before, const medium& after) {
+        return (after.impedance() - before.impedance()) / (after.impedance() + before.impedance());
+    }
+    // What an echo loses at the surface in front of a layer, there and back.
+    float crossed_db(std::size_t i) const {
+        if (i == 0 || layers_[i].medium == layers_[i - 1].medium) return 0;
+        const float r = reflection(media_[layers_[i - 1].medium], media_[layers_[i].medium]);
+        return -20 * std::log10(max(1 - r * r, 1e-6F));
+    }
+    // Displayed length and attenuation, there and back, of the layer `next_`.
     float length() const { return layers_[next_].end - layers_[next_].begin; }
-    float stretch() const { return length() * displayed_stretch(media_[layers_[next_].medium]); }
-    float loss() const { return length() * echo_loss(media_[layers_[next_].medium], frequency_); }
+    float stretch() const {
+        const medium& m = media_[layers_[next_].medium];
+        if constexpr (requires { model_.timing; })
+            return length() * detail::displayed_stretch(model_.timing, m);
+        else
+            return length() * insonify::displayed_stretch(m);
+    }
+    float lost_db() const {
+        const medium& m = media_[layers_[next_].medium];
+        if constexpr (requires { model_.loss(m, pulse_.frequency); })
+            return length() * model_.loss(m, pulse_.frequency);
+        else
+            return length() * echo_loss(m, pulse_.frequency);
+    }
+    // Of the peak of the pulse, where its carrier loses `carrier_db`.
+    float loss_db(float carrier_db) const { return pulse_loss(model_, pulse_, carrier_db); }
 
     view<const layer> layers_;
     view<const medium> media_;
-    float frequency_;
+    const traced_line& pulse_;
+    const Model& model_;
     std::size_t next_ = 0; // the layer that begins at `shown_`
-    float shown_ = 0, loss_db_ = 0;
+    float shown_ = 0, lost_db_ = 0, crossed_db_ = 0;
+    float lost_at_gas_ = 0, crossed_at_gas_ = 0;
 };
+
+/// Sine of the angle between a line and the normal of the probe's face, in the slice plane.
+template <transducer Probe>
+float sine_to_face(const Probe& probe, float line) {
+    const vec3 along = probe.beam(line).direction,
+               face = probe.beam(line + 0.5F).origin - probe.beam(line - 0.5F).origin;
+    const float width = length(face); // 0: lines from one point of a plane face
+    return width > 0 ? dot(along, face) / width : along.x;
+}
 
 } // namespace detail
 
 /// Adds the echoes that appear behind gas to traced echoes: straight lines end at its surface. Call it between `trace`
 /// and `convolve`.
 ///
-///     at 2 D - z:  r^2 10^((L(z) - L(D)) / 10) / sqrt((1 + 2 h k_x)(1 + 2 h k_y)) of the conjugate echo at z < D
-///     at D + z:    n r f 10^(-L(D) / 20) of the echo at z, n = 2 for z < D, else 1
+///     at 2 D - z:  r^2 10^(-A(z) / 20) / sqrt(|1 + 2 h k_x| |1 + 2 h k_y|) of the conjugate echo at z < D
+///     at D + z:    n r f c 10^(-B / 20) of the echo at z, n = 2 for z < D, else 1
 ///
-/// with D the displayed depth of the gas, L(z) the loss down to z in dB, there and back, r what gas reflects, f
-/// what the lens of the probe does (from the impedances of `tissue::lens` and of the first medium), h = D - z, and k the curvatures of its surface, behind which sound diverges. Sound that gas
-/// reflects returns to it by the same way, so its image is that of the line itself; `paths` follows it to where it goes.
-/// @param found      what lies along the lines of the echoes
-/// @param frequency  of the carrier, hertz
-/// @throws usage_error  for layers of other lines, or a setting out of range
-template <exec::policy Policy>
-iq_lines add_gas_reverberation(const Policy& policy, iq_lines echoes, const line_layers& found, float frequency,
-                               const gas_reverberation& settings = {}) {
+/// with D the displayed depth of the gas, A(z) what sound loses from z to the gas and back, twice, and B from the face to
+/// the gas and back (attenuation of the pulse and interfaces, dB), r what gas reflects, f what the lens of the probe does
+/// (from the impedances of `tissue::lens` and of the first medium), h = D - z, k the curvatures of the surface, behind
+/// which sound diverges, and c the part of the amplitude that returns to the aperture: by the law of specular echoes,
+/// for the slope of the surface and the angle of the line to the face. The image is that of the line itself; `paths`
+/// follows the sound to where it goes.
+/// @param found  what lies along the lines of the probe
+/// @throws usage_error  for lines that are not those of the probe, or a setting out of range
+template <exec::policy Policy, transducer Probe, class Model>
+iq_lines add_gas_reverberation(const Policy& policy, iq_lines echoes, const line_layers& found, const Probe& probe,
+                               const Model& model, const gas_reverberation& settings = {}) {
     settings.check();
-    if (found.lines != echoes.count)
-        throw usage_error{detail::joined({"add_gas_reverberation: the layers have ", std::to_string(found.lines),
-                                          " lines and the echoes ", std::to_string(echoes.count),
-                                          "; give those that find_layers finds for their probe"})};
+    probe.check();
+    if (found.lines != probe.lines || echoes.count != probe.lines || echoes.samples == 0 ||
+        echoes.values.size() != static_cast<std::size_t>(echoes.count) * echoes.samples)
+        throw usage_error{
+            detail::joined({"add_gas_reverberation: the probe has ", std::to_string(probe.lines), " lines, the layers ",
+                            std::to_string(found.lines), " and the echoes ", std::to_string(echoes.count),
+                            "; all must be of one probe, with a value for every sample"})};
     if (std::none_of(found.media.begin(), found.media.end(), [](const medium& m) { return detail::is_gas(m); }))
         return echoes;
-    constexpr float min_spread = 0.1F; // in front of a hollow surface sound has a focus, which is not sharp
-    const float spacing = echoes.depth / static_cast<float>(std::max(echoes.samples, 1U));
+    constexpr float min_spread = 0.5F; // in the focus of a hollow surface, which is not sharp: as `paths`
+    const detail::stated_settings stated{probe};
+    const traced_line pulse{.frequency = stated.frequency, .bandwidth = stated.bandwidth};
+    const float spacing = echoes.depth / static_cast<float>(echoes.samples);
     const auto rotation = [&](float depth) { // of the phase of an echo that is that much deeper
-        const double cycles = 2 * double{frequency} / double{display_speed} * double{depth};
+        const double cycles = 2 * double{stated.frequency} / double{display_speed} * double{depth};
         const auto turn = static_cast<float>(cycles - std::floor(cycles)) * 2 * pi;
         return vec2{std::cos(turn), -std::sin(turn)};
     };
     const auto product = [](vec2 a, vec2 b) { return vec2{a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x}; };
     exec::for_each_block(policy, echoes.count, 8, 2e4F, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
-            detail::gas_surface gas{found(static_cast<std::uint32_t>(i)), found.media, frequency};
+            detail::gas_surface<Model> gas{found(static_cast<std::uint32_t>(i)), found.media, pulse, model};
             if (gas.shown <= spacing || gas.shown >= echoes.depth) continue;
             vec2* const line = echoes.values.data() + i * echoes.samples;
             const auto samples = static_cast<std::int64_t>(echoes.samples),
                        surface = static_cast<std::int64_t>(std::lround(gas.shown / spacing)),
                        twice = static_cast<std::int64_t>(std::lround(2 * gas.shown / spacing)) - 1;
+            const std::int64_t above = surface - 2; // the echo of the gas itself is divided between two samples
             const vec2 once_deeper = rotation(gas.shown), twice_deeper = rotation(2 * gas.shown);
+            const float wavelengths = gas.shown * stated.frequency / display_speed;
+            const float tilt = length(vec2{gas.slope.x, detail::sine_to_face(probe, static_cast<float>(i))});
+            const float returned =
+                specular_return{}(std::atan(tilt), stated.fnumber, wavelengths) *
+                specular_return{}(std::atan(gas.slope.y), gas.shown / stated.elevation_height, wavelengths);
             const float mirrored = settings.mirror * gas.reflected * gas.reflected,
-                        repeated =
-                            gas.reflected * gas.lens_reflected * settings.face * amplitude_of_decibels(-gas.loss_db);
+                        repeated = settings.face * gas.reflected * gas.lens_reflected * returned *
+                                   amplitude_of_decibels(-gas.once_more_db());
             for (std::int64_t k = surface + 1; k < samples; ++k) {
-                if (const std::int64_t from = twice - k; from >= 0 && from < surface) {
+                if (const std::int64_t from = twice - k; from >= 0 && from < above) {
                     const float depth = (static_cast<float>(from) + 0.5F) * spacing;
-                    const vec2 spread = max(vec2{1, 1} + 2 * (gas.shown - depth) * gas.curvature, vec2{min_spread});
-                    const float level = mirrored * amplitude_of_decibels(2 * (gas.loss_to(depth) - gas.loss_db)) /
-                                        std::sqrt(spread.x * spread.y);
+                    const vec2 spread =
+                        max(abs(vec2{1, 1} + 2 * (gas.shown - depth) * gas.curvature), vec2{min_spread});
+                    const float level =
+                        mirrored * amplitude_of_decibels(-gas.twice_from_db(depth)) / std::sqrt(spread.x * spread.y);
                     line[k] += level * product(vec2{line[from].x, -line[from].y}, twice_deeper);
                 }
                 const std::int64_t from = k - surface;
-                const bool is_above = from + 2 < surface; // the echo of the gas itself is divided between two samples
-                line[k] += (is_above ? 2 : 1) * repeated * product(line[from], once_deeper);
+                line[k] += (from < above ? 2 : 1) * repeated * product(line[from], once_deeper);
             }
         }
     });
