@@ -41,10 +41,10 @@ image by_stages(const scene& body, const Probe& probe, const pose& at, const b_m
                            .samples = samples_for(knobs.depth, sent.sigma_z(probe.frequency)),
                            .planes = knobs.planes,
                            .frame = knobs.frame};
-    iq_lines echoes = trace(policy, body, traced, at, physical{}, scan);
-    echoes = add_gas_reverberation(policy, std::move(echoes), find_layers(policy, body, traced, at, scan), traced,
-                                   physical{}, knobs.gas);
-    echoes = add_near_field(policy, std::move(echoes), body, traced, at, knobs.near_field);
+    line_tracer<> tracer; // has the layers that it found
+    iq_lines echoes = tracer.trace(policy, body, traced, at, physical{}, scan);
+    echoes = add_gas_reverberation(policy, std::move(echoes), tracer.layers(), traced, physical{}, knobs.gas);
+    echoes = add_near_field(policy, std::move(echoes), tracer.layers(), traced, knobs.near_field);
     echoes = convolve(policy, std::move(echoes), sent, traced);
     if (traced.lines != fine.lines) echoes = resample_lines(policy, echoes, traced, fine);
     echoes = add_electronic_noise(policy, std::move(echoes),
@@ -102,8 +102,19 @@ TEST_CASE("b_mode: the stages by hand draw the same picture to the bit, whatever
     turn("noise", [](b_mode_settings& s) { s.noise = {.level_db = -100, .seed = 7}; });
     turn("frame", [](b_mode_settings& s) { s.frame = 12; });
     turn("near_field", [](b_mode_settings& s) { s.near_field = {.shown = near_field_settings::lines::all}; });
-    turn(
-        "gas", [](b_mode_settings& s) { s.gas = {.mirror = 0.5F}; }, false); // there is none
+    scene with_gas = body;
+    with_gas.add(make_sphere({-9_mm, 0, 14_mm}, 4_mm, 4), tissue::air);
+    with_gas.build(exec::par);
+    b_mode_settings half = usual;
+    half.gas = {.mirror = 0.5F};
+    const auto compare_gas = [&](const auto& seen_by) {
+        persistence none{};
+        const image seen = b_mode(exec::par_unseq, with_gas, seen_by, pose{}, half);
+        CHECK(same_bits(seen, by_stages(with_gas, seen_by, pose{}, half, none)));
+        CHECK_FALSE(same_bits(seen, b_mode(exec::par_unseq, with_gas, seen_by, pose{}, usual)));
+    };
+    compare_gas(probe);
+    compare_gas(convex_array{.lines = 48, .radius = 40_mm, .frequency = 3.5_MHz});
     turn(
         "persistence", [](b_mode_settings& s) { s.persistence = 0.6F; }, false); // one frame has no past
 

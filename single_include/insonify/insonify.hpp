@@ -2910,7 +2910,7 @@ struct own_surface {};
 class layer_normals : public fibre_directions {
   public:
     using fibre_directions::fibre_directions;              ///< none, or 0: where the mesh is flattest
-    layer_normals(own_surface) : follows_surface_{true} {} ///< of the surface of the object
+    layer_normals(own_surface) : follows_surface_{true} {} ///< of the surface of an object that is no thin sheet
 
     /// Whether it is that of the surface.
     bool follows_surface() const { return follows_surface_; }
@@ -3092,16 +3092,20 @@ class fibre_grid {
         constexpr int sweeps = 60; // of Gauss-Seidel: three times the cells along one axis
         const uvec3 size = count_ - 1U;
         std::vector<vec3> normals(cells(), vec3{0, 0, 0});
+        std::vector<float> areas(cells(), 0.0F);
         for (std::size_t i = 0; i < surface.size(); ++i) {
             const triangle face = surface[i];
             const vec3 place = ((face.a + face.b + face.c) / 3.0F - origin_) / spacing_;
             const uvec3 at{min(max(place, vec3{0}), vec3{size - 1U})};
-            normals[at.x + size.x * (at.y + std::size_t{size.y} * at.z)] += area_vector(face);
+            const std::size_t cell = at.x + size.x * (at.y + std::size_t{size.y} * at.z);
+            normals[cell] += area_vector(face);
+            areas[cell] += length(area_vector(face));
         }
         std::vector<std::uint8_t> is_given(cells());
         for (std::size_t cell = 0; cell < normals.size(); ++cell) {
-            is_given[cell] = length(normals[cell]) > 0;
-            if (is_given[cell]) normals[cell] = normalize(normals[cell]);
+            // Where both sides of a thin object lie in one cell their normals cancel.
+            is_given[cell] = length(normals[cell]) > 0.5F * areas[cell];
+            normals[cell] = is_given[cell] ? normalize(normals[cell]) : vec3{0, 0, 0};
         }
         for (int sweep = 0; sweep < sweeps; ++sweep)
             for (std::size_t cell = 0, z = 0; z < size.z; ++z)
@@ -3573,7 +3577,8 @@ inline void check_angle(float radians, const char* setting, float max, const cha
 /// - `vec2 locate(vec2 point) const`: the inverse, from {x, z} in metres to {line, depth along the line in metres},
 ///   also outside the field of view.
 /// - `void check() const`: throws usage_error for settings out of range.
-/// A probe needs an == of its own for what a `scanner` keeps from frame to frame beside echoes: the map of its pixels, the
+/// A probe needs an == of its own for what a `scanner` keeps from frame to frame beside echoes: the map of its
+/// pixels, the
 /// automatic gain of the first frame, persistence and compounding.
 template <class Probe>
 concept transducer = requires(const Probe& probe, float line, vec2 point) {
@@ -10072,7 +10077,8 @@ struct slice_frame {
 /// A half space that bounds a region.
 struct region_side {
     vec3 outwards{0, 0, 0};
-    float limit = 0; ///< upper bound of dot(outwards, p - origin) for points inside
+    float limit = 0;     ///< upper bound of dot(outwards, p - origin) for points inside
+    vec2 in_slice{0, 0}; ///< `outwards` across and along the slices
 };
 /// The part of the slices that lines cover: no line crosses what lies beyond one of its sides.
 struct slice_region {
@@ -10100,7 +10106,14 @@ struct slice_region {
     }
 
     void add_side(vec2 outwards, float limit) {
-        sides[side_count++] = {outwards.x * frame.across + outwards.y * frame.along, limit};
+        sides[side_count++] = {outwards.x * frame.across + outwards.y * frame.along, limit, outwards};
+    }
+
+    /// Whether a segment, in coordinates of the slices, lies beyond one of the sides.
+    bool is_outside(vec2 from, vec2 to) const {
+        return std::any_of(sides, sides + side_count, [&](const region_side& s) {
+            return dot(s.in_slice, from) > s.limit && dot(s.in_slice, to) > s.limit;
+        });
     }
 
     /// The same region in the coordinates of an object. @param at  object to world
@@ -10452,7 +10465,8 @@ class slice_cut {
                                              found.push_back(segment);
                                              segment.again = true;
                                          });
-                    if (keep_all_ && !segment.again) found.push_back(segment);
+                    // Not what the boxes of a tree may happen to bring along: it is the same with and without trees.
+                    if (keep_all_ && !segment.again && !region.is_outside(p, q)) found.push_back(segment);
                 }
             };
             cut_faces(region.frame, faces, keep);
@@ -11811,7 +11825,7 @@ INSONIFY_FN void follow_sound(const Model& model, const traced_line& line, const
                 entered.gains.before = {}; // the gains within an obstacle do not hold for what passes beside it
         }
         constexpr float max_of_tissue = 200; // dB/m at 1 MHz: tendon, the most absorbing soft tissue, has 180
-        if (const medium& m = line.media[here.medium]; m.attenuation < max_of_tissue)
+        if (const medium& m = line.media[here.medium]; !blocks_sound(m) && m.attenuation < max_of_tissue)
             entered.tissue_per_metre = model.attenuation(m, line.frequency);
         above = path;
         path = entered;
@@ -13609,9 +13623,10 @@ struct physical {
             const auto level_at = [&](float distance, const aperture_gain& gain) {
                 const float loss_db = pulse_loss(line, path.lost_at(distance - here.begin, per_metre));
                 float arrived = line.gains.amplitude(path.passed * amplitude_of_decibels(-loss_db), gain.speckle);
-                if (shadow_floor_db != -FLT_MAX)
-                    arrived = max(arrived,
-                                  amplitude_of_decibels(shadow_floor_db - path.tissue_lost_at(distance - here.begin)));
+                if (shadow_floor_db != -FLT_MAX) {
+                    const float tissue_db = pulse_loss(line, path.tissue_lost_at(distance - here.begin));
+                    arrived = max(arrived, amplitude_of_decibels(shadow_floor_db - tissue_db));
+                }
                 return min(level * arrived, 1e20F); // keeps sums finite
             };
             const float longer = (last.deeper - first.deeper) / static_cast<float>(run.count > 0 ? run.count : 1);
@@ -16632,13 +16647,13 @@ struct pulse_train {
     }
 };
 
-namespace detail {
-
 /// Received echoes of a pulse train: those of a pulse are the sum of what rests and of what moves.
 struct ensemble_echoes {
     iq_lines resting{};             ///< the same for all pulses
     std::vector<iq_lines> moving{}; ///< for each pulse
 };
+
+namespace detail {
 
 /// A scatterer field at the time of each pulse of a train.
 ///
@@ -16898,42 +16913,56 @@ void emit_ensemble(const line_task& task, const Model& model, const Field& field
     }
 }
 
-/// What the probe receives of pulse trains while tissue and blood move: the geometry is that of the scene for all
-/// pulses. Holds tables, layers and memory, so that it allocates only while buffers grow.
+} // namespace detail
+
+/// `trace_ensemble`, train after train: holds tables, layers and memory, so that it allocates only while buffers grow.
 template <acoustic_model Model = physical<>>
 class ensemble_tracer {
   public:
-    /// @param model  `physical`, or another model with its members `scattering`, `with_scattering` and `emit`
-    /// @param out    receives the echoes; its memory is reused
+    /// See `trace_ensemble`.
+    /// @param out  receives the echoes; its memory is reused
     template <exec::policy Policy, transducer Probe, velocity_field Field>
     void trace(const Policy& policy, const scene& body, const Probe& probe, const pose& at, const Model& model,
                const Field& field, const acquisition& scan, const pulse_train& pulses, ensemble_echoes& out) {
         probe_.assign(probe);
-        const std::uint32_t samples = check_acquisition(body, probe_.settings(), at, model, scan);
-        frame_view frame = plan_.view_of(policy, probe_, at, model, scan, samples, body.media());
+        const std::uint32_t samples = detail::check_acquisition(body, probe_.settings(), at, model, scan);
+        detail::frame_view frame = plan_.view_of(policy, probe_, at, model, scan, samples, body.media());
         frame.bandwidth = nominal_pulse(probe, pulses.burst).bandwidth_at_peak();
         out.moving.resize(pulses.count);
         sinks_.assign(1, &out.resting);
         for (iq_lines& each : out.moving) sinks_.push_back(&each);
         for (iq_lines* const each : sinks_) each->reshape(probe.lines, samples, scan.depth);
-        if (surfaces_.size() < blocks_of(probe.lines)) surfaces_.resize(blocks_of(probe.lines));
+        if (surfaces_.size() < detail::blocks_of(probe.lines)) surfaces_.resize(detail::blocks_of(probe.lines));
         constexpr float line_time = 1e6F;
         driver_.emit_lines(policy, body, probe_, frame, model, straight_lines{}, line_time,
                            {sinks_.data(), sinks_.size()},
                            [&](std::size_t block, const line_task& task, view<vec2> echoes) {
-                               emit_ensemble(task, model, field, pulses, surfaces_[block], samples, echoes);
+                               detail::emit_ensemble(task, model, field, pulses, surfaces_[block], samples, echoes);
                            });
     }
 
   private:
-    probe_lines probe_{};
-    frame_plan<Model> plan_{};
-    line_driver<vec2> driver_{};
-    std::vector<moving_surfaces> surfaces_{}; // of each block of lines
+    detail::probe_lines probe_{};
+    detail::frame_plan<Model> plan_{};
+    detail::line_driver<vec2> driver_{};
+    std::vector<detail::moving_surfaces> surfaces_{}; // of each block of lines
     std::vector<iq_lines*> sinks_{};
 };
 
-} // namespace detail
+/// What the probe receives of a pulse train while tissue and blood move as `field` says: the geometry is that of the
+/// scene for all pulses.
+///
+/// @param model   `physical`, or another model with its members `scattering`, `with_scattering` and `emit`
+/// @param pulses  their times
+/// @throws usage_error, geometry_error  as `trace`
+template <exec::policy Policy, transducer Probe, acoustic_model Model, velocity_field Field>
+ensemble_echoes trace_ensemble(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                               const Model& model, const Field& field, const acquisition& scan,
+                               const pulse_train& pulses) {
+    ensemble_echoes echoes;
+    ensemble_tracer<Model>{}.trace(detail::any_policy{policy}, body, probe, at, model, field, scan, pulses, echoes);
+    return echoes;
+}
 
 /// How `doppler_ensemble` acquires the echoes of a pulse train.
 struct ensemble_settings {
@@ -17009,9 +17038,9 @@ class ensemble_scanner {
     }
 
   private:
-    detail::ensemble_tracer<Model> tracer_{};
+    ensemble_tracer<Model> tracer_{};
     convolver convolver_{};
-    detail::ensemble_echoes traced_{};
+    ensemble_echoes traced_{};
     iq_ensemble echoes_{};
 };
 
@@ -18997,11 +19026,13 @@ namespace insonify::inline INSONIFY_ABI {
 /// Sensors: 2023 23:5942. Diagnostics: 2023 13:855. Mech. Mater.: 2012 44:174. Lu: Lu et al., Ultrasound Med. Biol.
 /// 1999. Fei: Fei & Shung, J. Acoust. Soc. Am. 1985. k-Wave, PyMUST, BabelBrain: the documentation of these programs.
 /// Szabo, Culjat: as commonly quoted. Spirou: 2005. Browne: 2003. Gammex: guide to the 405 phantoms. CIRS: data of the
-/// 040GSE. ISO: 9613. ASTM: E494. Assentoft: Assentoft et al., Ultrasonics 2001 39:263 (oesophagus of guinea pigs). "Convention" marks values without a published source; this includes most backscatter
+/// 040GSE. ISO: 9613. ASTM: E494. Assentoft: Assentoft et al., Ultrasonics 2001 39:263 (oesophagus of guinea pigs).
+/// "Convention" marks values without a published source; this includes most backscatter
 /// levels, which follow the clinical appearance. Published attenuation of one tissue usually varies between
 /// laboratories by a factor of 2, and by more where an entry says so; sound speed varies by a few percent.
 ///
-/// Roughness is by convention: 30 um for bone, 20 um for soft solids, 6 um for thin muscles and for the layers of walls,
+/// Roughness is by convention: 30 um for bone, 20 um for soft solids, 6 um for thin muscles and for the layers of
+/// walls,
 /// so that those along the beam are hardly visible, 2 um for polished metal, 0 for liquids and gases.
 /// Phantoms, liquids, walls and what scatters little have no structure.
 ///
@@ -19151,7 +19182,8 @@ inline constexpr medium heart{1065, 1570, 0.45_dB_per_cm, 1.1F, amplitude_of_dec
 inline constexpr medium vessel_wall{1100, 1570, 0.7_dB_per_cm, 1, amplitude_of_decibels(3), 20_um};
 
 /// The layers of an artery's wall, which give it a double line: from inside, bright intima, dark media, bright
-/// adventitia, which gradually becomes loose. Source of the lines: Pignoli et al., Circulation 1986 74:1399; densities and speeds around those of
+/// adventitia, which gradually becomes loose. Source of the lines: Pignoli et al., Circulation 1986 74:1399;
+/// densities and speeds around those of
 /// `vessel_wall`, levels by convention.
 /// @{
 inline constexpr medium intima{1085, 1590, 0.7_dB_per_cm, 1, amplitude_of_decibels(-4), 6_um};
@@ -19301,110 +19333,167 @@ struct gas_reverberation {
 
 namespace detail {
 
-/// The first surface of gas on a line, and the losses on the way back from it.
+/// The first surface of gas on a line, and what sound loses on the way back from it. Models without `timing`, `loss` or
+/// `pulse_loss` have those of `physical`.
+template <class Model>
 class gas_surface {
   public:
-    gas_surface(view<const layer> layers, view<const medium> media, float frequency)
-        : layers_{layers}, media_{media}, frequency_{frequency} {
+    gas_surface(view<const layer> layers, view<const medium> media, const traced_line& pulse, const Model& model)
+        : layers_{layers}, media_{media}, pulse_{pulse}, model_{model} {
         while (next_ < layers.size() && !is_gas(media[layers[next_].medium])) {
+            crossed_db_ += crossed_db(next_);
             shown_ += stretch();
-            loss_db_ += loss();
+            lost_db_ += lost_db();
             ++next_;
         }
         if (next_ == 0 || next_ == layers.size()) return;
-        const float before = media[layers[next_ - 1].medium].impedance(), gas = media[layers[next_].medium].impedance();
-        reflected = (gas - before) / (gas + before);
-        const float first = media[layers[0].medium].impedance(), lens = tissue::lens.impedance();
-        lens_reflected = (lens - first) / (lens + first);
-        curvature = {layers[next_].curvature.x, layers[next_].curvature.y};
+        reflected = reflection(media[layers[next_ - 1].medium], media[layers[next_].medium]);
+        lens_reflected = reflection(media[layers[0].medium], tissue::lens);
+        const layer& gas = layers[next_];
+        slope = gas.slope;
+        curvature = {gas.curvature.x, gas.curvature.y};
         shown = shown_;
-        loss_db = loss_db_;
+        lost_at_gas_ = lost_db_;
+        crossed_at_gas_ = crossed_db_;
     }
 
     float shown = 0;          ///< displayed depth, metres; 0: there is none, or the line starts in gas
-    float loss_db = 0;        ///< attenuation down to it, there and back, dB
     float reflected = 0;      ///< amplitude
     float lens_reflected = 0; ///< amplitude, of sound that returns to the face
+    vec2 slope{0, 0};         ///< of the surface, in the slice plane and out of it
     vec2 curvature{0, 0};     ///< 1/m, above 0 where it bulges towards the probe
 
-    /// Attenuation down to a displayed depth, there and back, dB; from call to call less deep.
-    float loss_to(float depth) {
+    /// What an echo loses that goes to the gas and back once more, dB.
+    float once_more_db() const { return loss_db(2 * lost_at_gas_) - loss_db(lost_at_gas_) + crossed_at_gas_; }
+    /// The same from a displayed depth to the gas and back, twice, dB. From call to call less deep.
+    float twice_from_db(float depth) {
         while (next_ > 0 && depth < shown_) {
+            if (next_ < layers_.size() && !is_gas(media_[layers_[next_].medium])) crossed_db_ -= crossed_db(next_);
             --next_;
             shown_ -= stretch();
-            loss_db_ -= loss();
+            lost_db_ -= lost_db();
         }
-        return loss_db_ + max(depth - shown_, 0) * (loss() / max(stretch(), 1e-9F));
+        const float lost = lost_db_ + max(depth - shown_, 0) * (lost_db() / max(stretch(), 1e-9F));
+        return loss_db(2 * lost_at_gas_ - lost) - loss_db(lost) + 2 * (crossed_at_gas_ - crossed_db_);
     }
 
   private:
-    // Displayed length and loss of the layer `next_`.
+    static float reflection(const medium& before, const medium& after) {
+        return (after.impedance() - before.impedance()) / (after.impedance() + before.impedance());
+    }
+    // What an echo loses at the surface in front of a layer, there and back.
+    float crossed_db(std::size_t i) const {
+        if (i == 0 || layers_[i].medium == layers_[i - 1].medium) return 0;
+        const float r = reflection(media_[layers_[i - 1].medium], media_[layers_[i].medium]);
+        return -20 * std::log10(max(1 - r * r, 1e-6F));
+    }
+    // Displayed length and attenuation, there and back, of the layer `next_`.
     float length() const { return layers_[next_].end - layers_[next_].begin; }
-    float stretch() const { return length() * displayed_stretch(media_[layers_[next_].medium]); }
-    float loss() const { return length() * echo_loss(media_[layers_[next_].medium], frequency_); }
+    float stretch() const {
+        const medium& m = media_[layers_[next_].medium];
+        if constexpr (requires { model_.timing; })
+            return length() * detail::displayed_stretch(model_.timing, m);
+        else
+            return length() * insonify::displayed_stretch(m);
+    }
+    float lost_db() const {
+        const medium& m = media_[layers_[next_].medium];
+        if constexpr (requires { model_.loss(m, pulse_.frequency); })
+            return length() * model_.loss(m, pulse_.frequency);
+        else
+            return length() * echo_loss(m, pulse_.frequency);
+    }
+    // Of the peak of the pulse, where its carrier loses `carrier_db`.
+    float loss_db(float carrier_db) const { return pulse_loss(model_, pulse_, carrier_db); }
 
     view<const layer> layers_;
     view<const medium> media_;
-    float frequency_;
+    const traced_line& pulse_;
+    const Model& model_;
     std::size_t next_ = 0; // the layer that begins at `shown_`
-    float shown_ = 0, loss_db_ = 0;
+    float shown_ = 0, lost_db_ = 0, crossed_db_ = 0;
+    float lost_at_gas_ = 0, crossed_at_gas_ = 0;
 };
+
+/// Sine of the angle between a line and the normal of the probe's face, in the slice plane.
+template <transducer Probe>
+float sine_to_face(const Probe& probe, float line) {
+    const vec3 along = probe.beam(line).direction,
+               face = probe.beam(line + 0.5F).origin - probe.beam(line - 0.5F).origin;
+    const float width = length(face); // 0: lines from one point of a plane face
+    return width > 0 ? dot(along, face) / width : along.x;
+}
 
 } // namespace detail
 
 /// Adds the echoes that appear behind gas to traced echoes: straight lines end at its surface. Call it between `trace`
 /// and `convolve`.
 ///
-///     at 2 D - z:  r^2 10^((L(z) - L(D)) / 10) / sqrt((1 + 2 h k_x)(1 + 2 h k_y)) of the conjugate echo at z < D
-///     at D + z:    n r f 10^(-L(D) / 20) of the echo at z, n = 2 for z < D, else 1
+///     at 2 D - z:  r^2 10^(-A(z) / 20) / sqrt(|1 + 2 h k_x| |1 + 2 h k_y|) of the conjugate echo at z < D
+///     at D + z:    n r f c 10^(-B / 20) of the echo at z, n = 2 for z < D, else 1
 ///
-/// with D the displayed depth of the gas, L(z) the loss down to z in dB, there and back, r what gas reflects, f
-/// what the lens of the probe does (from the impedances of `tissue::lens` and of the first medium), h = D - z, and k the curvatures of its surface, behind which sound diverges. Sound that gas
-/// reflects returns to it by the same way, so its image is that of the line itself; `paths` follows it to where it goes.
-/// @param found      what lies along the lines of the echoes
-/// @param frequency  of the carrier, hertz
-/// @throws usage_error  for layers of other lines, or a setting out of range
-template <exec::policy Policy>
-iq_lines add_gas_reverberation(const Policy& policy, iq_lines echoes, const line_layers& found, float frequency,
-                               const gas_reverberation& settings = {}) {
+/// with D the displayed depth of the gas, A(z) what sound loses from z to the gas and back, twice, and B from the
+/// face to
+/// the gas and back (attenuation of the pulse and interfaces, dB), r what gas reflects, f what the lens of the
+/// probe does
+/// (from the impedances of `tissue::lens` and of the first medium), h = D - z, k the curvatures of the surface, behind
+/// which sound diverges, and c the part of the amplitude that returns to the aperture: by the law of specular echoes,
+/// for the slope of the surface and the angle of the line to the face. The image is that of the line itself; `paths`
+/// follows the sound to where it goes.
+/// @param found  what lies along the lines of the probe
+/// @throws usage_error  for lines that are not those of the probe, or a setting out of range
+template <exec::policy Policy, transducer Probe, class Model>
+iq_lines add_gas_reverberation(const Policy& policy, iq_lines echoes, const line_layers& found, const Probe& probe,
+                               const Model& model, const gas_reverberation& settings = {}) {
     settings.check();
-    if (found.lines != echoes.count)
-        throw usage_error{detail::joined({"add_gas_reverberation: the layers have ", std::to_string(found.lines),
-                                          " lines and the echoes ", std::to_string(echoes.count),
-                                          "; give those that find_layers finds for their probe"})};
+    probe.check();
+    if (found.lines != probe.lines || echoes.count != probe.lines || echoes.samples == 0 ||
+        echoes.values.size() != static_cast<std::size_t>(echoes.count) * echoes.samples)
+        throw usage_error{
+            detail::joined({"add_gas_reverberation: the probe has ", std::to_string(probe.lines), " lines, the layers ",
+                            std::to_string(found.lines), " and the echoes ", std::to_string(echoes.count),
+                            "; all must be of one probe, with a value for every sample"})};
     if (std::none_of(found.media.begin(), found.media.end(), [](const medium& m) { return detail::is_gas(m); }))
         return echoes;
-    constexpr float min_spread = 0.1F; // in front of a hollow surface sound has a focus, which is not sharp
-    const float spacing = echoes.depth / static_cast<float>(std::max(echoes.samples, 1U));
+    constexpr float min_spread = 0.5F; // in the focus of a hollow surface, which is not sharp: as `paths`
+    const detail::stated_settings stated{probe};
+    const traced_line pulse{.frequency = stated.frequency, .bandwidth = stated.bandwidth};
+    const float spacing = echoes.depth / static_cast<float>(echoes.samples);
     const auto rotation = [&](float depth) { // of the phase of an echo that is that much deeper
-        const double cycles = 2 * double{frequency} / double{display_speed} * double{depth};
+        const double cycles = 2 * double{stated.frequency} / double{display_speed} * double{depth};
         const auto turn = static_cast<float>(cycles - std::floor(cycles)) * 2 * pi;
         return vec2{std::cos(turn), -std::sin(turn)};
     };
     const auto product = [](vec2 a, vec2 b) { return vec2{a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x}; };
     exec::for_each_block(policy, echoes.count, 8, 2e4F, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
-            detail::gas_surface gas{found(static_cast<std::uint32_t>(i)), found.media, frequency};
+            detail::gas_surface<Model> gas{found(static_cast<std::uint32_t>(i)), found.media, pulse, model};
             if (gas.shown <= spacing || gas.shown >= echoes.depth) continue;
             vec2* const line = echoes.values.data() + i * echoes.samples;
             const auto samples = static_cast<std::int64_t>(echoes.samples),
                        surface = static_cast<std::int64_t>(std::lround(gas.shown / spacing)),
                        twice = static_cast<std::int64_t>(std::lround(2 * gas.shown / spacing)) - 1;
+            const std::int64_t above = surface - 2; // the echo of the gas itself is divided between two samples
             const vec2 once_deeper = rotation(gas.shown), twice_deeper = rotation(2 * gas.shown);
+            const float wavelengths = gas.shown * stated.frequency / display_speed;
+            const float tilt = length(vec2{gas.slope.x, detail::sine_to_face(probe, static_cast<float>(i))});
+            const float returned =
+                specular_return{}(std::atan(tilt), stated.fnumber, wavelengths) *
+                specular_return{}(std::atan(gas.slope.y), gas.shown / stated.elevation_height, wavelengths);
             const float mirrored = settings.mirror * gas.reflected * gas.reflected,
-                        repeated =
-                            gas.reflected * gas.lens_reflected * settings.face * amplitude_of_decibels(-gas.loss_db);
+                        repeated = settings.face * gas.reflected * gas.lens_reflected * returned *
+                                   amplitude_of_decibels(-gas.once_more_db());
             for (std::int64_t k = surface + 1; k < samples; ++k) {
-                if (const std::int64_t from = twice - k; from >= 0 && from < surface) {
+                if (const std::int64_t from = twice - k; from >= 0 && from < above) {
                     const float depth = (static_cast<float>(from) + 0.5F) * spacing;
-                    const vec2 spread = max(vec2{1, 1} + 2 * (gas.shown - depth) * gas.curvature, vec2{min_spread});
-                    const float level = mirrored * amplitude_of_decibels(2 * (gas.loss_to(depth) - gas.loss_db)) /
-                                        std::sqrt(spread.x * spread.y);
+                    const vec2 spread =
+                        max(abs(vec2{1, 1} + 2 * (gas.shown - depth) * gas.curvature), vec2{min_spread});
+                    const float level =
+                        mirrored * amplitude_of_decibels(-gas.twice_from_db(depth)) / std::sqrt(spread.x * spread.y);
                     line[k] += level * product(vec2{line[from].x, -line[from].y}, twice_deeper);
                 }
                 const std::int64_t from = k - surface;
-                const bool is_above = from + 2 < surface; // the echo of the gas itself is divided between two samples
-                line[k] += (is_above ? 2 : 1) * repeated * product(line[from], once_deeper);
+                line[k] += (from < above ? 2 : 1) * repeated * product(line[from], once_deeper);
             }
         }
     });
@@ -20194,7 +20283,7 @@ class scanner {
         choose_time_gain(policy, body, at, look.steering == 0 && found.lines > 0 ? &found : nullptr);
         times_.trace += clock.lap();
         if constexpr (finds_layers) {
-            echoes = add_gas_reverberation(policy, std::move(echoes), found, probe.frequency, settings.gas);
+            echoes = add_gas_reverberation(policy, std::move(echoes), found, traced, model, settings.gas);
             echoes = add_near_field(policy, std::move(echoes), found, straight, settings.near_field);
         } else {
             echoes = add_near_field(policy, std::move(echoes), body, straight, at, settings.near_field);
@@ -22166,6 +22255,9 @@ inline mesh make_tube(const std::vector<tube_section>& line, const tube_settings
                              "; it must be from 3 to 4096"};
     const std::vector<detail::section_axes> axes = detail::axes_along(line, settings.across, "make_tube");
     const std::size_t count = line.size();
+    if (count > (1U << 27U) / settings.segments)
+        throw geometry_error{"make_tube: " + std::to_string(count) + " points of " + std::to_string(settings.segments) +
+                             " segments are more than 2^27 in all; use fewer"};
 
     const bool round = settings.ends == tube_settings::end_shape::round;
     const std::uint32_t cap =

@@ -89,9 +89,8 @@ TEST_CASE("ensemble: what rests has the echoes of `trace`, the same for all puls
     const auto rest = [](object_id, vec3, float) { return vec3{0, 0, 0}; };
     for (const std::uint32_t planes : {1U, 3U}) {
         const acquisition scan{.depth = depth, .samples = 512, .planes = planes, .frame = 7};
-        detail::ensemble_echoes found;
-        detail::ensemble_tracer<>{}.trace(exec::par_unseq, v.body, probe, pose{}, physical{}, rest, scan,
-                                          {.interval = 1 / prf, .count = 3}, found);
+        const ensemble_echoes found = trace_ensemble(exec::par_unseq, v.body, probe, pose{}, physical{}, rest, scan,
+                                                     {.interval = 1 / prf, .count = 3});
         CHECK(found.resting == trace(exec::par_unseq, v.body, probe, pose{}, physical{}, scan));
         for (const iq_lines& each : found.moving)
             for (const vec2 value : each.values) CHECK_UNARY(value == vec2{0, 0});
@@ -106,9 +105,8 @@ TEST_CASE("ensemble: moving blood keeps its level, pulse after pulse, and the fi
         return sum;
     };
     const acquisition scan{.depth = depth, .samples = 1024};
-    detail::ensemble_echoes found;
-    detail::ensemble_tracer<>{}.trace(exec::par_unseq, v.body, probe, pose{}, physical{}, v.stream, scan,
-                                      {.interval = 1 / prf, .count = 40}, found);
+    const ensemble_echoes found = trace_ensemble(exec::par_unseq, v.body, probe, pose{}, physical{}, v.stream, scan,
+                                                 {.interval = 1 / prf, .count = 40});
     const iq_lines still = trace(exec::par_unseq, v.body, probe, pose{}, physical{}, scan);
     double difference = 0;
     for (std::size_t i = 0; i < still.values.size(); ++i) {

@@ -19,11 +19,13 @@ namespace insonify::inline INSONIFY_ABI {
 /// Sensors: 2023 23:5942. Diagnostics: 2023 13:855. Mech. Mater.: 2012 44:174. Lu: Lu et al., Ultrasound Med. Biol.
 /// 1999. Fei: Fei & Shung, J. Acoust. Soc. Am. 1985. k-Wave, PyMUST, BabelBrain: the documentation of these programs.
 /// Szabo, Culjat: as commonly quoted. Spirou: 2005. Browne: 2003. Gammex: guide to the 405 phantoms. CIRS: data of the
-/// 040GSE. ISO: 9613. ASTM: E494. Assentoft: Assentoft et al., Ultrasonics 2001 39:263 (oesophagus of guinea pigs). "Convention" marks values without a published source; this includes most backscatter
+/// 040GSE. ISO: 9613. ASTM: E494. Assentoft: Assentoft et al., Ultrasonics 2001 39:263 (oesophagus of guinea pigs).
+/// "Convention" marks values without a published source; this includes most backscatter
 /// levels, which follow the clinical appearance. Published attenuation of one tissue usually varies between
 /// laboratories by a factor of 2, and by more where an entry says so; sound speed varies by a few percent.
 ///
-/// Roughness is by convention: 30 um for bone, 20 um for soft solids, 6 um for thin muscles and for the layers of walls,
+/// Roughness is by convention: 30 um for bone, 20 um for soft solids, 6 um for thin muscles and for the layers of
+/// walls,
 /// so that those along the beam are hardly visible, 2 um for polished metal, 0 for liquids and gases.
 /// Phantoms, liquids, walls and what scatters little have no structure.
 ///
@@ -173,7 +175,8 @@ inline constexpr medium heart{1065, 1570, 0.45_dB_per_cm, 1.1F, amplitude_of_dec
 inline constexpr medium vessel_wall{1100, 1570, 0.7_dB_per_cm, 1, amplitude_of_decibels(3), 20_um};
 
 /// The layers of an artery's wall, which give it a double line: from inside, bright intima, dark media, bright
-/// adventitia, which gradually becomes loose. Source of the lines: Pignoli et al., Circulation 1986 74:1399; densities and speeds around those of
+/// adventitia, which gradually becomes loose. Source of the lines: Pignoli et al., Circulation 1986 74:1399;
+/// densities and speeds around those of
 /// `vessel_wall`, levels by convention.
 /// @{
 inline constexpr medium intima{1085, 1590, 0.7_dB_per_cm, 1, amplitude_of_decibels(-4), 6_um};

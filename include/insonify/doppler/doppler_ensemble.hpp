@@ -31,13 +31,13 @@ struct pulse_train {
     }
 };
 
-namespace detail {
-
 /// Received echoes of a pulse train: those of a pulse are the sum of what rests and of what moves.
 struct ensemble_echoes {
     iq_lines resting{};             ///< the same for all pulses
     std::vector<iq_lines> moving{}; ///< for each pulse
 };
+
+namespace detail {
 
 /// A scatterer field at the time of each pulse of a train.
 ///
@@ -297,42 +297,56 @@ void emit_ensemble(const line_task& task, const Model& model, const Field& field
     }
 }
 
-/// What the probe receives of pulse trains while tissue and blood move: the geometry is that of the scene for all
-/// pulses. Holds tables, layers and memory, so that it allocates only while buffers grow.
+} // namespace detail
+
+/// `trace_ensemble`, train after train: holds tables, layers and memory, so that it allocates only while buffers grow.
 template <acoustic_model Model = physical<>>
 class ensemble_tracer {
   public:
-    /// @param model  `physical`, or another model with its members `scattering`, `with_scattering` and `emit`
-    /// @param out    receives the echoes; its memory is reused
+    /// See `trace_ensemble`.
+    /// @param out  receives the echoes; its memory is reused
     template <exec::policy Policy, transducer Probe, velocity_field Field>
     void trace(const Policy& policy, const scene& body, const Probe& probe, const pose& at, const Model& model,
                const Field& field, const acquisition& scan, const pulse_train& pulses, ensemble_echoes& out) {
         probe_.assign(probe);
-        const std::uint32_t samples = check_acquisition(body, probe_.settings(), at, model, scan);
-        frame_view frame = plan_.view_of(policy, probe_, at, model, scan, samples, body.media());
+        const std::uint32_t samples = detail::check_acquisition(body, probe_.settings(), at, model, scan);
+        detail::frame_view frame = plan_.view_of(policy, probe_, at, model, scan, samples, body.media());
         frame.bandwidth = nominal_pulse(probe, pulses.burst).bandwidth_at_peak();
         out.moving.resize(pulses.count);
         sinks_.assign(1, &out.resting);
         for (iq_lines& each : out.moving) sinks_.push_back(&each);
         for (iq_lines* const each : sinks_) each->reshape(probe.lines, samples, scan.depth);
-        if (surfaces_.size() < blocks_of(probe.lines)) surfaces_.resize(blocks_of(probe.lines));
+        if (surfaces_.size() < detail::blocks_of(probe.lines)) surfaces_.resize(detail::blocks_of(probe.lines));
         constexpr float line_time = 1e6F;
         driver_.emit_lines(policy, body, probe_, frame, model, straight_lines{}, line_time,
                            {sinks_.data(), sinks_.size()},
                            [&](std::size_t block, const line_task& task, view<vec2> echoes) {
-                               emit_ensemble(task, model, field, pulses, surfaces_[block], samples, echoes);
+                               detail::emit_ensemble(task, model, field, pulses, surfaces_[block], samples, echoes);
                            });
     }
 
   private:
-    probe_lines probe_{};
-    frame_plan<Model> plan_{};
-    line_driver<vec2> driver_{};
-    std::vector<moving_surfaces> surfaces_{}; // of each block of lines
+    detail::probe_lines probe_{};
+    detail::frame_plan<Model> plan_{};
+    detail::line_driver<vec2> driver_{};
+    std::vector<detail::moving_surfaces> surfaces_{}; // of each block of lines
     std::vector<iq_lines*> sinks_{};
 };
 
-} // namespace detail
+/// What the probe receives of a pulse train while tissue and blood move as `field` says: the geometry is that of the
+/// scene for all pulses.
+///
+/// @param model   `physical`, or another model with its members `scattering`, `with_scattering` and `emit`
+/// @param pulses  their times
+/// @throws usage_error, geometry_error  as `trace`
+template <exec::policy Policy, transducer Probe, acoustic_model Model, velocity_field Field>
+ensemble_echoes trace_ensemble(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                               const Model& model, const Field& field, const acquisition& scan,
+                               const pulse_train& pulses) {
+    ensemble_echoes echoes;
+    ensemble_tracer<Model>{}.trace(detail::any_policy{policy}, body, probe, at, model, field, scan, pulses, echoes);
+    return echoes;
+}
 
 /// How `doppler_ensemble` acquires the echoes of a pulse train.
 struct ensemble_settings {
@@ -408,9 +422,9 @@ class ensemble_scanner {
     }
 
   private:
-    detail::ensemble_tracer<Model> tracer_{};
+    ensemble_tracer<Model> tracer_{};
     convolver convolver_{};
-    detail::ensemble_echoes traced_{};
+    ensemble_echoes traced_{};
     iq_ensemble echoes_{};
 };
 

@@ -77,7 +77,8 @@ inline void check_angle(float radians, const char* setting, float max, const cha
 /// - `vec2 locate(vec2 point) const`: the inverse, from {x, z} in metres to {line, depth along the line in metres},
 ///   also outside the field of view.
 /// - `void check() const`: throws usage_error for settings out of range.
-/// A probe needs an == of its own for what a `scanner` keeps from frame to frame beside echoes: the map of its pixels, the
+/// A probe needs an == of its own for what a `scanner` keeps from frame to frame beside echoes: the map of its
+/// pixels, the
 /// automatic gain of the first frame, persistence and compounding.
 template <class Probe>
 concept transducer = requires(const Probe& probe, float line, vec2 point) {

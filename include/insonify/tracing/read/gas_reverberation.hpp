@@ -134,8 +134,10 @@ float sine_to_face(const Probe& probe, float line) {
 ///     at 2 D - z:  r^2 10^(-A(z) / 20) / sqrt(|1 + 2 h k_x| |1 + 2 h k_y|) of the conjugate echo at z < D
 ///     at D + z:    n r f c 10^(-B / 20) of the echo at z, n = 2 for z < D, else 1
 ///
-/// with D the displayed depth of the gas, A(z) what sound loses from z to the gas and back, twice, and B from the face to
-/// the gas and back (attenuation of the pulse and interfaces, dB), r what gas reflects, f what the lens of the probe does
+/// with D the displayed depth of the gas, A(z) what sound loses from z to the gas and back, twice, and B from the
+/// face to
+/// the gas and back (attenuation of the pulse and interfaces, dB), r what gas reflects, f what the lens of the
+/// probe does
 /// (from the impedances of `tissue::lens` and of the first medium), h = D - z, k the curvatures of the surface, behind
 /// which sound diverges, and c the part of the amplitude that returns to the aperture: by the law of specular echoes,
 /// for the slope of the surface and the angle of the line to the face. The image is that of the line itself; `paths`
