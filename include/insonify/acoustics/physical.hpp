@@ -29,7 +29,7 @@ struct layer_entry {
 /// The pulse-echo model: complex pressure amplitudes at baseband, as input for `convolve`.
 ///
 ///     specular   T A r(i) exp(-2 k^2 h^2 cos^2 i) L(phi_x) L(phi_y)          `fresnel`, `kirchhoff`, `specular_return`
-///     diffuse    T A sqrt(r^2 (1 - exp(-4 k^2 h^2 cos^2 i)) 0.166 / (Fx Fy)) cos i, rms
+///     diffuse    T A sqrt(r^2 (1 - exp(-4 k^2 h^2 cos^2 i)) B(i) 0.166 / (Fx Fy)), rms   B: `scattered_back`
 ///     speckle    T A backscatter 10^(texture_db / 20), rms                   `gaussian_field`
 ///
 /// T is the product of the interfaces' transmission there and back, A = 10^(-loss / 20) the attenuation of the peak of
@@ -254,10 +254,16 @@ struct physical {
         else if (coherent.amplitude != 0)
             echoes.curved_surface(coherent);
 
-        // Lambert's law over the solid angle of the array: 0.166 / (Fx Fy), calibrated by an independent simulation.
-        const float scattered = wave.reflected * wave.reflected * roughness.diffuse(at);
-        const float fnumbers = line.aperture.fnumber(shown) * line.aperture.elevation_fnumber;
-        const float diffuse = std::fabs(arrived) * std::sqrt(scattered * 0.166F / fnumbers) * cosine;
+        // Over the solid angle of the array Lambert's law has 0.166 / (Fx Fy), calibrated by an independent simulation.
+        const float rough = roughness.diffuse(at);
+        float diffuse = 0;
+        if (rough > 0) {
+            const bool hard = detail::blocks_sound(before) || detail::blocks_sound(after);
+            const float reflected = hard ? wave.reflected : at_interface({before, after, 1, line.frequency}).reflected;
+            const float fnumbers = line.aperture.fnumber(shown) * line.aperture.elevation_fnumber;
+            diffuse =
+                std::fabs(arrived * reflected) * std::sqrt(rough * scattered_back(hard, cosine) * 0.166F / fnumbers);
+        }
         if (diffuse > 0) {
             const pose at_place = line.places.empty() ? pose{} : line.places[below.place];
             material_line inside = in_object(line.frame, at_place, below.object);

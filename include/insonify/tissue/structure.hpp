@@ -67,7 +67,7 @@ struct structure {
     struct sheath_layer {
         float thickness = 0;    ///< mean, metres; 0: none
         float level_db = 24;    ///< amplitude at normal incidence, relative to the speckle of the medium
-        float spread_db = 3;    ///< standard deviation of that level along the surface
+        float spread_db = 5;    ///< standard deviation of that level along the surface
         float waviness = 0.3F;  ///< standard deviation of the angle of its facets, radians
         float diffuse_db = -10; ///< amplitude that remains at any angle, relative to that at normal incidence
 

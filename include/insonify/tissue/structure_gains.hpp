@@ -582,9 +582,9 @@ class sheath_gains {
         const float lobe = lobe_of(of_.waviness, segment_.fnumber);
         const float echo = diffuse + (1 - diffuse) * std::exp2(-sine_squared / (lobe * lobe));
         evaluate(thickness_, 6e-3F, 1, 0.3F, 0);
-        evaluate(level_, 3e-3F, 2, bits_per_decibel * of_.spread_db,
+        evaluate(level_, 5e-3F, 2, bits_per_decibel * of_.spread_db,
                  bits_per_decibel * of_.level_db + std::log2(max(echo, 1e-12F)));
-        evaluate(other_, 4e-3F, 3, 1, -0.5F);
+        evaluate(other_, 5e-3F, 3, 2, -1.5F);
         prepared_ = true;
     }
 
