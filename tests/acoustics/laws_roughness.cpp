@@ -1,4 +1,6 @@
 #include <insonify/acoustics/laws.hpp>
+#include <insonify/core/random.hpp>
+#include <cmath>
 #include <doctest/doctest.h>
 #include <initializer_list>
 #include <vector>
@@ -78,3 +80,26 @@ struct coherent_only {
 } // namespace
 static_assert(roughness_law<polished> && roughness_law<kirchhoff> && !roughness_law<coherent_only>);
 } // namespace roughness_test
+
+TEST_CASE("roughness: soft borders return what mirrors of random slopes return, hard ones what Lambert's law says") {
+    // Power that facets of normally distributed slopes reflect into a narrow cone around the direction that it comes from,
+    // for each area of the surface and solid angle, over 1 / pi of Lambert's law.
+    constexpr double pi_exact = 3.14159265358979;
+    const double slope = std::tan(pi_exact / 12), cone = 0.06;
+    constexpr int facets = 2'000'000;
+    for (const double degrees : {0.0, 10.0, 20.0, 30.0}) {
+        const double angle = degrees * pi_exact / 180, x = std::sin(angle), z = std::cos(angle);
+        double returned = 0;
+        for (int i = 0; i < facets; ++i) {
+            const vec2 random = hash_normal(1, static_cast<std::uint64_t>(i));
+            const double p = slope * double{random.x}, q = slope * double{random.y};
+            const double facing = (x * p + z) / std::sqrt(1 + p * p + q * q); // cosine of the angle on the facet
+            if (facing > std::cos(cone / 2)) returned += facing * std::sqrt(1 + p * p + q * q);
+        }
+        const double ratio = returned / facets / (2 * (1 - std::cos(cone)));
+        CHECK(double{scattered_back(false, static_cast<float>(z))} ==
+              doctest::Approx(ratio).epsilon(0.05).scale(1e-30));
+        CHECK(double{scattered_back(true, static_cast<float>(z))} == doctest::Approx(z * z).scale(1e-30));
+    }
+    CHECK(scattered_back(false, 0) == 0);
+}
