@@ -36,7 +36,8 @@ image by_stages(const scene& body, const Probe& probe, const pose& at, const b_m
     const auto policy = exec::par_unseq;
     const refined fine{probe, rays_per_line(probe, knobs.depth)},
         traced{probe, knobs.interpolates_lines ? min(rays_per_line(probe, knobs.depth, 0.25F), fine.rays) : fine.rays};
-    const pulse sent = nominal_pulse(probe);
+    pulse sent = nominal_pulse(probe);
+    sent.ring_down_db = knobs.ring_down_db;
     const acquisition scan{.depth = knobs.depth,
                            .samples = samples_for(knobs.depth, sent.sigma_z(probe.frequency)),
                            .planes = knobs.planes,
@@ -147,6 +148,7 @@ TEST_CASE("b_mode: a clip with persistence is the clip of the stages, and restar
     scanner<linear_array> machine{
         probe, {.depth = 30_mm, .size = {80, 0}, .planes = 1, .persistence = 0.5F, .noise = {.level_db = -100}}};
     b_mode_settings& knobs = machine.settings;
+    knobs.ring_down_db = -16;
     persistence fading{0.5F};
     for (; knobs.frame < 4; ++knobs.frame)
         CHECK(same_bits(machine.scan(exec::par_unseq, body, pose{}), by_stages(body, probe, pose{}, knobs, fading)));

@@ -756,7 +756,7 @@ class compound_settings:
 
 class b_mode_settings:
     """Settings of a B-mode image, as on a scanner."""
-    def __init__(self, *, depth: float = ..., samples: int = ..., size: Vector = ..., dynamic_range_db: float = ..., reference_db: float = ..., gain_db: float = ..., tgc: float = ..., planes: int = ..., background: float = ..., time_gain: time_gain_settings = ..., reject_db: float = ..., grey: grey_map = ..., persistence: float = ..., noise: noise_level = ..., frame: int = ..., near_field: near_field_settings = ..., gas: gas_reverberation = ..., compound: compound_settings = ..., max_motion: float = ..., interpolates_lines: bool = ..., quality: str = ...) -> None: ...
+    def __init__(self, *, depth: float = ..., samples: int = ..., size: Vector = ..., dynamic_range_db: float = ..., reference_db: float = ..., gain_db: float = ..., tgc: float = ..., planes: int = ..., background: float = ..., time_gain: time_gain_settings = ..., reject_db: float = ..., grey: grey_map = ..., persistence: float = ..., noise: noise_level = ..., frame: int = ..., near_field: near_field_settings = ..., gas: gas_reverberation = ..., compound: compound_settings = ..., max_motion: float = ..., interpolates_lines: bool = ..., quality: str = ..., ring_down_db: float = ...) -> None: ...
     background: float
     compound: compound_settings
     depth: float
@@ -775,6 +775,7 @@ class b_mode_settings:
     reference_db: float
     reject_db: float
     samples: int
+    ring_down_db: float
     size: Vector
     tgc: float
     time_gain: time_gain_settings

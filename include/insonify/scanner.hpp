@@ -85,6 +85,7 @@ struct b_mode_settings {
     /// others: see `resample_lines`. Objects narrower than the distance of the lines that are traced may be missed.
     bool interpolates_lines = false;
     quality_level quality = quality_level::full; ///< lines, samples, planes and looks that are traced
+    float ring_down_db = no_level_db;            ///< of the transducer behind each echo, see `pulse`; by default none
 
     /// @throws usage_error  for a setting out of range; the stages check the others
     void check() const {
@@ -544,7 +545,9 @@ class scanner {
         } else {
             echoes = add_near_field(policy, std::move(echoes), body, straight, at, settings.near_field);
         }
-        echoes = convolver_.convolve(policy, std::move(echoes), nominal_pulse(probe), traced);
+        pulse sent = nominal_pulse(probe);
+        sent.ring_down_db = settings.ring_down_db;
+        echoes = convolver_.convolve(policy, std::move(echoes), sent, traced);
         if (traced.lines != look.lines) {
             resampled_ = resample_lines(policy, echoes, traced, look, std::move(resampled_));
             std::swap(echoes, resampled_);

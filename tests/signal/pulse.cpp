@@ -97,3 +97,31 @@ TEST_CASE("pulse: a frequency other than that of the probe and settings out of r
     }
     CHECK_THROWS_AS(pulse{.cycles = 0}.check(5_MHz), usage_error);
 }
+
+TEST_CASE("pulse: a ring-down follows an echo, and leaves what is before it and its peak") {
+    const float carrier = 7.5_MHz;
+    const pulse plain{.cycles = 3.9F}, ringing{.cycles = 3.9F, .ring_down_db = -16};
+    const pulse_envelope before = plain.envelope(carrier), after = ringing.envelope(carrier);
+    CHECK(after.half_length() == before.half_length());
+    float steepest_up = 0, steepest_down = 0, last = 0;
+    double power[2] = {};
+    for (float x = -before.half_length(); x < after.length_behind(); x += 5_um) {
+        const float here = after(x);
+        if (x <= 0) CHECK(here == before(x));
+        CHECK(here <= 1.001F);
+        const float level = 20 * std::log10(max(here, 1e-2F)); // 40 dB of a picture
+        if (x > -before.half_length()) {
+            steepest_up = max(steepest_up, level - last);
+            steepest_down = max(steepest_down, last - level);
+        }
+        last = level;
+        power[0] += double{before(x)} * double{before(x)};
+        power[1] += double{here} * double{here};
+    }
+    // As in clinical pictures: the upper edge of a bright line is 1.07 to 1.34 times as steep as the lower one.
+    CHECK(steepest_up > 1.07F * steepest_down);
+    CHECK(std::fabs(10 * std::log10(power[1] / power[0])) < 0.25);
+    CHECK_THROWS_WITH_AS((pulse{.ring_down_db = 3}.check(carrier)),
+                         "pulse: `ring_down_db` must be 0 or below, such as -16; by default there is no ring-down",
+                         usage_error);
+}

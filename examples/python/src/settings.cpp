@@ -109,7 +109,8 @@ void bind_settings(py::module_& module) {
                 {{"full", b_mode_settings::quality_level::full},
                  {"fast", b_mode_settings::quality_level::fast},
                  {"draft", b_mode_settings::quality_level::draft}},
-                "lines, samples, planes and looks that are traced: see sampling_of");
+                "lines, samples, planes and looks that are traced: see sampling_of")
+        .member("ring_down_db", &b_mode_settings::ring_down_db, "of the transducer behind each echo");
     py::class_<b_mode_sampling>(module, "b_mode_sampling", "What is traced for a picture.")
         .def_readonly("lines", &b_mode_sampling::lines, "of each look")
         .def_readonly("samples", &b_mode_sampling::samples, "depth samples of each line")

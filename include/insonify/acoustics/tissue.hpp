@@ -65,12 +65,17 @@ inline constexpr structure heart_structure{
     .sheets = {.fill = 0.5F, .lattices = 4, .cell = {8_mm, 1.6_mm, 1.6_mm}, .thickness = 0.12_mm, .level_db = 12,
                .spread_db = 6, .waviness = 0.4F}};
 
-/// Subcutaneous fat: one to three wavy septa, 0.3 to 0.6 mm thick, which run nearly parallel to the skin over 20 to 50
-/// mm. Along the beam they cannot be seen.
+/// Subcutaneous fat: wavy septa of unequal strength, 0.3 to 0.6 mm thick, which run nearly parallel to the skin over 20
+/// to 50 mm, branch, and join the fascia; shorter and fainter ones between them. Along the beam they cannot be seen.
 inline constexpr structure fat_structure{
-    .mottling = {1.5F, {8_mm, 8_mm, 4_mm}}, .wave = 0.7_mm, .wave_length = 18_mm,
-    .septa = {.fill = 0.9F, .lattices = 3, .cell = {50_mm, 40_mm, 5_mm}, .thickness = 0.16_mm, .level_db = 20,
-              .spread_db = 4, .turn = 0.05F, .tilt = 0.05F, .waviness = 0.2F, .diffuse_db = -30}};
+    .mottling = {2.2F, {8_mm, 8_mm, 4_mm}}, .wave = 0.7_mm, .wave_length = 17_mm,
+    .sheets = {.fill = 0.3F, .lattices = 2, .cell = {14_mm, 9_mm, 3_mm}, .thickness = 0.1_mm, .level_db = 13,
+               .spread_db = 5, .turn = 0.2F, .tilt = 0.2F, .waviness = 0.3F},
+    .septa = {.fill = 0.9F, .lattices = 4, .cell = {60_mm, 45_mm, 6.5_mm}, .thickness = 0.12_mm, .level_db = 25,
+              .spread_db = 6, .turn = 0.14F, .tilt = 0.14F, .waviness = 0.25F, .diffuse_db = -30}};
+
+/// Fat between and around muscles and organs: coarse patches, without septa. Convention.
+inline constexpr structure deep_fat_structure{.mottling = {2.5F, {9_mm, 9_mm, 6_mm}}, .grain = {1.5F, {4_mm, 4_mm, 3_mm}}};
 
 /// Tendon and ligament: parallel fibrils, 0.2 to 0.5 mm apart, 10 to 30 mm long. Their sheets hardly wave, so the echo
 /// falls within a few degrees of tilt.
@@ -117,6 +122,9 @@ inline constexpr medium blood{.density = 1055, .sound_speed = 1575, .attenuation
 /// Subcutaneous. Sources: IT'IS (0.38 to 0.61 dB/cm), Fernandes, raysim (0.63), Sensors (0.8), Diagnostics,
 /// Mech. Mater.
 inline constexpr medium fat{930, 1455, 0.6_dB_per_cm, 1, amplitude_of_decibels(-6), 20_um, 0, fat_structure};
+
+/// Between and around muscles and organs. As `fat`, without its septa.
+inline constexpr medium deep_fat{930, 1455, 0.6_dB_per_cm, 1, amplitude_of_decibels(-6), 20_um, 0, deep_fat_structure};
 
 /// Dermis. Sources: IT'IS, Fernandes, Sensors, Diagnostics, Buerger, Mech. Mater.
 /// Published attenuation: 0.35 (Diagnostics), 1.0 (Buerger) and 1.84 dB/cm (IT'IS); an intermediate value is adopted.
@@ -274,7 +282,8 @@ struct named_medium {
 #define INSONIFY_NAMED(id) named_medium{#id, id}
 /// Every medium of `tissue`.
 inline constexpr named_medium all[] = {
-    INSONIFY_NAMED(water), INSONIFY_NAMED(saline), INSONIFY_NAMED(blood), INSONIFY_NAMED(fat), INSONIFY_NAMED(skin),
+    INSONIFY_NAMED(water), INSONIFY_NAMED(saline), INSONIFY_NAMED(blood), INSONIFY_NAMED(fat), INSONIFY_NAMED(deep_fat),
+    INSONIFY_NAMED(skin),
     INSONIFY_NAMED(muscle), INSONIFY_NAMED(thin_muscle), INSONIFY_NAMED(tendon), INSONIFY_NAMED(fascia),
     INSONIFY_NAMED(connective_tissue), INSONIFY_NAMED(capsule), INSONIFY_NAMED(nerve), INSONIFY_NAMED(nerve_fascicle),
     INSONIFY_NAMED(epineurium), INSONIFY_NAMED(thyroid), INSONIFY_NAMED(intima), INSONIFY_NAMED(tunica_media),

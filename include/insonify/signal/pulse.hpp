@@ -16,22 +16,34 @@ namespace detail {
 
 /// Gaussian kernels are truncated at this number of standard deviations: e^-8 or -69 dB.
 inline constexpr float kernel_sigmas = 4;
+/// The ring-down of a pulse is followed for this many standard deviations more.
+inline constexpr float ring_down_sigmas = 5;
 
 } // namespace detail
 
-/// Envelope of an echo along displayed depth: a rectangular burst, smoothed by a Gaussian; its peak is 1.
+/// Envelope of an echo along displayed depth: a rectangular burst, smoothed by a Gaussian, whose peak is 1, and what a
+/// transducer that rings on adds behind it.
 struct pulse_envelope {
-    float sigma = 1; ///< standard deviation of the Gaussian
-    float burst = 0; ///< length of the burst, in the unit of `sigma`; 0: a Gaussian
+    float sigma = 1;     ///< standard deviation of the Gaussian
+    float burst = 0;     ///< length of the burst, in the unit of `sigma`; 0: a Gaussian
+    float ring_down = 0; ///< amplitude at which the ring-down begins, relative to the peak
 
-    /// The envelope is truncated at this distance from its centre.
+    /// The envelope is truncated at this distance before its centre, and behind it.
+    /// @{
     INSONIFY_FN float half_length() const { return 0.5F * burst + detail::kernel_sigmas * sigma; }
+    INSONIFY_FN float length_behind() const {
+        return half_length() + (ring_down > 0 ? detail::ring_down_sigmas * sigma : 0.0F);
+    }
+    /// @}
 
-    /// exp(-x^2 / 2 sigma^2) or, with a burst of length L, its integral from x - L/2 to x + L/2, normalized.
+    /// At a distance behind the centre: exp(-x^2 / 2 sigma^2) or, with a burst of length L, its integral from x - L/2 to
+    /// x + L/2, normalized; behind the centre plus `ring_down` (1 - exp(-x^2 / 2 sigma^2)) exp(-x / 2.5 sigma).
     INSONIFY_FN float operator()(float x) const {
-        if (!(burst > 1e-2F * sigma)) return std::exp(-0.5F * (x / sigma) * (x / sigma));
+        const float within = x / sigma, gaussian = std::exp(-0.5F * within * within);
+        const float tail = x > 0 ? ring_down * (1 - gaussian) * std::exp(-within / 2.5F) : 0.0F;
+        if (!(burst > 1e-2F * sigma)) return gaussian + tail;
         const float scale = 0.70710678F / sigma, half = 0.5F * burst;
-        return (std::erf((x + half) * scale) - std::erf((x - half) * scale)) / (2 * std::erf(half * scale));
+        return (std::erf((x + half) * scale) - std::erf((x - half) * scale)) / (2 * std::erf(half * scale)) + tail;
     }
 };
 
@@ -43,6 +55,9 @@ struct pulse {
     float frequency = 0; ///< carrier frequency, hertz; 0: that of the probe
     float cycles = 2.5F; ///< length of the impulse response between its -20 dB points, in cycles
     float burst = 0;     ///< length of the excitation, in cycles; 0: impulse excitation
+    /// Level at which the transducer begins to ring down behind an echo, relative to its peak, at most 0; by default it
+    /// does not. It falls by 3.5 dB for each standard deviation of the pulse.
+    float ring_down_db = no_level_db;
 
     /// Fractional bandwidth B of the transducer at -6 dB: 1.61 / cycles.
     ///
@@ -72,7 +87,9 @@ struct pulse {
 
     /// Envelope along displayed depth, metres; a cycle is c0 / (2 f0) long.
     INSONIFY_FN constexpr pulse_envelope envelope(float carrier) const {
-        return {.sigma = sigma_z(carrier), .burst = burst * display_speed / (2 * carrier)};
+        return {.sigma = sigma_z(carrier),
+                .burst = burst * display_speed / (2 * carrier),
+                .ring_down = ring_down_db > no_level_db ? amplitude_of_decibels(ring_down_db) : 0};
     }
 
     /// @param carrier  frequency of the probe at which the echoes were traced, hertz
@@ -82,6 +99,9 @@ struct pulse {
             throw usage_error{"pulse: `cycles` must be finite and above 0, such as 2.5"};
         if (!is_finite(burst) || !(burst >= 0))
             throw usage_error{"pulse: `burst` must be a finite number of cycles, or 0 for impulse excitation"};
+        if (!(ring_down_db <= 0))
+            throw usage_error{
+                "pulse: `ring_down_db` must be 0 or below, such as -16; by default there is no ring-down"};
         if (!is_finite(frequency) || !(frequency >= 0))
             throw usage_error{"pulse: `frequency` must be finite and above 0, or 0 for that of the probe"};
         if (frequency != 0 && !(std::fabs(frequency - carrier) <= 1e-5F * carrier))

@@ -67,16 +67,16 @@ class axial_kernel {
     void set(std::size_t samples, const pulse_envelope& envelope, std::size_t decimation) {
         decimation_ = decimation;
         results_ = samples / decimation;
-        const auto half_length = static_cast<std::size_t>(min(envelope.half_length(), static_cast<float>(samples)));
-        zeros_ = half_length / decimation + 1;
+        const auto length = static_cast<std::size_t>(min(envelope.length_behind(), static_cast<float>(samples)));
+        zeros_ = length / decimation + 1;
         stride_ = results_ + 2 * zeros_ + tap_room;
         taps_.clear();
         const std::size_t begin = zeros_ * decimation; // of the line in one padded row, before it is split into phases
-        for (std::size_t at = begin - half_length; at < begin + half_length + decimation; ++at) {
+        for (std::size_t at = begin - length; at < begin + length + decimation; ++at) {
             const float centre = static_cast<float>(begin) + 0.5F * static_cast<float>(decimation - 1);
-            const float from_centre = static_cast<float>(at) - centre;
-            if (std::fabs(from_centre) > envelope.half_length()) continue;
-            taps_.push_back({.weight = envelope(from_centre),
+            const float behind = centre - static_cast<float>(at); // the echo of that sample
+            if (behind < -envelope.half_length() || behind > envelope.length_behind()) continue;
+            taps_.push_back({.weight = envelope(behind),
                              .offset = static_cast<std::ptrdiff_t>(at % decimation * stride_ + at / decimation)});
         }
     }
@@ -425,8 +425,9 @@ class convolver {
                 detail::joined({"convolve: decimation is ", std::to_string(settings.decimation),
                                 "; it must be a divisor of the number of samples, ", std::to_string(echoes.samples)})};
         const float per_metre = static_cast<float>(echoes.samples) / echoes.depth;
-        const pulse_envelope in_metres = sent.envelope(probe.frequency);
-        const pulse_envelope envelope{.sigma = in_metres.sigma * per_metre, .burst = in_metres.burst * per_metre};
+        pulse_envelope envelope = sent.envelope(probe.frequency);
+        envelope.sigma *= per_metre;
+        envelope.burst *= per_metre;
         const auto decimation = static_cast<float>(settings.decimation);
         if (!(envelope.sigma * 1.0001F >= decimation)) {
             const float needed = min(std::ceil(static_cast<float>(echoes.samples) * decimation / envelope.sigma), 1e9F);
