@@ -114,16 +114,17 @@ subject load_region(const simulate_options& chosen) {
 }
 
 subject load_file(const simulate_options& chosen) {
-    const std::optional<medium> background = tissue::find(chosen.background);
+    const std::string named = chosen.background.value_or("deep_fat");
+    const std::optional<medium> background = tissue::find(named);
     if (!background) {
         std::string known;
         for (const tissue::named_medium& each : tissue::all)
             known += std::string{known.empty() ? "" : ", "} + each.name;
-        throw usage_error{"--background: there is no tissue '" + chosen.background + "'; known are " + known};
+        throw usage_error{"--background: there is no tissue '" + named + "'; known are " + known};
     }
     std::vector<std::string> notes;
     subject one{.body = load_obj_scene(chosen.file, {.unit = chosen.unit * 1_mm, .background = *background}, notes),
-                .probe = convex_array{},
+                .probe = presets::abdomen.probe,
                 .settings = presets::abdomen.settings};
     one.body.build(exec::par);
     one.title = describe_anatomy(chosen.file, one.body, chosen.unit * 1_mm, notes);
@@ -219,8 +220,8 @@ any_array probe_of(const simulate_options& chosen, const any_array& usual) {
         return any_array{array};
     };
     if (chosen.probe == "linear") return with_settings(nerve_block::probe);
-    if (chosen.probe == "convex") return with_settings(convex_array{});
-    if (chosen.probe == "phased") return with_settings(phased_array{});
+    if (chosen.probe == "convex") return with_settings(presets::abdomen.probe);
+    if (chosen.probe == "phased") return with_settings(presets::heart.probe);
     return std::visit(with_settings, usual);
 }
 
@@ -235,7 +236,11 @@ void run(const simulate_options& chosen, subject& one, const Probe& probe, timed
     scene& body = one.body;
     const pose& at = one.at;
     std::printf("%s\n", one.title.c_str());
-    if (!chosen.file.empty()) place_background(chosen, at, body);
+    if (!chosen.file.empty()) {
+        place_background(chosen, at, body);
+        const float skin = chosen.skin.value_or(chosen.background ? 0 : 1.5F) * 1_mm;
+        if (skin > 0 && add_skin(body, probe, at, {.thickness = skin}) != skin_place::none) body.build(exec::par);
+    }
     const diagnosis found = stage("diagnose", [&](const auto&) { return diagnose(body, probe, at, scan); });
     const vec3 from = at.translation / 1_mm;
     std::printf("  %zu objects, %zu triangles, seen from (%g, %g, %g) mm: %g mm deep, %u lines, %g MHz\n",

@@ -1,7 +1,9 @@
 #ifndef INSONIFY_EXAMPLES_SIMULATE_OPTIONS_HPP
 #define INSONIFY_EXAMPLES_SIMULATE_OPTIONS_HPP
 
+#include <insonify/examinations.hpp>
 #include "command_line.hpp"
+#include <cmath>
 #include <optional>
 
 /// The command line of `simulate`; lengths in millimetres, frequencies in megahertz, angles in degrees.
@@ -12,7 +14,8 @@ struct simulate_options {
     std::optional<std::uint64_t> seed{};   ///< draws the parameters of the region
     bool list = false;
     float unit = 1;
-    std::string background = "fat";
+    std::optional<std::string> background{};
+    std::optional<float> skin{};
     std::optional<std::array<float, 3>> fibres{}, layers{}; ///< of the background
     std::string probe{};
     std::optional<std::uint32_t> lines{};
@@ -39,8 +42,15 @@ inline void add_options(CLI::App& app, simulate_options& into) {
         ->transform(length())
         ->check(positive_number(1e4))
         ->needs(file);
-    add(app, "--background", into.background, "TISSUE", "medium around the objects of the file (fat)")
+    add(app, "--background", into.background, "TISSUE", "medium around the objects of the file (deep_fat)")
         ->check(name())
+        ->needs(file);
+    add(app, "--skin", into.skin, "LENGTH",
+        "thickness of skin below the outer surface of a body, or below the face of the probe, with gel and fat; 0: "
+        "none, "
+        "at most 20mm (1.5; with --background 0)")
+        ->transform(length())
+        ->check(number(0, 20))
         ->needs(file);
     const CLI::Validator component = number(-1e6, 1e6);
     add_list<3, float>(app, "--fibres", into.fibres, ',', component, "X,Y,Z",
@@ -106,8 +116,12 @@ inline void add_options(CLI::App& app, simulate_options& into) {
     add(app, "--planes", into.planes, "COUNT",
         "elevation planes of the B-mode image (slice thickness): 1, 3, 5 or 7 (7)")
         ->check(CLI::IsMember({"1", "3", "5", "7"}));
-    add_whole_number(app, "--looks", into.looks, "COUNT",
-                     "looks at angles within 16 degrees, averaged for the B-mode image", 1, 32);
+    add_whole_number(
+        app, "--looks", into.looks, "COUNT",
+        "looks at angles within " +
+            std::to_string(std::lround(insonify::presets::nerve_block.settings.compound.spread * 180 / insonify::pi)) +
+            " degrees (3), averaged for the B-mode image",
+        1, 32);
 }
 
 #endif

@@ -27,6 +27,7 @@
 #include <insonify/scanner.hpp>
 #include <insonify/scene/queries.hpp>
 #include <insonify/scene/scene.hpp>
+#include <insonify/scene/skin.hpp>
 #include <insonify/signal/compound.hpp>
 #include <insonify/signal/electronic_noise.hpp>
 #include <insonify/signal/envelope.hpp>

@@ -123,8 +123,8 @@ inline constexpr medium blood{.density = 1055, .sound_speed = 1575, .attenuation
 /// Mech. Mater.
 inline constexpr medium fat{930, 1455, 0.6_dB_per_cm, 1, amplitude_of_decibels(-6), 20_um, 0, fat_structure};
 
-/// Between and around muscles and organs. As `fat`, without its septa.
-inline constexpr medium deep_fat{930, 1455, 0.6_dB_per_cm, 1, amplitude_of_decibels(-6), 20_um, 0, deep_fat_structure};
+/// Between and around muscles and organs. As `fat` without its septa, and as dark as between them.
+inline constexpr medium deep_fat{930, 1455, 0.6_dB_per_cm, 1, amplitude_of_decibels(-11), 20_um, 0, deep_fat_structure};
 
 /// Dermis. Sources: IT'IS, Fernandes, Sensors, Diagnostics, Buerger, Mech. Mater.
 /// Published attenuation: 0.35 (Diagnostics), 1.0 (Buerger) and 1.84 dB/cm (IT'IS); an intermediate value is adopted.

@@ -1,0 +1,212 @@
+#ifndef INSONIFY_SCENE_SKIN_HPP
+#define INSONIFY_SCENE_SKIN_HPP
+
+#include <insonify/core/save_macros.hpp>
+
+#include <insonify/acoustics/tissue.hpp>
+#include <insonify/core/random.hpp>
+#include <insonify/geometry/shapes.hpp>
+#include <insonify/probe/transducer.hpp>
+#include <insonify/scene/scene.hpp>
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// How `add_skin` covers a body. Lengths are metres. Sources: skin of the trunk and the limbs, 1 to 2.5 mm, Gray's
+/// Anatomy, 41st edition; the others by convention.
+struct skin_settings {
+    float thickness = 1.5e-3F; ///< of epidermis and dermis, on average
+    float fat = 7e-3F;         ///< of the fat below it, where the background begins there; 0: none
+    float gel = 0.35e-3F;      ///< of the film between the face and the skin, on average
+
+    /// @throws usage_error  naming a setting that is out of range
+    void check() const {
+        check_length(thickness, "thickness", 0.02F, "add_skin");
+        check_length(gel, "gel", 0.02F, "add_skin");
+        if (fat != 0) check_length(fat, "fat", 0.2F, "add_skin");
+    }
+
+    friend bool operator==(const skin_settings&, const skin_settings&) = default;
+};
+
+namespace detail {
+
+/// Smooth random numbers from -1 to 1 over the plane. @param place  in units of the distance of independent ones
+inline float smooth_random(std::uint64_t seed, vec2 place) {
+    const vec2 cell{std::floor(place.x), std::floor(place.y)}, part = place - cell,
+                                                               weight = part * part * (3.0F - 2.0F * part);
+    const auto corner = [&](float x, float y) {
+        const auto number = [](float whole) { return static_cast<std::uint64_t>(static_cast<std::int64_t>(whole)); };
+        return 2 * hash_uniform(seed, number(cell.x + x) * 0x9E3779B97F4A7C15U + number(cell.y + y)) - 1;
+    };
+    const float upper = corner(0, 0) + weight.x * (corner(1, 0) - corner(0, 0)),
+                lower = corner(0, 1) + weight.x * (corner(1, 1) - corner(0, 1));
+    return upper + weight.y * (lower - upper);
+}
+
+/// The face of a probe, and what lies beside it, as points and directions into the body, in its own coordinates.
+class face_grid {
+  public:
+    template <transducer Probe>
+    explicit face_grid(const Probe& probe) {
+        constexpr float margin = 12e-3F, apart = 0.8e-3F; // beside the face, and of the points
+        const float last = static_cast<float>(probe.lines) - 1;
+        const ray first = probe.beam(0), end = probe.beam(last);
+        float length_along = length(end.origin - first.origin), height = 8e-3F;
+        if constexpr (requires { probe.elevation_height; }) height = probe.elevation_height;
+        const bool is_point = !(length_along > 1e-6F); // lines that leave one point of a plane face
+        if constexpr (requires { probe.aperture(); })
+            if (is_point) length_along = probe.aperture();
+        columns_ = static_cast<std::uint32_t>(clamp((length_along + 2 * margin) / apart, 8, 2048)) + 1;
+        rows_ = static_cast<std::uint32_t>(clamp((height + 2 * margin) / (2 * apart), 4, 512)) + 1;
+        for (std::uint32_t row = 0; row < rows_; ++row)
+            for (std::uint32_t i = 0; i < columns_; ++i) {
+                const float along = static_cast<float>(i) / static_cast<float>(columns_ - 1) - 0.5F,
+                            x = along * (length_along + 2 * margin),
+                            y = (static_cast<float>(row) / static_cast<float>(rows_ - 1) - 0.5F) *
+                                (height + 2 * margin);
+                point one{.inwards = {0, 0, 1}, .place = {x, y}};
+                if (is_point) {
+                    one.at = {first.origin.x + x, y, first.origin.z};
+                } else {
+                    const ray beam = probe.beam((0.5F + x / length_along) * last);
+                    one.at = beam.origin + vec3{0, y, 0};
+                    one.inwards = normalize(vec3{beam.direction.x, 0, beam.direction.z});
+                }
+                points_.push_back(one);
+            }
+    }
+
+    /// What lies between two depths below the face, as functions of the place on it, metres.
+    template <class From, class To>
+    mesh slab(const From& from, const To& to) const {
+        std::vector<sheet_point> middle;
+        for (const point& one : points_) {
+            const float upper = from(one.place), lower = to(one.place);
+            middle.push_back({one.at + 0.5F * (upper + lower) * one.inwards, lower - upper});
+        }
+        return make_sheet(middle, columns_);
+    }
+
+  private:
+    struct point {
+        vec3 at{0, 0, 0};
+        vec3 inwards{0, 0, 1};
+        vec2 place{0, 0}; // along the face, and in elevation
+    };
+    std::uint32_t columns_ = 0, rows_ = 0;
+    std::vector<point> points_{};
+};
+
+/// The object that encloses all others, if there is one and it is soft.
+inline std::optional<object_id> find_outer(const scene& body) {
+    std::optional<object_id> outer;
+    aabb whole;
+    for (const object& one : body.objects()) {
+        aabb box;
+        for (const vec3& p : one.surface.positions) box = merged(box, one.at.point(p));
+        const auto encloses = [](const aabb& a, const aabb& b) {
+            for (int i = 0; i < 3; ++i)
+                if (!(a.lower[i] <= b.lower[i] && a.upper[i] >= b.upper[i])) return false;
+            return true;
+        };
+        if (encloses(box, whole))
+            outer = one.id;
+        else if (!encloses(whole, box))
+            outer.reset();
+        whole = merged(whole, box);
+    }
+    if (outer && blocks_sound(body[*outer].inside)) outer.reset();
+    return body.objects().size() > 1 ? outer : std::nullopt;
+}
+
+/// A surface that is moved inwards, unevenly. @param by  metres, on average
+inline mesh moved_inwards(mesh surface, float by, std::uint64_t seed) {
+    std::vector<vec3> normals(surface.positions.size(), vec3{0, 0, 0});
+    for (const uvec3& face : surface.faces) {
+        const vec3 a = surface.positions[face.x];
+        const vec3 normal = cross(surface.positions[face.y] - a, surface.positions[face.z] - a);
+        for (int i = 0; i < 3; ++i) normals[face[i]] += normal;
+    }
+    for (std::size_t i = 0; i < normals.size(); ++i) {
+        const float size = length(normals[i]);
+        if (!(size > 0)) continue;
+        vec3& p = surface.positions[i];
+        const float uneven = 1 + 0.15F * smooth_random(seed, vec2{p.x + p.z, p.y - p.z} / 6e-3F);
+        p -= by * uneven / size * normals[i];
+    }
+    return surface;
+}
+
+} // namespace detail
+
+/// What `add_skin` has covered.
+enum class skin_place {
+    none,    ///< nothing: the body has skin
+    surface, ///< the object that encloses all others, by an offset inwards
+    face     ///< what lies below the face of the probe
+};
+
+/// Covers a body whose meshes begin below the skin, as most anatomy does, so that pictures begin as real ones do: film
+/// of gel, entry echo, dermis, fat. Call it before `build`.
+///
+/// Where one soft object encloses all others, its outer layer becomes an object "skin". Elsewhere a film "gel", "skin"
+/// and "subcutaneous fat" follow the face of the probe, 12 mm beyond its edges; skin and gel have the highest
+/// priority, fat the lowest: what is inside of it stays. A body with an object of `tissue::skin` is left as it is.
+/// @param at  pose of the probe
+/// @throws usage_error  for a setting out of range, or a probe that looks out of a full circle, from inside
+template <transducer Probe>
+skin_place add_skin(scene& body, const Probe& probe, const pose& at, const skin_settings& settings = {}) {
+    settings.check();
+    probe.check();
+    int highest = 0, lowest = 0;
+    for (const object& one : body.objects()) {
+        if (one.inside == tissue::skin) return skin_place::none;
+        highest = std::max(highest, one.priority);
+        lowest = std::min(lowest, one.priority);
+    }
+    if (const std::optional<object_id> outer = detail::find_outer(body)) {
+        const object whole = body[*outer];
+        body.remove(*outer);
+        mesh inner = detail::moved_inwards(whole.surface, settings.thickness, 1);
+        object_settings skin = whole;
+        skin.name = "skin";
+        skin.fibres = {};
+        skin.layer_normal = own_surface{};
+        body.add(whole.surface, tissue::skin, skin);
+        body.add(std::move(inner), whole.inside, whole);
+        return skin_place::surface;
+    }
+    if (is_full_circle(probe))
+        throw usage_error{"add_skin: a probe that looks out of a full circle does not stand on skin"};
+    const detail::face_grid face{probe};
+    const auto uneven = [](std::uint64_t seed, float mean, float part, float size) {
+        return [=](vec2 place) { return mean * (1 + part * detail::smooth_random(seed, place / size)); };
+    };
+    const auto above = [](float distance) { return [=](vec2) { return -distance; }; };
+    const auto gel = uneven(2, settings.gel, 0.4F, 4.5e-3F), skin = uneven(3, settings.thickness, 0.25F, 3.5e-3F),
+               fat = uneven(4, settings.fat, 0.25F, 12e-3F);
+    const auto below_skin = [&](vec2 place) { return gel(place) + skin(place); };
+    body.add(face.slab(above(3e-3F), gel), tissue::gel, {.priority = highest + 2, .at = at, .name = "gel"});
+    body.add(
+        face.slab(above(2e-3F), below_skin), tissue::skin,
+        {.priority = highest + 1, .at = at, .name = "skin", .fibres = vec3{1, 0, 0}, .layer_normal = own_surface{}});
+    if (settings.fat > 0)
+        body.add(face.slab(above(1e-3F), [&](vec2 place) { return below_skin(place) + fat(place); }), tissue::fat,
+                 {.priority = lowest - 1,
+                  .at = at,
+                  .name = "subcutaneous fat",
+                  .fibres = vec3{1, 0, 0},
+                  .layer_normal = vec3{0, 0, 1}});
+    return skin_place::face;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
+#endif
