@@ -120,6 +120,7 @@ class tissue:
     capsule: medium
     cartilage: medium
     connective_tissue: medium
+    deep_fat: medium
     epineurium: medium
     eye_lens: medium
     fascia: medium

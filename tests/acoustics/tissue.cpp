@@ -23,6 +23,7 @@ const row published[] = {
     {"saline", 1.511, 0.055, 0},
     {"blood", 1.662, 1.035, 0.0316228}, // -30 dB, flowing: Shung et al. 1976
     {"fat", 1.353, 3, 0.501187},
+    {"deep_fat", 1.353, 3, 0.281838}, // as fat; its level by convention
     {"skin", 1.804, 6, 1.41254},
     {"muscle", 1.698, 5, 0.501187},
     {"tendon", 1.977, 10.57, 1.99526},
