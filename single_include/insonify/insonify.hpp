@@ -598,7 +598,7 @@ struct structure {
     struct sheath_layer {
         float thickness = 0;    ///< mean, metres; 0: none
         float level_db = 24;    ///< amplitude at normal incidence, relative to the speckle of the medium
-        float spread_db = 3;    ///< standard deviation of that level along the surface
+        float spread_db = 5;    ///< standard deviation of that level along the surface
         float waviness = 0.3F;  ///< standard deviation of the angle of its facets, radians
         float diffuse_db = -10; ///< amplitude that remains at any angle, relative to that at normal incidence
 
@@ -9482,22 +9482,34 @@ namespace detail {
 
 /// Gaussian kernels are truncated at this number of standard deviations: e^-8 or -69 dB.
 inline constexpr float kernel_sigmas = 4;
+/// The ring-down of a pulse is followed for this many standard deviations more.
+inline constexpr float ring_down_sigmas = 5;
 
 } // namespace detail
 
-/// Envelope of an echo along displayed depth: a rectangular burst, smoothed by a Gaussian; its peak is 1.
+/// Envelope of an echo along displayed depth: a rectangular burst, smoothed by a Gaussian, whose peak is 1, and what a
+/// transducer that rings on adds behind it.
 struct pulse_envelope {
-    float sigma = 1; ///< standard deviation of the Gaussian
-    float burst = 0; ///< length of the burst, in the unit of `sigma`; 0: a Gaussian
+    float sigma = 1;     ///< standard deviation of the Gaussian
+    float burst = 0;     ///< length of the burst, in the unit of `sigma`; 0: a Gaussian
+    float ring_down = 0; ///< amplitude at which the ring-down begins, relative to the peak
 
-    /// The envelope is truncated at this distance from its centre.
+    /// The envelope is truncated at this distance before its centre, and behind it.
+    /// @{
     INSONIFY_FN float half_length() const { return 0.5F * burst + detail::kernel_sigmas * sigma; }
+    INSONIFY_FN float length_behind() const {
+        return half_length() + (ring_down > 0 ? detail::ring_down_sigmas * sigma : 0.0F);
+    }
+    /// @}
 
-    /// exp(-x^2 / 2 sigma^2) or, with a burst of length L, its integral from x - L/2 to x + L/2, normalized.
+    /// At a distance behind the centre: exp(-x^2 / 2 sigma^2) or, with a burst of length L, its integral from x - L/2 to
+    /// x + L/2, normalized; behind the centre plus `ring_down` (1 - exp(-x^2 / 2 sigma^2)) exp(-x / 2.5 sigma).
     INSONIFY_FN float operator()(float x) const {
-        if (!(burst > 1e-2F * sigma)) return std::exp(-0.5F * (x / sigma) * (x / sigma));
+        const float within = x / sigma, gaussian = std::exp(-0.5F * within * within);
+        const float tail = x > 0 ? ring_down * (1 - gaussian) * std::exp(-within / 2.5F) : 0.0F;
+        if (!(burst > 1e-2F * sigma)) return gaussian + tail;
         const float scale = 0.70710678F / sigma, half = 0.5F * burst;
-        return (std::erf((x + half) * scale) - std::erf((x - half) * scale)) / (2 * std::erf(half * scale));
+        return (std::erf((x + half) * scale) - std::erf((x - half) * scale)) / (2 * std::erf(half * scale)) + tail;
     }
 };
 
@@ -9509,6 +9521,9 @@ struct pulse {
     float frequency = 0; ///< carrier frequency, hertz; 0: that of the probe
     float cycles = 2.5F; ///< length of the impulse response between its -20 dB points, in cycles
     float burst = 0;     ///< length of the excitation, in cycles; 0: impulse excitation
+    /// Level at which the transducer begins to ring down behind an echo, relative to its peak, at most 0; by default it
+    /// does not. It falls by 3.5 dB for each standard deviation of the pulse.
+    float ring_down_db = no_level_db;
 
     /// Fractional bandwidth B of the transducer at -6 dB: 1.61 / cycles.
     ///
@@ -9538,7 +9553,9 @@ struct pulse {
 
     /// Envelope along displayed depth, metres; a cycle is c0 / (2 f0) long.
     INSONIFY_FN constexpr pulse_envelope envelope(float carrier) const {
-        return {.sigma = sigma_z(carrier), .burst = burst * display_speed / (2 * carrier)};
+        return {.sigma = sigma_z(carrier),
+                .burst = burst * display_speed / (2 * carrier),
+                .ring_down = ring_down_db > no_level_db ? amplitude_of_decibels(ring_down_db) : 0};
     }
 
     /// @param carrier  frequency of the probe at which the echoes were traced, hertz
@@ -9548,6 +9565,9 @@ struct pulse {
             throw usage_error{"pulse: `cycles` must be finite and above 0, such as 2.5"};
         if (!is_finite(burst) || !(burst >= 0))
             throw usage_error{"pulse: `burst` must be a finite number of cycles, or 0 for impulse excitation"};
+        if (!(ring_down_db <= 0))
+            throw usage_error{
+                "pulse: `ring_down_db` must be 0 or below, such as -16; by default there is no ring-down"};
         if (!is_finite(frequency) || !(frequency >= 0))
             throw usage_error{"pulse: `frequency` must be finite and above 0, or 0 for that of the probe"};
         if (frequency != 0 && !(std::fabs(frequency - carrier) <= 1e-5F * carrier))
@@ -11496,6 +11516,25 @@ struct kirchhoff {
     friend bool operator==(const kirchhoff&, const kirchhoff&) = default;
 };
 
+/// Power that a rough surface scatters back to where the wave comes from, over that of Lambert's law at normal
+/// incidence.
+///
+///     hard: cos^2 i                                   Lambert's law: bone, metal, gas
+///     soft: exp(-tan^2 i / (2 s^2)) / (8 s^2 cos^4 i)  facets, whose slopes are normally distributed
+///
+/// s = tan(15 degrees) is the rms slope of facets along either axis, by convention: side walls of muscles and vessels
+/// drop out of real pictures, while those of bone can be followed. Facets that return an echo lie across the wave.
+/// Source: Barrick, Rough surface scattering based on the specular point theory, IEEE Trans. Antennas Propag. 1968
+/// 16:449, by which the backscattering of a facetted surface is r^2 exp(-tan^2 i / (2 s^2)) / (2 s^2 cos^4 i) for each
+/// area, where Lambert's law has 4 r^2 cos^2 i.
+/// @param hard  whether almost no sound passes
+INSONIFY_FN inline float scattered_back(bool hard, float cosine) {
+    if (hard) return cosine * cosine;
+    constexpr float mean_square_slope = 0.0717968F; // tan^2(15 degrees)
+    const float squared = max(cosine * cosine, 1e-6F);
+    return std::exp(0.5F * (1 - 1 / squared) / mean_square_slope) / (8 * mean_square_slope * squared * squared);
+}
+
 /// A specular law: law(angle, fnumber, wavelengths) is the fraction of a specular echo's amplitude that the aperture
 /// collects; see `specular_return`.
 template <class Law>
@@ -12535,9 +12574,9 @@ class sheath_gains {
         const float lobe = lobe_of(of_.waviness, segment_.fnumber);
         const float echo = diffuse + (1 - diffuse) * std::exp2(-sine_squared / (lobe * lobe));
         evaluate(thickness_, 6e-3F, 1, 0.3F, 0);
-        evaluate(level_, 3e-3F, 2, bits_per_decibel * of_.spread_db,
+        evaluate(level_, 5e-3F, 2, bits_per_decibel * of_.spread_db,
                  bits_per_decibel * of_.level_db + std::log2(max(echo, 1e-12F)));
-        evaluate(other_, 4e-3F, 3, 1, -0.5F);
+        evaluate(other_, 5e-3F, 3, 2, -1.5F);
         prepared_ = true;
     }
 
@@ -13263,7 +13302,7 @@ struct layer_entry {
 /// The pulse-echo model: complex pressure amplitudes at baseband, as input for `convolve`.
 ///
 ///     specular   T A r(i) exp(-2 k^2 h^2 cos^2 i) L(phi_x) L(phi_y)          `fresnel`, `kirchhoff`, `specular_return`
-///     diffuse    T A sqrt(r^2 (1 - exp(-4 k^2 h^2 cos^2 i)) 0.166 / (Fx Fy)) cos i, rms
+///     diffuse    T A sqrt(r^2 (1 - exp(-4 k^2 h^2 cos^2 i)) B(i) 0.166 / (Fx Fy)), rms   B: `scattered_back`
 ///     speckle    T A backscatter 10^(texture_db / 20), rms                   `gaussian_field`
 ///
 /// T is the product of the interfaces' transmission there and back, A = 10^(-loss / 20) the attenuation of the peak of
@@ -13488,10 +13527,16 @@ struct physical {
         else if (coherent.amplitude != 0)
             echoes.curved_surface(coherent);
 
-        // Lambert's law over the solid angle of the array: 0.166 / (Fx Fy), calibrated by an independent simulation.
-        const float scattered = wave.reflected * wave.reflected * roughness.diffuse(at);
-        const float fnumbers = line.aperture.fnumber(shown) * line.aperture.elevation_fnumber;
-        const float diffuse = std::fabs(arrived) * std::sqrt(scattered * 0.166F / fnumbers) * cosine;
+        // Over the solid angle of the array Lambert's law has 0.166 / (Fx Fy), calibrated by an independent simulation.
+        const float rough = roughness.diffuse(at);
+        float diffuse = 0;
+        if (rough > 0) {
+            const bool hard = detail::blocks_sound(before) || detail::blocks_sound(after);
+            const float reflected = hard ? wave.reflected : at_interface({before, after, 1, line.frequency}).reflected;
+            const float fnumbers = line.aperture.fnumber(shown) * line.aperture.elevation_fnumber;
+            diffuse =
+                std::fabs(arrived * reflected) * std::sqrt(rough * scattered_back(hard, cosine) * 0.166F / fnumbers);
+        }
         if (diffuse > 0) {
             const pose at_place = line.places.empty() ? pose{} : line.places[below.place];
             material_line inside = in_object(line.frame, at_place, below.object);
@@ -13712,16 +13757,16 @@ class axial_kernel {
     void set(std::size_t samples, const pulse_envelope& envelope, std::size_t decimation) {
         decimation_ = decimation;
         results_ = samples / decimation;
-        const auto half_length = static_cast<std::size_t>(min(envelope.half_length(), static_cast<float>(samples)));
-        zeros_ = half_length / decimation + 1;
+        const auto length = static_cast<std::size_t>(min(envelope.length_behind(), static_cast<float>(samples)));
+        zeros_ = length / decimation + 1;
         stride_ = results_ + 2 * zeros_ + tap_room;
         taps_.clear();
         const std::size_t begin = zeros_ * decimation; // of the line in one padded row, before it is split into phases
-        for (std::size_t at = begin - half_length; at < begin + half_length + decimation; ++at) {
+        for (std::size_t at = begin - length; at < begin + length + decimation; ++at) {
             const float centre = static_cast<float>(begin) + 0.5F * static_cast<float>(decimation - 1);
-            const float from_centre = static_cast<float>(at) - centre;
-            if (std::fabs(from_centre) > envelope.half_length()) continue;
-            taps_.push_back({.weight = envelope(from_centre),
+            const float behind = centre - static_cast<float>(at); // the echo of that sample
+            if (behind < -envelope.half_length() || behind > envelope.length_behind()) continue;
+            taps_.push_back({.weight = envelope(behind),
                              .offset = static_cast<std::ptrdiff_t>(at % decimation * stride_ + at / decimation)});
         }
     }
@@ -14070,8 +14115,9 @@ class convolver {
                 detail::joined({"convolve: decimation is ", std::to_string(settings.decimation),
                                 "; it must be a divisor of the number of samples, ", std::to_string(echoes.samples)})};
         const float per_metre = static_cast<float>(echoes.samples) / echoes.depth;
-        const pulse_envelope in_metres = sent.envelope(probe.frequency);
-        const pulse_envelope envelope{.sigma = in_metres.sigma * per_metre, .burst = in_metres.burst * per_metre};
+        pulse_envelope envelope = sent.envelope(probe.frequency);
+        envelope.sigma *= per_metre;
+        envelope.burst *= per_metre;
         const auto decimation = static_cast<float>(settings.decimation);
         if (!(envelope.sigma * 1.0001F >= decimation)) {
             const float needed = min(std::ceil(static_cast<float>(echoes.samples) * decimation / envelope.sigma), 1e9F);
@@ -19072,12 +19118,17 @@ inline constexpr structure heart_structure{
     .sheets = {.fill = 0.5F, .lattices = 4, .cell = {8_mm, 1.6_mm, 1.6_mm}, .thickness = 0.12_mm, .level_db = 12,
                .spread_db = 6, .waviness = 0.4F}};
 
-/// Subcutaneous fat: one to three wavy septa, 0.3 to 0.6 mm thick, which run nearly parallel to the skin over 20 to 50
-/// mm. Along the beam they cannot be seen.
+/// Subcutaneous fat: wavy septa of unequal strength, 0.3 to 0.6 mm thick, which run nearly parallel to the skin over 20
+/// to 50 mm, branch, and join the fascia; shorter and fainter ones between them. Along the beam they cannot be seen.
 inline constexpr structure fat_structure{
-    .mottling = {1.5F, {8_mm, 8_mm, 4_mm}}, .wave = 0.7_mm, .wave_length = 18_mm,
-    .septa = {.fill = 0.9F, .lattices = 3, .cell = {50_mm, 40_mm, 5_mm}, .thickness = 0.16_mm, .level_db = 20,
-              .spread_db = 4, .turn = 0.05F, .tilt = 0.05F, .waviness = 0.2F, .diffuse_db = -30}};
+    .mottling = {2.2F, {8_mm, 8_mm, 4_mm}}, .wave = 0.7_mm, .wave_length = 17_mm,
+    .sheets = {.fill = 0.3F, .lattices = 2, .cell = {14_mm, 9_mm, 3_mm}, .thickness = 0.1_mm, .level_db = 13,
+               .spread_db = 5, .turn = 0.2F, .tilt = 0.2F, .waviness = 0.3F},
+    .septa = {.fill = 0.9F, .lattices = 4, .cell = {60_mm, 45_mm, 6.5_mm}, .thickness = 0.12_mm, .level_db = 25,
+              .spread_db = 6, .turn = 0.14F, .tilt = 0.14F, .waviness = 0.25F, .diffuse_db = -30}};
+
+/// Fat between and around muscles and organs: coarse patches, without septa. Convention.
+inline constexpr structure deep_fat_structure{.mottling = {2.5F, {9_mm, 9_mm, 6_mm}}, .grain = {1.5F, {4_mm, 4_mm, 3_mm}}};
 
 /// Tendon and ligament: parallel fibrils, 0.2 to 0.5 mm apart, 10 to 30 mm long. Their sheets hardly wave, so the echo
 /// falls within a few degrees of tilt.
@@ -19124,6 +19175,9 @@ inline constexpr medium blood{.density = 1055, .sound_speed = 1575, .attenuation
 /// Subcutaneous. Sources: IT'IS (0.38 to 0.61 dB/cm), Fernandes, raysim (0.63), Sensors (0.8), Diagnostics,
 /// Mech. Mater.
 inline constexpr medium fat{930, 1455, 0.6_dB_per_cm, 1, amplitude_of_decibels(-6), 20_um, 0, fat_structure};
+
+/// Between and around muscles and organs. As `fat` without its septa, and as dark as between them.
+inline constexpr medium deep_fat{930, 1455, 0.6_dB_per_cm, 1, amplitude_of_decibels(-11), 20_um, 0, deep_fat_structure};
 
 /// Dermis. Sources: IT'IS, Fernandes, Sensors, Diagnostics, Buerger, Mech. Mater.
 /// Published attenuation: 0.35 (Diagnostics), 1.0 (Buerger) and 1.84 dB/cm (IT'IS); an intermediate value is adopted.
@@ -19281,7 +19335,8 @@ struct named_medium {
 #define INSONIFY_NAMED(id) named_medium{#id, id}
 /// Every medium of `tissue`.
 inline constexpr named_medium all[] = {
-    INSONIFY_NAMED(water), INSONIFY_NAMED(saline), INSONIFY_NAMED(blood), INSONIFY_NAMED(fat), INSONIFY_NAMED(skin),
+    INSONIFY_NAMED(water), INSONIFY_NAMED(saline), INSONIFY_NAMED(blood), INSONIFY_NAMED(fat), INSONIFY_NAMED(deep_fat),
+    INSONIFY_NAMED(skin),
     INSONIFY_NAMED(muscle), INSONIFY_NAMED(thin_muscle), INSONIFY_NAMED(tendon), INSONIFY_NAMED(fascia),
     INSONIFY_NAMED(connective_tissue), INSONIFY_NAMED(capsule), INSONIFY_NAMED(nerve), INSONIFY_NAMED(nerve_fascicle),
     INSONIFY_NAMED(epineurium), INSONIFY_NAMED(thyroid), INSONIFY_NAMED(intima), INSONIFY_NAMED(tunica_media),
@@ -19829,6 +19884,7 @@ struct b_mode_settings {
     /// others: see `resample_lines`. Objects narrower than the distance of the lines that are traced may be missed.
     bool interpolates_lines = false;
     quality_level quality = quality_level::full; ///< lines, samples, planes and looks that are traced
+    float ring_down_db = no_level_db;            ///< of the transducer behind each echo, see `pulse`; by default none
 
     /// @throws usage_error  for a setting out of range; the stages check the others
     void check() const {
@@ -20288,7 +20344,9 @@ class scanner {
         } else {
             echoes = add_near_field(policy, std::move(echoes), body, straight, at, settings.near_field);
         }
-        echoes = convolver_.convolve(policy, std::move(echoes), nominal_pulse(probe), traced);
+        pulse sent = nominal_pulse(probe);
+        sent.ring_down_db = settings.ring_down_db;
+        echoes = convolver_.convolve(policy, std::move(echoes), sent, traced);
         if (traced.lines != look.lines) {
             resampled_ = resample_lines(policy, echoes, traced, look, std::move(resampled_));
             std::swap(echoes, resampled_);
@@ -21682,6 +21740,10 @@ namespace insonify::inline INSONIFY_ABI::presets {
 /// clinical images.
 inline constexpr grey_map clinical_grey{.reject = 0.35F, .shoulder = 0.55F, .softness = 0.06F};
 
+/// Ring-down of transducers in use: the upper edge of bright lines is 1.1 to 1.3 times as steep as the lower one in
+/// clinical pictures of muscle, by four scanners.
+inline constexpr float in_use_ring_down_db = -16;
+
 /// Nerve block: a needle near a nerve a few centimetres below the skin.
 inline const examination<linear_array> nerve_block{
     .probe = in_use(
@@ -21691,7 +21753,8 @@ inline const examination<linear_array> nerve_block{
                  .tgc = 0.85_dB_per_cm,
                  .planes = 7,
                  .grey = clinical_grey,
-                 .compound = {.angles = 3, .spread = 6_deg}}};
+                 .compound = {.angles = 3, .spread = 6_deg},
+                 .ring_down_db = in_use_ring_down_db}};
 
 /// Liver, kidneys, gall bladder.
 inline const examination<convex_array> abdomen{
@@ -21700,12 +21763,17 @@ inline const examination<convex_array> abdomen{
                  .dynamic_range_db = 85,
                  .reference_db = -21,
                  .grey = clinical_grey,
-                 .compound = {.angles = 3, .spread = 6_deg}}};
+                 .compound = {.angles = 3, .spread = 6_deg},
+                 .ring_down_db = in_use_ring_down_db}};
 
 /// The heart between the ribs.
 inline const examination<phased_array> heart{
     .probe = in_use(phased_array{.lines = 128, .width = 20_mm, .field_of_view = 90_deg, .frequency = 2.5_MHz}),
-    .settings = {.depth = 160_mm, .dynamic_range_db = 85, .reference_db = -20, .grey = clinical_grey}};
+    .settings = {.depth = 160_mm,
+                 .dynamic_range_db = 85,
+                 .reference_db = -20,
+                 .grey = clinical_grey,
+                 .ring_down_db = in_use_ring_down_db}};
 
 /// Vessel, from inside.
 inline const examination<radial_array> intravascular{
@@ -23914,6 +23982,211 @@ image trace_pixels(const Policy& policy, const scene& body, const Probe& probe, 
 
 
 #endif
+
+#endif
+#ifndef INSONIFY_SCENE_SKIN_HPP
+#define INSONIFY_SCENE_SKIN_HPP
+
+
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// How `add_skin` covers a body. Lengths are metres. Sources: skin of the trunk and the limbs, 1 to 2.5 mm, Gray's
+/// Anatomy, 41st edition; the others by convention.
+struct skin_settings {
+    float thickness = 1.5e-3F; ///< of epidermis and dermis, on average
+    float fat = 7e-3F;         ///< of the fat below it, where the background begins there; 0: none
+    float gel = 0.55e-3F;      ///< of the film between the face and the skin, on average
+
+    /// @throws usage_error  naming a setting that is out of range
+    void check() const {
+        check_length(thickness, "thickness", 0.02F, "add_skin");
+        check_length(gel, "gel", 0.02F, "add_skin");
+        if (fat != 0) check_length(fat, "fat", 0.2F, "add_skin");
+    }
+
+    friend bool operator==(const skin_settings&, const skin_settings&) = default;
+};
+
+namespace detail {
+
+/// Smooth random numbers from -1 to 1 over the plane. @param place  in units of the distance of independent ones
+inline float smooth_random(std::uint64_t seed, vec2 place) {
+    const vec2 cell{std::floor(place.x), std::floor(place.y)}, part = place - cell,
+                                                               weight = part * part * (3.0F - 2.0F * part);
+    const auto corner = [&](float x, float y) {
+        const auto number = [](float whole) { return static_cast<std::uint64_t>(static_cast<std::int64_t>(whole)); };
+        return 2 * hash_uniform(seed, number(cell.x + x) * 0x9E3779B97F4A7C15U + number(cell.y + y)) - 1;
+    };
+    const float upper = corner(0, 0) + weight.x * (corner(1, 0) - corner(0, 0)),
+                lower = corner(0, 1) + weight.x * (corner(1, 1) - corner(0, 1));
+    return upper + weight.y * (lower - upper);
+}
+
+/// The face of a probe, and what lies beside it, as points and directions into the body, in its own coordinates.
+class face_grid {
+  public:
+    template <transducer Probe>
+    explicit face_grid(const Probe& probe) {
+        constexpr float margin = 12e-3F, apart = 0.8e-3F; // beside the face, and of the points
+        const float last = static_cast<float>(probe.lines) - 1;
+        const ray first = probe.beam(0), end = probe.beam(last);
+        float length_along = length(end.origin - first.origin), height = 8e-3F;
+        if constexpr (requires { probe.elevation_height; }) height = probe.elevation_height;
+        const bool is_point = !(length_along > 1e-6F); // lines that leave one point of a plane face
+        if constexpr (requires { probe.aperture(); })
+            if (is_point) length_along = probe.aperture();
+        columns_ = static_cast<std::uint32_t>(clamp((length_along + 2 * margin) / apart, 8, 2048)) + 1;
+        rows_ = static_cast<std::uint32_t>(clamp((height + 2 * margin) / (2 * apart), 4, 512)) + 1;
+        for (std::uint32_t row = 0; row < rows_; ++row)
+            for (std::uint32_t i = 0; i < columns_; ++i) {
+                const float along = static_cast<float>(i) / static_cast<float>(columns_ - 1) - 0.5F,
+                            x = along * (length_along + 2 * margin),
+                            y = (static_cast<float>(row) / static_cast<float>(rows_ - 1) - 0.5F) *
+                                (height + 2 * margin);
+                point one{.inwards = {0, 0, 1}, .place = {x, y}};
+                if (is_point) {
+                    one.at = {first.origin.x + x, y, first.origin.z};
+                } else {
+                    const ray beam = probe.beam((0.5F + x / length_along) * last);
+                    one.at = beam.origin + vec3{0, y, 0};
+                    one.inwards = normalize(vec3{beam.direction.x, 0, beam.direction.z});
+                }
+                points_.push_back(one);
+            }
+    }
+
+    /// What lies between two depths below the face, as functions of the place on it, metres.
+    template <class From, class To>
+    mesh slab(const From& from, const To& to) const {
+        std::vector<sheet_point> middle;
+        for (const point& one : points_) {
+            const float upper = from(one.place), lower = to(one.place);
+            middle.push_back({one.at + 0.5F * (upper + lower) * one.inwards, lower - upper});
+        }
+        return make_sheet(middle, columns_);
+    }
+
+  private:
+    struct point {
+        vec3 at{0, 0, 0};
+        vec3 inwards{0, 0, 1};
+        vec2 place{0, 0}; // along the face, and in elevation
+    };
+    std::uint32_t columns_ = 0, rows_ = 0;
+    std::vector<point> points_{};
+};
+
+/// The object that encloses all others, if there is one and it is soft.
+inline std::optional<object_id> find_outer(const scene& body) {
+    std::optional<object_id> outer;
+    aabb whole;
+    for (const object& one : body.objects()) {
+        aabb box;
+        for (const vec3& p : one.surface.positions) box = merged(box, one.at.point(p));
+        const auto encloses = [](const aabb& a, const aabb& b) {
+            for (int i = 0; i < 3; ++i)
+                if (!(a.lower[i] <= b.lower[i] && a.upper[i] >= b.upper[i])) return false;
+            return true;
+        };
+        if (encloses(box, whole))
+            outer = one.id;
+        else if (!encloses(whole, box))
+            outer.reset();
+        whole = merged(whole, box);
+    }
+    if (outer && blocks_sound(body[*outer].inside)) outer.reset();
+    return body.objects().size() > 1 ? outer : std::nullopt;
+}
+
+/// A surface that is moved inwards, unevenly. @param by  metres, on average
+inline mesh moved_inwards(mesh surface, float by, std::uint64_t seed) {
+    std::vector<vec3> normals(surface.positions.size(), vec3{0, 0, 0});
+    for (const uvec3& face : surface.faces) {
+        const vec3 a = surface.positions[face.x];
+        const vec3 normal = cross(surface.positions[face.y] - a, surface.positions[face.z] - a);
+        for (int i = 0; i < 3; ++i) normals[face[i]] += normal;
+    }
+    for (std::size_t i = 0; i < normals.size(); ++i) {
+        const float size = length(normals[i]);
+        if (!(size > 0)) continue;
+        vec3& p = surface.positions[i];
+        const float uneven = 1 + 0.15F * smooth_random(seed, vec2{p.x + p.z, p.y - p.z} / 6e-3F);
+        p -= by * uneven / size * normals[i];
+    }
+    return surface;
+}
+
+} // namespace detail
+
+/// What `add_skin` has covered.
+enum class skin_place {
+    none,    ///< nothing: the body has skin
+    surface, ///< the object that encloses all others, by an offset inwards
+    face     ///< what lies below the face of the probe
+};
+
+/// Covers a body whose meshes begin below the skin, as most anatomy does, so that pictures begin as real ones do: film
+/// of gel, entry echo, dermis, fat. Call it before `build`.
+///
+/// Where one soft object encloses all others, its outer layer becomes an object "skin". Elsewhere a film "gel", "skin"
+/// and "subcutaneous fat" follow the face of the probe, 12 mm beyond its edges; skin and gel have the highest
+/// priority, fat the lowest: what is inside of it stays. A body with an object of `tissue::skin` is left as it is.
+/// @param at  pose of the probe
+/// @throws usage_error  for a setting out of range, or a probe that looks out of a full circle, from inside
+template <transducer Probe>
+skin_place add_skin(scene& body, const Probe& probe, const pose& at, const skin_settings& settings = {}) {
+    settings.check();
+    probe.check();
+    int highest = 0, lowest = 0;
+    for (const object& one : body.objects()) {
+        if (one.inside == tissue::skin) return skin_place::none;
+        highest = std::max(highest, one.priority);
+        lowest = std::min(lowest, one.priority);
+    }
+    if (const std::optional<object_id> outer = detail::find_outer(body)) {
+        const object whole = body[*outer];
+        body.remove(*outer);
+        mesh inner = detail::moved_inwards(whole.surface, settings.thickness, 1);
+        object_settings skin = whole;
+        skin.name = "skin";
+        skin.fibres = {};
+        skin.layer_normal = own_surface{};
+        body.add(whole.surface, tissue::skin, skin);
+        body.add(std::move(inner), whole.inside, whole);
+        return skin_place::surface;
+    }
+    if (is_full_circle(probe))
+        throw usage_error{"add_skin: a probe that looks out of a full circle does not stand on skin"};
+    const detail::face_grid face{probe};
+    const auto uneven = [](std::uint64_t seed, float mean, float part, float size) {
+        return [=](vec2 place) { return mean * (1 + part * detail::smooth_random(seed, place / size)); };
+    };
+    const auto above = [](float distance) { return [=](vec2) { return -distance; }; };
+    const auto gel = uneven(2, settings.gel, 0.4F, 4.5e-3F), skin = uneven(3, settings.thickness, 0.25F, 3.5e-3F),
+               fat = uneven(4, settings.fat, 0.25F, 12e-3F);
+    const auto below_skin = [&](vec2 place) { return gel(place) + skin(place); };
+    body.add(face.slab(above(3e-3F), gel), tissue::gel, {.priority = highest + 2, .at = at, .name = "gel"});
+    body.add(
+        face.slab(above(2e-3F), below_skin), tissue::skin,
+        {.priority = highest + 1, .at = at, .name = "skin", .fibres = vec3{1, 0, 0}, .layer_normal = own_surface{}});
+    if (settings.fat > 0)
+        body.add(face.slab(above(1e-3F), [&](vec2 place) { return below_skin(place) + fat(place); }), tissue::fat,
+                 {.priority = lowest - 1,
+                  .at = at,
+                  .name = "subcutaneous fat",
+                  .fibres = vec3{1, 0, 0},
+                  .layer_normal = vec3{0, 0, 1}});
+    return skin_place::face;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+
 
 #endif
 #ifndef INSONIFY_TRACING_READ_GROUND_TRUTH_HPP
