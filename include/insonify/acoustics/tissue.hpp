@@ -38,11 +38,14 @@ namespace tissue {
 // clang-format off
 
 /// Skeletal muscle: the walls of its fascicles, the perimysium, are short bright sheets along the fibres, 2 to 3 mm
-/// apart; brightness varies over 3 to 10 mm. Epimysium and aponeuroses are 0.7 to 1.5 mm thick.
+/// apart, and curved lines across them; longer and stronger ones divide it. Brightness varies over 3 to 10 mm. Epimysium
+/// and aponeuroses are 0.7 to 1.5 mm thick.
 inline constexpr structure muscle_structure{
     .mottling = {3.5F, {8_mm, 4_mm, 4_mm}}, .grain = {1.8F, {4_mm, 1.5_mm, 1.5_mm}}, .wave = 0.2_mm,
-    .sheets = {.fill = 0.5F, .lattices = 6, .cell = {22_mm, 2.4_mm, 2.4_mm}, .thickness = 0.15_mm, .level_db = 24,
-               .spread_db = 7.8F, .waviness = 0.35F},
+    .sheets = {.fill = 0.5F, .lattices = 5, .cell = {22_mm, 4.5_mm, 2_mm}, .thickness = 0.12_mm, .level_db = 24,
+               .spread_db = 7.8F, .turn = 0.9F, .waviness = 0.4F},
+    .septa = {.fill = 0.7F, .lattices = 2, .cell = {40_mm, 16_mm, 7_mm}, .thickness = 0.14_mm, .level_db = 22,
+              .spread_db = 6, .turn = 0.9F, .tilt = 0.05F, .waviness = 0.3F, .diffuse_db = -16},
     .sheath = {.thickness = 1_mm}};
 
 /// A muscle of a few millimetres, as those of the neck, between the fingers or of the abdominal wall: fascicles are
