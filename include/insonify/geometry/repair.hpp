@@ -13,8 +13,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <queue>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -142,15 +140,17 @@ class loop_filler {
             std::uint32_t corner, version;
             bool operator<(const ear& other) const { return length > other.length; } // the shortest is on top
         };
-        std::priority_queue<ear> ears;
+        std::vector<ear> ears; // a heap
         const auto add = [&](std::uint32_t i) {
-            ears.push({square(loop[after[i]] - loop[before[i]]), i, ++version[i]});
+            ears.push_back({square(loop[after[i]] - loop[before[i]]), i, ++version[i]});
+            std::push_heap(ears.begin(), ears.end());
         };
         for (std::uint32_t i = 0; i < count; ++i) add(i);
         std::size_t left = count;
-        for (; left > max_exact && !ears.empty();) {
-            const ear next = ears.top();
-            ears.pop();
+        while (left > max_exact && !ears.empty()) {
+            std::pop_heap(ears.begin(), ears.end());
+            const ear next = ears.back();
+            ears.pop_back();
             const std::uint32_t i = next.corner;
             if (is_cut[i] || next.version != version[i] || !is_ear(i)) continue;
             found.push_back({before[i], i, after[i]});
@@ -622,15 +622,20 @@ class mesh_repair {
             const std::uint64_t wanted = edge(i, j);
             const auto known = std::lower_bound(edges_.begin(), edges_.end(), wanted,
                                                 [](const half_edge& e, std::uint64_t ends) { return e.ends < ends; });
-            return (known == edges_.end() || known->ends != wanted) && !joined_.contains(wanted);
+            return (known == edges_.end() || known->ends != wanted) &&
+                   !std::binary_search(joined_.begin(), joined_.end(), wanted);
         });
         const auto count = static_cast<std::uint32_t>(points.size());
         for (const dvec3& point : points) one.centre += point / static_cast<double>(count);
         points.push_back(one.centre);
+        const auto known = static_cast<std::ptrdiff_t>(joined_.size());
         for (const auto& [a, b, c] : one.filling) {
-            if (c < count) joined_.insert({edge(a, b), edge(b, c), edge(c, a)});
+            for (const auto& [i, j] : {std::pair{a, b}, std::pair{b, c}, std::pair{c, a}})
+                if (i < j && j < count && j - i > 1 && j - i + 1 < count) joined_.push_back(edge(i, j));
             add(whole, points[a], points[b], points[c]);
         }
+        std::sort(joined_.begin() + known, joined_.end());
+        std::inplace_merge(joined_.begin(), joined_.begin() + known, joined_.end());
     }
 
     void add_filling(const hole& one, std::uint32_t own) {
@@ -805,10 +810,15 @@ class mesh_repair {
             if (twins_[sides[0]] >= locked) continue;
             along += 1;
             is_split[from(sides[0])] = is_split[to(sides[0])] = 0;
-            std::set<std::uint64_t> known;
+            std::vector<std::uint64_t> known;
             for (const std::uint32_t slot : sides) {
                 const std::uint32_t a = end(slot), b = end(next_side(slot));
-                if (slot > twins_[slot] || known.insert(half_edge{a, b, 0}.ends).second) continue;
+                const std::uint64_t ends = half_edge{a, b, 0}.ends;
+                if (slot > twins_[slot]) continue;
+                if (std::find(known.begin(), known.end(), ends) == known.end()) {
+                    known.push_back(ends);
+                    continue;
+                }
                 middle[slot] = middle[twins_[slot]] = static_cast<std::uint32_t>(positions_.size());
                 positions_.push_back(0.5F * (positions_[a] + positions_[b]));
             }
@@ -850,7 +860,7 @@ class mesh_repair {
     std::vector<uvec3> faces_{};
     std::vector<std::string> notes_{};
     std::vector<half_edge> edges_{};                    // of the faces that were there, sorted
-    std::set<std::uint64_t> joined_{};                  // edges of fillings
+    std::vector<std::uint64_t> joined_{};               // edges across fillings, sorted
     std::vector<std::uint32_t> twins_{};                // the other side of the edge
     std::vector<std::vector<std::uint32_t>> crowded_{}; // the sides of each edge of three faces or more
     std::vector<std::uint8_t> is_turned_{};             // faces that were there
