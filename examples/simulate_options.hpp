@@ -13,6 +13,8 @@ struct simulate_options {
     bool list = false;
     float unit = 1;
     std::string background = "fat";
+    bool repair = false;
+    float pennation = 0;
     std::optional<std::array<float, 3>> fibres{}, layers{}; ///< of the background
     std::string probe{};
     std::optional<std::uint32_t> lines{};
@@ -41,6 +43,12 @@ inline void add_options(CLI::App& app, simulate_options& into) {
         ->needs(file);
     add(app, "--background", into.background, "TISSUE", "medium around the objects of the file (fat)")
         ->check(name())
+        ->needs(file);
+    app.add_flag("--repair", into.repair, "closes and orients meshes that enclose nothing, and says what it did")
+        ->needs(file);
+    add(app, "--pennation", into.pennation, "ANGLE",
+        "of muscles without fibres of their own: angle to their long axis, -90 to 90 (0)")
+        ->check(number(-90, 90))
         ->needs(file);
     const CLI::Validator component = number(-1e6, 1e6);
     add_list<3, float>(app, "--fibres", into.fibres, ',', component, "X,Y,Z",
