@@ -189,7 +189,7 @@ TEST_CASE("triangle soup, slits and vertices apart by rounding are welded") {
     check_closed(welded, volume);
     CHECK(welded.surface.positions.size() == ball.positions.size());
     REQUIRE(welded.notes.size() == 1);
-    CHECK(welded.notes[0] == "Merged 3198 vertices with another one within 0.001 mm."); // 3 * 1280 - 642
+    CHECK(welded.notes[0] == "Merged 3198 vertices with another one at the same point."); // 3 * 1280 - 642
 
     mesh shaken = unwelded(ball);
     for (std::uint32_t i = 0; i < shaken.positions.size(); ++i)
@@ -197,6 +197,11 @@ TEST_CASE("triangle soup, slits and vertices apart by rounding are welded") {
             shaken.positions[i][k] += 20e-6F * (hash_uniform(7, 3 * i + static_cast<std::uint32_t>(k)) - 0.5F);
     check_closed(repair(shaken, {.weld_distance = 0.1_mm}), volume, 1e-3);
     CHECK_FALSE(validate(repair(shaken, {.weld_distance = 0}).surface).closed());
+
+    const mesh fine = make_sphere({0, 0, 0}, 10e-6F, 4); // closed, and finer than the distance
+    const repaired_mesh same = repair(fine, {.weld_distance = 0.01F});
+    CHECK(same.notes.empty());
+    CHECK(same.surface.faces == fine.faces);
 
     mesh slit = make_cylinder({0, 0, 0}, {0, 0, 40_mm}, 10_mm, 64, 20); // along a seam of the side
     const double inside = enclosed_volume(slit);

@@ -50,8 +50,9 @@ TEST_CASE("the distance within which vertices are merged is a setting, and is ch
     const mesh sewn = load_obj(path, {.unit = 1_mm, .repair = repair_settings{.weld_distance = 0.1_mm}}, notes);
     CHECK(sewn.positions.size() == 4);
     CHECK(validate(sewn).closed());
-    REQUIRE(notes.size() == 1);
-    CHECK(notes[0] == path + ": Merged 8 vertices with another one within 0.1 mm.");
+    REQUIRE(notes.size() == 2);
+    CHECK(notes[0] == path + ": Merged 6 vertices with another one at the same point.");
+    CHECK(notes[1] == path + ": Merged 2 vertices of open edges with another one within 0.1 mm.");
     has(sentence<usage_error>(
             [&] { load_obj_scene(path, {.unit = 1_mm, .repair = repair_settings{.weld_distance = -1}}); }),
         "repair: `weld_distance` is -1 m; it must be from 0 to 0.01 m");

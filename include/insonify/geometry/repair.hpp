@@ -5,6 +5,7 @@
 
 #include <insonify/core/error.hpp>
 #include <insonify/core/math.hpp>
+#include <insonify/core/random.hpp>
 #include <insonify/geometry/mesh.hpp>
 #include <insonify/geometry/triangle.hpp>
 #include <insonify/geometry/validate.hpp>
@@ -21,7 +22,7 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// How to mend a mesh.
 struct repair_settings {
-    float weld_distance = 1e-6F; ///< vertices that lie within it are merged, metres, 0 to 0.01; 0: only equal ones
+    float weld_distance = 1e-6F; ///< vertices of open edges that lie within it are merged, metres, 0 to 0.01
 };
 
 /// A mesh as `repair` returns it.
@@ -169,7 +170,8 @@ class loop_filler {
 class mesh_repair {
   public:
     mesh_repair(const mesh_view& given, const repair_settings& settings) {
-        weld_vertices(given, settings.weld_distance);
+        weld_equal(given);
+        weld_open_edges(settings.weld_distance);
         drop_copies();
         connect();
         orient_patches();
@@ -201,83 +203,98 @@ class mesh_repair {
     dvec3 at(std::uint32_t vertex) const { return dvec3{positions_[vertex]}; }
     void note(const std::string& sentence) { notes_.push_back(sentence); }
 
-    // Merges each vertex with the nearest of those before it that were kept. Faces that lose a corner are removed.
-    void weld_vertices(const mesh_view& given, float distance) {
+    // Merges vertices at equal points.
+    void weld_equal(const mesh_view& given) {
         const std::vector<std::uint32_t> places = weld(given.positions);
-        std::vector<std::uint32_t> kept_as(given.positions.size(), none); // by place, then by vertex
-        const double within = static_cast<double>(distance), cell = 8 * within;
-        std::size_t size = 1;
-        while (size < 2 * given.positions.size()) size *= 2;
-        std::vector<std::uint32_t> first(distance > 0 ? size : 0, none), following;
-        const auto bucket = [&](const dvec3& corner) {
-            std::uint64_t hash = 0x9E3779B97F4A7C15U;
-            for (int i = 0; i < 3; ++i) {
-                hash ^= __builtin_bit_cast(std::uint64_t, std::floor(corner[i] / cell) + 0.0);
-                hash *= 0xBF58476D1CE4E5B9U; // of splitmix64
-                hash ^= hash >> 31U;
-            }
-            return hash & (size - 1);
-        };
         std::vector<std::uint8_t> is_used(given.positions.size(), 0);
         for (const uvec3& f : given.faces) is_used[f.x] = is_used[f.y] = is_used[f.z] = 1;
-        std::vector<std::uint32_t> number(given.positions.size(), none);
+        std::vector<std::uint32_t> kept_as(given.positions.size(), none), number(given.positions.size(), none);
         std::size_t merged = 0, unused = 0;
         for (std::uint32_t vertex = 0; vertex < number.size(); ++vertex) {
+            std::uint32_t& known = kept_as[places[vertex]];
             if (!is_used[vertex]) {
                 ++unused;
                 continue;
             }
-            std::uint32_t& known = kept_as[places[vertex]];
-            if (known != none) {
-                number[vertex] = known;
-                ++merged;
-                continue;
-            }
-            const dvec3 here{given.positions[vertex]};
-            double nearest = within * within;
-            if (distance > 0)
-                for (int corner = 0; corner < 8; ++corner) {
-                    dvec3 probe = here;
-                    bool is_new = true; // no other corner is in the same cell
-                    for (int i = 0; i < 3; ++i) {
-                        const double low = here[i] - within, high = here[i] + within;
-                        const bool upper = (corner >> i & 1) != 0;
-                        is_new = is_new && !(upper && std::floor(low / cell) == std::floor(high / cell));
-                        probe[i] = upper ? high : low;
-                    }
-                    if (!is_new) continue;
-                    for (std::uint32_t other = first[bucket(probe)]; other != none; other = following[other])
-                        if (const dvec3 apart = at(other) - here; dot(apart, apart) <= nearest) {
-                            nearest = dot(apart, apart);
-                            known = other;
-                        }
-                }
-            merged += known != none ? 1 : 0;
             if (known == none) {
                 known = static_cast<std::uint32_t>(positions_.size());
                 positions_.push_back(given.positions[vertex]);
-                if (distance > 0) {
-                    std::uint32_t& head = first[bucket(here)];
-                    following.push_back(std::exchange(head, known));
-                }
+            } else {
+                ++merged;
             }
             number[vertex] = known;
         }
-        std::size_t collapsed = 0;
-        faces_.reserve(given.faces.size());
-        for (const uvec3& f : given.faces) {
-            const uvec3 own{number[f.x], number[f.y], number[f.z]};
-            if (own.x == own.y || own.y == own.z || own.z == own.x)
-                ++collapsed;
-            else
-                faces_.push_back(own);
-        }
         if (unused > 0) note("Removed " + counted(unused, "vertex", "vertices") + " without faces.");
         if (merged > 0)
-            note("Merged " + counted(merged, "vertex", "vertices") + " with another one" +
-                 (distance > 0 ? " within " + number_text(1e3F * distance) + " mm." : " at the same point."));
-        if (collapsed > 0)
-            note("Removed " + counted(collapsed, "face", "faces") + " with two corners at the same point.");
+            note("Merged " + counted(merged, "vertex", "vertices") + " with another one at the same point.");
+        faces_.assign(given.faces.begin(), given.faces.end());
+        renumber(number);
+    }
+
+    // Gives faces other vertices, and removes those that lose a corner.
+    void renumber(const std::vector<std::uint32_t>& number) {
+        const std::size_t before = faces_.size();
+        for (uvec3& f : faces_) f = {number[f.x], number[f.y], number[f.z]};
+        std::erase_if(faces_, [](const uvec3& f) { return f.x == f.y || f.y == f.z || f.z == f.x; });
+        if (faces_.size() < before)
+            note("Removed " + counted(before - faces_.size(), "face", "faces") +
+                 " with two corners at the same point.");
+    }
+
+    // Merges each vertex of an open edge with the nearest of those before it that were kept. Others stay: a closed
+    // surface may be finer than the distance.
+    void weld_open_edges(float distance) {
+        std::vector<std::uint8_t> is_open(positions_.size(), 0);
+        const std::vector<half_edge> edges = sorted_edges();
+        for (std::size_t i = 0; i < edges.size(); ++i) {
+            const bool is_single = (i == 0 || edges[i - 1].ends != edges[i].ends) &&
+                                   (i + 1 == edges.size() || edges[i + 1].ends != edges[i].ends);
+            if (is_single) is_open[edges[i].lower()] = is_open[edges[i].upper()] = 1;
+        }
+        std::size_t size = 1;
+        while (size < 2 * static_cast<std::size_t>(std::count(is_open.begin(), is_open.end(), 1))) size *= 2;
+        if (size == 1 || !(distance > 0)) return;
+
+        // Vertices that were kept, by the cells of a grid: lists in a hash table.
+        const double within = static_cast<double>(distance), cell = 8 * within;
+        std::vector<std::uint32_t> first(size, none), following(positions_.size(), none), number(positions_.size());
+        const auto bucket = [&](const dvec3& point) {
+            std::uint64_t hash = 0;
+            for (int i = 0; i < 3; ++i)
+                hash = hash_bits(hash, __builtin_bit_cast(std::uint64_t, std::floor(point[i] / cell) + 0.0));
+            return hash & (size - 1);
+        };
+        std::size_t merged = 0;
+        for (std::uint32_t vertex = 0; vertex < number.size(); ++vertex) {
+            number[vertex] = vertex;
+            if (!is_open[vertex]) continue;
+            const dvec3 here = at(vertex);
+            double nearest = within * within;
+            for (int corner = 0; corner < 8; ++corner) { // of the box around it that lies in one to eight cells
+                dvec3 point = here;
+                bool is_other_cell = true;
+                for (int i = 0; i < 3; ++i) {
+                    const double low = here[i] - within, high = here[i] + within;
+                    const bool is_upper = (corner >> i & 1) != 0;
+                    is_other_cell = is_other_cell && !(is_upper && std::floor(low / cell) == std::floor(high / cell));
+                    point[i] = is_upper ? high : low;
+                }
+                if (!is_other_cell) continue;
+                for (std::uint32_t other = first[bucket(point)]; other != none; other = following[other])
+                    if (const dvec3 apart = at(other) - here; dot(apart, apart) <= nearest) {
+                        nearest = dot(apart, apart);
+                        number[vertex] = other;
+                    }
+            }
+            if (number[vertex] == vertex)
+                following[vertex] = std::exchange(first[bucket(here)], vertex);
+            else
+                ++merged;
+        }
+        if (merged == 0) return;
+        note("Merged " + counted(merged, "vertex", "vertices") + " of open edges with another one within " +
+             number_text(1e3F * distance) + " mm.");
+        renumber(number);
     }
 
     // Keeps one of the faces with the same corners, and none of those that are a wall inside a body.
@@ -874,7 +891,7 @@ class mesh_repair {
 
 /// Mends a mesh so that it encloses a volume, as far as it is clear how, and says what it did.
 ///
-/// Merges vertices, removes faces without corners of their own, copies of faces and doubled walls between parts that
+/// Merges vertices at equal points, and those of open edges within a distance, removes faces without corners of their own, copies of faces and doubled walls between parts that
 /// touch, turns faces until neighbours agree and the body is inside, closes holes with triangles between the vertices
 /// of their boundary, of the smallest area, and separates surfaces that touch at an edge or vertex. An open sheet that
 /// would enclose nothing is left open, but removed where it has less than 1 % of the area of a closed part; a surface of one
