@@ -65,8 +65,8 @@ void check_closed(const repaired_mesh& one, double volume, double epsilon = 1e-5
     }
 }
 
-/// A prism over a polygon of the plane z = 0, which may be concave, without its lid at z = height. The floor is a fan from
-/// the origin, which sees all corners.
+/// A prism over a polygon of the plane z = 0, which may be concave, without its lid at z = height. The floor is a fan
+/// from the origin, which sees all corners.
 mesh open_prism(const std::vector<vec2>& polygon, float height) {
     mesh m;
     const auto count = static_cast<std::uint32_t>(polygon.size());
@@ -383,6 +383,31 @@ TEST_CASE("a sphere of which faces were lost at random is closed again, or says 
         if (lost < 0.15F) CHECK(report.closed());
         if (lost < 0.05F) CHECK(report.volume == doctest::Approx(whole).epsilon(0.02));
         CHECK(repair(mended.surface).surface.faces.size() == mended.surface.faces.size()); // nothing more to do
+    }
+}
+
+TEST_CASE("any triangles on a small lattice give a mesh whose faces agree, whatever they touch") {
+    for (std::uint32_t trial = 0; trial < 3000; ++trial) {
+        CAPTURE(trial);
+        mesh tangle;
+        const auto side = 2 + trial % 3;
+        for (std::uint32_t i = 0; i < side * side * side; ++i)
+            tangle.positions.emplace_back(static_cast<float>(i % side), static_cast<float>(i / side % side),
+                                          static_cast<float>(i / side / side));
+        const auto corner = [&](std::uint32_t i) {
+            return static_cast<std::uint32_t>(hash_uniform(trial, i) * static_cast<float>(tangle.positions.size()));
+        };
+        for (std::uint32_t i = 0; i < 1 + trial % 60; ++i)
+            tangle.faces.emplace_back(corner(3 * i), corner(3 * i + 1), corner(3 * i + 2));
+        const repaired_mesh mended = repair(tangle);
+        INFO(all_notes(mended));
+        for (const uvec3 f : mended.surface.faces) REQUIRE(std::max({f.x, f.y, f.z}) < mended.surface.positions.size());
+        const mesh_report report = validate(mended.surface);
+        INFO(explain(report));
+        if (!says(mended, "one side only")) CHECK(report.misoriented_edges == 0);
+        if (mended.surface.faces.empty()) continue;
+        const repaired_mesh again = repair(mended.surface); // finds no other vertex, nor another hole
+        CHECK(again.surface.faces.size() <= mended.surface.faces.size());
     }
 }
 

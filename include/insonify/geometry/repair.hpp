@@ -186,8 +186,8 @@ class mesh_repair {
 
   private:
     static constexpr std::uint32_t none = ~0U, locked = ~0U - 1; // no other side; more than two that do not match
-    // A part is a sheet where its volume over the area of its holes, as closed, is less than this fraction of the radius
-    // of that area: a disc with a bulge of 10 %, or a flat box without a lid.
+    // A part is a sheet where its volume over the area of its holes, once closed, is less than this fraction of the
+    // radius of that area: a disc with a bulge of 10 %, or a flat box without a lid.
     static constexpr double min_thickness = 0.05;
     static constexpr double max_loose_area = 0.01; // fraction of the largest closed part; smaller sheets are removed
 
@@ -891,11 +891,12 @@ class mesh_repair {
 
 /// Mends a mesh so that it encloses a volume, as far as it is clear how, and says what it did.
 ///
-/// Merges vertices at equal points, and those of open edges within a distance, removes faces without corners of their own, copies of faces and doubled walls between parts that
-/// touch, turns faces until neighbours agree and the body is inside, closes holes with triangles between the vertices
-/// of their boundary, of the smallest area, and separates surfaces that touch at an edge or vertex. An open sheet that
-/// would enclose nothing is left open, but removed where it has less than 1 % of the area of a closed part; a surface of one
-/// side, and edges of an odd number of faces, are left as they are. `validate` tells what is left.
+/// Merges vertices at equal points, and those of open edges within a distance; removes faces without corners of their
+/// own, copies of faces, and doubled walls between parts that touch; turns faces until neighbours agree and the body is
+/// inside; closes holes by triangles between the vertices of their boundary, of the smallest area; and separates
+/// surfaces that touch at an edge or vertex. An open sheet that would enclose nothing is left open, but removed where it
+/// has less than 1 % of the area of a closed part. A surface of one side, and parts with edges of an odd number of
+/// faces, are left as they are. `validate` tells what is left.
 ///
 ///     const repaired_mesh mended = repair(load_obj("heart.obj", {.unit = 1_mm}));
 ///     for (const std::string& note : mended.notes) std::puts(note.c_str());
