@@ -109,7 +109,7 @@ class loop_filler {
     }
 
     // Cuts off triangles of two sides of the loop, those of the shortest third side first, until few points are left:
-    // convex ones that contain no other point, seen along the normal of the loop.
+    // as long as there are any, convex ones that contain no other point, seen along the normal of the loop.
     template <class IsFree>
     static void cut_ears(const std::vector<dvec3>& loop, const IsFree& is_free, std::vector<std::uint32_t>& rest,
                          triangles& found) {
@@ -146,21 +146,29 @@ class loop_filler {
             ears.push_back({square(loop[after[i]] - loop[before[i]]), i, ++version[i]});
             std::push_heap(ears.begin(), ears.end());
         };
-        for (std::uint32_t i = 0; i < count; ++i) add(i);
         std::size_t left = count;
-        while (left > max_exact && !ears.empty()) {
-            std::pop_heap(ears.begin(), ears.end());
-            const ear next = ears.back();
-            ears.pop_back();
-            const std::uint32_t i = next.corner;
-            if (is_cut[i] || next.version != version[i] || !is_ear(i)) continue;
-            found.push_back({before[i], i, after[i]});
-            is_cut[i] = 1;
-            after[before[i]] = after[i];
-            before[after[i]] = before[i];
-            add(before[i]);
-            add(after[i]);
-            --left;
+        // An ear that was refused is tried again once others are gone; where no ear is one, any will do.
+        for (bool is_strict = true, is_stuck = false; left > max_exact && !is_stuck;) {
+            const std::size_t before_pass = left;
+            for (std::uint32_t i = 0; i < count; ++i)
+                if (!is_cut[i]) add(i);
+            while (left > max_exact && !ears.empty()) {
+                std::pop_heap(ears.begin(), ears.end());
+                const ear next = ears.back();
+                ears.pop_back();
+                const std::uint32_t i = next.corner;
+                if (is_cut[i] || next.version != version[i]) continue;
+                if (is_strict ? !is_ear(i) : !is_free(before[i], after[i])) continue;
+                found.push_back({before[i], i, after[i]});
+                is_cut[i] = 1;
+                after[before[i]] = after[i];
+                before[after[i]] = before[i];
+                add(before[i]);
+                add(after[i]);
+                --left;
+            }
+            is_stuck = !is_strict && left == before_pass;
+            is_strict = is_strict && left < before_pass;
         }
         std::erase_if(rest, [&](std::uint32_t i) { return is_cut[i] != 0; });
     }
