@@ -122,8 +122,10 @@ subject load_file(const simulate_options& chosen) {
             known += std::string{known.empty() ? "" : ", "} + each.name;
         throw usage_error{"--background: there is no tissue '" + named + "'; known are " + known};
     }
+    obj_settings settings{.unit = chosen.unit * 1_mm, .background = *background, .pennation = chosen.pennation * 1_deg};
+    if (chosen.repair) settings.repair = repair_settings{};
     std::vector<std::string> notes;
-    subject one{.body = load_obj_scene(chosen.file, {.unit = chosen.unit * 1_mm, .background = *background}, notes),
+    subject one{.body = load_obj_scene(chosen.file, settings, notes),
                 .probe = presets::abdomen.probe,
                 .settings = presets::abdomen.settings};
     one.body.build(exec::par);
@@ -281,6 +283,10 @@ void run(const simulate_options& chosen, subject& one, const Probe& probe, timed
     std::printf(
         "The images, intensity.png to b_mode.png, and scene.obj (the probe, its lines and the meshes) are in %s\n",
         folder.c_str());
+    const bool is_open = std::find(found.problems.begin(), found.problems.end(), diagnosis::problem::open_surface) !=
+                         found.problems.end();
+    if (is_open && !chosen.file.empty() && !chosen.repair)
+        std::puts("Some surfaces are open: --repair may close them.");
     if (!found.sentence.empty())
         std::printf("%s\nOpen %sscene.obj in a mesh viewer to see the probe and the meshes.\n", found.sentence.c_str(),
                     folder.c_str());

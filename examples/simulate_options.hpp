@@ -16,6 +16,8 @@ struct simulate_options {
     float unit = 1;
     std::optional<std::string> background{};
     std::optional<float> skin{};
+    bool repair = false;
+    float pennation = 0;
     std::optional<std::array<float, 3>> fibres{}, layers{}; ///< of the background
     std::string probe{};
     std::optional<std::uint32_t> lines{};
@@ -51,6 +53,12 @@ inline void add_options(CLI::App& app, simulate_options& into) {
         "at most 20mm (1.5; with --background 0)")
         ->transform(length())
         ->check(number(0, 20))
+        ->needs(file);
+    app.add_flag("--repair", into.repair, "closes and orients meshes that enclose nothing, and says what it did")
+        ->needs(file);
+    add(app, "--pennation", into.pennation, "ANGLE",
+        "of muscles without fibres of their own: angle to their long axis, -90 to 90 (0)")
+        ->check(number(-90, 90))
         ->needs(file);
     const CLI::Validator component = number(-1e6, 1e6);
     add_list<3, float>(app, "--fibres", into.fibres, ',', component, "X,Y,Z",

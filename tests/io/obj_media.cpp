@@ -94,7 +94,7 @@ TEST_CASE("errors in media are reported with the file, and the line or the mediu
     has(complaint(t, "newmtl stuff\ndensity 1000\n"), "a.obj:6: the medium 'stuff' is unknown");
     has(complaint(t, "newmtl Bone\n"), "a.obj:6: the medium 'stuff' is unknown");
     has(complaint(t, "newmtl stuff\ndensitiy 1000\nsound_speed 1500\n"),
-        "newmtl stuff: there is no key 'densitiy'; did you mean density?");
+        "a.mtl:2: newmtl stuff: there is no key 'densitiy'; did you mean density?");
     has(complaint(t, "newmtl stuff\natenuation 9\ndensity 1000\nsound_speed 1500\n"), "did you mean attenuation?");
     has(complaint(t, "newmtl stuff\ndensity 1.9\nsound_speed 3500\n"), "density is 1.9 kg/m^3; did you mean 1900?");
     has(complaint(t, "newmtl stuff\ndensity 1900\nsound_speed 3.5\n"), "sound_speed is 3.5 m/s; did you mean 3500?");
@@ -105,14 +105,14 @@ TEST_CASE("errors in media are reported with the file, and the line or the mediu
 
     const std::string stuff = "newmtl stuff\ndensity 1000\nsound_speed 1500\n";
     CHECK(complaint(t, stuff + "attenuation 0.5 dB\n") ==
-          "a.mtl: newmtl stuff: attenuation is '0.5 dB', which is not a number; give the number without a unit");
+          "a.mtl:4: newmtl stuff: attenuation is '0.5 dB', which is not a number; give the number without a unit");
     for (const char* value : {"x", "nan", "inf", "1e39", "1,5"})
-        has(complaint(t, stuff + "roughness_um " + value + "\n"), "a.mtl: newmtl stuff: roughness_um is '");
+        has(complaint(t, stuff + "roughness_um " + value + "\n"), "a.mtl:4: newmtl stuff: roughness_um is '");
     has(complaint(t, "newmtl stuff\ndensity 0\nsound_speed 1500\n"), "density and sound_speed must be above 0");
     has(complaint(t, "newmtl stuff\ndensity 1000\nsound_speed -1\n"), "density and sound_speed must be above 0");
     has(complaint(t, stuff + "attenuation -1\n"), "the other values not negative");
     has(complaint(t, stuff + "backscatter_db 2000\n"), "and all in range");
-    has(complaint(t, stuff + "priority 1.5\n"), "a.mtl: newmtl stuff: priority must be a whole number");
+    has(complaint(t, stuff + "priority 1.5\n"), "a.mtl:4: newmtl stuff: priority must be a whole number");
     has(complaint(t, stuff + "priority 1e9\n"), "priority must be a whole number from -1000000 to 1000000");
 }
 

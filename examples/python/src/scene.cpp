@@ -159,6 +159,14 @@ void bind_meshes(py::module_& module) {
     module.def(
         "validate", [](const mesh& surface) { return explain(validate(surface)); }, py::arg("mesh"),
         "What is wrong with a mesh, in a sentence.");
+    module.def(
+        "repair",
+        [](const mesh& surface, float weld_distance) {
+            repaired_mesh mended = repair(surface, {.weld_distance = weld_distance});
+            return std::pair{std::move(mended.surface), std::move(mended.notes)};
+        },
+        py::arg("mesh"), py::arg("weld_distance") = repair_settings{}.weld_distance,
+        "A mesh that encloses a volume, as far as it is clear how, and a list of sentences about what was done.");
 }
 
 /// The arrays of vertices that were handed out and still exist: id, weak reference, and whether it can be written.

@@ -206,6 +206,44 @@ def test_obj_files(tmp_path):
             load(pathlib.Path("nowhere.obj"), unit=mm)
 
 
+def test_obj_files_give_fibres_and_are_repaired(tmp_path):
+    (tmp_path / "a.mtl").write_text("newmtl muscle\nfibres 0 1 0\nstiffness 3\n")
+    path = tmp_path / "open.obj"
+    path.write_text("mtllib a.mtl\n" + CUBE.replace("usemtl bone", "usemtl muscle") + "v 90 90 90\nv 91 90 90\nv 90 91 90\nv 90 90 91\n"
+                    "o ball\nusemtl muscle\nf 5 7 6\nf 5 6 8\nf 5 8 7\n")
+    with pytest.warns(UserWarning) as told:
+        body = us.load_obj_scene(path, unit=mm, repair=True)
+    said = [str(each.message) for each in told]
+    assert said[0].endswith("a.mtl:3: the key 'stiffness' is unknown and is ignored")
+    assert any("object 'ball': Closed 1 hole along 3 edges with 1 face" in each for each in said)
+    with pytest.warns(UserWarning, match="'stiffness' is unknown"):
+        us.load_obj_scene(path, unit=mm, pennation=20 * us.deg)
+    with pytest.warns(UserWarning, match="`pennation` has turned nothing"):
+        us.load_obj_scene(path, unit=mm, pennation=20 * us.deg)
+    with pytest.raises(us.usage_error, match="`pennation` is 20 radians; it must be from -pi/2"):
+        us.load_obj_scene(path, unit=mm, pennation=20)
+    with pytest.warns(UserWarning, match="Closed 1 hole"):
+        assert us.validate(us.load_obj(path, unit=mm, repair=True)) == ""
+    assert "open along 3 edges" in us.validate(us.load_obj(path, unit=mm))
+
+
+def test_meshes_are_repaired():
+    ball = us.make_sphere((0, 0, 0), 10 * mm, 3)
+    holed = us.mesh(ball.positions, ball.faces[5:])
+    closed, notes = us.repair(holed)
+    assert us.validate(closed) == "" and len(closed.faces) == len(ball.faces)
+    assert len(notes) == 1 and notes[0].startswith("Closed ")
+    assert us.repair(ball)[1] == []
+    soup = us.mesh(ball.positions[ball.faces].reshape(-1, 3), np.arange(3 * len(ball.faces)).reshape(-1, 3))
+    assert len(us.repair(soup, weld_distance=0)[0].positions) == len(ball.positions)
+    with pytest.raises(us.usage_error, match="`weld_distance` is -1 m"):
+        us.repair(ball, weld_distance=-1)
+    with pytest.raises(us.geometry_error, match="vertex 3 is not finite"):
+        broken = ball.positions.copy()
+        broken[3, 1] = np.nan
+        us.repair(us.mesh(broken, ball.faces))
+
+
 def test_signatures_are_short(phantom):
     wrong = [lambda: us.b_mode("scene"), lambda: phantom().add("mesh"), lambda: us.load_obj_scene("a.obj", unit=mm, background="fat"),
              lambda: us.scanner("probe"), lambda: us.tgc("lines"), lambda: us.colour_doppler("scene"), lambda: us.scene("fat")]

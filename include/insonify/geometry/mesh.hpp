@@ -104,6 +104,26 @@ inline void sort_by_ends(std::vector<half_edge>& edges) {
     std::sort(edges.begin(), edges.end(), [](const half_edge& a, const half_edge& b) { return a.ends < b.ends; });
 }
 
+/// Numbers in sets that can be joined; the lowest number stands for its set. Source: union-find; Cormen et al.,
+/// Introduction to Algorithms, chapter 21.
+class disjoint_sets {
+  public:
+    explicit disjoint_sets(std::size_t count) : parent_(count) {
+        for (std::size_t i = 0; i < count; ++i) parent_[i] = static_cast<std::uint32_t>(i);
+    }
+    std::uint32_t find(std::uint32_t i) {
+        while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+        return i;
+    }
+    void join(std::uint32_t i, std::uint32_t j) {
+        const std::uint32_t a = find(i), b = find(j);
+        parent_[std::max(a, b)] = std::min(a, b);
+    }
+
+  private:
+    std::vector<std::uint32_t> parent_;
+};
+
 /// `face_groups` in flat arrays. Trivially copyable.
 struct face_groups_view {
     static constexpr std::size_t size = 64; ///< faces in each group but the last

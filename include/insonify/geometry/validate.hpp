@@ -109,13 +109,9 @@ inline mesh_report validate(const mesh_view& m) {
     std::sort(surfaces.begin(), surfaces.end());
     for (std::size_t i = 1; i < surfaces.size(); ++i) report.duplicate_faces += surfaces[i] == surfaces[i - 1] ? 1 : 0;
 
-    // Union-find: faces that share an edge are of one component, represented by its lowest face.
-    std::vector<std::uint32_t> parent(face_count);
-    for (std::uint32_t i = 0; i < parent.size(); ++i) parent[i] = i;
-    const auto component = [&](std::uint32_t face) {
-        while (parent[face] != face) face = parent[face] = parent[parent[face]];
-        return face;
-    };
+    // Faces that share an edge are of one component, represented by its lowest face.
+    detail::disjoint_sets components{face_count};
+    const auto component = [&](std::uint32_t face) { return components.find(face); };
     std::vector<std::uint32_t> faces_of_faulty_edges;
     const auto for_each_edge = [&](const auto& visit_single) {
         detail::sort_by_ends(edges);
@@ -125,8 +121,7 @@ inline mesh_report validate(const mesh_view& m) {
             for (end = begin; end < edges.size() && edges[end].ends == edges[begin].ends; ++end) {
                 const auto [from, to] = from_to(edges[end].slot);
                 forwards += place[from] < place[to] ? 1 : 0;
-                const std::uint32_t a = component(face), b = component(edges[end].slot / 3);
-                parent[std::max(a, b)] = std::min(a, b);
+                components.join(face, edges[end].slot / 3);
             }
             const std::size_t sharing = end - begin;
             if (sharing == 1) {

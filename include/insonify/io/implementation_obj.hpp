@@ -23,23 +23,54 @@
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// A medium and the priority of its objects, as defined in a material library.
+/// A medium and what its objects have besides, as defined in a material library.
 struct obj_medium {
     medium inside{};
     int priority = 0;
+    std::optional<vec3> fibres{};     ///< their direction
+    std::optional<float> pennation{}; ///< radians
 };
 
-/// An entry of a material library: its keys with their values, as text.
+/// A value of a material library, as text.
+struct obj_value {
+    std::string text{};
+    std::uint32_t line = 0;
+};
+
+/// An entry of a material library: its keys with their values.
 struct obj_material {
-    std::string source{}; ///< the file that defines it
-    std::map<std::string, std::string> values{};
+    std::string source{};   ///< the file that defines it
+    std::uint32_t line = 0; ///< of its name
+    std::map<std::string, obj_value> values{};
 };
 
 /// The material libraries of one OBJ file.
 struct obj_libraries {
-    std::map<std::string, obj_material> materials{}; ///< by name; the first definition of a name is used
-    std::string missing{};                           ///< text that names the libraries that were not found
+    std::map<std::string, obj_material> materials{};   ///< by name; the first definition of a name is used
+    std::string missing{};                             ///< text that names the libraries that were not found
+    std::map<std::string, std::string> unknown_keys{}; ///< with the file and line where each is first
 };
+
+/// The keys that define a medium.
+inline constexpr std::string_view medium_keys[] = {"density",
+                                                   "sound_speed",
+                                                   "attenuation",
+                                                   "attenuation_power",
+                                                   "backscatter_db",
+                                                   "roughness_um",
+                                                   "scatterers_per_mm3",
+                                                   "structure",
+                                                   "fibres",
+                                                   "pennation",
+                                                   "priority"};
+
+/// Whether a key is one of those that renderers know: of MTL and of its extension for physically based rendering.
+inline bool is_key_of_renderers(std::string_view key) {
+    constexpr std::string_view keys[] = {"Ka", "Kd", "Ks",        "Ke",   "Tf",   "illum", "Ns",    "Ni",
+                                         "d",  "Tr", "sharpness", "bump", "disp", "decal", "refl",  "norm",
+                                         "Pr", "Pm", "Ps",        "Pc",   "Pcr",  "aniso", "anisor"};
+    return key.starts_with("map_") || std::find(std::begin(keys), std::end(keys), key) != std::end(keys);
+}
 
 /// True for a path that leads out of the folder: a mesh from an untrusted source must not open arbitrary files.
 inline bool leaves_folder(std::string name) {
@@ -61,13 +92,16 @@ inline bool links_out_of(const std::filesystem::path& folder, const std::string&
 inline void read_library(const std::string& path, obj_libraries& libraries) {
     obj_material unused; // keys before the first name, and those of a name that is defined already
     obj_material* current = &unused;
-    for_each_line(read_file(path), [&](std::uint32_t, std::string_view keyword, std::string_view rest) {
+    for_each_line(read_file(path), [&](std::uint32_t line, std::string_view keyword, std::string_view rest) {
         if (keyword == "newmtl") {
-            const auto [place, is_new] = libraries.materials.try_emplace(std::string{rest}, obj_material{path});
+            const auto [place, is_new] = libraries.materials.try_emplace(std::string{rest}, obj_material{path, line});
             current = is_new ? &place->second : &unused;
-        } else {
-            current->values.emplace(keyword, rest);
+            return;
         }
+        current->values.try_emplace(std::string{keyword}, obj_value{std::string{rest}, line});
+        if (!is_key_of_renderers(keyword) &&
+            std::find(std::begin(medium_keys), std::end(medium_keys), keyword) == std::end(medium_keys))
+            libraries.unknown_keys.try_emplace(std::string{keyword}, path + ":" + std::to_string(line));
     });
 }
 
@@ -147,27 +181,25 @@ inline std::string suggest_medium(const std::string& unknown, const obj_librarie
     return best.empty() ? best : "; did you mean " + best + "?";
 }
 
-/// Keys of renderers are ignored, but not those that look like a misspelt one of `load_obj_scene`.
+/// Unknown keys are ignored, but not those that look like a misspelt one of `load_obj_scene`.
 /// @throws io_error  with the key that is meant
 inline void check_spelling(const obj_material& entry, const std::string& name) {
-    constexpr std::string_view keys[] = {"density",           "sound_speed",    "attenuation",
-                                         "attenuation_power", "backscatter_db", "roughness_um",
-                                         "structure",         "priority",       "scatterers_per_mm3"};
     for (const auto& [written, value] : entry.values)
-        if (std::find(std::begin(keys), std::end(keys), written) == std::end(keys))
-            for (const std::string_view key : keys)
+        if (!is_key_of_renderers(written) &&
+            std::find(std::begin(medium_keys), std::end(medium_keys), written) == std::end(medium_keys))
+            for (const std::string_view key : medium_keys)
                 if (edits_between(written, key) <= 2)
-                    throw io_error{joined({entry.source, ": newmtl ", name, ": there is no key '", printable(written),
-                                           "'; did you mean ", key, "?"})};
+                    throw io_error{joined({entry.source, ":", std::to_string(value.line), ": newmtl ", name,
+                                           ": there is no key '", printable(written), "'; did you mean ", key, "?"})};
 }
 
 /// @throws io_error  for values that are those of a medium in other units
 inline void check_units(const medium& m, const std::string& source) {
     if (m.sound_speed > 0 && m.sound_speed < 20)
-        throw io_error{joined({source, ": sound_speed is ", number_text(m.sound_speed), " m/s; did you mean ",
+        throw io_error{joined({source, "sound_speed is ", number_text(m.sound_speed), " m/s; did you mean ",
                                number_text(1000 * m.sound_speed), "?"})};
     if (m.density > 0.5F && m.density < 30 && m.sound_speed > 700) // no gas
-        throw io_error{joined({source, ": density is ", number_text(m.density), " kg/m^3; did you mean ",
+        throw io_error{joined({source, "density is ", number_text(m.density), " kg/m^3; did you mean ",
                                number_text(1000 * m.density), "?"})};
 }
 
@@ -177,21 +209,31 @@ inline obj_medium find_medium(const std::string& path, const named_line& wanted,
     const std::string name = printable(wanted.name);
     const auto entry = libraries.materials.find(wanted.name);
     const bool is_listed = entry != libraries.materials.end();
-    const std::string source = is_listed ? entry->second.source : path;
-    const auto text = [&](const char* key) -> std::optional<std::string> {
-        if (!is_listed || !entry->second.values.contains(key)) return {};
-        return entry->second.values.at(key);
+    const auto written = [&](const char* key) -> const obj_value* {
+        if (!is_listed) return nullptr;
+        const auto found = entry->second.values.find(key);
+        return found != entry->second.values.end() ? &found->second : nullptr;
+    };
+    const auto place = [&](std::uint32_t line) {
+        return joined({entry->second.source, ":", std::to_string(line), ": newmtl ", name, ": "});
+    };
+    // The numbers of a text, if there are `count` and nothing else.
+    const auto numbers = [](const obj_value& value, std::size_t count) {
+        std::istringstream stream{value.text};
+        stream.imbue(std::locale::classic());
+        std::vector<float> all(count);
+        for (float& number : all)
+            if (!(stream >> number) || !is_finite(number)) return std::vector<float>{};
+        return (stream >> std::ws).eof() ? all : std::vector<float>{};
     };
     const auto value = [&](const char* key) -> std::optional<float> {
-        const std::optional<std::string> written = text(key);
-        if (!written) return {};
-        std::istringstream stream{*written};
-        stream.imbue(std::locale::classic());
-        float number = 0;
-        if (!(stream >> number) || !(stream >> std::ws).eof() || !is_finite(number))
-            throw io_error{source + ": newmtl " + name + ": " + key + " is '" + printable(*written) +
+        const obj_value* const text = written(key);
+        if (!text) return {};
+        const std::vector<float> number = numbers(*text, 1);
+        if (number.empty())
+            throw io_error{place(text->line) + key + " is '" + printable(text->text) +
                            "', which is not a number; give the number without a unit"};
-        return number;
+        return number[0];
     };
     if (is_listed) check_spelling(entry->second, name);
     const std::optional<medium> known = tissue::find(wanted.name);
@@ -212,23 +254,64 @@ inline obj_medium find_medium(const std::string& path, const named_line& wanted,
     if (const auto decibels = value("backscatter_db")) m.backscatter = amplitude_of_decibels(*decibels);
     if (const auto micrometres = value("roughness_um")) m.roughness = 1e-6F * *micrometres;
     if (const auto per_cubic_mm = value("scatterers_per_mm3")) m.scatterer_density = 1e9F * *per_cubic_mm;
-    if (const auto like = text("structure")) {
-        const std::optional<medium> other = tissue::find(*like);
-        if (!other && *like != "none")
-            throw io_error{source + ": newmtl " + name + ": structure is '" + printable(*like) +
+    if (const obj_value* const like = written("structure")) {
+        const std::optional<medium> other = tissue::find(like->text);
+        if (!other && like->text != "none")
+            throw io_error{place(like->line) + "structure is '" + printable(like->text) +
                            "'; give the name of a tissue whose structure it has (`tissue::all` lists them), or none" +
-                           suggest_medium(*like, {})};
+                           suggest_medium(like->text, {})};
         m.structure = other ? other->structure : structure{};
     }
+    if (!is_listed) return found;
     if (!is_valid(m))
-        throw io_error{source + ": newmtl " + name +
-                       ": density and sound_speed must be above 0, the other values not negative, and all in range"};
-    check_units(m, source + ": newmtl " + name);
+        throw io_error{place(entry->second.line) +
+                       "density and sound_speed must be above 0, the other values not negative, and all in range"};
+    check_units(m, place(entry->second.line));
     const float priority = value("priority").value_or(0);
     if (priority != std::round(priority) || std::fabs(priority) > 1e6F)
-        throw io_error{source + ": newmtl " + name + ": priority must be a whole number from -1000000 to 1000000"};
+        throw io_error{place(written("priority")->line) + "priority must be a whole number from -1000000 to 1000000"};
     found.priority = static_cast<int>(priority);
+    if (const obj_value* const direction = written("fibres")) {
+        const std::vector<float> along = numbers(*direction, 3);
+        if (along.empty() || (along[0] == 0 && along[1] == 0 && along[2] == 0))
+            throw io_error{place(direction->line) + "fibres is '" + printable(direction->text) +
+                           "'; give three numbers that are not all 0, the direction in the coordinates of the file, "
+                           "such as 0 0 1"};
+        found.fibres = vec3{along[0], along[1], along[2]};
+    }
+    if (const auto degrees = value("pennation")) {
+        if (std::fabs(*degrees) > 90)
+            throw io_error{place(written("pennation")->line) + "pennation must be from -90 to 90 degrees"};
+        if (found.fibres)
+            throw io_error{place(written("pennation")->line) +
+                           "it has fibres and pennation; keep the one that is known"};
+        found.pennation = *degrees * 1_deg;
+    }
     return found;
+}
+
+/// The long axis of a mesh, turned by an angle towards its flattest direction. Both point to where their largest
+/// component is positive.
+inline vec3 turned_axis(const mesh& surface, float angle) {
+    aabb box;
+    for (const vec3& p : surface.positions) box = merged(box, p);
+    const mat3 axes = axes_of(surface, box);
+    const auto upright = [](vec3 axis) {
+        const vec3 size = abs(axis);
+        const int largest = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+        return axis[largest] < 0 ? -axis : axis;
+    };
+    return std::cos(angle) * upright(axes[0]) + std::sin(angle) * upright(axes[2]);
+}
+
+/// Mends a mesh where that is asked for.
+/// @param whose  begins each note
+inline mesh repaired(mesh surface, const obj_settings& settings, const std::string& whose,
+                     std::vector<std::string>& notes) {
+    if (!settings.repair) return surface;
+    repaired_mesh mended = repair(surface, *settings.repair);
+    for (const std::string& note : mended.notes) notes.push_back(joined({whose, ": ", note}));
+    return std::move(mended.surface);
 }
 
 inline obj_content read_obj(const std::string& path, float unit) {
@@ -272,27 +355,51 @@ inline obj_content read_obj(const std::string& path, float unit) {
 
 namespace insonify::inline INSONIFY_ABI {
 
-mesh load_obj(const std::string& path, const obj_settings& settings) {
+mesh load_obj(const std::string& path, const obj_settings& settings, std::vector<std::string>& notes) {
     const detail::obj_content content = detail::read_obj(path, settings.unit);
     std::vector<uvec3> faces;
     faces.reserve(content.faces.size());
     for (const detail::obj_face& face : content.faces) faces.push_back(face.corners);
-    return detail::select_faces(content.positions, std::move(faces));
+    notes.clear();
+    return detail::repaired(detail::select_faces(content.positions, std::move(faces)), settings, path, notes);
+}
+
+mesh load_obj(const std::string& path, const obj_settings& settings) {
+    std::vector<std::string> notes;
+    return load_obj(path, settings, notes);
 }
 
 scene load_obj_scene(const std::string& path, const obj_settings& settings, std::vector<std::string>& notes) {
+    if (!(std::fabs(settings.pennation) <= pi / 2 + 1e-6F))
+        throw usage_error{path + ": `pennation` is " + detail::number_text(settings.pennation) +
+                          " radians; it must be from -pi/2 to pi/2; write it as in 20_deg"};
     scene loaded{settings.background};
     const detail::obj_content content = detail::read_obj(path, settings.unit);
     const detail::obj_libraries libraries = detail::read_libraries(path, content.text.libraries, settings.libraries);
     std::vector<detail::obj_object> objects = detail::divide_into_objects(path, content);
     notes.clear();
+    for (const auto& [key, place] : libraries.unknown_keys)
+        notes.push_back(detail::joined({place, ": the key '", detail::printable(key), "' is unknown and is ignored"}));
     detail::join_split_bodies(path, content, objects, notes);
     detail::name_objects(path, content, objects, notes);
+    bool is_turned = false;
     for (detail::obj_object& one : objects) {
         const detail::obj_medium found = detail::find_medium(path, one.medium_of(content), libraries);
-        loaded.add(detail::select_faces(content.positions, std::move(one.faces)), found.inside,
-                   {.priority = found.priority, .name = std::move(one.name)});
+        mesh surface = detail::repaired(
+            detail::select_faces(content.positions, std::move(one.faces)), settings,
+            detail::joined({path, ":", std::to_string(one.line), ": object '", detail::printable(one.name), "'"}),
+            notes);
+        const bool is_muscle = found.inside.structure.sheath.thickness > 0;
+        const bool is_asked = settings.pennation != 0 && is_muscle && !found.fibres;
+        const float angle = found.pennation.value_or(is_asked ? settings.pennation : 0.0F);
+        is_turned = is_turned || (is_asked && !found.pennation);
+        const vec3 fibres = found.fibres.value_or(angle != 0 ? detail::turned_axis(surface, angle) : vec3{0, 0, 0});
+        loaded.add(std::move(surface), found.inside,
+                   {.priority = found.priority, .name = std::move(one.name), .fibres = fibres});
     }
+    if (settings.pennation != 0 && !is_turned)
+        notes.push_back(path + ": `pennation` has turned nothing: there is no muscle, whose structure has a sheath, "
+                               "without `fibres` or `pennation` of its own");
     return loaded;
 }
 

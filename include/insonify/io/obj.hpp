@@ -4,8 +4,10 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/acoustics/tissue.hpp>
+#include <insonify/geometry/repair.hpp>
 #include <insonify/probe/transducer.hpp>
 #include <insonify/scene/scene.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -23,16 +25,24 @@ struct obj_settings {
     float unit = 0;                    ///< length of 1 in the file, metres, as in {.unit = 1_mm}; required
     medium background = tissue::water; ///< of a scene: the medium outside all objects
     library_access libraries = library_access::own_folder; ///< of a scene: the material libraries that may be opened
+    std::optional<repair_settings> repair{};               ///< mends open meshes; by default they stay as they are
+    /// Of a scene: angle between the fibres of muscles and their long axis, radians, -pi/2 to pi/2, for objects whose
+    /// structure has a sheath and whose material has neither `fibres` nor `pennation`; see `load_obj_scene`.
+    float pennation = 0;
 };
 
 /// Loads all faces of an OBJ file as one mesh. Groups and materials are ignored, and no other file is opened.
 ///
 /// Polygons are triangulated and unused vertices removed; the others keep their order.
 /// Defined where INSONIFY_IMPLEMENTATION is defined.
-/// @throws usage_error  for a missing unit
+/// @throws usage_error  for a missing unit, or another setting out of range
 /// @throws io_error     naming the line, for a file that is missing, empty or without faces, a malformed number, a
 ///                      vertex that is not finite, or an index out of range
 mesh load_obj(const std::string& path, const obj_settings& settings);
+
+/// The same, and tells what `repair` did.
+/// @param notes  a sentence for each, which begins with the path; replaces its content
+mesh load_obj(const std::string& path, const obj_settings& settings, std::vector<std::string>& notes);
 
 /// Loads an OBJ file as a scene, which has yet to be built: load_obj_scene(path, {.unit = 1_mm}).build(exec::par).
 ///
@@ -46,7 +56,9 @@ mesh load_obj(const std::string& path, const obj_settings& settings);
 ///     backscatter_db   relative to liver             roughness_um        rms height
 ///     scatterers_per_mm3   for sparse speckle       priority            a whole number: of overlapping objects, that
 ///                                                                       with the highest priority gives the medium
-///     structure        name of a tissue, or `none`
+///     structure        name of a tissue, or `none`   fibres    their direction in the file, as in `fibres 0 0 1`
+///     pennation        degrees, -90 to 90: the fibres are the long axis of the object, turned by so much towards its
+///                      flattest direction; both point to where their largest component is positive
 ///
 /// With density and sound_speed they define a medium; without, they modify the tissue of that name. A name without
 /// keys, or without a library, must be that of a tissue, such as `muscle`: see `tissue::all`.
@@ -56,8 +68,8 @@ mesh load_obj(const std::string& path, const obj_settings& settings);
 scene load_obj_scene(const std::string& path, const obj_settings& settings);
 
 /// The same, and tells what the scene has otherwise than the file: objects that were given another name, because it was
-/// taken, and groups that were joined, because only together they are closed. The faces of the others are as in the
-/// file.
+/// taken; groups that were joined, because only together they are closed; what `repair` did to an object; and keys of a
+/// material library that are neither ours nor those of renderers. The faces of the others are as in the file.
 /// @param notes  a sentence for each, which begins with the path and the line; replaces its content
 scene load_obj_scene(const std::string& path, const obj_settings& settings, std::vector<std::string>& notes);
 
