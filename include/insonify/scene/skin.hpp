@@ -21,7 +21,7 @@ namespace insonify::inline INSONIFY_ABI {
 struct skin_settings {
     float thickness = 1.5e-3F; ///< of epidermis and dermis, on average
     float fat = 7e-3F;         ///< of the fat below it, where the background begins there; 0: none
-    float gel = 0.55e-3F;      ///< of the film between the face and the skin, on average
+    float gel = 0.65e-3F;      ///< of the film between the face and the skin, on average
 
     /// @throws usage_error  naming a setting that is out of range
     void check() const {
