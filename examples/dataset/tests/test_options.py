@@ -87,7 +87,7 @@ def test_numbers(tmp_path, option, name, typical, extremes, refused):
 
 
 def test_the_largest_size(tmp_path):
-    run(tmp_path, "--samples", "1", "--size", "4096", "--lines", "64", "--planes", "1", "--no-truth")
+    run(tmp_path, "--anatomy", "nerve_block", "--samples", "1", "--size", "4096", "--lines", "64", "--planes", "1", "--no-truth")
     with whole_of(tmp_path) as file:
         assert file["data/image/values"].shape == (1, 4096, 4096)
 
@@ -127,7 +127,7 @@ def test_anatomy_and_place(tmp_path):
     with whole_of(tmp_path) as made:
         assert set(made["insonify/anatomy"][:]) == {0, 1}
     for option, value, sentence in (
-        ("--anatomy", "nowhere.obj", "no file 'nowhere.obj'"),
+        ("--anatomy", "nowhere.obj", "no region and no file 'nowhere.obj'; regions are neck, leg"),
         ("--around", "knee", "no object 'knee'; it has bone, blood"),
         ("--background", "mud", "there is no tissue 'mud'"),
         ("--unit", "0", "--unit: must be from 1e-6"),
@@ -143,7 +143,7 @@ def test_anatomy_and_place(tmp_path):
         assert done.returncode != 0 and sentence in done.stderr, done.stderr
         assert not (tmp_path / "no").exists()
     done = run(tmp_path, *TINY, "--around", "knee", check=False, output="no")
-    assert done.returncode != 0 and "nerve block phantom has no object 'knee'; it has gel, skin" in done.stderr
+    assert done.returncode != 0 and "--around is for OBJ files; in a region the probe is placed by --view" in done.stderr
 
 
 def test_plan_of_the_largest_dataset(tmp_path):
@@ -181,7 +181,7 @@ size=32
 lines = 16
 frequency = "5..9"
 planes = 1
-around = 'upper muscle'
+anatomy = 'nerve_block'
 iq = true
 from = 0,0,-1
 """)
