@@ -36,9 +36,50 @@ struct label_names {
     std::uint8_t needle() const { return static_cast<std::uint8_t>(names.size() - 1); }
 };
 
-/// What a learner can tell from an image: the name of a region's object without its side, its level and its number. "left
-/// common carotid artery: intima" is "common carotid artery: intima", "fifth cervical root: fascicle 2" is "cervical root:
-/// fascicle".
+namespace detail {
+
+/// Structures that the views of a region show rarely or never, and what they are, together with others that are seen often
+/// enough to be learnt.
+struct kind_of_structure {
+    std::string_view structure, kind;
+};
+inline constexpr kind_of_structure rare_structures[] = {
+    {"common carotid artery", "carotid artery"},
+    {"external carotid artery", "carotid artery"},
+    {"cricoid cartilage", "cartilage of the airway"},
+    {"thyroid cartilage", "cartilage of the airway"},
+    {"tracheal cartilages", "cartilage of the airway"},
+    {"laryngeal muscles", "other muscles of the neck"},
+    {"levator scapulae", "other muscles of the neck"},
+    {"paraspinal muscles", "other muscles of the neck"},
+    {"thyrohyoid", "other muscles of the neck"},
+    {"deep femoral artery", "femoral artery"},
+    {"accessory saphenous vein", "saphenous vein"},
+    {"great saphenous vein", "saphenous vein"},
+    {"small saphenous vein", "saphenous vein"},
+    {"adductor longus", "other muscles of the thigh"},
+    {"adductor magnus", "other muscles of the thigh"},
+    {"central tendon of rectus femoris", "other muscles of the thigh"},
+    {"gluteus maximus and hamstrings", "other muscles of the thigh"},
+    {"gluteus medius", "other muscles of the thigh"},
+    {"gracilis", "other muscles of the thigh"},
+    {"rectus femoris", "other muscles of the thigh"},
+    {"tensor fasciae latae", "other muscles of the thigh"},
+    {"vastus medialis", "other muscles of the thigh"},
+    {"anterior muscles of the lower leg", "other muscles of the lower leg"},
+    {"fibulares", "other muscles of the lower leg"},
+    {"flexor digitorum longus", "other muscles of the lower leg"},
+    {"flexor hallucis longus", "other muscles of the lower leg"},
+    {"tibialis posterior", "other muscles of the lower leg"},
+    {"fibula", "bone"},
+    {"tibia", "bone"},
+};
+
+} // namespace detail
+
+/// What a learner can tell from an image: the name of a region's object without its side, its level and its number, of rare
+/// structures their kind. "left common carotid artery: intima" is "carotid artery: intima", "fifth cervical root: fascicle 2"
+/// is "cervical root: fascicle".
 inline std::string structure_of(std::string_view object) {
     constexpr std::string_view first_words[] = {"left",  "right",   "first",  "second", "third", "fourth",   "fifth",
                                                 "sixth", "seventh", "eighth", "ninth",  "tenth", "eleventh", "twelfth"};
@@ -53,6 +94,9 @@ inline std::string structure_of(std::string_view object) {
     }
     const std::size_t end = object.find_last_not_of("0123456789");
     if (end != std::string_view::npos && end + 1 < object.size() && object[end] == ' ') object = object.substr(0, end);
+    const std::string_view whole = object.substr(0, object.find(':')), part = object.substr(whole.size());
+    for (const auto& [structure, kind] : detail::rare_structures)
+        if (structure == whole) return std::string{kind}.append(part);
     return std::string{object};
 }
 

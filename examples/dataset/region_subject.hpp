@@ -35,7 +35,6 @@ class region_subject : public subject {
   public:
     /// @throws usage_error  for a range of a parameter beyond that of the region
     region_subject(const description& d, const anatomy::region& region) : region_{region}, chosen_{d.views} {
-        for (const std::string& text : d.parameters) add_range(named_range{text});
         // Bodies that have all structures: choices and sizes at both ends.
         for (const auto end :
              {&anatomy::parameter::usual, &anatomy::parameter::smallest, &anatomy::parameter::largest}) {
@@ -53,6 +52,8 @@ class region_subject : public subject {
             for (std::size_t i = 0; i < deepest_.size(); ++i)
                 deepest_[i] = max(deepest_[i], one.views[i].settings.depth);
         }
+        if (!views_.empty())
+            for (const std::string& text : d.parameters) add_range(named_range{text});
     }
 
     std::string name() const override { return region_.name; }
