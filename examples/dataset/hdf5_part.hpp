@@ -74,7 +74,7 @@ void add_content(hdf5_file& file, const description& d, const layout& arrays, co
         add_names("parameter_names", "of `parameters`", names);
         add_names("parameter_units", "of `parameters`", units);
     }
-    const std::size_t labels = all.labels().names.size();
+    const std::size_t labels = all.labels().needle();
     std::vector<float> media(all.size() * labels * 5, std::numeric_limits<float>::quiet_NaN());
     for (std::size_t i = 0; i < all.size(); ++i)
         for (const auto& [structure, m] : all[i].structures()) {
@@ -84,7 +84,8 @@ void add_content(hdf5_file& file, const description& d, const layout& arrays, co
         }
     file.add_array(
         {"insonify/label_media", "SI",
-         "of each label in each of `anatomies`, of the first of its objects, before the factors of a sample: density, "
+         "of each label but the needle in each of `anatomies`, of the first of its objects, before the factors of a "
+         "sample: density, "
          "sound speed, attenuation (dB/m at 1 MHz), its power of the frequency, backscatter; NaN where there is none"},
         number_type::real, {all.size(), labels, 5}, media.data());
     add_arrays();

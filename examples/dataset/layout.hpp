@@ -209,8 +209,8 @@ class layout {
         });
         add("insonify/bend_amplitude", "m", "of each wave of the bend", {},
             [](const record& one, auto& values) { values.push_back(one.bend.amplitude); });
-        add("insonify/media", no_unit, "factors of attenuation and backscatter, for each label",
-            {all.labels().names.size(), 2}, [](const record& one, auto& values) {
+        add("insonify/media", no_unit, "factors of attenuation and backscatter, for each label but the needle",
+            {all.labels().needle(), 2}, [](const record& one, auto& values) {
                 for (const vec2 factor : one.factors) values.insert(values.end(), {factor.x, factor.y});
             });
         if (!all.parameters().empty())

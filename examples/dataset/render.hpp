@@ -24,7 +24,7 @@ struct record {
     sample numbers{};
     anatomy::values parameters{}; ///< of the region
     bending bend{};
-    std::vector<vec2> factors{}; ///< of attenuation and backscatter, for each label
+    std::vector<vec2> factors{}; ///< of attenuation and backscatter, for each label but the needle
     pose at{};                   ///< of the probe
     bool on_surface = true;      ///< false: the probe's place is beside the anatomy
     contact touch{};             ///< of the probe, where it is pressed

@@ -39,7 +39,7 @@ struct specimen {
     anatomy::values parameters{};       ///< of the region
     float scale = 1;                    ///< of the anatomy
     bending bend{};                     ///< of the scaled anatomy
-    std::vector<vec2> factors{};        ///< of attenuation and backscatter, for each label
+    std::vector<vec2> factors{};        ///< of attenuation and backscatter, for each label but the needle
     std::vector<anatomy::view> views{}; ///< of the anatomy, neither scaled nor bent
     scene body{};                       ///< built, with its needle behind the probe, if samples have needles
     std::vector<object_id> soft{};      ///< all but the needle
@@ -69,14 +69,13 @@ inline specimen make_specimen(const description& d, const anatomies& all, const 
     made.scale = s.scale;
     made.bend = bending{d, s};
     made.views = std::move(original.views);
-    for (std::uint64_t i = 0; i < 2 * all.labels().names.size(); ++i) {
+    for (std::uint64_t i = 0; i < 2 * std::uint64_t{all.labels().needle()}; ++i) {
         constexpr std::uint64_t beyond_those_of_draw_sample = 100'000;
         const float factor =
             d.media.from + (d.media.to - d.media.from) * hash_uniform(at.body, beyond_those_of_draw_sample + i);
         if (i % 2 == 0) made.factors.push_back({factor, factor});
         made.factors.back().y = factor;
     }
-    made.factors.back() = {1, 1}; // the needle is of steel
     const auto varied = [&](medium one, std::uint8_t label) {
         one.attenuation *= made.factors[label].x;
         one.backscatter *= made.factors[label].y;
@@ -198,15 +197,17 @@ contact yield(placement& made, const specimen& of, const Probe& probe, vec3 outs
         return [&ids](object_id id) { return std::find(ids.begin(), ids.end(), id) != ids.end(); };
     };
     constexpr float far_decay = 1; // so that tissue folds only where it is pressed against something stiff
-    constexpr float usual_decay = 20_mm, step = 1_mm;
-    const auto pressed_in = [&] {
-        while (true) try {
-                return press(made.body, probe, made.at, {.decay = far_decay}, is_one_of(pressed), is_one_of(of.stiff));
-            } catch (const usage_error&) {
-                made.at.translation -= made.at.direction({0, 0, step});
-            }
+    constexpr float usual_decay = 20_mm, step = 1_mm, highest = 100_mm;
+    const auto press_from = [&](const auto& self, float raised) -> contact {
+        try {
+            return press(made.body, probe, made.at, {.decay = far_decay}, is_one_of(pressed), is_one_of(of.stiff));
+        } catch (const usage_error&) { // of a face in bone
+            if (raised > highest) throw;
+        }
+        made.at.translation -= made.at.direction({0, 0, step});
+        return self(self, raised + step);
     };
-    contact touch = pressed_in();
+    contact touch = press_from(press_from, 0);
     pressed_face& face = touch.deformation;
     const auto stop = face.stop; // exp(-S / far_decay), S metres below the skin
     const auto use_decay = [&](float decay) {
