@@ -33,9 +33,7 @@ class anatomies {
             for (const anatomy::region& one : anatomy::regions()) add(one);
         for (const std::string& word : d.anatomy) add(word);
         check_names();
-        const bool has_file =
-            std::any_of(all_.begin(), all_.end(), [](const auto& one) { return !one->note().empty(); });
-        if (!d.around.empty() && !has_file)
+        if (!d.around.empty() && !has_file_)
             throw usage_error{"--around is for OBJ files; in a region the probe is placed by --view"};
         std::vector<std::string> structures;
         for (const auto& one : all_)
@@ -93,12 +91,6 @@ class anatomies {
     const anatomy::view& usual_view(const spot& at) const { return all_[at.anatomy]->views()[at.view]; }
 
   private:
-    static const anatomy::region* find(const std::string& name) {
-        for (const anatomy::region& one : anatomy::regions())
-            if (one.name == name) return &one;
-        return nullptr;
-    }
-
     // A region that has one of the views.
     void add(const anatomy::region& region) {
         auto made = std::make_unique<region_subject>(d_, region);
@@ -110,15 +102,14 @@ class anatomies {
     }
     void add(const std::string& word) {
         const std::size_t before = all_.size();
-        if (const anatomy::region* region = find(word)) {
+        if (const anatomy::region* region = anatomy::region_named(word)) {
             add(*region);
         } else if (std::filesystem::is_regular_file(word)) {
             all_.push_back(std::make_unique<file_subject>(d_, word));
+            has_file_ = true;
         } else {
-            std::string known;
-            for (const anatomy::region& one : anatomy::regions()) known += std::string{one.name} + ", ";
-            throw io_error{"--anatomy: there is no region and no file '" + word + "'; regions are " + known +
-                           "and paths are relative to the current folder"};
+            throw io_error{"--anatomy: there is no region and no file '" + word + "'; regions are " +
+                           anatomy::names_of_regions() + ", and paths are relative to the current folder"};
         }
         if (all_.size() == before)
             throw usage_error{"--view: " + word + " has none of these views; known are " + known_views_};
@@ -128,6 +119,9 @@ class anatomies {
     }
     // Each view and each parameter is that of a region.
     void check_names() const {
+        if (known_views_.empty() && !(d_.views.empty() && d_.parameters.empty()))
+            throw usage_error{std::string{d_.views.empty() ? "--parameter" : "--view"} +
+                              " is for regions; an OBJ file has one view, by --from, and no parameters"};
         for (const std::string& name : d_.views)
             if (std::none_of(all_.begin(), all_.end(), [&](const auto& one) { return one->has_view(name); }))
                 throw usage_error{"--view: there is no view '" + name + "'; known are " + known_views_};
@@ -170,6 +164,7 @@ class anatomies {
     std::vector<std::string> view_names_{};
     std::vector<std::size_t> first_views_{};
     std::string known_views_{};
+    bool has_file_ = false;
     label_names labels_{};
 };
 

@@ -49,7 +49,7 @@ inline identity_lines identity_of(const description& d, const std::vector<descri
     identity_lines lines{{"# insonify", std::to_string(INSONIFY_VERSION)}};
     for (std::size_t i = 0; i < d.anatomy.size(); ++i)
         lines.push_back({"# content of anatomy " + std::to_string(i),
-                         is_region(d.anatomy[i]) ? d.anatomy[i] : content_of(d.anatomy[i])});
+                         anatomy::region_named(d.anatomy[i]) != nullptr ? d.anatomy[i] : content_of(d.anatomy[i])});
     for (const described_option& each : options)
         if (each.alters_samples)
             if (const std::string value = each.value(); !value.empty()) lines.push_back({each.name, value});

@@ -22,11 +22,6 @@ struct described_option {
     bool alters_samples = true;           ///< whether two datasets that differ in it have different samples
 };
 
-inline bool is_region(const std::string& name) {
-    const std::vector<anatomy::region>& all = anatomy::regions();
-    return std::any_of(all.begin(), all.end(), [&](const anatomy::region& one) { return one.name == name; });
-}
-
 /// Words in quotation marks where they need them.
 inline std::string in_quotes(const std::string& text) {
     if (!text.empty() && text.find_first_of(" \t\"'#;=,") == std::string::npos) return text;
@@ -205,16 +200,17 @@ inline std::vector<described_option> add_options(CLI::App& app, description& d) 
                    "without: all regions")
         ->type_name("NAME")
         ->group(group);
-    described.push_back(
-        {"anatomy",
-         [&d] {
-             std::string all;
-             for (const std::string& one : d.anatomy)
-                 all += (all.empty() ? "" : " ") +
-                        in_quotes(is_region(one) ? one : std::filesystem::absolute(one).lexically_normal().string());
-             return all;
-         },
-         false}); // the content of files does, and the names of regions
+    described.push_back({"anatomy",
+                         [&d] {
+                             std::string all;
+                             for (const std::string& one : d.anatomy)
+                                 all += (all.empty() ? "" : " ") +
+                                        in_quotes(anatomy::region_named(one) != nullptr
+                                                      ? one
+                                                      : std::filesystem::absolute(one).lexically_normal().string());
+                             return all;
+                         },
+                         false}); // the content of files does, and the names of regions
     words("view", d.views, "NAME", "Views of the regions; without: all");
     words("parameter", d.parameters, "NAME=A..B",
           "Range of a parameter of the regions, such as fat=3..5; lengths in mm; without: all of its range");

@@ -12,7 +12,7 @@
 namespace dataset {
 
 /// The phantom of a nerve block for a probe that moves. What is further than 20 mm from the middle, across or along the limb,
-/// is stretched, and the lower side is 6 mm deeper: a linear array at the ends of the default ranges, or pressed in by 4 mm,
+/// is stretched, and the lower side is 14 mm deeper: a linear array at the ends of the default ranges, or pressed in by 4 mm,
 /// shows neither the sides nor what is below. The layers, which reach there, get more vertices for `bend` and `pressure`.
 inline scene widened(const scene& phantom) {
     scene body{phantom.background()};
@@ -24,7 +24,7 @@ inline scene widened(const scene& phantom) {
         mesh surface = one.surface;
         if (std::any_of(surface.positions.begin(), surface.positions.end(), [](vec3 p) { return p.x > 20_mm; }))
             surface = subdivide(surface);
-        for (vec3& p : surface.positions) p = {stretched(p.x), stretched(p.y), p.z > 46_mm ? p.z + 6_mm : p.z};
+        for (vec3& p : surface.positions) p = {stretched(p.x), stretched(p.y), p.z > 46_mm ? p.z + 14_mm : p.z};
         body.add(std::move(surface), one.inside, one);
     }
     return body;

@@ -203,6 +203,9 @@ def test_a_file_that_is_named_like_a_region(tmp_path):
 
 def test_regions_beside_files(tmp_path):
     write_balls(tmp_path / "balls.obj", bone=15, blood=30)
+    for option, value in (("--view", "thyroid"), ("--parameter", "fat=3")):
+        done = run(tmp_path, *TINY, "--anatomy", "balls.obj", option, value, check=False)
+        assert done.returncode == 1 and f"{option} is for regions; an OBJ file has one view" in done.stderr
     run(tmp_path, *TINY, "--anatomy", "nerve_block", "balls.obj", "--around", "blood", "--samples", "6")
     with whole_of(tmp_path) as file:
         assert texts(file, "anatomies") == ["nerve_block", "balls.obj"] and sorted(file["insonify/anatomy"][:]) == [0] * 3 + [1] * 3
