@@ -24,14 +24,24 @@ inline const std::vector<region>& regions() {
     return all;
 }
 
+/// The region of that name; null where there is none.
+inline const region* region_named(const std::string& name) {
+    for (const region& one : regions())
+        if (one.name == name) return &one;
+    return nullptr;
+}
+
+/// The names of all regions, for messages.
+inline std::string names_of_regions() {
+    std::string known;
+    for (const region& one : regions()) known += std::string{known.empty() ? "" : ", "} + one.name;
+    return known;
+}
+
 /// @throws usage_error  where there is no region of that name
 inline const region& find_region(const std::string& name) {
-    std::string known;
-    for (const region& one : regions()) {
-        if (one.name == name) return one;
-        known += std::string{known.empty() ? "" : ", "} + one.name;
-    }
-    throw usage_error{"there is no region '" + name + "'; known are " + known};
+    if (const region* found = region_named(name)) return *found;
+    throw usage_error{"there is no region '" + name + "'; known are " + names_of_regions()};
 }
 
 } // namespace anatomy

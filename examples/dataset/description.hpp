@@ -5,7 +5,7 @@
 #include "range.hpp"
 #include <array>
 #include <cstdint>
-#include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,34 +27,39 @@ struct description {
     bool plan = false;           ///< print what would be done
     bool verify = false;         ///< check the parts that there are
 
-    std::vector<std::string> anatomy{}; ///< OBJ files; none: the phantom of a nerve block
-    float unit = 1;                     ///< of the OBJ files
+    std::vector<std::string> anatomy{};    ///< names of regions, and OBJ files; none: all regions
+    std::vector<std::string> views{};      ///< of the regions; none: all
+    std::vector<std::string> parameters{}; ///< of the regions: name=range; without, all of its own
+    float unit = 1;                        ///< of the OBJ files
     std::string background = "fat";
     range scale{1, 1};
-    range bend{0, 0}; ///< rms of a smooth random displacement
+    range bend{0, 2}; ///< rms of a smooth random displacement
     float bend_length = 60;
 
+    // Of OBJ files. A region has views.
     std::string around{}; ///< name of the object that the probe is placed on; empty: the first that it meets
-    std::array<float, 3> from{0, 0, -1};           ///< direction from which the probe looks
-    std::array<float, 3> lateral{1, 0, 0};         ///< of the array
-    range spread{0, 30};                           ///< angle between the probe's place and `from`, degrees
+    std::array<float, 3> from{0, 0, -1};   ///< direction from which the probe looks
+    std::array<float, 3> lateral{1, 0, 0}; ///< of the array
+
+    // What is missing varies about what a view has: see `draw_sample`.
+    range spread{0, 10};                           ///< angle between the probe's place and that of the view, degrees
     range along{-8, 8}, across{-8, 8};             ///< shift of the probe along the array and across it
     range tilt{-5, 5}, rock{-5, 5}, turn{-10, 10}; ///< degrees
     range standoff{0, 1};                          ///< distance of the face from the surface
-    range pressure{0, 0};                          ///< how deep the face is pressed into the surface
+    std::optional<range> pressure{};               ///< how deep the face is pressed into the surface
 
-    std::string probe = "linear"; ///< linear, convex or phased
+    std::string probe{}; ///< linear, convex or phased; empty: that of the view
     std::uint32_t lines = 128, planes = 3, looks = 1;
-    range frequency{7.5F, 7.5F}; ///< MHz
-    range depth{40, 40};
-    range focus{15, 25};
-    range gain{0, 0}; ///< dB
+    std::optional<range> frequency{}; ///< MHz
+    std::optional<range> depth{}, focus{};
+    range gain{-6, 6}; ///< dB
     range dynamic_range{85, 85};
-    range noise{-135, -135}; ///< dB
-    range media{1, 1};       ///< factor of attenuation and backscatter, each medium by itself
+    range noise{-135, -135};  ///< dB
+    range media{0.8F, 1.25F}; ///< factor of attenuation and backscatter, each medium by itself
 
-    float needle = 0; ///< share of the samples that have one
-    range gauge{18, 25}, needle_angle{5, 45}, needle_depth{10, 30};
+    float needle = 0.5F; ///< share of the samples that have one
+    range gauge{18, 25}, needle_lateral{-5, 5};
+    std::optional<range> needle_angle{}, needle_depth{};
 
     /// @throws usage_error  naming the option that is out of range
     void check() const {
@@ -87,18 +92,19 @@ struct description {
         within("--rock", rock, -60, 60);
         within("--turn", turn, -180, 180);
         within("--standoff", standoff, 0, 50);
-        within("--pressure", pressure, 0, 20);
-        within("--frequency", frequency, 0.5F, 50);
-        within("--depth", depth, 5, 300);
-        within("--focus", focus, 1, 300);
+        if (pressure) within("--pressure", *pressure, 0, 20);
+        if (frequency) within("--frequency", *frequency, 0.5F, 50);
+        if (depth) within("--depth", *depth, 5, 300);
+        if (focus) within("--focus", *focus, 1, 300);
         within("--gain", gain, -60, 60);
         within("--dynamic-range", dynamic_range, 20, 120);
         within("--noise", noise, -300, 0);
         within("--media", media, 0.1F, 10);
         within("--needle", {needle, needle}, 0, 1);
         within("--gauge", gauge, 18, 25);
-        within("--needle-angle", needle_angle, 0, 85);
-        within("--needle-depth", needle_depth, 1, 200);
+        if (needle_angle) within("--needle-angle", *needle_angle, 0, 85);
+        if (needle_depth) within("--needle-depth", *needle_depth, 1, 200);
+        within("--needle-lateral", needle_lateral, -100, 100);
         if (!(unit >= 1e-6F && unit <= 1e6F))
             throw usage_error{"--unit: must be from 1e-6 to 1e6: the length of 1 in the OBJ files, in mm"};
         if (!tissue::find(background)) throw usage_error{"--background: there is no tissue '" + background + "'"};
@@ -111,9 +117,6 @@ struct description {
         if (length(cross(normalize(towards), normalize(array))) < 1e-3F)
             throw usage_error{
                 "--lateral: must not be parallel to --from: the array lies across the direction of the probe"};
-        for (const std::string& file : anatomy)
-            if (!std::filesystem::is_regular_file(file))
-                throw io_error{"--anatomy: there is no file '" + file + "'; paths are relative to the current folder"};
     }
 };
 

@@ -9,9 +9,9 @@
 
 namespace dataset {
 
-/// Draws the samples of parts with several threads. Each draws a whole sample, takes the next one when it is free, from
-/// the next part where this one has none left, and writes a part where its sample was the last of it: no thread waits for
-/// a part to be complete.
+/// Draws the samples of parts with several threads. Each takes the next samples when it is free, those of one body at a time,
+/// from the next part where this one has none left, and writes a part where its sample was the last of it: no thread waits
+/// for a part to be complete.
 class drawing {
   public:
     /// @param writer  number of this process
@@ -25,12 +25,14 @@ class drawing {
     void run(std::uint32_t threads, const Next& next, const Written& written) {
         for_each_index(exec::par.threads(threads), threads, [&](std::size_t) {
             try {
-                while (const std::optional<place> at = take(next, written)) {
-                    record& one = at->part->records[at->index];
-                    one = render(d_, all_, draw_sample(d_, at->part->first + at->index));
-                    files_.pack(one);
-                    if (--at->part->left == 0) write(*at->part, written);
-                }
+                renderer draw{d_, all_};
+                while (const std::optional<run_of_samples> taken = take(next, written))
+                    for (std::uint32_t i = taken->first; i < taken->last; ++i) {
+                        record& one = taken->part->records[i];
+                        one = draw(taken->part->first + i);
+                        files_.pack(one);
+                        if (--taken->part->left == 0) write(*taken->part, written);
+                    }
             } catch (...) {
                 stopped_ = true; // the other threads finish their samples
                 throw;
@@ -44,14 +46,14 @@ class drawing {
         std::vector<record> records{};
         std::atomic<std::size_t> left{0}; ///< to be drawn
     };
-    struct place {
+    struct run_of_samples {
         std::shared_ptr<open_part> part;
-        std::uint32_t index = 0;
+        std::uint32_t first = 0, last = 0; ///< indices in the part, from the first up to, but without, the last
     };
 
-    // The next sample; none at the end.
+    // The next samples that have one body; none at the end.
     template <class Next, class Written>
-    std::optional<place> take(const Next& next, const Written& written) {
+    std::optional<run_of_samples> take(const Next& next, const Written& written) {
         const std::lock_guard lock{taking_};
         while (!stopped_ && (!current_ || current_->taken == current_->records.size())) {
             const std::uint32_t part = next();
@@ -72,7 +74,12 @@ class drawing {
             current_->left = last - first;
         }
         if (stopped_) return std::nullopt;
-        return place{current_, current_->taken++};
+        const std::uint32_t first = current_->taken++;
+        const spot body = all_.place_of(current_->first + first);
+        while (current_->taken < current_->records.size() &&
+               anatomies::share_body(body, all_.place_of(current_->first + current_->taken)))
+            ++current_->taken;
+        return run_of_samples{current_, first, current_->taken};
     }
 
     // HDF5 is not for two threads at once.

@@ -48,7 +48,8 @@ inline std::string content_of(const std::filesystem::path& obj) {
 inline identity_lines identity_of(const description& d, const std::vector<described_option>& options) {
     identity_lines lines{{"# insonify", std::to_string(INSONIFY_VERSION)}};
     for (std::size_t i = 0; i < d.anatomy.size(); ++i)
-        lines.push_back({"# content of anatomy " + std::to_string(i), content_of(d.anatomy[i])});
+        lines.push_back({"# content of anatomy " + std::to_string(i),
+                         anatomy::region_named(d.anatomy[i]) != nullptr ? d.anatomy[i] : content_of(d.anatomy[i])});
     for (const described_option& each : options)
         if (each.alters_samples)
             if (const std::string value = each.value(); !value.empty()) lines.push_back({each.name, value});

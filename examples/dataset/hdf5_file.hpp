@@ -156,7 +156,7 @@ class hdf5_file {
     }
     /// An array of packed chunks, one or several for each row.
     /// @param chunk   shape of one
-    /// @param pieces  returns the chunks of a row, which differ in their place on the last axis
+    /// @param pieces  returns the chunks of a row, which differ in their place on the last axis; an empty one is 0
     template <class Pieces>
     void add_packed(const array_name& name, number_type numbers, const std::vector<hsize_t>& shape,
                     const std::vector<hsize_t>& chunk, const Pieces& pieces) {
@@ -169,7 +169,8 @@ class hdf5_file {
         for (; start[0] < shape[0]; ++start[0]) {
             start.back() = 0;
             for (const packed_chunk& packed : pieces(start[0])) {
-                check(H5Dwrite_chunk(array, H5P_DEFAULT, 0, start.data(), packed.size(), packed.data()));
+                if (!packed.empty())
+                    check(H5Dwrite_chunk(array, H5P_DEFAULT, 0, start.data(), packed.size(), packed.data()));
                 start.back() += chunk.back();
             }
         }
@@ -265,6 +266,27 @@ class hdf5_reader {
         std::string read{letters};
         H5free_memory(letters);
         return read;
+    }
+    /// One row of an array of numbers, as it is stored; empty where it cannot be read.
+    template <class Number>
+    std::vector<Number> row(const std::string& path, hsize_t index) const {
+        const hid_t array = H5Dopen2(file_, path.c_str(), H5P_DEFAULT);
+        if (array < 0) return {};
+        const handle open{array, H5Dclose, "read"}, space{H5Dget_space(array), H5Sclose, "read"};
+        std::vector<hsize_t> shape(static_cast<std::size_t>(H5Sget_simple_extent_ndims(space)));
+        H5Sget_simple_extent_dims(space, shape.data(), nullptr);
+        std::vector<hsize_t> start(shape.size(), 0);
+        start[0] = index;
+        shape[0] = 1;
+        std::size_t count = 1;
+        for (const hsize_t axis : shape) count *= axis;
+        std::vector<Number> values(count);
+        const handle memory{H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr), H5Sclose, "read"};
+        if (H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, shape.data(), nullptr) < 0 ||
+            H5Dread(array, sizeof(Number) == 1 ? H5T_NATIVE_UINT8 : H5T_NATIVE_FLOAT, memory, space, H5P_DEFAULT,
+                    values.data()) < 0)
+            return {};
+        return values;
     }
     /// Rows of an array of numbers that has them, as it is stored.
     /// @param shape  of the array

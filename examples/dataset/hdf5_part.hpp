@@ -14,19 +14,32 @@ inline constexpr const char* zea_version = "0.1.8";
 
 inline const array_name present_name{"insonify/present", no_unit,
                                      "1 where there is a sample; 0: its part is missing or damaged"};
-inline const array_name sample_number_name{"insonify/number", no_unit, "number of the sample in the dataset"};
+
+/// The kinds of probes in a dataset, as zea calls them.
+inline std::vector<std::string> probe_types(const description& d, const anatomies& all) {
+    std::vector<std::string> found;
+    for (std::size_t i = 0; i < all.size(); ++i)
+        for (const anatomy::view& seen : all[i].views()) {
+            constexpr const char* types[] = {"linear", "curved", "phased"};
+            const char* type = types[array_of(d, seen).index()];
+            if (std::find(found.begin(), found.end(), type) == found.end()) found.emplace_back(type);
+        }
+    return found;
+}
 
 /// Groups, texts and links: what a part and the whole have in common.
 /// @param add_arrays  called when the groups exist, before the links
 template <class AddArrays>
-void add_content(hdf5_file& file, const layout& arrays, const anatomies& all, const std::string& probe,
+void add_content(hdf5_file& file, const description& d, const layout& arrays, const anatomies& all,
                  const std::string& identity, const AddArrays& add_arrays) {
     file.set_text("zea_version", zea_version);
     file.set_text("us_machine", "insonify " + std::to_string(INSONIFY_VERSION));
     file.set_text("description", "simulated ultrasound images, with ground truth");
-    file.add_group("probe", "the array; what varies is in insonify");
-    file.add_text({"probe/name", no_unit, "of the array"}, probe + " array");
-    file.add_text({"probe/type", no_unit, "linear, curved or phased"}, probe == "convex" ? "curved" : probe);
+    if (const std::vector<std::string> types = probe_types(d, all); types.size() == 1) {
+        file.add_group("probe", "the array; what varies is in insonify");
+        file.add_text({"probe/name", no_unit, "of the array"}, types[0] + " array");
+        file.add_text({"probe/type", no_unit, "linear, curved or phased"}, types[0]);
+    }
     file.add_group("metadata", "of the samples");
     file.add_group("metadata/probe_pose", "from the probe to the anatomy, a row for each sample");
     file.add_text({"metadata/probe_pose/rotation_representation", no_unit, "w first"}, "quaternion_wxyz");
@@ -47,29 +60,34 @@ void add_content(hdf5_file& file, const layout& arrays, const anatomies& all, co
     }
     file.add_group("insonify", "how a sample came about");
     file.set_text("options", identity, "insonify");
-    const hsize_t anatomy_count = all.files().size(), media = all.most_objects() + 1;
-    file.add_texts({"insonify/anatomies", no_unit, "files of the anatomies"}, all.files(), {anatomy_count});
-    std::vector<std::string> names;
-    std::vector<float> media_values;
-    const auto add_medium = [&](const std::string& name, const medium& m) {
-        names.push_back(name);
-        media_values.insert(media_values.end(),
-                            {m.density, m.sound_speed, m.attenuation, m.attenuation_power, m.backscatter});
+    const auto add_names = [&](const char* name, const char* text, const std::vector<std::string>& names) {
+        file.add_texts({std::string{"insonify/"} + name, no_unit, text}, names, {names.size()});
     };
-    for (std::size_t i = 0; i < anatomy_count; ++i) {
-        add_medium("background", all.original(i).background());
-        const auto& objects = all.original(i).objects();
-        for (std::size_t k = 0; k < objects.size(); ++k) add_medium(all.names(i)[k], objects[k].inside);
-        names.resize((i + 1) * media);
-        media_values.resize((i + 1) * media * 5, std::numeric_limits<float>::quiet_NaN());
+    add_names("anatomies", "regions of the body, and files", all.names());
+    add_names("views", "of all anatomies; empty for a file", all.view_names());
+    if (!all.parameters().empty()) {
+        std::vector<std::string> names, units;
+        for (const anatomy::parameter& one : all.parameters()) {
+            names.emplace_back(one.name);
+            units.emplace_back(*one.unit ? one.unit : no_unit);
+        }
+        add_names("parameter_names", "of `parameters`", names);
+        add_names("parameter_units", "of `parameters`", units);
     }
-    file.add_texts({"insonify/objects", no_unit, "of each anatomy: the background, then its objects"}, names,
-                   {anatomy_count, media});
+    const std::size_t labels = all.labels().needle();
+    std::vector<float> media(all.size() * labels * 5, std::numeric_limits<float>::quiet_NaN());
+    for (std::size_t i = 0; i < all.size(); ++i)
+        for (const auto& [structure, m] : all[i].structures()) {
+            const float values[5]{m.density, m.sound_speed, m.attenuation, m.attenuation_power, m.backscatter};
+            float* place = &media[(i * labels + all.labels().of(structure)) * 5];
+            if (std::isnan(*place)) std::copy(values, values + 5, place);
+        }
     file.add_array(
-        {"insonify/object_media", "SI",
-         "of `objects`, before the factors of a sample: density, sound speed, attenuation (dB/m at 1 MHz), its "
-         "power of the frequency, backscatter"},
-        number_type::real, {anatomy_count, media, 5}, media_values.data());
+        {"insonify/label_media", "SI",
+         "of each label but the needle in each of `anatomies`, of the first of its objects, before the factors of a "
+         "sample: density, "
+         "sound speed, attenuation (dB/m at 1 MHz), its power of the frequency, backscatter; NaN where there is none"},
+        number_type::real, {all.size(), labels, 5}, media.data());
     add_arrays();
     for (const auto& [path, target] : arrays.links()) file.add_link(path, target);
     file.add_link("data", "tracks/track_0/data");
@@ -87,12 +105,14 @@ inline std::string hdf5_part(const description& d, const layout& arrays, const a
                              const std::string& identity, const std::vector<record>& records) {
     const hsize_t n = records.size();
     hdf5_file file;
-    add_content(file, arrays, all, d.probe, identity, [&] {
+    add_content(file, d, arrays, all, identity, [&] {
         const std::vector<std::uint8_t> present(n, 1);
         file.add_array(present_name, number_type::byte, {n}, present.data());
-        std::vector<std::uint32_t> numbers;
-        for (const record& one : records) numbers.push_back(one.numbers.number);
-        file.add_array(sample_number_name, number_type::whole, {n}, numbers.data());
+        for (const whole_fact& each : layout::whole_facts()) {
+            std::vector<std::uint32_t> numbers;
+            for (const record& one : records) numbers.push_back(each.of(one));
+            file.add_array(each.name, number_type::whole, {n}, numbers.data());
+        }
         for (const fact& each : arrays.facts()) {
             std::vector<float> values;
             for (const record& one : records) each.append(one, values);
@@ -114,17 +134,33 @@ inline std::string hdf5_part(const description& d, const layout& arrays, const a
 inline std::string hdf5_whole(const description& d, const layout& arrays, const anatomies& all,
                               const std::string& identity, const std::vector<hdf5_file::source>& parts) {
     hdf5_file file;
-    add_content(file, arrays, all, d.probe, identity, [&] {
+    add_content(file, d, arrays, all, identity, [&] {
         const hsize_t n = d.samples;
         constexpr double nan = std::numeric_limits<double>::quiet_NaN();
         file.add_virtual(present_name, number_type::byte, {n}, parts, 0);
-        file.add_virtual(sample_number_name, number_type::whole, {n}, parts, 4294967295.0);
+        for (const whole_fact& each : layout::whole_facts())
+            file.add_virtual(each.name, number_type::whole, {n}, parts, 4294967295.0);
         for (const fact& each : arrays.facts())
             file.add_virtual(each.name, number_type::real, with_rows(n, each.shape), parts, nan);
         for (const packed_array& each : arrays.arrays())
             file.add_virtual(each.name, each.numbers, with_rows(n, each.shape), parts, each.missing);
     });
     return file.image();
+}
+
+/// Calls visit(sample) with the first samples of a part.
+template <class Visit>
+void read_hdf5(const std::string& path, const layout& arrays, hsize_t count, const Visit& visit) {
+    const hdf5_reader file{path};
+    for (hsize_t row = 0; row < count; ++row) {
+        stored_sample one{.image = file.row<std::uint8_t>(layout::image_path, row),
+                          .label = file.row<std::uint8_t>(layout::label_path, row)};
+        for (const fact* each : arrays.scalars()) {
+            const std::vector<float> value = file.row<float>(each->name.path, row);
+            one.numbers.push_back(value.size() == 1 ? value[0] : std::numeric_limits<float>::quiet_NaN());
+        }
+        visit(one);
+    }
 }
 
 /// What is wrong with a part; empty: nothing. It is read as a whole: the checksums of its arrays reveal damage.
@@ -134,9 +170,9 @@ inline std::string fault_of_hdf5(const std::string& path, const layout& arrays, 
     if (!file.is_open()) return "is cut short, or no HDF5 file";
     if (file.text("insonify", "options") != identity) return "has other options";
     const auto fault = [](const array_name& name) { return name.path + " is damaged, or has another shape"; };
-    for (const auto& [name, numbers] :
-         {std::pair{present_name, number_type::byte}, std::pair{sample_number_name, number_type::whole}})
-        if (!file.reads(name.path, numbers, {rows})) return fault(name);
+    if (!file.reads(present_name.path, number_type::byte, {rows})) return fault(present_name);
+    for (const whole_fact& each : layout::whole_facts())
+        if (!file.reads(each.name.path, number_type::whole, {rows})) return fault(each.name);
     for (const fact& each : arrays.facts())
         if (!file.reads(each.name.path, number_type::real, with_rows(rows, each.shape))) return fault(each.name);
     for (const packed_array& each : arrays.arrays())

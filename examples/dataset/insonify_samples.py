@@ -26,6 +26,10 @@ class samples(collections.abc.Sequence):
     image       uint8, rows x columns: 0 black to 255 white
     label       uint8, rows x columns: index into `label_names`; 255 outside the field of view
     pose        float32, 4 x 4: from the frame of the probe (x lateral, y elevation, z depth) to the anatomy, metres
+    anatomy     name of the region, or of the file
+    view        name of the view of the region
+    parameters  of the body, by name: lengths in metres
+    body_seed   of these parameters: samples of one body have the same, and belong in the same half of a split
     numbers     what varied, and all else in the group `insonify`, by name
     with truth  incidence, transmitted, depth: float32, rows x columns
     with iq     complex64, samples x lines
@@ -44,12 +48,13 @@ class samples(collections.abc.Sequence):
             self.rows = np.flatnonzero(present)
             self.missing = len(present) - len(self.rows)
             self.label_names = [name.decode() for name in file["data/segmentation/labels"][:]]
-            self.anatomies = [name.decode() for name in file["insonify/anatomies"][:]]
+            names = {name: [text.decode() for text in array[:]] for name, array in file["insonify"].items() if array.dtype.kind == "O"}
+            self.anatomies, self.views, self.parameter_names = (names.get(name, []) for name in ("anatomies", "views", "parameter_names"))
             needed = self.maps + (["beamformed_data"] if iq else [])
             lacking = [name for name in needed if name not in file["data"]]
             if lacking:
                 raise ValueError(f"{self.path} has no {', '.join(lacking)}: it was made with --no-truth, or without --iq")
-            self._numbers = [name for name, array in file["insonify"].items() if array.shape[:1] == present.shape and array.dtype.kind == "f" and name not in ("object_media",)]
+            self._numbers = [name for name, array in file["insonify"].items() if array.shape[:1] == present.shape and array.dtype.kind == "f" and name not in ("label_media", "parameters")]
 
     def __len__(self):
         return len(self.rows)
@@ -57,13 +62,18 @@ class samples(collections.abc.Sequence):
     def __getitem__(self, index):
         row, file = self.rows[index], self._open()
         data = file["data"]
-        masks = data["segmentation/values"][row][:, :, 0]
+        about = file["insonify"]
+        values = about["parameters"][row] if self.parameter_names else []
         found = {
-            "number": int(file["insonify/number"][row]),
+            "number": int(about["number"][row]),
             "image": data["image/values"][row],
-            "label": np.where(masks.any(-1), masks.argmax(-1), OUTSIDE).astype(np.uint8),
+            "label": about["label"][row],
             "pose": pose(file["metadata/probe_pose/translation"][row], file["metadata/probe_pose/rotation"][row]),
-            "numbers": {name: file["insonify"][name][row] for name in self._numbers},
+            "anatomy": self.anatomies[int(about["anatomy"][row])],
+            "view": self.views[int(about["view"][row])],
+            "parameters": {name: value for name, value in zip(self.parameter_names, values) if not np.isnan(value)},
+            "body_seed": int(about["body_seed"][row]),
+            "numbers": {name: about[name][row] for name in self._numbers},
         }
         for name in self.maps:
             found[name] = data[name]["values"][row]
@@ -72,12 +82,14 @@ class samples(collections.abc.Sequence):
         return found
 
     def batches(self, size, seed=None):
-        """Dictionaries of `size` samples each: arrays are stacked, numbers too. With a seed in another order each time."""
+        """Dictionaries of `size` samples each: arrays are stacked, numbers too, parameters are a list. With a seed in another order
+        each time."""
         order = np.arange(len(self)) if seed is None else np.random.default_rng(seed).permutation(len(self))
         for first in range(0, len(order), size):
             group = [self[i] for i in np.sort(order[first : first + size])]
             numbers = {name: np.stack([one["numbers"][name] for one in group]) for name in self._numbers}
-            yield {name: np.stack([one[name] for one in group]) for name in group[0] if name != "numbers"} | {"numbers": numbers}
+            stacked = {name: np.stack([one[name] for one in group]) for name in group[0] if name not in ("numbers", "parameters")}
+            yield stacked | {"numbers": numbers, "parameters": [one["parameters"] for one in group]}
 
     def __getstate__(self):
         return self.__dict__ | {"_file": None, "_process": None}

@@ -39,6 +39,12 @@ struct packed_array {
     std::function<std::vector<packed_chunk>(const record&)> pack;
 };
 
+/// A sample as it is read again.
+struct stored_sample {
+    std::vector<std::uint8_t> image{}, label{}; ///< empty: it could not be read
+    std::vector<float> numbers{};               ///< in the order of `layout::scalars`
+};
+
 /// (w, x, y, z) of a rotation. Source: Shepperd 1978.
 inline std::array<float, 4> quaternion(const mat3& rotation) {
     const auto m = [&](int row, int column) { return static_cast<double>(rotation[column][row]); };
@@ -55,22 +61,51 @@ inline std::array<float, 4> quaternion(const mat3& rotation) {
     return made;
 }
 
+/// A whole number of a sample.
+struct whole_fact {
+    array_name name;
+    std::uint32_t (*of)(const record&);
+
+    std::string short_name() const { return name.path.substr(name.path.rfind('/') + 1); }
+};
+
 class layout {
   public:
-    layout(const description& d, const anatomies& all) : d_{d}, samples_{line_samples(d)} {
-        add_numbers();
+    layout(const description& d, const anatomies& all) : d_{d}, samples_{dataset::line_samples(d, all)} {
+        add_numbers(all);
         add_records(all);
         add_maps(all);
     }
 
+    /// Numbers that floats cannot represent.
+    static const std::vector<whole_fact>& whole_facts() {
+        static const std::vector<whole_fact> all{
+            {{"insonify/number", no_unit, "number of the sample in the dataset"},
+             [](const record& one) { return one.numbers.number; }},
+            {{"insonify/body_seed", no_unit,
+              "of the parameters of the body: `simulate --anatomy ... --seed` makes it again; one for the samples that "
+              "share a body"},
+             [](const record& one) { return one.numbers.at.body_seed; }}};
+        return all;
+    }
     const std::vector<fact>& facts() const { return facts_; }
     const std::vector<packed_array>& arrays() const { return arrays_; }
     /// The groups of the maps, each with its unit and description.
     const std::vector<array_name>& maps() const { return maps_; }
     /// Coordinates that several maps share: a path, and what it is another name of.
     const std::vector<std::pair<std::string, std::string>>& links() const { return links_; }
+    /// Samples of each line of IQ.
+    std::uint32_t line_samples() const { return samples_; }
     /// The first facts are numbers that options give, and that vary.
     std::size_t option_count() const { return options_; }
+
+    /// Those numbers, and the side of the body.
+    std::vector<const fact*> scalars() const {
+        std::vector<const fact*> found;
+        for (std::size_t i = 0; i < facts_.size(); ++i)
+            if (i < options_ || facts_[i].short_name() == "side") found.push_back(&facts_[i]);
+        return found;
+    }
 
     /// Compresses the arrays of a sample, and frees them.
     void pack(record& one) const {
@@ -82,23 +117,27 @@ class layout {
         one.beams = {};
     }
 
+    static constexpr const char *image_path = "tracks/track_0/data/image/values", *label_path = "insonify/label";
+
   private:
     static constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 
-    void number(const char* name, const char* unit, const char* text, float (*of)(const sample&)) {
+    template <class Of>
+    void number(const char* name, const char* unit, const char* text, const Of& of) {
         facts_.push_back({{std::string{"insonify/"} + name, unit, text}, {}, [of](const record& one, auto& values) {
                               values.push_back(of(one.numbers));
                           }});
     }
-    void add_numbers() {
+    void add_numbers(const anatomies& all) {
         const char* none = no_unit.c_str();
         using s = const sample&;
-        number("anatomy", none, "index into `anatomies`", [](s one) { return static_cast<float>(one.anatomy); });
+        number("anatomy", none, "index into `anatomies`", [](s one) { return static_cast<float>(one.at.anatomy); });
+        number("view", none, "index into `views`", [&all](s one) { return static_cast<float>(all.view_of(one.at)); });
         number("scale", none, "factor of all lengths of the anatomy", [](s one) { return one.scale; });
         number("bend", "mm", "rms of the displacement of the anatomy", [](s one) { return one.bend; });
-        number("spread", "degrees", "angle between the direction of the probe and `from`",
+        number("spread", "degrees", "angle between the place of the probe and that of the view, or `from`",
                [](s one) { return one.spread; });
-        number("azimuth", "degrees", "of that direction about `from`", [](s one) { return one.azimuth; });
+        number("azimuth", "degrees", "of that place about the view's", [](s one) { return one.azimuth; });
         number("along", "mm", "shift of the probe along its array", [](s one) { return one.along; });
         number("across", "mm", "shift of the probe across its array", [](s one) { return one.across; });
         number("tilt", "degrees", "turn of the probe about its array", [](s one) { return one.tilt; });
@@ -116,9 +155,13 @@ class layout {
         number("noise", "dB", "electronic noise, relative to the echo of a perfect mirror",
                [](s one) { return one.noise; });
         number("needle", none, "1 where there is a needle", [](s one) { return one.needle ? 1.0F : 0.0F; });
+        number("needle_side", none, "of the image, from which the needle comes: 0 left, 1 right",
+               [](s one) { return one.needle_from == image_side::right ? 1.0F : 0.0F; });
         number("gauge", none, "of the needle", [](s one) { return static_cast<float>(one.gauge); });
         number("needle_angle", "degrees", "of the needle to the face", [](s one) { return one.needle_angle; });
         number("needle_depth", "mm", "depth of the needle's tip", [](s one) { return one.needle_depth; });
+        number("needle_lateral", "mm", "place of the needle's tip along the array",
+               [](s one) { return one.needle_lateral; });
         options_ = facts_.size();
     }
 
@@ -137,22 +180,22 @@ class layout {
     void add_records(const anatomies& all) {
         add("metadata/probe_pose/translation", "m", "of the probe, to the anatomy", {3},
             [](const record& one, auto& values) {
-                const vec3 t = one.made.at.translation;
+                const vec3 t = one.at.translation;
                 values.insert(values.end(), {t.x, t.y, t.z});
             });
         add("metadata/probe_pose/rotation", no_unit,
             "of the probe, to the anatomy: quaternion w, x, y, z; the probe has x lateral, y elevation, z depth", {4},
             [](const record& one, auto& values) {
-                for (const float part : quaternion(one.made.at.rotation)) values.push_back(part);
+                for (const float part : quaternion(one.at.rotation)) values.push_back(part);
             });
         add("insonify/pitch", "m", "width and height of a pixel", {2}, [](const record& one, auto& values) {
             values.insert(values.end(), {one.pitch.x, one.pitch.y});
         });
         add("insonify/on_surface", no_unit, "0 where the probe is beside the anatomy", {},
-            [](const record& one, auto& values) { values.push_back(one.made.on_surface ? 1.0F : 0.0F); });
+            [](const record& one, auto& values) { values.push_back(one.on_surface ? 1.0F : 0.0F); });
         const auto waves = [&](const char* name, const char* unit, const char* text, auto of) {
             add(std::string{"insonify/bend_"} + name, unit, text, {3, 3}, [of](const record& one, auto& values) {
-                for (const vec3& v : one.made.bend.*of) values.insert(values.end(), {v.x, v.y, v.z});
+                for (const vec3& v : one.bend.*of) values.insert(values.end(), {v.x, v.y, v.z});
             });
         };
         waves("direction", no_unit.c_str(),
@@ -162,20 +205,26 @@ class layout {
               &bending::direction);
         waves("wave", "rad/m", "wave vectors of the bend", &bending::wave);
         add("insonify/bend_phase", "rad", "phases of the bend", {3}, [](const record& one, auto& values) {
-            values.insert(values.end(), std::begin(one.made.bend.phase), std::end(one.made.bend.phase));
+            values.insert(values.end(), std::begin(one.bend.phase), std::end(one.bend.phase));
         });
         add("insonify/bend_amplitude", "m", "of each wave of the bend", {},
-            [](const record& one, auto& values) { values.push_back(one.made.bend.amplitude); });
-        const hsize_t media = all.most_objects() + 1;
-        add("insonify/media", no_unit,
-            "factors of attenuation and backscatter: of the background, then of the objects in the order of `objects`; "
-            "NaN where the anatomy has fewer",
-            {media, 2}, [media](const record& one, auto& values) {
-                for (hsize_t i = 0; i < media; ++i)
-                    if (i < one.made.factors.size())
-                        values.insert(values.end(), {one.made.factors[i].x, one.made.factors[i].y});
-                    else
-                        values.insert(values.end(), {nan, nan});
+            [](const record& one, auto& values) { values.push_back(one.bend.amplitude); });
+        add("insonify/media", no_unit, "factors of attenuation and backscatter, for each label but the needle",
+            {all.labels().needle(), 2}, [](const record& one, auto& values) {
+                for (const vec2 factor : one.factors) values.insert(values.end(), {factor.x, factor.y});
+            });
+        if (!all.parameters().empty())
+            add("insonify/parameters", "SI", "of the region, in the order of `parameter_names`; NaN where it has none",
+                {all.parameters().size()}, [&all](const record& one, auto& values) {
+                    for (const anatomy::parameter& each : all.parameters()) {
+                        const auto found = one.parameters.find(each.name);
+                        values.push_back(found == one.parameters.end() ? nan : found->second);
+                    }
+                });
+        add("insonify/side", no_unit, "of the body: 0 left, 1 right; NaN where the anatomy has no side", {},
+            [](const record& one, auto& values) {
+                const auto found = one.parameters.find("side");
+                values.push_back(found == one.parameters.end() ? nan : found->second);
             });
         add_contact();
         const auto option = [&](const char* name, const char* text, std::uint32_t value) {
@@ -185,6 +234,8 @@ class layout {
         option("lines", "scan lines of the probe", d_.lines);
         option("planes", "elevation planes", d_.planes);
         option("looks", "looks over 20 degrees that are averaged", d_.looks);
+        add("insonify/probe", no_unit, "0 linear, 1 convex, 2 phased", {},
+            [](const record& one, auto& values) { values.push_back(static_cast<float>(one.probe.shape)); });
         add_face("face_width", "m", "of the active aperture at most; along the arc where the face is curved",
                  &face::width);
         add_face("face_radius", "m", "0 where the face is flat", &face::radius);
@@ -204,7 +255,7 @@ class layout {
     void add_contact() {
         const auto one_number = [&](const char* name, const char* unit, const char* text, float (*of)(const contact&)) {
             add(std::string{"insonify/contact_"} + name, unit, text, {}, [of](const record& one, auto& values) {
-                values.push_back(one.numbers.pressure > 0 ? of(one.made.touch) : 0);
+                values.push_back(one.numbers.pressure > 0 ? of(one.touch) : 0);
             });
         };
         one_number("depth", "m", "largest depth of the face below the skin at rest; 0: not pressed",
@@ -221,8 +272,7 @@ class layout {
             "depth of the face below the skin at rest, along z: rows from edge to edge in elevation, columns along the "
             "face",
             {pressed_face::rows, pressed_face::columns}, [](const record& one, auto& values) {
-                for (const auto& row : one.made.touch.deformation.depth)
-                    values.insert(values.end(), row.begin(), row.end());
+                for (const auto& row : one.touch.deformation.depth) values.insert(values.end(), row.begin(), row.end());
             });
     }
 
@@ -281,13 +331,24 @@ class layout {
                 number_type::boolean, {size, size, 1, labels}, true, 0, [labels](const record& one) {
                     std::vector<packed_chunk> masks;
                     std::vector<std::uint8_t> mask(one.label.size());
+                    std::array<bool, 256> seen{};
+                    for (const std::uint8_t label : one.label) seen[label] = true;
                     for (hsize_t label = 0; label < labels; ++label) {
+                        masks.emplace_back(); // empty: all false
+                        if (!seen[label]) continue;
                         for (std::size_t i = 0; i < mask.size(); ++i) mask[i] = one.label[i] == label ? 1 : 0;
-                        masks.push_back(dataset::pack(mask));
+                        masks.back() = dataset::pack(mask);
                     }
                     return masks;
                 });
         add_coordinates("segmentation", {size, size, 1}, pixel);
+        arrays_.push_back(
+            {{label_path, no_unit, "the masks as one image: index of the label, 255 outside the field of view"},
+             number_type::byte,
+             {size, size},
+             false,
+             255,
+             [=](const record& one) { return one_chunk(one.label); }});
         const auto truth = [&](const char* name, const std::string& unit, const char* text,
                                std::vector<float> record::*of) {
             add_map(name, unit, text, number_type::real, {size, size}, false, nan,

@@ -41,8 +41,9 @@ double size_of_sample(const description& d, const anatomies& all, const parts& f
 void print_plan(const description& d, const anatomies& all, const parts& files, const ranks& shared) {
     const double begin = now();
     std::vector<record> trial;
-    for (std::uint32_t i = 0; i < std::min(d.samples, 4U); ++i) {
-        trial.push_back(render(d, all, draw_sample(d, i)));
+    renderer draw{d, all};
+    for (std::uint32_t i = 0; i < std::min(d.samples, std::max(all.cycle(), 4U)); ++i) {
+        trial.push_back(draw(i));
         record packed = trial.back();
         files.pack(packed);
     }
@@ -60,7 +61,10 @@ void print_plan(const description& d, const anatomies& all, const parts& files, 
     for (std::size_t number = 0; number < files.arrays().option_count(); ++number) {
         const fact& one = files.arrays().facts()[number];
         std::vector<float> values;
-        for (std::uint32_t i = 0; i < drawn; ++i) one.append({.numbers = draw_sample(d, i)}, values);
+        for (std::uint32_t i = 0; i < drawn; ++i) {
+            const spot at = all.place_of(i);
+            one.append({.numbers = draw_sample(d, at, all.usual_view(at))}, values);
+        }
         const auto [least, most] = std::minmax_element(values.begin(), values.end());
         if (*least < *most)
             std::printf("  %s: %g to %g %s\n", one.short_name().c_str(), static_cast<double>(*least),
@@ -98,7 +102,7 @@ void draw(const description& d, const anatomies& all, const parts& files, ranks&
     shared.first_to_fail(false);
     if (shared.rank() != 0) return;
     if (!files.is_png()) files.write_whole();
-    write_summary(d, all, files.arrays());
+    write_summary(d, all, files);
     std::fprintf(stderr, "\r%u samples in '%s', %.0f s; summary.html shows them\n", d.samples, d.output.c_str(),
                  now() - begin);
 }
@@ -131,7 +135,8 @@ int run(const description& d, const std::vector<described_option>& options, rank
     });
     if (!ready) return 1;
     if (shared.rank() == 0)
-        for (const std::string& one : all->descriptions()) std::fprintf(stderr, "%s\n", one.c_str());
+        for (std::size_t i = 0; i < all->size(); ++i)
+            if (const std::string note = (*all)[i].note(); !note.empty()) std::fprintf(stderr, "%s\n", note.c_str());
     if (d.plan || d.verify) {
         if (shared.rank() != 0) return 0;
         if (d.plan) print_plan(d, *all, *files, shared);
@@ -157,7 +162,6 @@ int main(int argc, char** argv) {
     try {
         const std::vector<described_option> options = add_options(app, d);
         app.parse(argc, argv);
-        if (d.anatomy.empty() && d.around.empty()) d.around = "skin"; // of the phantom, which lies below gel
         return run(d, options, shared);
     } catch (const CLI::ParseError& error) {
         return shared.rank() == 0 ? app.exit(error) : error.get_exit_code();

@@ -1,9 +1,11 @@
 #ifndef INSONIFY_DATASET_OPTIONS_HPP
 #define INSONIFY_DATASET_OPTIONS_HPP
 
+#include "../anatomy/regions.hpp"
 #include "description.hpp"
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <filesystem>
 #include <functional>
 #include <istream>
 #include <memory>
@@ -151,6 +153,22 @@ inline std::vector<described_option> add_options(CLI::App& app, description& d) 
             ->default_str(value.text())
             ->group(group);
     };
+    const auto varies_or = [&](const std::string& name, std::optional<range>& value, const char* help) {
+        described.push_back({name, [&value] { return value ? value->text() : std::string{}; }});
+        app.add_option("--" + name, value, help)
+            ->type_name("A..B")
+            ->check(CLI::Validator{range::complaint, ""})
+            ->group(group);
+    };
+    const auto words = [&](const std::string& name, std::vector<std::string>& value, const char* type,
+                           const char* help) {
+        described.push_back({name, [&value] {
+                                 std::string all;
+                                 for (const std::string& one : value) all += (all.empty() ? "" : " ") + in_quotes(one);
+                                 return all;
+                             }});
+        app.add_option("--" + name, value, help)->type_name(type)->group(group);
+    };
     const auto direction = [&](const std::string& name, std::array<float, 3>& value, const char* help) {
         described.push_back(
             {name, [&value] { return digits(value[0]) + "," + digits(value[1]) + "," + digits(value[2]); }});
@@ -178,57 +196,79 @@ inline std::vector<described_option> add_options(CLI::App& app, description& d) 
 
     group = "Anatomy";
     app.add_option("--anatomy", d.anatomy,
-                   "OBJ files whose materials are tissues; without: the phantom of a nerve block")
+                   "Regions of the body, and OBJ files whose materials are tissues; ./neck is a file, neck the region; "
+                   "without: all regions")
+        ->type_name("NAME")
         ->group(group);
     described.push_back({"anatomy",
                          [&d] {
-                             std::string files;
-                             for (const std::string& file : d.anatomy)
-                                 files += (files.empty() ? "" : " ") +
-                                          in_quotes(std::filesystem::absolute(file).lexically_normal().string());
-                             return files;
+                             std::string all;
+                             for (const std::string& one : d.anatomy)
+                                 all += (all.empty() ? "" : " ") +
+                                        in_quotes(anatomy::region_named(one) != nullptr
+                                                      ? one
+                                                      : std::filesystem::absolute(one).lexically_normal().string());
+                             return all;
                          },
-                         false}); // their content does
-    option("unit", d.unit, "Length of 1 in the OBJ files, such as 1mm; without a unit, mm")
-        ->transform(CLI::AsNumberWithUnit(std::map<std::string, float>{{"mm", 1}, {"cm", 10}, {"m", 1000}}));
-    option("background", d.background,
-           "Tissue outside the objects of the OBJ files; its layers are parallel to the skin under the probe");
+                         false}); // the content of files does, and the names of regions
+    words("view", d.views, "NAME", "Views of the regions; without: all");
+    words("parameter", d.parameters, "NAME=A..B",
+          "Range of a parameter of the regions, such as fat=3..5; lengths in mm; without: all of its range");
     varies("scale", d.scale, "Factor of all lengths");
     varies("bend", d.bend, "Rms of a smooth random displacement, mm");
     option("bend-length", d.bend_length, "Its wavelength, mm");
-    varies("media", d.media, "Factor of attenuation and of backscatter, for each object by itself");
+    varies("media", d.media, "Factor of attenuation and of backscatter, for each label by itself");
 
-    group = "Place of the probe";
+    group = "OBJ files";
+    option("unit", d.unit, "Length of 1 in the files, such as 1mm; without a unit, mm")
+        ->transform(CLI::AsNumberWithUnit(std::map<std::string, float>{{"mm", 1}, {"cm", 10}, {"m", 1000}}));
+    option("background", d.background,
+           "Tissue outside the objects; its layers are parallel to the skin under the probe");
     option("around", d.around,
            "Name of the object whose surface the probe is placed on; without: the first that it meets");
     direction("from", d.from, "Direction from the middle of that object to the probe");
     direction("lateral", d.lateral, "Direction of the array");
-    varies("spread", d.spread, "Angle between the direction of the probe and --from, degrees");
+
+    group = "Place of the probe, from that of the view";
+    varies("spread", d.spread, "Angle about the middle of the image, or of the object, degrees");
     varies("along", d.along, "Shift of the probe along its array, mm");
     varies("across", d.across, "Shift of the probe across it, mm");
     varies("tilt", d.tilt, "Turn of the probe about its array, degrees");
     varies("rock", d.rock, "Turn within the slice, degrees");
     varies("turn", d.turn, "Turn about its axis, degrees");
     varies("standoff", d.standoff, "Gel between face and surface, mm; none where the probe is pressed");
-    varies("pressure", d.pressure, "How deep the probe is pressed into the surface, mm; the tissue below yields");
+    varies_or(
+        "pressure", d.pressure,
+        "How deep the probe is pressed into the surface, mm; the tissue below yields, but for bone and cartilage; "
+        "without: 0.75 to 1.25 times that of the view, files 0");
 
     group = "Probe and image";
-    option("probe", d.probe, "Array")->check(CLI::IsMember({"linear", "convex", "phased"}));
+    option("probe", d.probe, "Array; without: that of the view, files linear")
+        ->check(CLI::IsMember({"linear", "convex", "phased"}));
     option("lines", d.lines, "Scan lines, 8 to 1024");
     option("planes", d.planes, "Elevation planes, which sample the slice thickness: 1, 3, 5 or 7");
     option("looks", d.looks, "Looks over 20 degrees that are averaged, 1 to 31");
-    varies("frequency", d.frequency, "Carrier frequency, MHz");
-    varies("depth", d.depth, "Of the image, mm");
-    varies("focus", d.focus, "Depth of the transmit focus, mm");
+    varies_or("frequency", d.frequency,
+              "Carrier frequency, MHz; without: 0.9 to 1.1 times that of the view, files 7.5");
+    varies_or("depth", d.depth, "Of the image, mm; without: 0.85 to 1.15 times that of the view, files 40");
+    varies_or("focus", d.focus,
+              "Depth of the transmit focus, mm; without: 0.75 to 1.25 times that of the view, files 20");
     varies("gain", d.gain, "Added to every level, dB");
     varies("dynamic-range", d.dynamic_range, "From black to white, dB");
     varies("noise", d.noise, "Electronic noise, dB relative to the echo of a perfect mirror");
 
-    group = "Needle";
+    group = "Needle, from the left and from the right in turn";
     option("needle", d.needle, "Fraction of the samples that have a needle, 0 to 1");
     varies("gauge", d.gauge, "Its size, 18 (thick) to 25 (thin)");
-    varies("needle-angle", d.needle_angle, "Angle to the face of the probe, degrees");
-    varies("needle-depth", d.needle_depth, "Depth of its tip, mm");
+    varies_or("needle-angle", d.needle_angle,
+              "Angle to the face of the probe, degrees; without: within 10 of the path of the view, or so that it "
+              "pierces the "
+              "skin 2 to 30 mm beside the face");
+    varies_or(
+        "needle-depth", d.needle_depth,
+        "Depth of its tip, mm; without: within 5 of the target of the view, or 0.25 to 0.75 of the depth of the image");
+    varies("needle-lateral", d.needle_lateral,
+           "Distance of its tip along the array from the target of the view, or from the middle, mm");
     return described;
 }
 

@@ -43,8 +43,21 @@ class parts {
     /// What is wrong with a part that is there; empty: nothing. One thread at a time.
     std::string fault(std::uint32_t part) const {
         const auto [first, last] = samples_of(part);
-        return is_png() ? fault_of_files(path(part), d_, first, last)
+        return is_png() ? fault_of_files(path(part), d_, layout_.line_samples(), first, last)
                         : fault_of_hdf5(path(part).string(), layout_, identity_, last - first);
+    }
+    /// Calls visit(sample) with the first samples that are stored. One thread at a time.
+    /// @param count  of them
+    template <class Visit>
+    void read(std::uint32_t count, const Visit& visit) const {
+        for (std::uint32_t part = 0; part * std::uint64_t{d_.part} < count; ++part) {
+            const auto [first, last] = samples_of(part);
+            const part_range wanted{first, std::min(last, count)};
+            if (is_png())
+                read_files(path(part), layout_, wanted.first, wanted.last, visit);
+            else
+                read_hdf5(path(part).string(), layout_, wanted.last - wanted.first, visit);
+        }
     }
     bool exists(std::uint32_t part) const { return std::filesystem::exists(path(part)); }
 

@@ -3,6 +3,7 @@
 
 #include "file.hpp"
 #include "layout.hpp"
+#include "png_file.hpp"
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -33,13 +34,18 @@ inline std::string json(const std::vector<std::string>& texts) {
 }
 
 inline std::string json_of(const record& one, const layout& arrays, const anatomies& all) {
-    std::string text = "{\n  \"number\": " + std::to_string(one.numbers.number);
+    std::string text{"{"};
+    for (const whole_fact& each : layout::whole_facts())
+        text += (text.size() == 1 ? "\n  " : ",\n  ") + json(each.short_name()) + ": " + std::to_string(each.of(one));
     for (const fact& each : arrays.facts())
         text += ",\n  " + json(each.short_name()) + ": " + json(each.of(one), each.shape);
-    text += ",\n  \"anatomy_file\": " + json(all.files()[one.numbers.anatomy]);
-    std::vector<std::string> objects = all.names(one.numbers.anatomy);
-    objects.insert(objects.begin(), "background");
-    text += ",\n  \"objects\": " + json(objects) + ",\n  \"labels\": " + json(all.labels().names);
+    const spot& at = one.numbers.at;
+    text += ",\n  \"anatomy_name\": " + json(all[at.anatomy].name());
+    text += ",\n  \"view_name\": " + json(all.view_names()[all.view_of(at)]);
+    std::vector<std::string> parameters;
+    for (const anatomy::parameter& each : all.parameters()) parameters.emplace_back(each.name);
+    text += ",\n  \"parameter_names\": " + json(parameters);
+    text += ",\n  \"labels\": " + json(all.labels().names);
     return text + "\n}\n";
 }
 
@@ -84,6 +90,26 @@ inline void write_files(const std::filesystem::path& folder, const layout& array
     }
 }
 
+/// Calls visit(sample) with the samples of a part from the first up to, but without, the last.
+template <class Visit>
+void read_files(const std::filesystem::path& folder, const layout& arrays, std::uint32_t first, std::uint32_t last,
+                const Visit& visit) {
+    for (std::uint32_t i = first; i < last; ++i) {
+        stored_sample one;
+        one.image = grey_levels(read_file(folder / (stem_of(i) + ".png")));
+        one.label = grey_levels(read_file(folder / (stem_of(i) + "_label.png")));
+        const std::string text = read_file(folder / (stem_of(i) + ".json"));
+        for (const fact* each : arrays.scalars()) {
+            const std::string key = json(each->short_name()) + ": ";
+            const std::size_t at = text.find(key);
+            const bool is_number = at != std::string::npos && text.compare(at + key.size(), 4, "null") != 0;
+            one.numbers.push_back(is_number ? std::strtof(text.c_str() + at + key.size(), nullptr)
+                                            : std::numeric_limits<float>::quiet_NaN());
+        }
+        visit(one);
+    }
+}
+
 /// Whether a PNG file ends where it says, and its checksums are right.
 inline bool is_whole_png(const std::string& bytes) {
     const auto* data = reinterpret_cast<const unsigned char*>(bytes.data());
@@ -102,8 +128,9 @@ inline bool is_whole_png(const std::string& bytes) {
 }
 
 /// What is wrong with the folder of a part; empty: nothing.
-inline std::string fault_of_files(const std::filesystem::path& folder, const description& d, std::uint32_t first,
-                                  std::uint32_t last) {
+/// @param samples  of each line of IQ
+inline std::string fault_of_files(const std::filesystem::path& folder, const description& d, std::uint32_t samples,
+                                  std::uint32_t first, std::uint32_t last) {
     for (std::uint32_t i = first; i < last; ++i) {
         const auto content = [&](const char* kind) {
             const std::filesystem::path path = folder / (stem_of(i) + kind);
@@ -114,7 +141,7 @@ inline std::string fault_of_files(const std::filesystem::path& folder, const des
         const std::string text = content(".json");
         if (text.size() < 4 || text.compare(text.size() - 4, 4, "]\n}\n") != 0)
             return stem_of(i) + ".json is missing or cut short";
-        const std::size_t echoes = std::size_t{line_samples(d)} * d.lines * sizeof(vec2);
+        const std::size_t echoes = std::size_t{samples} * d.lines * sizeof(vec2);
         if (d.iq && content("_iq.npy").size() < echoes) return stem_of(i) + "_iq.npy is missing or cut short";
     }
     return "";

@@ -1,6 +1,7 @@
 #ifndef INSONIFY_DATASET_RANGE_HPP
 #define INSONIFY_DATASET_RANGE_HPP
 
+#include <insonify/core/error.hpp>
 #include <insonify/core/math.hpp>
 #include "text.hpp"
 #include <istream>
@@ -47,6 +48,25 @@ struct range {
         const std::string meant = mark == std::string::npos ? "" : word.substr(0, mark) + ".." + word.substr(mark + 1);
         return "'" + word + "' is neither a number nor a range; a range is written " +
                (readable(meant) ? meant : "with two dots, such as 5..9");
+    }
+};
+
+/// A range of a parameter by its name: `fat=3..5`.
+struct named_range {
+    std::string name{};
+    range values{};
+
+    /// @throws usage_error  for other words
+    explicit named_range(const std::string& word) {
+        const std::size_t sign = word.find('=');
+        name = word.substr(0, sign);
+        const std::string text = sign == std::string::npos ? "" : word.substr(sign + 1);
+        if (name.empty() || text.empty())
+            throw insonify::usage_error{"--parameter: '" + word + "' is not a name and a range, such as fat=3..5"};
+        if (const std::string fault = range::complaint(text); !fault.empty())
+            throw insonify::usage_error{"--parameter: " + name + ": " + fault};
+        std::istringstream stream{text};
+        stream >> values;
     }
 };
 

@@ -1,14 +1,16 @@
 #ifndef INSONIFY_DATASET_RENDER_HPP
 #define INSONIFY_DATASET_RENDER_HPP
 
-#include "anatomy.hpp"
 #include "hdf5_file.hpp"
+#include "specimen.hpp"
 #include <optional>
 
 namespace dataset {
 
 /// The face of a probe, and its beam: what the options do not say.
 struct face {
+    enum class kind { linear, convex, phased };
+    kind shape = kind::linear;
     float width = 0;         ///< metres; along the arc where it is curved
     float radius = 0;        ///< metres; 0: flat
     float field_of_view = 0; ///< of a sector, radians; 0: parallel lines
@@ -20,7 +22,12 @@ struct face {
 /// All that is stored of one sample.
 struct record {
     sample numbers{};
-    specimen made{};
+    anatomy::values parameters{}; ///< of the region
+    bending bend{};
+    std::vector<vec2> factors{}; ///< of attenuation and backscatter, for each label but the needle
+    pose at{};                   ///< of the probe
+    bool on_surface = true;      ///< false: the probe's place is beside the anatomy
+    contact touch{};             ///< of the probe, where it is pressed
     face probe{};
     vec2 centre{0, 0};                 ///< of the image, {x, z} in the frame of the probe, metres
     vec2 pitch{0, 0};                  ///< width and height of a pixel, metres
@@ -32,28 +39,39 @@ struct record {
     std::vector<std::vector<packed_chunk>> packed{}; ///< the arrays of `layout`, once they are compressed
 };
 
-/// The probe of a sample.
-template <class Probe>
-Probe with_settings(Probe probe, const description& d, const sample& s) {
-    probe.lines = d.lines;
-    probe.frequency = s.frequency * 1_MHz;
-    probe.focus = s.focus * 1_mm;
-    return presets::in_use(probe);
+/// The kind of probe that `--probe` replaces that of a view by.
+inline any_array array_of(const description& d, const anatomy::view& seen) {
+    if (d.probe == "linear") return linear_array{};
+    if (d.probe == "convex") return convex_array{};
+    if (d.probe == "phased") return phased_array{};
+    return seen.probe;
 }
 
 /// Calls visit(probe) with the probe of a sample.
 template <class Visit>
-auto with_probe(const description& d, const sample& s, const Visit& visit) {
-    if (d.probe == "convex") return visit(with_settings(convex_array{}, d, s));
-    if (d.probe == "phased") return visit(with_settings(phased_array{}, d, s));
-    return visit(with_settings(linear_array{}, d, s));
+auto with_probe(const description& d, const anatomy::view& seen, const sample& s, const Visit& visit) {
+    return std::visit(
+        [&](auto probe) {
+            probe.lines = d.lines;
+            probe.frequency = s.frequency * 1_MHz;
+            probe.focus = s.focus * 1_mm;
+            return visit(presets::in_use(probe));
+        },
+        array_of(d, seen));
 }
 
 /// Samples along each line of IQ: as many as the deepest image at the highest frequency needs, so that all have as many.
-inline std::uint32_t line_samples(const description& d) {
-    return with_probe(d, {.frequency = d.frequency.to, .focus = d.focus.to}, [&](const auto& probe) {
-        return samples_for(d.depth.to * 1_mm, nominal_pulse(probe).sigma_z(probe.frequency));
-    });
+inline std::uint32_t line_samples(const description& d, const anatomies& all) {
+    std::uint32_t most = 0;
+    for (std::size_t i = 0; i < all.size(); ++i)
+        for (std::size_t k = 0; k < all[i].views().size(); ++k) {
+            const anatomy::view& seen = all[i].views()[k];
+            const limits_of_sample most_of = limits_of(d, seen, all[i].deepest(k));
+            with_probe(d, seen, {.frequency = most_of.frequency}, [&](const auto& probe) {
+                most = std::max(most, samples_for(most_of.depth * 1_mm, nominal_pulse(probe).sigma_z(probe.frequency)));
+            });
+        }
+    return most;
 }
 
 template <class Probe>
@@ -63,8 +81,14 @@ face face_of(const Probe& probe) {
               .elevation_height = probe.elevation_height,
               .elevation_focus = probe.elevation_focus,
               .bandwidth = probe.bandwidth};
-    if constexpr (requires { probe.radius; }) made.radius = probe.radius;
-    if constexpr (requires { probe.field_of_view; }) made.field_of_view = probe.field_of_view;
+    if constexpr (requires { probe.field_of_view; }) {
+        made.shape = face::kind::phased;
+        made.field_of_view = probe.field_of_view;
+    }
+    if constexpr (requires { probe.radius; }) {
+        made.shape = face::kind::convex;
+        made.radius = probe.radius;
+    }
     return made;
 }
 
@@ -76,11 +100,20 @@ iq_lines own_echoes(const scanner<Probe>& machine) {
 
 /// Draws a sample with one thread: others draw other samples.
 template <transducer Probe>
-record render(const Probe& probe, const description& d, const anatomies& all, const sample& s) {
-    auto [body, made] = all.make(probe, d, s);
-    record drawn{.numbers = s, .made = std::move(made), .probe = face_of(probe)};
-    const pose& at = drawn.made.at;
-    b_mode_settings how = presets::settings_for(probe);
+record render(const Probe& probe, const description& d, const anatomies& all, const specimen& of, sample s) {
+    placement placed = place(d, all, of, probe, s);
+    const scene& body = placed.body;
+    const pose& at = placed.at;
+    record drawn{.numbers = s,
+                 .parameters = of.parameters,
+                 .bend = of.bend,
+                 .factors = of.factors,
+                 .at = at,
+                 .on_surface = placed.on_surface,
+                 .touch = placed.touch,
+                 .probe = face_of(probe)};
+    const anatomy::view& seen = of.views[s.at.view];
+    b_mode_settings how = d.probe.empty() ? seen.settings : presets::settings_for(probe);
     how.depth = s.depth * 1_mm;
     how.size = {d.size, d.size};
     how.dynamic_range_db = s.dynamic_range;
@@ -89,9 +122,10 @@ record render(const Probe& probe, const description& d, const anatomies& all, co
     how.planes = d.planes;
     how.noise = {.level_db = s.noise, .seed = s.seed};
     how.frame = s.number;
-    if (d.iq) how.samples = line_samples(d);
+    if (d.iq) how.samples = line_samples(d, all);
     scanner machine{probe, how};
     if (d.iq && d.looks % 2 == 0) { // none of the looks is straight
+        machine.settings.compound.angles = 1;
         machine.scan(exec::unseq, body, at);
         drawn.iq = own_echoes(machine);
     }
@@ -111,19 +145,12 @@ record render(const Probe& probe, const description& d, const anatomies& all, co
     drawn.image.reserve(picture.pixels.size());
     for (const float grey : picture.pixels)
         drawn.image.push_back(static_cast<std::uint8_t>(clamp(grey, 0, 1) * 255 + 0.5F));
-    std::vector<std::uint8_t> label_of_object;
-    const std::vector<std::string>& names = all.names(s.anatomy);
-    for (std::size_t i = 0; i < body.objects().size(); ++i) {
-        const auto id = static_cast<std::uint32_t>(body.objects()[i].id);
-        label_of_object.resize(std::max<std::size_t>(label_of_object.size(), id + 1));
-        label_of_object[id] = all.labels().of(i < names.size() ? names[i] : "needle");
-    }
     const label_image labels = scan_convert(exec::unseq, truth.label, map);
     drawn.label.reserve(labels.pixels.size());
     for (std::size_t i = 0; i < labels.pixels.size(); ++i)
         drawn.label.push_back(map.first[i] == scan_map::outside      ? label_names::outside
                               : labels.pixels[i] == background_label ? std::uint8_t{0}
-                                                                     : label_of_object[labels.pixels[i]]);
+                                                                     : of.labels[labels.pixels[i]]);
     if (d.no_truth) return drawn;
     drawn.incidence = scan_convert_nearest(exec::unseq, truth.incidence, map).pixels;
     drawn.transmitted = scan_convert_nearest(exec::unseq, truth.transmitted, map).pixels;
@@ -131,9 +158,28 @@ record render(const Probe& probe, const description& d, const anatomies& all, co
     return drawn;
 }
 
-inline record render(const description& d, const anatomies& all, const sample& s) {
-    return with_probe(d, s, [&](const auto& probe) { return render(probe, d, all, s); });
+inline record render(const description& d, const anatomies& all, const specimen& of, const spot& at) {
+    const anatomy::view& seen = of.views[at.view];
+    const sample s = draw_sample(d, at, seen);
+    return with_probe(d, seen, s, [&](const auto& probe) { return render(probe, d, all, of, s); });
 }
+
+/// Draws samples one after the other, and keeps the body for the next.
+class renderer {
+  public:
+    renderer(const description& d, const anatomies& all) : d_{d}, all_{all} {}
+
+    record operator()(std::uint32_t number) {
+        const spot at = all_.place_of(number);
+        if (!of_ || !anatomies::share_body(of_->at, at)) of_ = make_specimen(d_, all_, at);
+        return render(d_, all_, *of_, at);
+    }
+
+  private:
+    const description& d_;
+    const anatomies& all_;
+    std::optional<specimen> of_{};
+};
 
 } // namespace dataset
 #endif

@@ -9,12 +9,6 @@ import numpy as np
 
 PROGRAM = os.environ["DATASET"]
 MPIEXEC = os.environ.get("MPIEXEC", "mpiexec")
-QUICK = ["--size", "64", "--lines", "48", "--planes", "1", "--part", "4", "--needle", "0.5", "--bend", "0..2", "--pressure", "0..3"]
-SMALL = [*QUICK, "--samples", "24"]
-TINY = ["--size", "32", "--lines", "16", "--planes", "1", "--samples", "2"]
-STRAIGHT = [f"--{name}=0" for name in ("spread", "along", "across", "tilt", "rock", "turn", "standoff")]
-
-sys.path.insert(0, str(pathlib.Path(__file__).parent.parent))
 
 
 def merged(options):
@@ -27,6 +21,15 @@ def merged(options):
             groups[name] = []
         groups[name].append(word)
     return [word for group in groups.values() for word in group]
+
+
+PLAIN = ["--frequency", "7.5", "--depth", "40", "--focus", "15..25", "--bend", "0", "--media", "1", "--gain", "0", "--needle", "0"]  # of a known probe
+QUICK = merged([*PLAIN, "--anatomy", "nerve_block", "--size", "64", "--lines", "48", "--planes", "1", "--part", "4", "--needle", "0.5", "--bend", "0..2", "--pressure", "0..3"])
+SMALL = [*QUICK, "--samples", "24"]
+TINY = [*PLAIN, "--anatomy", "nerve_block", "--size", "32", "--lines", "16", "--planes", "1", "--samples", "2"]
+STRAIGHT = [f"--{name}=0" for name in ("spread", "along", "across", "tilt", "rock", "turn", "standoff")]
+
+sys.path.insert(0, str(pathlib.Path(__file__).parent.parent))
 
 
 def run(folder, *options, ranks=1, check=True, output="out"):

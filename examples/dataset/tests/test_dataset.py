@@ -9,7 +9,7 @@ import time
 import h5py
 import numpy as np
 import pytest
-from helpers import PROGRAM, QUICK, SMALL, STRAIGHT, TINY, label_names, labels_of, run, whole_of, write_balls
+from helpers import PLAIN, PROGRAM, QUICK, SMALL, STRAIGHT, TINY, label_names, labels_of, run, whole_of, write_balls
 
 
 def hashes(folder):
@@ -93,7 +93,7 @@ def test_what_was_read_is_told_once(tmp_path, ranks):
     write_balls(tmp_path / "balls.obj", bone=15, liver=20)
     text = (tmp_path / "balls.obj").read_text().replace("o liver", "o bone")
     (tmp_path / "balls.obj").write_text(text)
-    done = run(tmp_path, "--anatomy", "balls.obj", "--plan", *TINY, ranks=ranks)
+    done = run(tmp_path, *TINY, "--anatomy", "balls.obj", "--plan", ranks=ranks)
     assert done.stderr.count("balls.obj: 2 objects, 40 x 40 x 40 mm, where 1 in the file is 1 mm (--unit)\n") == 1
     assert done.stderr.count("there are several objects of the name 'bone'; this one is called 'bone.2'") == 1
 
@@ -101,7 +101,7 @@ def test_what_was_read_is_told_once(tmp_path, ranks):
 @pytest.mark.parametrize("options", [[], ["--bend", "0..3", "--pressure", "0..4"]], ids=["default", "bent and pressed"])
 def test_the_sides_of_the_phantom_are_outside_of_the_images(tmp_path, options):
     """Within the field of view there is no background, and gel and skin only near the face."""
-    run(tmp_path, "--samples", "100", "--part", "100", "--size", "128", "--lines", "64", "--planes", "1", *options)
+    run(tmp_path, "--anatomy", "nerve_block", "--needle", "0", "--samples", "100", "--part", "100", "--size", "128", "--lines", "64", "--planes", "1", *options)
     with h5py.File(tmp_path / "out" / "part-000000.h5") as file:
         names = label_names(file)
         labels, depths = labels_of(file), 1e3 * file["data/depth/values"][:]
@@ -120,7 +120,7 @@ def test_labels_overlay_the_image(tmp_path, pressed):
     else:
         write_balls(tmp_path / "balls.obj", bone=15)
         place = ["--around", "bone", "--standoff", "10..20"]
-    run(tmp_path, "--anatomy", "balls.obj", "--background", "water", *place, "--size", "256", "--samples", "8", "--part", "8",
+    run(tmp_path, *PLAIN, "--anatomy", "balls.obj", "--background", "water", *place, "--size", "256", "--samples", "16", "--part", "16",
         "--spread", "0..10", "--turn", "-90..90", "--gain", "-30", "--planes", "1")
     with h5py.File(tmp_path / "out" / "part-000000.h5") as file:
         bone = label_names(file).index("bone")
@@ -137,23 +137,33 @@ def test_labels_overlay_the_image(tmp_path, pressed):
         assert len(off) > 50 and np.abs(off).max() <= 1
 
 
-def test_pressed_tissue_yields(tmp_path):
-    """Bone 25 mm below the skin gives way by exp(-25 / 20) of what the skin does: depth, label and image agree on it."""
-    write_balls(tmp_path / "balls.obj", blood=45, bone=20)
+@pytest.mark.parametrize("inside", ["muscle", "bone"])
+def test_pressed_tissue_yields(tmp_path, inside):
+    """Muscle 25 mm below the skin gives way by exp(-25 / 20) of what the skin does, bone not at all: depth, label and image agree."""
+    write_balls(tmp_path / "balls.obj", blood=45, **{inside: 20})
     for pressure in (0, 3, 6):
         folder = tmp_path / str(pressure)
         folder.mkdir()
-        run(folder, "--anatomy", "../balls.obj", "--background", "water", "--around", "blood", "--planes", "1", "--samples", "1",
+        run(folder, *PLAIN, "--anatomy", "../balls.obj", "--background", "water", "--around", "blood", "--planes", "1", "--samples", "1",
             "--pressure", str(pressure), *STRAIGHT)
         with whole_of(folder) as file:
             assert file["insonify/pressure"][0] == pressure
             label, depth = labels_of(file)[0][:, 128], 1e3 * file["data/depth/values"][0][:, 128]
-            top = np.flatnonzero(label == label_names(file).index("bone"))[0]
+            top = np.flatnonzero(label == label_names(file).index(inside))[0]
             border = depth[top - 1] + (depth[top - 1] - depth[top - 2]) / 2  # the lower edge of the last row above
-            expected = 25 - pressure + max(0, pressure - 0.05) * np.exp(-25 / 20)
-            print(f"pressed by {pressure} mm, bone is {border:.2f} mm below the face, expected {expected:.2f}")
+            expected = 25 - pressure + (max(0, pressure - 0.05) * np.exp(-25 / 20) if inside == "muscle" else 0)
+            print(f"pressed by {pressure} mm, {inside} is {border:.2f} mm below the face, expected {expected:.2f}")
             assert border == pytest.approx(expected, abs=0.16)  # a row
             assert (label[2:100] == label_names(file).index("blood")).all()  # no gap to the skin
+
+
+def test_a_probe_does_not_enter_bone(tmp_path):
+    """Bone 5 mm below the skin: a face that is pressed by more stops before it."""
+    write_balls(tmp_path / "balls.obj", blood=45, bone=40)
+    run(tmp_path, *PLAIN, "--anatomy", "balls.obj", "--around", "blood", "--planes", "1", "--samples", "4", "--size", "64", "--pressure", "12..20", *STRAIGHT)
+    with whole_of(tmp_path) as file:
+        assert (labels_of(file)[:, :, 30:34] == label_names(file).index("bone")).any(axis=(1, 2)).all()
+        assert (file["insonify/contact_depth"][:] < 5e-3).all() and (file["insonify/contact_depth"][:] > 3e-3).all()
 
 
 def test_plan(tmp_path):

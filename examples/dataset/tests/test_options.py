@@ -87,7 +87,7 @@ def test_numbers(tmp_path, option, name, typical, extremes, refused):
 
 
 def test_the_largest_size(tmp_path):
-    run(tmp_path, "--samples", "1", "--size", "4096", "--lines", "64", "--planes", "1", "--no-truth")
+    run(tmp_path, "--anatomy", "nerve_block", "--samples", "1", "--size", "4096", "--lines", "64", "--planes", "1", "--no-truth")
     with whole_of(tmp_path) as file:
         assert file["data/image/values"].shape == (1, 4096, 4096)
 
@@ -127,7 +127,7 @@ def test_anatomy_and_place(tmp_path):
     with whole_of(tmp_path) as made:
         assert set(made["insonify/anatomy"][:]) == {0, 1}
     for option, value, sentence in (
-        ("--anatomy", "nowhere.obj", "no file 'nowhere.obj'"),
+        ("--anatomy", "nowhere.obj", "no region and no file 'nowhere.obj'; regions are neck, leg"),
         ("--around", "knee", "no object 'knee'; it has bone, blood"),
         ("--background", "mud", "there is no tissue 'mud'"),
         ("--unit", "0", "--unit: must be from 1e-6"),
@@ -143,7 +143,7 @@ def test_anatomy_and_place(tmp_path):
         assert done.returncode != 0 and sentence in done.stderr, done.stderr
         assert not (tmp_path / "no").exists()
     done = run(tmp_path, *TINY, "--around", "knee", check=False, output="no")
-    assert done.returncode != 0 and "nerve block phantom has no object 'knee'; it has gel, skin" in done.stderr
+    assert done.returncode != 0 and "--around is for OBJ files; in a region the probe is placed by --view" in done.stderr
 
 
 def test_plan_of_the_largest_dataset(tmp_path):
@@ -165,7 +165,7 @@ def test_iq_and_no_truth_are_flags(tmp_path):
 
 def test_no_option_is_without_a_test():
     text = subprocess.run([PROGRAM, "--help"], capture_output=True, text=True, check=True).stdout
-    assert "A..B=5..45" in text  # with defaults
+    assert "A..B=18..25" in text  # with defaults
     options = set(re.findall(r"^  (?:-\w,)?(--[a-z-]+)", text, re.MULTILINE))
     assert len(options) > 35
     tests = "".join(path.read_text() for path in pathlib.Path(__file__).parent.glob("*.py"))
@@ -181,7 +181,7 @@ size=32
 lines = 16
 frequency = "5..9"
 planes = 1
-around = 'upper muscle'
+anatomy = 'nerve_block'
 iq = true
 from = 0,0,-1
 """)
@@ -203,7 +203,7 @@ from = 0,0,-1
         ("around = 'skin", "line 1: a quotation mark is not closed"),
         ("plan = true", "line 1: 'plan' is an option of the command line alone"),
         ("help = true", "line 1: 'help' is an option of the command line alone"),
-        ("frequency = 9..5", "runs backwards"),
+        ("rock = 9..5", "runs backwards"),
         ("seed = many", "--seed: 'many' is not a whole number"),
         ("ab", "line 1: 'ab' is not of the form option = value"),
         pytest.param(bytes(np.random.default_rng(1).integers(0, 256, 20000, dtype=np.uint8)), "--config: line 1: '", id="noise"),
