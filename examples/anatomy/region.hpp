@@ -73,19 +73,22 @@ struct body {
     }
 };
 
+/// Whether a tissue does not give way to a probe: bone and cartilage. Tendon is softer, and so is lung.
+inline bool is_stiff(const medium& inside) {
+    const medium& softest = tissue::cartilage;
+    return inside.sound_speed >= softest.sound_speed && inside.attenuation >= softest.attenuation;
+}
+
 /// Presses the probe of a view into the skin as an operator does: bone and cartilage stay, the tissue above them gives
 /// way. @return  the pose of the probe
 inline pose press_probe(scene& anatomy, const view& seen) {
     pose at = seen.at;
     at.translation += at.direction({0, 0, seen.pressed});
     const auto in_body = [&](object_id id) { return anatomy[id].name != "gel" && anatomy[id].name != "needle"; };
-    const auto is_stiff = [&](object_id id) {
-        const medium &inside = anatomy[id].inside, &softest = tissue::cartilage; // tendon is softer, and so is lung
-        return inside.sound_speed >= softest.sound_speed && inside.attenuation >= softest.attenuation;
-    };
+    const auto gives_no_way = [&](object_id id) { return is_stiff(anatomy[id].inside); };
     std::visit(
         [&](const auto& probe) {
-            anatomy.deform(exec::par, press(anatomy, probe, at, {}, in_body, is_stiff).deformation);
+            anatomy.deform(exec::par, press(anatomy, probe, at, {}, in_body, gives_no_way).deformation);
         },
         seen.probe);
     return at;

@@ -1,6 +1,7 @@
 #ifndef INSONIFY_EXAMPLES_LIVE_CONTROLS_HPP
 #define INSONIFY_EXAMPLES_LIVE_CONTROLS_HPP
 
+#include "controls_case.hpp"
 #include "controls_doppler.hpp"
 #include "controls_hands.hpp"
 #include "controls_image.hpp"
@@ -13,8 +14,9 @@ namespace live {
 inline const std::vector<control>& controls() {
     static const std::vector<control> all = [] {
         std::vector<control> joined;
-        for (const std::span<const control> part : {detail::image_controls(), detail::hand_controls(),
-                                                    detail::doppler_controls(), detail::tracker_controls()})
+        for (const std::span<const control> part :
+             {detail::case_controls(), detail::image_controls(), detail::hand_controls(), detail::doppler_controls(),
+              detail::tracker_controls()})
             joined.insert(joined.end(), part.begin(), part.end());
         return joined;
     }();
@@ -79,6 +81,11 @@ class effect_check {
             fail("a tracker holds the needle; send release first");
         if (known.is_relative && is_at_end(known, one)) fail("that is the end of its way; it can only go back");
         moved_.push_back(name);
+        if (known.group == "Case") { // another body: nothing is known of it yet
+            opens_ = true;
+            stored_ = 0;
+            frozen_ = probe_held_ = needle_held_ = false;
+        }
         if (name == "freeze" || name == "unfreeze") frozen_ = name == "freeze";
         if (name == "hold_probe") probe_held_ = true;
         if (name == "hold_needle") needle_held_ = true;
@@ -89,6 +96,7 @@ class effect_check {
     // Whether nothing is left of a movement: not where an earlier event has moved the same.
     bool is_at_end(const control& known, const event& one) const {
         constexpr float step = 1e-3F;
+        if (opens_) return false;
         if (std::find(moved_.begin(), moved_.end(), one.name) != moved_.end()) return false;
         if (one.name == "slide") {
             const vec2 way{one.values[0], one.values[1]};
@@ -102,23 +110,85 @@ class effect_check {
     const session& of_;
     std::uint32_t stored_; // frames
     bool frozen_, probe_held_, needle_held_;
+    bool opens_ = false;               // another body
     std::vector<std::string> moved_{}; // events so far
 };
 
-inline session::session(scene anatomy) : patient{std::move(anatomy)} {
-    machine.probe = nerve_block::probe;
-    machine.settings = nerve_block::settings;
-    machine.settings.interpolates_lines = true;
+inline session::session(examined begun) {
+    machine.probe = begun.probe;
+    machine.settings = begun.settings;
     machine.cine_length = 32;
-    use_preset(*this, preset);
-    const aabb whole = box();
-    if (!whole.empty() && !body.find("nerve")) { // an unknown body: above its middle
-        hand.on_skin = {0.5F * (whole.lower.x + whole.upper.x), 0.5F * (whole.lower.y + whole.upper.y)};
-        needle.entry = {hand.on_skin.x - 24_mm, hand.on_skin.y, 0};
-    }
-    needle.entry.z = skin_at({needle.entry.x, needle.entry.y});
+    begin(std::move(begun));
+}
+
+inline void session::begin(examined next) {
+    static_cast<patient&>(*this) = patient{std::move(next.body), std::move(next.vessels)};
+    ++bodies;
+    next.body = scene{};
+    next.vessels.clear();
+    view = std::move(next);
+    hand = view.hand;
+    if (view.face) hand.gel = skin_at(hand.on_skin) - *view.face;
+    needle = view.needle;
+    if (!view.enters) needle.entry.z = skin_at({needle.entry.x, needle.entry.y});
+
+    // A new scanner of the same quality, whose clock goes on.
+    const b_mode_settings before = machine.settings;
+    scanner<array_probe> fresh{view.probe, view.settings};
+    fresh.probe.lines = machine.probe.lines;
+    fresh.settings.planes = before.planes;
+    fresh.settings.size = before.size;
+    fresh.settings.frame = before.frame;
+    fresh.settings.interpolates_lines = true;
+    fresh.time = machine.time;
+    fresh.cine_length = machine.cine_length;
+    machine = std::move(fresh);
+    use_preset(*this, view.face ? preset_of_view : 0);
+    const float scale = doppler.scale; // of the preset
+    doppler = doppler_unit{};
+    doppler.scale = scale;
+    place_doppler();
+    shown = mode::b;
+    m_side = 0;
+    sweep = m_mode{{.columns = 256, .rows = 256}};
+    measured.clear();
+    shows_measurement = false;
+    cine_back.reset();
     renew_needle();
     follow_needle();
+}
+
+inline void session::open(std::uint32_t number, std::uint32_t drawn) {
+    examined next = examine(cases[number], drawn, given); // may throw
+    case_number = number;
+    patient_number = drawn;
+    begin(std::move(next));
+}
+
+// Box, gate and M-mode line to where a vessel crosses the slice, or runs along it: arteries first.
+inline void session::place_doppler() {
+    constexpr float near_slice = 1.5_mm;
+    const float depth = machine.settings.depth;
+    for (const bool artery : {true, false})
+        for (const vessel& one : vessels()) {
+            if (one.is_artery != artery) continue;
+            std::optional<vec3> best;
+            for (std::size_t i = 1; i < one.course.sections.size(); ++i)
+                for (int k = 0; k < 8; ++k) {
+                    const vec3 a = one.course.sections[i - 1].centre, b = one.course.sections[i].centre;
+                    const vec3 at = a + static_cast<float>(k) / 8 * (b - a);
+                    const vec2 place = machine.probe.locate({at.x, at.z});
+                    if (std::fabs(at.y) > near_slice || place.x < 0 || place.y < 3_mm || place.y > 0.9F * depth ||
+                        place.x > static_cast<float>(machine.probe.lines - 1))
+                        continue;
+                    if (!best || std::fabs(at.x) < std::fabs(best->x)) best = at;
+                }
+            if (!best) continue;
+            const vec2 seen{best->x, best->z - (view.face ? *view.face : 0)};
+            doppler.box_middle = doppler.gate = seen;
+            return;
+        }
+    doppler.box_middle = doppler.gate = {0, 0.5F * depth};
 }
 
 inline void session::apply(const event& one) {

@@ -17,7 +17,7 @@ struct options {
     double fps = 30;
     std::string replay{}, record{};
     std::uint64_t frames = 0; // 0: never ends
-    live::anatomy body{};
+    live::anatomy_file body{};
 };
 
 void add_options(CLI::App& app, options& into) {
@@ -113,7 +113,7 @@ class program {
         const double time = slicer::now();
         with.frame(exec::par_unseq);
         ++drawn_;
-        const scanner<linear_array>& machine = with.machine;
+        const scanner<live::array_probe>& machine = with.machine;
         server_->publish(pack(with, time), machine.frozen() ? "frozen" : "running");
         if (record_ && !machine.frozen())
             record_->add(machine.picture(), machine.map(), machine.at(), with.needle.at(), time);

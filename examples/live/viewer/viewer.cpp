@@ -17,7 +17,7 @@ using namespace insonify;
 
 struct options {
     std::string replay{}, record{}, screenshot{};
-    live::anatomy body{};
+    live::anatomy_file body{};
     std::uint64_t frames = 0; // 0: until the window is closed
 };
 

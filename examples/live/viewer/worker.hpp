@@ -105,7 +105,7 @@ class worker {
     }
     void draw(session& with) try {
         with.frame(exec::par_unseq);
-        const scanner<linear_array>& machine = with.machine;
+        const scanner<array_probe>& machine = with.machine;
         const uvec2 size = with.screen().size;
         const auto right = static_cast<float>(size.x), bottom = static_cast<float>(size.y);
         const double seconds = clock_.lap();

@@ -133,7 +133,7 @@ EMSCRIPTEN_KEEPALIVE const std::uint8_t* live_strip() {
 /// What is known of the last picture, as JSON: lengths in metres, poses as matrices of four columns.
 EMSCRIPTEN_KEEPALIVE const char* live_state() {
     static std::string text;
-    const scanner<linear_array>& machine = now->machine;
+    const scanner<live::array_probe>& machine = now->machine;
     const uvec2 size = machine.picture().size;
     const auto right = static_cast<float>(size.x), bottom = static_cast<float>(size.y);
     live::json_object state;
