@@ -2,6 +2,7 @@
 #define INSONIFY_EXAMPLES_LIVE_APPEARANCE_HPP
 
 #include <insonify/insonify.hpp>
+#include "probe.hpp"
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -20,6 +21,12 @@ inline aabb anatomy_box(const scene& body) {
     for (const object& one : body.objects())
         if (!is_tool(one)) whole = merged(whole, body.box(one.id));
     return whole;
+}
+
+/// The head of a probe in a 3-D view, in coordinates of the probe: its face is just above the skin.
+inline mesh make_probe_body(const array_probe& probe) {
+    return make_along_face(probe, 0.5F * probe.face_width() + 2_mm, 0.5F * probe.elevation_height + 1.5_mm, -18_mm,
+                           -0.5_mm);
 }
 
 namespace detail {

@@ -98,7 +98,8 @@ inline examined examine(scene body) {
 /// @param given    values that stay; those of another region do not count
 /// @throws usage_error  for a parameter that the region does not have, or a value out of range
 inline examined examine(const case_entry& one, std::uint32_t patient, const region_parameters& given) {
-    constexpr float resolution = 0.5F; // a quarter of the triangles: 30 pictures a second
+    constexpr float between_sections = 4_mm; // of vessels, whose course is computed for each vertex
+    constexpr float resolution = 0.5F;       // a quarter of the triangles: 30 pictures a second
     const ::anatomy::region& region = ::anatomy::find_region(one.region);
     ::anatomy::values values = patient > 0 ? region.drawn(patient) : ::anatomy::values{};
     if (!region.parameters.empty()) values["resolution"] = resolution;
@@ -113,7 +114,7 @@ inline examined examine(const case_entry& one, std::uint32_t patient, const regi
     made.settings = seen.settings;
     for (const ::anatomy::vessel& of : body.vessels)
         made.vessels.push_back({*body.anatomy.find(of.name), of.type == ::anatomy::vessel::kind::artery,
-                                tube_course{of.line}.moved(to_world), of.peak_velocity});
+                                tube_course{of.line}.thinned(between_sections).moved(to_world), of.peak_velocity});
     for (std::size_t i = 0; i < body.anatomy.objects().size(); ++i) {
         const object& each = body.anatomy.objects()[i];
         body.anatomy.place(each.id, to_world * each.at);

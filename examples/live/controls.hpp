@@ -30,6 +30,14 @@ inline const control* find_control(const std::string& name) {
     return nullptr;
 }
 
+/// The names of what can be chosen, such as "; 0 Off, 1 On"; empty where it is a number.
+inline std::string choices_text(const control& one) {
+    std::ostringstream text;
+    for (std::size_t i = 0; i < one.choices.size(); ++i)
+        text << (i == 0 ? "; " : ", ") << one.low + static_cast<float>(i) << ' ' << one.choices[i];
+    return text.str();
+}
+
 /// The entry of an event. @throws std::invalid_argument  for an unknown name or a wrong number of values
 inline const control& control_of(const event& one) {
     const control* const known = find_control(one.name);
@@ -40,7 +48,8 @@ inline const control& control_of(const event& one) {
             throw std::invalid_argument{one.name + " takes x and y of 3 to 512 points: " + known->tooltip.c_str()};
     } else if (count != known->values)
         throw std::invalid_argument{one.name + " takes " + std::to_string(known->values) +
-                                    " numbers: " + known->tooltip.c_str()};
+                                    (known->values == 1 ? " number: " : " numbers: ") + known->tooltip.c_str() +
+                                    choices_text(*known)};
     return *known;
 }
 
@@ -165,30 +174,28 @@ inline void session::open(std::uint32_t number, std::uint32_t drawn) {
     begin(std::move(next));
 }
 
-// Box, gate and M-mode line to where a vessel crosses the slice, or runs along it: arteries first.
+// Box and gate to the vessel of the slice that is seen best: wide, not deep, and rather an artery.
 inline void session::place_doppler() {
-    constexpr float near_slice = 1.5_mm;
+    constexpr float near_slice = 1.5_mm, priority_of_arteries = 4;
     const float depth = machine.settings.depth;
-    for (const bool artery : {true, false})
-        for (const vessel& one : vessels()) {
-            if (one.is_artery != artery) continue;
-            std::optional<vec3> best;
-            for (std::size_t i = 1; i < one.course.sections.size(); ++i)
-                for (int k = 0; k < 8; ++k) {
-                    const vec3 a = one.course.sections[i - 1].centre, b = one.course.sections[i].centre;
-                    const vec3 at = a + static_cast<float>(k) / 8 * (b - a);
-                    const vec2 place = machine.probe.locate({at.x, at.z});
-                    if (std::fabs(at.y) > near_slice || place.x < 0 || place.y < 3_mm || place.y > 0.9F * depth ||
-                        place.x > static_cast<float>(machine.probe.lines - 1))
-                        continue;
-                    if (!best || std::fabs(at.x) < std::fabs(best->x)) best = at;
-                }
-            if (!best) continue;
-            const vec2 seen{best->x, best->z - (view.face ? *view.face : 0)};
-            doppler.box_middle = doppler.gate = seen;
-            return;
-        }
+    doppler.box_size = depth * vec2{0.4F, 0.35F};
     doppler.box_middle = doppler.gate = {0, 0.5F * depth};
+    float best = 0;
+    for (const vessel& one : vessels())
+        for (std::size_t i = 1; i < one.course.sections.size(); ++i)
+            for (int k = 0; k < 8; ++k) {
+                const tube_section &a = one.course.sections[i - 1], &b = one.course.sections[i];
+                const vec3 at = a.centre + static_cast<float>(k) / 8 * (b.centre - a.centre);
+                const vec2 place = machine.probe.locate({at.x, at.z});
+                if (std::fabs(at.y) > near_slice || place.x < 0 || place.y < 3_mm || place.y > 0.75F * depth ||
+                    place.x > static_cast<float>(machine.probe.lines - 1))
+                    continue;
+                const float away = length(vec2{at.x, at.z});
+                const float seen = (one.is_artery ? priority_of_arteries : 1) * a.radii.x * a.radii.y / (away * away);
+                if (!(seen > best)) continue;
+                best = seen;
+                doppler.box_middle = doppler.gate = {at.x, at.z - (view.face ? *view.face : 0)};
+            }
 }
 
 inline void session::apply(const event& one) {
@@ -213,9 +220,7 @@ inline std::string session::help() {
         if (one.values != 0)
             line << " (" << (one.parts > 0 ? "0 to " + std::to_string(one.parts - 1) + ", " : "") << one.low << " to "
                  << one.high << (one.unit.empty() ? "" : " ") << one.unit << (one.is_relative ? ", added" : "") << ')';
-        for (std::size_t i = 0; i < one.choices.size(); ++i)
-            line << (i == 0 ? "; " : ", ") << one.low + static_cast<float>(i) << ' ' << one.choices[i];
-        text += line.str() + '\n';
+        text += line.str() + choices_text(one) + '\n';
     }
     return text;
 }

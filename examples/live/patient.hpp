@@ -31,8 +31,7 @@ class patient {
     ///                 air; another one keeps its background
     /// @param vessels  of the anatomy
     explicit patient(scene anatomy = scene{}, std::vector<vessel> vessels = {})
-        : body{without_tools(anatomy)}, at_rest_{body}, vessels_{std::move(vessels)} {
-        at_rest_.build(exec::par);
+        : body{without_tools(anatomy)}, at_rest_{surfaces_of(body)}, vessels_{std::move(vessels)} {
         for (vessel& one : vessels_) one.blood = *body.find(anatomy[one.blood].name);
         for (const vessel& one : vessels_) lines_.push_back(one.course.line());
         flow = blood_flow{body, vessels_};
@@ -53,7 +52,7 @@ class patient {
     const contact& touch() const { return press_.touch(); } ///< of the last frame
     const std::vector<vessel>& vessels() const { return vessels_; }
 
-    /// The needle and the gel, for a probe.
+    /// The needle and the gel, for a probe; builds the body.
     void renew_tools(const needle_state& held, const array_probe& probe) {
         for (const char* name : {"needle", "gel"})
             if (const std::optional<object_id> old = body.find(name)) body.remove(*old);
@@ -116,11 +115,18 @@ class patient {
     }
 
   private:
+    // Not built.
     static scene without_tools(const scene& anatomy) {
-        scene body{anatomy.find("gel") ? tissue::air : anatomy.background()};
+        scene kept{anatomy.find("gel") ? tissue::air : anatomy.background()};
         for (const object& one : anatomy.objects())
-            if (one.name != "needle" && one.name != "gel") body.add(one.surface, one.inside, one);
-        return body.build(exec::par);
+            if (one.name != "needle" && one.name != "gel") kept.add(one.surface, one.inside, one);
+        return kept;
+    }
+    // Surfaces alone: fibres take most of the time to build.
+    static scene surfaces_of(const scene& body) {
+        scene bare;
+        for (const object& one : body.objects()) bare.add(one.surface, one.inside, {.at = one.at, .name = one.name});
+        return bare.build(exec::par);
     }
 
     // Beyond the edge of a body there is no skin: there the depth of the face ends on a slope.

@@ -20,6 +20,19 @@ struct tube_course {
     vec3 across{0, 0, 0}; ///< first axis of the first section; 0: any
 
     centre_line line() const { return {sections, across}; }
+    /// The same with fewer sections, at least so far apart but for the last. @param apart  metres
+    tube_course thinned(float apart) const {
+        tube_course fewer{{sections.front()}, across};
+        for (std::size_t i = 1; i < sections.size(); ++i) {
+            const bool is_last = i + 1 == sections.size();
+            if (is_last && fewer.sections.size() > 1 &&
+                length(sections[i].centre - fewer.sections.back().centre) < apart)
+                fewer.sections.pop_back();
+            if (is_last || length(sections[i].centre - fewer.sections.back().centre) >= apart)
+                fewer.sections.push_back(sections[i]);
+        }
+        return fewer;
+    }
     /// The same course in other coordinates. @param to  from the present ones
     tube_course moved(const pose& to) const {
         // `across` is that of a section without a turn.

@@ -111,8 +111,7 @@ bool pierces(live::session& one, std::uint32_t number) {
                        text_of(1e3 * static_cast<double>(from_skin)) + " mm from the skin";
     if (view.needle && number > 0) {
         const vec3 target = view.at.local_point(view.needle->target);
-        one.apply({"advance", {60}});
-        one.apply({"advance", {1e3F * length(target - one.needle.entry) - 60}});
+        one.apply({"advance", {1e3F * length(target - one.needle.entry)}});
         const float missed = length(one.needle.at().point({0, 0, 0}) - target);
         text += ", and ends " + text_of(1e3 * static_cast<double>(missed)) + " mm from its target";
         holds = holds && missed < 0.01_mm;

@@ -10,7 +10,7 @@ namespace {
 
 using namespace insonify;
 
-std::unique_ptr<live::session> now = std::make_unique<live::session>(nerve_block_phantom());
+std::unique_ptr<live::session> now = std::make_unique<live::session>();
 live::loaded_anatomy recorded; // of the recording that was read last
 std::uint32_t frames = 0;
 live::session_clock passing;
@@ -66,9 +66,9 @@ const char* shown(const object& one, float opacity, const pose& at) {
 
 extern "C" {
 
-/// Starts again with the phantom, or with the anatomy of the recording that was read last.
+/// Starts again with the first case, or with what the recording that was read last begins with.
 EMSCRIPTEN_KEEPALIVE void live_restart(bool with_recorded) {
-    now = std::make_unique<live::session>(with_recorded ? recorded.body : nerve_block_phantom());
+    now = std::make_unique<live::session>(live::begin_session(with_recorded ? recorded : live::loaded_anatomy{}));
 }
 
 /// Starts again with an OBJ file that has been written into the file system, and stays there for recordings.
@@ -86,8 +86,8 @@ EMSCRIPTEN_KEEPALIVE const char* live_load(const char* path, float unit, int sid
                                                           .tissue = tissue,
                                                           .background = background},
                                                          "1 in the file is 1 ");
-        now = std::make_unique<live::session>(std::move(loaded.body));
         for (const std::string& note : loaded.notes) notes += note + '\n';
+        now = std::make_unique<live::session>(live::begin_session(std::move(loaded)));
     });
     return (text = live::json_object{}.add("fault", fault).add("notes", notes).text()).c_str();
 }
@@ -137,13 +137,14 @@ EMSCRIPTEN_KEEPALIVE const char* live_state() {
     const uvec2 size = machine.picture().size;
     const auto right = static_cast<float>(size.x), bottom = static_cast<float>(size.y);
     live::json_object state;
-    state.add("frame", frames).add("width", size.x).add("height", size.y);
+    state.add("frame", frames).add("body", now->bodies).add("width", size.x).add("height", size.y);
     state.add("pitch", machine.map().pitch.y).add("top", machine.map().point({0, 0}).y); // pixels are square
     state.add("focus", machine.probe.focus);
     state.add("frozen", machine.frozen()).add("interval", 1e3 * now->ticks * live::session::tick);
     state.add("probe", machine.at())
         .add("needle", now->needle.at())
-        .add("needle_id", static_cast<std::uint32_t>(now->needle_id));
+        .add("needle_id", static_cast<std::uint32_t>(now->needle_id))
+        .add("entry", std::array{now->needle.entry});
     state.add("corners", std::array{machine.point({0, 0}), machine.point({right, 0}), machine.point({right, bottom}),
                                     machine.point({0, bottom})});
     const live::strip_scale axes = now->strip_axes();
@@ -214,6 +215,9 @@ EMSCRIPTEN_KEEPALIVE const char* live_recording(const char* path) {
     return (text = live::json_object{}.add("fault", std::string{fault}).add("steps", steps).text()).c_str();
 }
 
+/// Whether the probe began at the origin of the world: on a case.
+EMSCRIPTEN_KEEPALIVE bool live_begins() { return now->case_number.has_value(); }
+
 /// Number of objects; the needle and the gel are among them.
 EMSCRIPTEN_KEEPALIVE std::uint32_t live_parts() {
     part_opacities = live::opacities(now->body);
@@ -224,6 +228,11 @@ EMSCRIPTEN_KEEPALIVE std::uint32_t live_parts() {
 EMSCRIPTEN_KEEPALIVE const char* live_part(std::uint32_t index) {
     const object& one = now->body.objects()[index];
     return live::is_tool(one) ? "" : shown(one, part_opacities[index], one.at);
+}
+
+/// The same of the head of the probe, in its own coordinates.
+EMSCRIPTEN_KEEPALIVE const char* live_probe() {
+    return shown({.surface = live::make_probe_body(now->machine.probe)}, 1, pose{});
 }
 
 /// The same of the needle, in its own coordinates.
