@@ -179,6 +179,7 @@ inline void session::place_doppler() {
     constexpr float near_slice = 1.5_mm, priority_of_arteries = 4;
     const float depth = machine.settings.depth;
     doppler.box_size = depth * vec2{0.4F, 0.35F};
+    if (machine.probe.kind != array_probe::shape::linear) doppler.gain_db = 10; // echoes from the depth are weaker
     doppler.box_middle = doppler.gate = {0, 0.5F * depth};
     float best = 0;
     for (const vessel& one : vessels())

@@ -132,16 +132,19 @@ class view3d {
         glEnable(GL_TEXTURE_2D);
         glBindTexture(GL_TEXTURE_2D, picture);
         glColor4f(1, 1, 1, 0.92F);
+        glAlphaFunc(GL_GREATER, 0.5F); // beside a sector there is nothing
+        glEnable(GL_ALPHA_TEST);
         glBegin(GL_QUADS);
         for (int i = 0; i < 4; ++i) {
             glTexCoord2f(s[i], t[i]);
             glVertex3f(frame.corners[i].x, frame.corners[i].y, frame.corners[i].z);
         }
         glEnd();
+        glDisable(GL_ALPHA_TEST);
         glDisable(GL_TEXTURE_2D);
         glColor4f(0.4F, 0.8F, 1, 1);
         glBegin(GL_LINE_LOOP);
-        for (const vec3& corner : frame.corners) glVertex3f(corner.x, corner.y, corner.z);
+        for (const vec3& point : frame.outline) glVertex3f(point.x, point.y, point.z);
         glEnd();
     }
 

@@ -149,7 +149,7 @@ class application {
             glfwPollEvents();
             if (scanner.newer(frame_)) {
                 if (anatomy_ != frame_.anatomy) space.show(*(anatomy_ = frame_.anatomy), frame_.probe.translation);
-                live::upload(textures_[0], frame_.screen);
+                live::upload(textures_[0], frame_.screen, frame_.seen);
                 if (frame_.strip.size.x > 0) live::upload(textures_[1], frame_.strip);
                 if (knobs_.saves_sequence) write_png(numbered("frame_"), frame_.screen);
             }

@@ -44,6 +44,8 @@ struct shown_frame {
     std::vector<legend_entry> legend{};
     std::vector<float> values{};             ///< of `controls()`, in their order
     std::vector<std::vector<float>> parts{}; ///< of those that have parts, in the same order
+    std::vector<std::uint8_t> seen{};        ///< of each pixel of the screen: 255 in the picture, 0 beside a sector
+    std::vector<vec3> outline{};             ///< see `field_of_view`
     vec3 corners[4] = {}; ///< of the picture in the world: upper left, upper right, lower right, lower left
     pose probe{}, needle{};
     vec2 needle_entry{0, 0}; ///< x, y in the world, metres
@@ -155,6 +157,9 @@ class worker {
             shown_.parts[i].resize(one.parts);
             for (std::uint32_t part = 0; part < one.parts; ++part) shown_.parts[i][part] = one.part_value(with, part);
         }
+        shown_.seen.resize(shown_.screen.pixels.size());
+        for (std::size_t i = 0; i < shown_.seen.size(); ++i) shown_.seen[i] = is_seen(machine, i) ? 255 : 0;
+        shown_.outline = field_of_view(machine);
         shown_.corners[0] = machine.point({0, 0});
         shown_.corners[1] = machine.point({right, 0});
         shown_.corners[2] = machine.point({right, bottom});

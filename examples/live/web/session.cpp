@@ -29,9 +29,9 @@ const char* attempt(const Function& function) {
     return fault.c_str();
 }
 
-void put_pixel(std::vector<std::uint8_t>& bytes, vec3 colour) {
+void put_pixel(std::vector<std::uint8_t>& bytes, vec3 colour, bool is_seen = true) {
     for (int i = 0; i < 3; ++i) bytes.push_back(static_cast<std::uint8_t>(255 * clamp(colour[i], 0, 1) + 0.5F));
-    bytes.push_back(255);
+    bytes.push_back(is_seen ? 255 : 0);
 }
 
 // The event of a part of a control, such as "slider 3".
@@ -114,11 +114,12 @@ EMSCRIPTEN_KEEPALIVE const char* live_frame(bool live) {
     });
 }
 
-/// Red, green, blue and opacity of each pixel of the last picture, row by row from the top.
+/// Red, green, blue and opacity of each pixel of the last picture, row by row from the top; beside a sector it is transparent.
 EMSCRIPTEN_KEEPALIVE const std::uint8_t* live_pixels() {
     static std::vector<std::uint8_t> bytes;
     bytes.clear();
-    for (const vec3& pixel : now->screen().pixels) put_pixel(bytes, pixel);
+    const std::vector<vec3>& pixels = now->screen().pixels;
+    for (std::size_t i = 0; i < pixels.size(); ++i) put_pixel(bytes, pixels[i], live::is_seen(now->machine, i));
     return bytes.data();
 }
 
@@ -147,6 +148,7 @@ EMSCRIPTEN_KEEPALIVE const char* live_state() {
         .add("entry", std::array{now->needle.entry});
     state.add("corners", std::array{machine.point({0, 0}), machine.point({right, 0}), machine.point({right, bottom}),
                                     machine.point({0, bottom})});
+    state.add("outline", live::field_of_view(machine));
     const live::strip_scale axes = now->strip_axes();
     live::json_object strip, values;
     strip.add("width", now->strip().size.x).add("height", now->strip().size.y).add("upper", axes.upper);

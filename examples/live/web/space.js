@@ -75,12 +75,12 @@ export class Space {
         const plane = new BufferGeometry().setAttribute("position", corners);
         plane.setAttribute("uv", new BufferAttribute(new Float32Array([0, 1, 1, 1, 1, 0, 0, 0]), 2)).setIndex([0, 1, 2, 0, 2, 3]);
         this.corners = corners;
-        this.slice_paint = new MeshBasicMaterial({ side: DoubleSide, transparent: true, opacity: 0.93 });
+        this.slice_paint = new MeshBasicMaterial({ side: DoubleSide, transparent: true, opacity: 0.93, alphaTest: 0.5 }); // beside a sector there is nothing
         const slice = new Mesh(plane, this.slice_paint);
-        const outline = new LineLoop(new BufferGeometry().setAttribute("position", corners), new LineBasicMaterial({ color: 0x66ccff }));
-        slice.frustumCulled = outline.frustumCulled = false;
+        this.outline = new LineLoop(new BufferGeometry(), new LineBasicMaterial({ color: 0x66ccff }));
+        slice.frustumCulled = this.outline.frustumCulled = false;
         slice.renderOrder = 1;
-        this.scene.add(slice, outline);
+        this.scene.add(slice, this.outline);
     }
 
     /** @param begins  the probe begins at the origin of the world */
@@ -137,6 +137,8 @@ export class Space {
         this.hub.material.color.set(gauge_colours[state.values.gauge] ?? 0x33373d);
         this.corners.array.set(state.corners.flat());
         this.corners.needsUpdate = true;
+        this.outline.geometry.dispose();
+        this.outline.geometry = new BufferGeometry().setAttribute("position", new BufferAttribute(new Float32Array(state.outline.flat()), 3));
         if (this.texture?.image !== picture || this.texture_size !== picture.width * picture.height) {
             this.texture?.dispose();
             this.texture = new CanvasTexture(picture);
