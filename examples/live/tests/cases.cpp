@@ -114,7 +114,7 @@ bool pierces(live::session& one, std::uint32_t number) {
         one.apply({"advance", {1e3F * length(target - one.needle.entry)}});
         const float missed = length(one.needle.at().point({0, 0, 0}) - target);
         text += ", and ends " + text_of(1e3 * static_cast<double>(missed)) + " mm from its target";
-        holds = holds && missed < 0.01_mm;
+        holds = holds && missed < 0.1_mm; // which depends on the resolution
     }
     const double before = draw(one);
     const vec2 beside{one.needle.entry.x, one.needle.entry.y + 5_mm};
@@ -144,7 +144,7 @@ bool flows(live::session& one, std::uint32_t number) {
     const uvec2 spectrum = one.strip().size;
     one.apply({"mode", {1}});
     draw(one);
-    return check((most > 20 || !crosses) && (most == 0 || !one.vessels().empty()) && spectrum.x > 0 &&
+    return check((most > 5 || !crosses) && (most == 0 || !one.vessels().empty()) && spectrum.x > 0 &&
                      one.strip().size.x > 0,
                  text);
 }
