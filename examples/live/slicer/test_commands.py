@@ -120,9 +120,7 @@ def test_without_effect(commands):
     commands.accepted(line_of("hold_probe", IDENTITY + [0, 0, 0]))
     commands.refused("slide -2 0", "slide: a tracker holds the probe; send release first")
     commands.accepted("release\nslide -2 0")
-    commands.accepted("advance -20")
-    commands.accepted("advance 75")
-    commands.accepted("advance 20")
+    commands.accepted("advance -20\n" * 5 + "advance 75\nadvance 20")
     commands.refused("advance 1", "advance: that is the end of its way; it can only go back")
     commands.accepted("advance -20")
 
@@ -133,7 +131,7 @@ def test_cases(commands):
         commands.client.until("IMAGE", check=False)
         return read_image(commands.client.until("IMAGE", check=False)["body"])
 
-    commands.accepted("width 160\nlines 48")
+    commands.accepted("case 0\nwidth 160\nlines 48")
     first = image()
     commands.accepted("case 11")  # gallbladder, convex
     size, _, gray = image()
