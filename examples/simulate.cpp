@@ -2,7 +2,6 @@
 // paper's eq. 1, as in its figure 3, and a B-mode image. `simulate --help` lists the options.
 #define INSONIFY_IMPLEMENTATION
 #include <insonify/insonify.hpp>
-#include "anatomy/regions.hpp"
 #include "anatomy_check.hpp"
 #include "nerve_block_phantom.hpp"
 #include "progress.hpp"
@@ -82,25 +81,11 @@ pose pose_of(const simulate_options& chosen, const pose& usual) {
                        : usual;
 }
 
-/// A region of the body, with its parameters: lengths as those of the command line, other values as numbers.
+/// A region of the body, with its parameters.
 anatomy::body make_region(const simulate_options& chosen) {
     const anatomy::region& region = anatomy::find_region(chosen.anatomy);
-    anatomy::values values;
-    if (chosen.seed) values = region.drawn(*chosen.seed);
-    for (const std::string& text : chosen.parameters) {
-        const std::string name = text.substr(0, text.find('='));
-        std::string value = text.substr(std::min(name.size() + 1, text.size()));
-        const bool is_length = std::any_of(region.parameters.begin(), region.parameters.end(), [&](const auto& one) {
-            return one.name == name && std::string{one.unit} == "m";
-        });
-        if (is_length)
-            if (const std::string fault = command_line::length()(value); !fault.empty())
-                throw usage_error{"--parameter: " + text + ": " + fault};
-        const double number = command_line::detail::number_of(value);
-        if (!std::isfinite(number))
-            throw usage_error{"--parameter: '" + text + "' is not a name and its value, such as fat=6mm or side=1"};
-        values[name] = static_cast<float>(number) * (is_length ? 1_mm : 1);
-    }
+    anatomy::values values = parameters_of(chosen, region);
+    if (chosen.seed) values.merge(region.drawn(*chosen.seed));
     return region.make(values);
 }
 

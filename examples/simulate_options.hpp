@@ -2,16 +2,13 @@
 #define INSONIFY_EXAMPLES_SIMULATE_OPTIONS_HPP
 
 #include <insonify/examinations.hpp>
-#include "command_line.hpp"
+#include "region_options.hpp"
 #include <cmath>
 #include <optional>
 
 /// The command line of `simulate`; lengths in millimetres, frequencies in megahertz, angles in degrees.
-struct simulate_options {
-    std::string file{};                    ///< empty: a region, or the built-in phantom
-    std::string anatomy{}, view{};         ///< of `anatomy::regions()`; empty: none, its first one
-    std::vector<std::string> parameters{}; ///< of the region: "name=value"
-    std::optional<std::uint64_t> seed{};   ///< draws the parameters of the region
+struct simulate_options : region_options {
+    std::string file{}; ///< empty: a region, or the built-in phantom
     bool list = false;
     float unit = 1;
     std::optional<std::string> background{};
@@ -67,20 +64,7 @@ inline void add_options(CLI::App& app, simulate_options& into) {
     add_list<3, float>(app, "--layers", into.layers, ',', component, "X,Y,Z",
                        "direction across its layers, from the skin inwards (away from the probe)")
         ->needs(file);
-    CLI::Option* const region =
-        add(app, "--anatomy", into.anatomy, "REGION", "a region of the body instead of a file: see --list")
-            ->check(name())
-            ->excludes(file);
-    add(app, "--view", into.view, "NAME", "standard view of the region, with its own probe (the first)")
-        ->check(name())
-        ->needs(region);
-    app.add_option("--parameter", into.parameters, "of the region, such as fat=6mm; may be repeated")
-        ->type_name("NAME=VALUE")
-        ->option_text("NAME=VALUE")
-        ->allow_extra_args(false)
-        ->needs(region);
-    add_whole_number(app, "--seed", into.seed, "NUMBER", "draws the parameters of the region", 0, 999'999'999)
-        ->needs(region);
+    add_region_options(app, into, "a region of the body instead of a file: see --list", 0, 999'999'999)->excludes(file);
     app.add_flag("--list", into.list, "lists the regions with their views and parameters, and ends");
     add(app, "--output", into.output, "FOLDER", "folder that the images are written to (out)")->check(name());
     add_list<2, std::uint32_t>(app, "--size", into.size, 'x', whole_number(0, 16384), "WxH",

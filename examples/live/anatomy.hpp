@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <fstream>
 #include <iterator>
+#include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace live {
@@ -16,14 +18,14 @@ namespace live {
 inline constexpr const char* sides[] = {"+x", "-x", "+y", "-y", "+z", "-z"};
 
 /// An anatomy from a file.
-struct anatomy {
+struct anatomy_file {
     std::string file{}; ///< Wavefront OBJ; empty: the phantom of a nerve block
     float unit = 1_mm;  ///< length of 1 in the file, metres
     std::string skin{}; ///< one of `sides`: the body is turned and moved; empty: it stays where it is, +z inwards
     std::string tissue = "muscle";  ///< of all faces in a file without materials
     std::string background = "air"; ///< around its objects
 
-    friend bool operator==(const anatomy&, const anatomy&) = default;
+    friend bool operator==(const anatomy_file&, const anatomy_file&) = default;
 };
 
 /// The name of a tissue; empty for another medium.
@@ -67,24 +69,27 @@ inline void turn_skin_up(scene& body, const std::string& skin) {
 
 } // namespace detail
 
-/// An anatomy, and the body that it gives.
-struct loaded_anatomy {
-    anatomy of{};
+/// What a session is to examine.
+struct anatomy_choice {
+    anatomy_file file{};                        ///< without a name: a case
+    std::optional<std::uint32_t> case_number{}; ///< see `cases`; none: the first one
+    std::uint32_t patient = 0;                  ///< see `examine`
+    region_parameters given{};                  ///< of the region of the case
+};
+
+/// The same, and the body of the file.
+struct loaded_anatomy : anatomy_choice {
     scene body{};
     std::vector<std::string> notes{}; ///< of `load_obj_scene`
 };
 
-/// Loads the anatomy of a session.
+/// Loads the anatomy of a file.
 /// @param unit_choice  see `check_anatomy`
 /// @throws std::runtime_error  for a file that cannot be read, an unknown tissue or side, or a mesh that is open, naming the
 ///                             object and what to do
-inline loaded_anatomy load_anatomy(const anatomy& from, const std::string& unit_choice = "--unit 1") {
-    loaded_anatomy loaded{.of = from};
+inline loaded_anatomy load_anatomy(const anatomy_file& from, const std::string& unit_choice = "--unit 1") {
+    loaded_anatomy loaded{{.file = from}};
     scene& body = loaded.body;
-    if (from.file.empty()) {
-        body = nerve_block_phantom();
-        return loaded;
-    }
     const obj_settings settings{.unit = from.unit, .background = tissue_named(from.background)};
     std::ifstream file{from.file};
     const std::string text{std::istreambuf_iterator<char>{file}, {}};
@@ -101,8 +106,20 @@ inline loaded_anatomy load_anatomy(const anatomy& from, const std::string& unit_
 
 /// What a session examines: a sentence, and what the body has otherwise than the file, a line each.
 inline std::string describe(const loaded_anatomy& one) {
-    return one.of.file.empty() ? "The phantom of a nerve block"
-                               : describe_anatomy(one.of.file, one.body, one.of.unit, one.notes);
+    const anatomy_file& of = one.file;
+    if (!of.file.empty()) return describe_anatomy(of.file, one.body, of.unit, one.notes);
+    const std::string title = cases[one.case_number.value_or(0)].title;
+    return one.patient == 0 ? title : title + ", patient " + std::to_string(one.patient);
+}
+
+/// Begins a session. @param record  takes the case that it begins with; null: none
+inline session begin_session(loaded_anatomy one, recorder* record = nullptr) {
+    session begun = one.file.file.empty() ? session{} : session{std::move(one.body)};
+    begun.record = record;
+    begun.given = std::move(one.given);
+    if (one.patient != 0) begun.apply({"patient", {static_cast<float>(one.patient)}});
+    if (one.case_number) begun.apply({"case", {static_cast<float>(*one.case_number)}});
+    return begun;
 }
 
 /// A hash of its meshes and media, as in the file: wherever it has been placed, and on every processor.

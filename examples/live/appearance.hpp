@@ -2,6 +2,7 @@
 #define INSONIFY_EXAMPLES_LIVE_APPEARANCE_HPP
 
 #include <insonify/insonify.hpp>
+#include "probe.hpp"
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -20,6 +21,32 @@ inline aabb anatomy_box(const scene& body) {
     for (const object& one : body.objects())
         if (!is_tool(one)) whole = merged(whole, body.box(one.id));
     return whole;
+}
+
+/// The head of a probe in a 3-D view, in coordinates of the probe: its face is just above the skin.
+inline mesh make_probe_body(const array_probe& probe) {
+    return make_along_face(probe, 0.5F * probe.face_width() + 2_mm, 0.5F * probe.elevation_height + 1.5_mm, -18_mm,
+                           -0.5_mm);
+}
+
+/// The edge of the last picture in the world: along the face from left to right, and back at its depth.
+inline std::vector<vec3> field_of_view(const scanner<array_probe>& machine) {
+    const array_probe& probe = machine.probe;
+    const int steps = probe.kind == array_probe::shape::linear ? 1 : 24;
+    std::vector<vec3> edge;
+    for (int i = 0; i <= 2 * steps + 1; ++i) {
+        const int step = i <= steps ? i : 2 * steps + 1 - i;
+        const float part = static_cast<float>(step) / static_cast<float>(steps);
+        edge.push_back(machine.at().point(
+            probe.beam(part * static_cast<float>(probe.lines) - 0.5F).at(i <= steps ? 0 : machine.settings.depth)));
+    }
+    return edge;
+}
+
+/// Whether a pixel of the last picture is within it, and not beside a sector.
+inline bool is_seen(const scanner<array_probe>& machine, std::size_t pixel) {
+    const std::vector<std::uint32_t>& first = machine.map().first;
+    return pixel >= first.size() || first[pixel] != scan_map::outside;
 }
 
 namespace detail {

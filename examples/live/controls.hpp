@@ -1,6 +1,7 @@
 #ifndef INSONIFY_EXAMPLES_LIVE_CONTROLS_HPP
 #define INSONIFY_EXAMPLES_LIVE_CONTROLS_HPP
 
+#include "controls_case.hpp"
 #include "controls_doppler.hpp"
 #include "controls_hands.hpp"
 #include "controls_image.hpp"
@@ -13,8 +14,9 @@ namespace live {
 inline const std::vector<control>& controls() {
     static const std::vector<control> all = [] {
         std::vector<control> joined;
-        for (const std::span<const control> part : {detail::image_controls(), detail::hand_controls(),
-                                                    detail::doppler_controls(), detail::tracker_controls()})
+        for (const std::span<const control> part :
+             {detail::case_controls(), detail::image_controls(), detail::hand_controls(), detail::doppler_controls(),
+              detail::tracker_controls()})
             joined.insert(joined.end(), part.begin(), part.end());
         return joined;
     }();
@@ -28,6 +30,14 @@ inline const control* find_control(const std::string& name) {
     return nullptr;
 }
 
+/// The names of what can be chosen, such as "; 0 Off, 1 On"; empty where it is a number.
+inline std::string choices_text(const control& one) {
+    std::ostringstream text;
+    for (std::size_t i = 0; i < one.choices.size(); ++i)
+        text << (i == 0 ? "; " : ", ") << one.low + static_cast<float>(i) << ' ' << one.choices[i];
+    return text.str();
+}
+
 /// The entry of an event. @throws std::invalid_argument  for an unknown name or a wrong number of values
 inline const control& control_of(const event& one) {
     const control* const known = find_control(one.name);
@@ -38,7 +48,8 @@ inline const control& control_of(const event& one) {
             throw std::invalid_argument{one.name + " takes x and y of 3 to 512 points: " + known->tooltip.c_str()};
     } else if (count != known->values)
         throw std::invalid_argument{one.name + " takes " + std::to_string(known->values) +
-                                    " numbers: " + known->tooltip.c_str()};
+                                    (known->values == 1 ? " number: " : " numbers: ") + known->tooltip.c_str() +
+                                    choices_text(*known)};
     return *known;
 }
 
@@ -79,6 +90,11 @@ class effect_check {
             fail("a tracker holds the needle; send release first");
         if (known.is_relative && is_at_end(known, one)) fail("that is the end of its way; it can only go back");
         moved_.push_back(name);
+        if (known.group == "Case") { // another body: nothing is known of it yet
+            opens_ = true;
+            stored_ = 0;
+            frozen_ = probe_held_ = needle_held_ = false;
+        }
         if (name == "freeze" || name == "unfreeze") frozen_ = name == "freeze";
         if (name == "hold_probe") probe_held_ = true;
         if (name == "hold_needle") needle_held_ = true;
@@ -89,6 +105,7 @@ class effect_check {
     // Whether nothing is left of a movement: not where an earlier event has moved the same.
     bool is_at_end(const control& known, const event& one) const {
         constexpr float step = 1e-3F;
+        if (opens_) return false;
         if (std::find(moved_.begin(), moved_.end(), one.name) != moved_.end()) return false;
         if (one.name == "slide") {
             const vec2 way{one.values[0], one.values[1]};
@@ -102,23 +119,84 @@ class effect_check {
     const session& of_;
     std::uint32_t stored_; // frames
     bool frozen_, probe_held_, needle_held_;
+    bool opens_ = false;               // another body
     std::vector<std::string> moved_{}; // events so far
 };
 
-inline session::session(scene anatomy) : patient{std::move(anatomy)} {
-    machine.probe = nerve_block::probe;
-    machine.settings = nerve_block::settings;
-    machine.settings.interpolates_lines = true;
+inline session::session(examined begun) {
+    machine.probe = begun.probe;
+    machine.settings = begun.settings;
     machine.cine_length = 32;
-    use_preset(*this, preset);
-    const aabb whole = box();
-    if (!whole.empty() && !body.find("nerve")) { // an unknown body: above its middle
-        hand.on_skin = {0.5F * (whole.lower.x + whole.upper.x), 0.5F * (whole.lower.y + whole.upper.y)};
-        needle.entry = {hand.on_skin.x - 24_mm, hand.on_skin.y, 0};
-    }
-    needle.entry.z = skin_at({needle.entry.x, needle.entry.y});
+    begin(std::move(begun));
+}
+
+inline void session::begin(examined next) {
+    static_cast<patient&>(*this) = patient{std::move(next.body), std::move(next.vessels)};
+    ++bodies;
+    next.body = scene{};
+    next.vessels.clear();
+    view = std::move(next);
+    hand = view.hand;
+    if (view.face) hand.gel = skin_at(hand.on_skin) - *view.face;
+    needle = view.needle;
+    if (!view.enters) needle.entry.z = skin_at({needle.entry.x, needle.entry.y});
+
+    // A new scanner of the same quality, whose clock goes on.
+    const b_mode_settings before = machine.settings;
+    scanner<array_probe> fresh{view.probe, view.settings};
+    fresh.probe.lines = machine.probe.lines;
+    fresh.settings.planes = before.planes;
+    fresh.settings.size = before.size;
+    fresh.settings.frame = before.frame;
+    fresh.settings.interpolates_lines = true;
+    fresh.time = machine.time;
+    fresh.cine_length = machine.cine_length;
+    machine = std::move(fresh);
+    use_preset(*this, view.face ? preset_of_view : 0);
+    const float scale = doppler.scale; // of the preset
+    doppler = doppler_unit{};
+    doppler.scale = scale;
+    place_doppler();
+    shown = mode::b;
+    m_side = 0;
+    sweep = m_mode{{.columns = 256, .rows = 256}};
+    measured.clear();
+    shows_measurement = false;
+    cine_back.reset();
     renew_needle();
     follow_needle();
+}
+
+inline void session::open(std::uint32_t number, std::uint32_t drawn) {
+    examined next = examine(cases[number], drawn, given); // may throw
+    case_number = number;
+    patient_number = drawn;
+    begin(std::move(next));
+}
+
+// Box and gate to the vessel of the slice that is seen best: wide, not deep, and rather an artery.
+inline void session::place_doppler() {
+    constexpr float near_slice = 1.5_mm, priority_of_arteries = 4;
+    const float depth = machine.settings.depth;
+    doppler.box_size = depth * vec2{0.4F, 0.35F};
+    if (machine.probe.kind != array_probe::shape::linear) doppler.gain_db = 10; // echoes from the depth are weaker
+    doppler.box_middle = doppler.gate = {0, 0.5F * depth};
+    float best = 0;
+    for (const vessel& one : vessels())
+        for (std::size_t i = 1; i < one.course.sections.size(); ++i)
+            for (int k = 0; k < 8; ++k) {
+                const tube_section &a = one.course.sections[i - 1], &b = one.course.sections[i];
+                const vec3 at = a.centre + static_cast<float>(k) / 8 * (b.centre - a.centre);
+                const vec2 place = machine.probe.locate({at.x, at.z});
+                if (std::fabs(at.y) > near_slice || place.x < 0 || place.y < 3_mm || place.y > 0.75F * depth ||
+                    place.x > static_cast<float>(machine.probe.lines - 1))
+                    continue;
+                const float away = length(vec2{at.x, at.z});
+                const float seen = (one.is_artery ? priority_of_arteries : 1) * a.radii.x * a.radii.y / (away * away);
+                if (!(seen > best)) continue;
+                best = seen;
+                doppler.box_middle = doppler.gate = {at.x, at.z - (view.face ? *view.face : 0)};
+            }
 }
 
 inline void session::apply(const event& one) {
@@ -143,9 +221,7 @@ inline std::string session::help() {
         if (one.values != 0)
             line << " (" << (one.parts > 0 ? "0 to " + std::to_string(one.parts - 1) + ", " : "") << one.low << " to "
                  << one.high << (one.unit.empty() ? "" : " ") << one.unit << (one.is_relative ? ", added" : "") << ')';
-        for (std::size_t i = 0; i < one.choices.size(); ++i)
-            line << (i == 0 ? "; " : ", ") << one.low + static_cast<float>(i) << ' ' << one.choices[i];
-        text += line.str() + '\n';
+        text += line.str() + choices_text(one) + '\n';
     }
     return text;
 }

@@ -88,7 +88,7 @@ inline std::span<const control> hand_controls() {
          "Probe",
          "Heart rate",
          "beats/min",
-         "Of the artery and its flow",
+         "Of the arteries and their flow",
          30,
          180,
          1,
@@ -101,7 +101,7 @@ inline std::span<const control> hand_controls() {
          "Probe",
          "Pulse",
          "mm",
-         "By how much the wall of the artery moves with each beat",
+         "By how much the wall of an artery of 3 mm radius moves with each beat",
          0,
          1,
          0.05F,
@@ -119,7 +119,7 @@ inline std::span<const control> hand_controls() {
          "mm",
          "Length of the needle below the skin",
          -20,
-         60,
+         75,
          0.1F,
          1,
          [](const session& s) { return 1e3F * s.needle.inserted; },
@@ -128,7 +128,7 @@ inline std::span<const control> hand_controls() {
          [](session& s, const float* v, std::uint32_t) {
              constexpr float slips = 0.8_mm; // tissue follows the shaft by no more
              const float before = s.needle.inserted;
-             s.needle.inserted = std::clamp(before + 1e-3F * v[0], -20_mm, 60_mm);
+             s.needle.inserted = std::clamp(before + 1e-3F * v[0], -20_mm, 75_mm);
              s.needle.drag = std::clamp(s.needle.drag + s.needle.inserted - before, -slips, slips);
              s.place_needle();
          }},

@@ -9,13 +9,14 @@ namespace live::detail {
 inline std::span<const control> image_controls() {
     static constexpr literal modes[] = {"B", "M", "Colour", "Power", "Pulsed"};
     static constexpr auto names = [] {
-        std::array<literal, std::size(presets_of_session)> all;
-        for (std::size_t i = 0; i < all.size(); ++i) all[i] = presets_of_session[i].name;
+        std::array<literal, preset_of_view + 1> all;
+        for (std::size_t i = 0; i < preset_of_view; ++i) all[i] = presets_of_session[i].name;
+        all[preset_of_view] = "View";
         return all;
     }();
     static constexpr control all[] = {
         {"preset", "Image", "Examination", "",
-         "Depth, frequency, focus, gain, gray levels and compounding for an examination", 0,
+         "Depth, frequency, focus, gain, gray levels and compounding for an examination; View: those of the case", 0,
          static_cast<float>(names.size() - 1), 1, 1, [](const session& s) { return static_cast<float>(s.preset); },
          false, names, [](session& s, const float* v, std::uint32_t) { use_preset(s, whole(v[0])); }},
         {"mode", "Image", "Mode", "",
@@ -54,7 +55,7 @@ inline std::span<const control> image_controls() {
          "mm",
          "Depth of the lower edge of the picture",
          10,
-         150,
+         240,
          1,
          1,
          [](const session& s) { return 1e3F * s.machine.settings.depth; },
@@ -67,7 +68,7 @@ inline std::span<const control> image_controls() {
          "mm",
          "Depth at which the beam is narrowest: the mark beside the picture",
          5,
-         150,
+         240,
          1,
          1,
          [](const session& s) { return 1e3F * s.machine.probe.focus; },

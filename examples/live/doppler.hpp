@@ -1,6 +1,7 @@
 #ifndef INSONIFY_EXAMPLES_LIVE_DOPPLER_HPP
 #define INSONIFY_EXAMPLES_LIVE_DOPPLER_HPP
 
+#include "probe.hpp"
 #include "vessel.hpp"
 #include <algorithm>
 #include <cmath>
@@ -27,34 +28,44 @@ class doppler_unit {
     static constexpr std::uint32_t columns = 384, bins = 128; ///< of the spectrum; a column each tick of the session
     static constexpr std::uint32_t max_new_columns = 4;       ///< of a frame; the first of them stands for earlier ones
 
-    float prf(const linear_array& probe) const { return 4 * probe.frequency * scale / 1540; }
-    /// The line of the probe that runs through a place across it.
-    static std::uint32_t line_at(const linear_array& probe, float side) {
-        const float line = std::round(probe.locate({side, 0}).x);
-        return static_cast<std::uint32_t>(std::clamp(line, 0.0F, static_cast<float>(probe.lines - 1)));
+    float prf(const array_probe& probe) const { return 4 * probe.frequency * scale / 1540; }
+    /// The line of the probe that runs through a point of the picture.
+    static std::uint32_t line_at(const array_probe& probe, vec2 point) {
+        return whole_line(probe, probe.locate(point).x);
     }
-    /// The box within the picture: upper left and lower right corner.
-    std::pair<vec2, vec2> box_in(const linear_array& probe, float depth) const {
-        const float half = 0.5F * probe.width, left = std::clamp(box_middle.x - 0.5F * box_size.x, -half, half - 1_mm),
-                    top = std::clamp(box_middle.y - 0.5F * box_size.y, 0.0F, depth - 1_mm);
-        return {{left, top},
-                {std::clamp(box_middle.x + 0.5F * box_size.x, left + 1_mm, half),
-                 std::clamp(box_middle.y + 0.5F * box_size.y, top + 1_mm, depth)}};
+
+    /// A part of the picture along its lines: from the left to the right one, and in depth along them.
+    struct line_box {
+        float left = 0, right = 0, from = 0, to = 0;
+    };
+    /// The box within the picture. It is as wide as it says where its middle is.
+    line_box box_in(const array_probe& probe, float depth) const {
+        const vec2 middle = probe.locate(box_middle);
+        const float millimetre = 1_mm / line_spacing(probe, std::clamp(middle.y, 0.0F, depth)); // in lines
+        const float half = 0.5F * box_size.x / 1_mm * millimetre, last = static_cast<float>(probe.lines) - 0.5F;
+        line_box box;
+        box.left = std::clamp(middle.x - half, -0.5F, std::max(last - millimetre, -0.5F));
+        box.right = std::clamp(middle.x + half, std::min(box.left + millimetre, last), last);
+        box.from = std::clamp(middle.y - 0.5F * box_size.y, 0.0F, depth - 1_mm);
+        box.to = std::clamp(middle.y + 0.5F * box_size.y, box.from + 1_mm, depth);
+        return box;
     }
-    vec2 gate_in(const linear_array& probe, float depth) const {
-        return {std::clamp(gate.x, -0.5F * probe.width, 0.5F * probe.width), std::clamp(gate.y, 2_mm, depth - 1_mm)};
+    /// The gate within the picture: its line, and its depth along it.
+    vec2 gate_in(const array_probe& probe, float depth) const {
+        const vec2 at = probe.locate(gate);
+        return {std::clamp(at.x, 0.0F, static_cast<float>(probe.lines - 1)), std::clamp(at.y, 2_mm, depth - 1_mm)};
     }
 
     /// Velocities in the box, at the time of the last picture.
     template <exec::policy Policy>
-    void acquire_colour(const Policy& policy, const scene& body, scanner<linear_array>& machine,
+    void acquire_colour(const Policy& policy, const scene& body, scanner<array_probe>& machine,
                         const blood_flow& flow) {
         probe_ = machine.probe;
-        const auto [from, to] = box_in(probe_, machine.settings.depth);
-        const std::uint32_t first = line_at(probe_, from.x), last = line_at(probe_, to.x);
+        const line_box box = box_in(probe_, machine.settings.depth);
+        const std::uint32_t first = whole_line(probe_, box.left), last = whole_line(probe_, box.right);
         seen_ = machine.colour(policy, body, flow,
                                {.prf = prf(probe_),
-                                .box = {.from = from.y, .to = to.y, .first_line = first, .lines = last - first + 1},
+                                .box = {.from = box.from, .to = box.to, .first_line = first, .lines = last - first + 1},
                                 .wall = {.order = 1},
                                 .time = static_cast<float>(machine.time)});
     }
@@ -72,17 +83,17 @@ class doppler_unit {
     /// The next columns of the spectrum, which end at the time of the last picture.
     /// @param ticks  since the last ones, 1 or more
     template <exec::policy Policy>
-    void acquire_spectrum(const Policy& policy, const scene& body, scanner<linear_array>& machine,
+    void acquire_spectrum(const Policy& policy, const scene& body, scanner<array_probe>& machine,
                           const blood_flow& flow, std::uint32_t ticks) {
         constexpr float tick = 1.0F / 120;
         const std::uint32_t wanted = std::min(ticks, max_new_columns), added = std::min(ticks, columns);
-        const linear_array& probe = machine.probe;
+        const array_probe& probe = machine.probe;
         const vec2 middle = gate_in(probe, machine.settings.depth);
         const float rate = prf(probe), hop = tick * rate;
         const float overlap = std::clamp(1 - hop / bins, 0.0F, 0.96F);
         const doppler_spectrum next = machine.spectrum(
             policy, body, flow,
-            {.line = line_at(probe, middle.x),
+            {.line = whole_line(probe, middle.x),
              .gate = middle.y,
              .gate_length = gate_length,
              .prf = rate,
@@ -114,8 +125,12 @@ class doppler_unit {
     }
 
   private:
+    static std::uint32_t whole_line(const array_probe& probe, float line) {
+        return static_cast<std::uint32_t>(std::clamp(std::round(line), 0.0F, static_cast<float>(probe.lines - 1)));
+    }
+
     flow_lines seen_{};
-    linear_array probe_{};
+    array_probe probe_{};
     image strip_{{0, 0}};
     float lowest_ = 0, highest_ = 0;
 };

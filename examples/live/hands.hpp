@@ -2,7 +2,7 @@
 #define INSONIFY_EXAMPLES_LIVE_HANDS_HPP
 
 #include <insonify/insonify.hpp>
-#include "../nerve_block_phantom.hpp"
+#include <cmath>
 #include <optional>
 
 namespace live {
@@ -15,15 +15,28 @@ struct needle_state {
     float bevel = 15_deg;
     vec3 entry{-24_mm, 0, 0.4_mm}; ///< in the world
     float steepness = 30_deg;      ///< angle to the skin
-    float aside = 0;               ///< angle to the x axis
+    float aside = 0;               ///< angle to the x axis, seen from above, towards -y
     float inserted = 0;            ///< metres from the skin to the tip
     float drag = 0;                ///< by which it has dragged the tissue along its shaft, metres
     std::optional<pose> held{};    ///< by a tracker, instead of what the hand does
 
+    /// Its direction, into the body.
+    vec3 advance() const {
+        const float level = std::cos(steepness);
+        return {level * std::cos(aside), -level * std::sin(aside), std::sin(steepness)};
+    }
+    /// Turns it from its entry towards a point.
+    void aim(vec3 target) {
+        const vec3 along = normalize(target - entry);
+        steepness = std::asin(clamp(along.z, -1, 1));
+        aside = std::atan2(-along.y, along.x);
+    }
+    /// Its bevel is towards the skin.
     pose at() const {
         if (held) return *held;
-        const pose from_entry = nerve_block::needle_at(entry, steepness, aside);
-        return {from_entry.rotation, entry + inserted * from_entry.direction({0, 0, 1})};
+        const float rise = std::sin(steepness);
+        return needle_pose(entry + inserted * advance(), advance(),
+                           {rise * std::cos(aside), -rise * std::sin(aside), -std::cos(steepness)});
     }
     vec3 tip() const { return at().point({-0.5F * needle_diameter(gauge), 0, 0}); }
 };

@@ -1,14 +1,19 @@
 #ifndef INSONIFY_EXAMPLES_LIVE_PATIENT_HPP
 #define INSONIFY_EXAMPLES_LIVE_PATIENT_HPP
 
+#include "../anatomy/region.hpp"
 #include "hands.hpp"
+#include "probe.hpp"
 #include "vessel.hpp"
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <utility>
 #include <vector>
 
 namespace live {
+
+using namespace insonify;
 
 /// The body under the probe: it is pressed by the face, pulses with the heart, and is dragged along by the needle. A film of
 /// gel moves with the probe; where the face is further from the skin than that, there is air.
@@ -17,24 +22,27 @@ class patient {
     static constexpr float gel_film = 3_mm;  ///< no more gel than that
     static constexpr float max_press = 9_mm; ///< of the face, as far as the hand holds it
     static constexpr float decay = 24_mm;    ///< see `indentation`
-    static constexpr float stiffness = 76;   ///< N/m: 3 mmHg a millimetre below a face of 38 x 5 mm, see `contact`
+    /// Pressure of the contact over its mean depth, Pa/m: 3 mmHg a millimetre.
+    static constexpr float hardness = 3_mmHg / 1_mm;
+    /// The artery whose wall moves by as much as the pulse says; others move in proportion to their radius.
+    static constexpr float radius_of_pulse = 3_mm;
 
     /// @param anatomy  built or not; objects named "needle" and "gel" are replaced. Around a body that brings gel there is
     ///                 air; another one keeps its background
-    explicit patient(scene anatomy) : body{without_tools(anatomy)}, at_rest_{body} {
-        for (const object& one : body.objects()) soft_.push_back(one.id);
-        at_rest_.build(exec::par);
-        const auto find_vessel = [&](const char* name, vessel& in_world, vessel& in_object) {
-            const std::optional<object_id> found = body.find(name);
-            if (!found || body[*found].surface.positions.size() < 8) return;
-            const object& one = body[*found];
-            std::vector<vec3> points = one.surface.positions;
-            in_object = vessel{*found, points};
-            for (vec3& point : points) point = one.at.point(point);
-            in_world = vessel{*found, points};
-        };
-        find_vessel("artery", motion.artery, flow.artery);
-        find_vessel("vein", motion.vein, flow.vein);
+    /// @param vessels  of the anatomy
+    explicit patient(scene anatomy = scene{}, std::vector<vessel> vessels = {})
+        : body{without_tools(anatomy)}, at_rest_{surfaces_of(body)}, vessels_{std::move(vessels)} {
+        for (vessel& one : vessels_) one.blood = *body.find(anatomy[one.blood].name);
+        for (const vessel& one : vessels_) lines_.push_back(one.course.line());
+        flow = blood_flow{body, vessels_};
+        for (const object& one : body.objects()) {
+            is_stiff_.resize(static_cast<std::size_t>(one.id) + 1);
+            is_stiff_.back() = ::anatomy::is_stiff(one.inside) ? 1 : 0;
+            for (const uvec3& face : one.surface.faces)
+                for (int i = 0; i < 3; ++i)
+                    longest_edge_ = std::max(longest_edge_, length(one.surface.positions[face[i]] -
+                                                                   one.surface.positions[face[(i + 1) % 3]]));
+        }
     }
 
     scene body;
@@ -42,18 +50,21 @@ class patient {
     tissue_motion motion{};                                 ///< of the last frame
     blood_flow flow{};                                      ///< of the last frame
     const contact& touch() const { return press_.touch(); } ///< of the last frame
+    const std::vector<vessel>& vessels() const { return vessels_; }
 
-    /// The needle and the gel, of the size that a probe has.
-    void renew_tools(const needle_state& held, float width) {
+    /// The needle and the gel, for a probe; builds the body.
+    void renew_tools(const needle_state& held, const array_probe& probe) {
         for (const char* name : {"needle", "gel"})
             if (const std::optional<object_id> old = body.find(name)) body.remove(*old);
-        needle_id = body.add(make_needle(needle_diameter(held.gauge), 80_mm, {.bevel = held.bevel}), tissue::steel,
-                             {.priority = 1000, .at = held.at(), .name = "needle", .crease_angle = 0.8F * held.bevel});
-        const float half = 0.5F * width + 3_mm;
-        gel_id = body.add(make_box({-half, -9_mm, -2_mm}, {half, 9_mm, gel_film}), tissue::gel,
-                          {.priority = -1000, .name = "gel"});
+        needle_id =
+            body.add(make_needle(needle_diameter(held.gauge), needle_length, {.bevel = held.bevel}), tissue::steel,
+                     {.priority = 1000, .at = held.at(), .name = "needle", .crease_angle = 0.8F * held.bevel});
+        gel_id = body.add(make_along_face(probe, 0.5F * probe.face_width() + 3_mm,
+                                          0.5F * probe.elevation_height + 6.5_mm, -2_mm, gel_film),
+                          tissue::gel, {.priority = -1000, .name = "gel"});
         body.build(exec::par);
     }
+    static constexpr float needle_length = 80_mm;
 
     /// Depth of the skin at rest; that of the whole body's upper edge where there is none.
     float skin_at(vec2 place) const {
@@ -65,56 +76,61 @@ class patient {
     aabb box() const { return at_rest_.box(); }
 
     /// The probe on the skin, at most `max_press` deep at any point of its face.
-    pose probe_pose(const hand_state& hand, const linear_array& probe) const {
+    pose probe_pose(const hand_state& hand, const array_probe& probe) const {
         const vec3 down{std::sin(hand.rock), std::sin(hand.tilt), std::cos(hand.rock) * std::cos(hand.tilt)};
         const vec3 from{hand.on_skin, skin_at(hand.on_skin) - hand.gel};
         pose at =
             hand.held ? *hand.held : look_at(from, from + down, {std::cos(hand.rotate), std::sin(hand.rotate), 0});
-        at.translation.z -= std::max(deepest(at, probe.width) - max_press, 0.0F);
+        at.translation.z -= std::max(deepest(at, probe) - max_press, 0.0F);
         return at;
     }
 
     /// Moves the tissue to where it is at a time, with the probe and the needle there.
+    /// @param depth  of the picture, metres
     template <exec::policy Policy>
-    void move(const Policy& policy, const linear_array& probe, const pose& at, const needle_state& held, float time,
-              const pulsation& beat) {
-        tissue_motion now;
-        now.artery = motion.artery;
-        now.vein = motion.vein;
-        now.beat = beat;
-        now.beat.time = time;
-        constexpr float any_depth = 1e9F; // as the probe of a tracker may be anywhere: see `limited`
+    void move(const Policy& policy, const array_probe& probe, const pose& at, float depth, const needle_state& held,
+              float time, const pulsation& beat) {
         const contact& touch =
-            press_.press(at_rest_, probe, at, {.stiffness = stiffness, .gel = gel_film, .decay = any_depth});
+            press_.press(at_rest_, probe, at,
+                         {.stiffness = hardness * probe.face_width() * probe.elevation_height,
+                          .gel = gel_film,
+                          .decay = decay,
+                          .yields = true},
+                         any_object{}, [&](object_id id) { return is_stiff_[static_cast<std::size_t>(id)] != 0; });
+        tissue_motion now;
+        now.seen = seen_by(probe, at, depth);
         now.pressed = touch.depth > 0;
-        if (now.pressed) now.face = limited(touch.deformation);
-        now.vein_wall.outside = touch.pressure;
-        flow.vein_opening = now.vein_wall.opening();
+        if (now.pressed) now.face = sloped(touch.deformation);
+        for (std::size_t i = 0; i < vessels_.size(); ++i) add_motion(now, i, touch, probe, time, beat);
         now.dragged = std::fabs(held.drag) > 1_um && held.inserted > 2_mm && !held.held;
         if (now.dragged) now.drag = {.entry = held.entry, .tip = held.tip(), .drag = held.drag};
         body.place(gel_id, at);
         if (now == motion && settled_) return;
-        body.deform(policy, keep_contact(now, now.face), soft_);
-        motion = now;
+        moved_.clear();
+        for (const object& one : at_rest_.objects())
+            if (overlaps(at_rest_.box(one.id), now.seen)) moved_.push_back(one.id);
+        body.deform(policy, keep_contact(now, now.face), moved_);
+        motion = std::move(now);
         settled_ = true;
     }
 
   private:
+    // Not built.
     static scene without_tools(const scene& anatomy) {
-        scene body{anatomy.find("gel") ? tissue::air : anatomy.background()};
+        scene kept{anatomy.find("gel") ? tissue::air : anatomy.background()};
         for (const object& one : anatomy.objects())
-            if (one.name != "needle" && one.name != "gel") body.add(one.surface, one.inside, one);
-        return body.build(exec::par);
+            if (one.name != "needle" && one.name != "gel") kept.add(one.surface, one.inside, one);
+        return kept;
+    }
+    // Surfaces alone: fibres take most of the time to build.
+    static scene surfaces_of(const scene& body) {
+        scene bare;
+        for (const object& one : body.objects()) bare.add(one.surface, one.inside, {.at = one.at, .name = one.name});
+        return bare.build(exec::par);
     }
 
-    // Tissue that is pressed deeper than `decay` would fold over: the face is deeper in it than that only where a tracker puts
-    // it there. Beyond the edge of a body there is no skin: there the depth of
-    // the face ends on a slope.
-    static pressed_face limited(pressed_face face) {
-        constexpr float max_depth = 0.75F * decay;
-        face.decay = decay;
-        for (std::array<float, pressed_face::columns>& row : face.depth)
-            for (float& depth : row) depth = std::min(depth, max_depth);
+    // Beyond the edge of a body there is no skin: there the depth of the face ends on a slope.
+    static pressed_face sloped(pressed_face face) {
         const float step = 1.2F * (face.right - face.left) / (pressed_face::columns - 1),
                     step_along = 1.2F * face.elevation / (pressed_face::rows - 1);
         for (std::size_t pass = 0; pass < 2; ++pass)
@@ -130,18 +146,62 @@ class patient {
         return face;
     }
 
-    // How deep the face is in the body at rest, at the middle and the ends.
-    float deepest(const pose& at, float width) const {
+    // Adds the beat of an artery, or the collapse of a vein. As deep as tissue is pressed, its pressure is that of the contact;
+    // deeper it falls off as the displacement does.
+    void add_motion(tissue_motion& now, std::size_t number, const contact& touch, const array_probe& probe, float time,
+                    const pulsation& beat) {
+        const vessel& one = vessels_[number];
+        if (one.is_artery) {
+            pulsation wall = beat;
+            wall.radius = radius_of_pulse;
+            wall.time = time;
+            if (wall.amplitude > 0) now.arteries.push_back({lines_[number], wall});
+            return;
+        }
+        float below = FLT_MAX;
+        for (const float share : along_face)
+            below = std::min(below, one.distance(face_point(touch.deformation.at, probe, share)));
+        const float deeper = std::max(below - decay, 0.0F);
+        const collapse wall{.radius = one.radius(), .outside = touch.pressure * std::exp(-deeper / decay)};
+        flow.open(number, wall.opening());
+        if (wall.opening() < 1) now.veins.push_back({lines_[number], wall});
+    }
+
+    // Where whatever the picture shows has its vertices.
+    aabb seen_by(const array_probe& probe, const pose& at, float depth) const {
+        const float aside = 0.5F * probe.elevation_height;
+        aabb box;
+        for (int i = 0; i <= 8; ++i) {
+            const ray line = probe.beam(static_cast<float>(probe.lines) * static_cast<float>(i) / 8 - 0.5F);
+            for (const vec3 end : {line.origin, line.at(depth)})
+                for (const float y : {-aside, aside}) box = merged(box, at.point({end.x, y, end.z}));
+        }
+        const float margin = longest_edge_ + 5_mm; // which tissue moves
+        return {box.lower - margin, box.upper + margin};
+    }
+
+    static constexpr float along_face[] = {-0.5F, -0.25F, 0, 0.25F, 0.5F}; // of its width
+    static vec3 face_point(const pose& at, const array_probe& probe, float share) {
+        const float x = share * probe.face_width();
+        return at.point({x, 0, probe.face_at(x)});
+    }
+
+    // How deep the face is in the body at rest, along it.
+    float deepest(const pose& at, const array_probe& probe) const {
         float depth = -1;
-        for (const float share : {-0.5F, -0.25F, 0.0F, 0.25F, 0.5F}) {
-            const vec3 point = at.point({share * width, 0, 0});
+        for (const float share : along_face) {
+            const vec3 point = face_point(at, probe, share);
             depth = std::max(depth, point.z - skin_at({point.x, point.y}));
         }
         return depth;
     }
 
     scene at_rest_;
-    std::vector<object_id> soft_{};
+    std::vector<vessel> vessels_;
+    std::vector<centre_line> lines_{};     // of the vessels
+    std::vector<std::uint8_t> is_stiff_{}; // objects, by id
+    std::vector<object_id> moved_{};
+    float longest_edge_ = 0; // of all triangles
     presser press_{};
     bool settled_ = false;
 };

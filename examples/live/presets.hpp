@@ -2,6 +2,7 @@
 #define INSONIFY_EXAMPLES_LIVE_PRESETS_HPP
 
 #include "session.hpp"
+#include <iterator>
 
 namespace live {
 
@@ -29,13 +30,28 @@ inline constexpr examination_preset presets_of_session[] = {
     {"Abdomen", 90_mm, 4.5_MHz, 50_mm, 4, 85, presets::clinical_grey, 3, 0.4F, 0.4F},
     {"Skin", 20_mm, 11_MHz, 8_mm, 0, 85, presets::clinical_grey, 3, 0.1F, 0.1F}};
 
+/// What follows them: the settings of the case, see `session::view`.
+inline constexpr auto preset_of_view = static_cast<std::uint32_t>(std::size(presets_of_session));
+
 /// Rolling compounding: each frame acquires one look.
 inline void compound(session& s, std::uint32_t looks) {
     s.machine.settings.compound = {.angles = looks, .spread = 6_deg, .update = compound_settings::update_mode::one};
 }
 
 inline void use_preset(session& s, std::uint32_t number) {
-    const examination_preset& one = presets_of_session[number];
+    const examined& view = s.view;
+    const float view_focus = view.probe.focus > 0 ? view.probe.focus : 0.5F * view.settings.depth;
+    const examination_preset one = number < preset_of_view ? presets_of_session[number]
+                                                           : examination_preset{"View",
+                                                                                view.settings.depth,
+                                                                                view.probe.frequency,
+                                                                                view_focus,
+                                                                                view.settings.gain_db,
+                                                                                view.settings.dynamic_range_db,
+                                                                                view.settings.grey,
+                                                                                view.settings.compound.angles,
+                                                                                0.2F,
+                                                                                0.3F};
     s.preset = number;
     b_mode_settings& settings = s.machine.settings;
     settings.depth = one.depth;

@@ -41,7 +41,7 @@ inline std::optional<step> parse_step(const std::string& line) {
 
 /// The anatomy of a recorded session.
 struct recorded_anatomy {
-    anatomy of{};
+    anatomy_file of{};
     std::uint64_t content = 0; ///< see `content_of`
 };
 
@@ -77,9 +77,34 @@ inline recorded_anatomy parse_anatomy(const std::string& line, const std::filesy
     return read;
 }
 
+/// The line of a recorded session that names parameters of a region, and its inverse. @{
+inline std::string parameters_line(const region_parameters& one) {
+    std::ostringstream text;
+    text.precision(9);
+    text << "parameters " << one.region;
+    for (const auto& [name, value] : one.values) text << ' ' << name << '=' << value;
+    return text.str();
+}
+/// @throws std::invalid_argument  for a word that is no name and value  @throws usage_error  as `checked`
+inline region_parameters parse_parameters(const std::string& line) {
+    std::istringstream text{line};
+    std::string word, region;
+    ::anatomy::values values;
+    text >> word >> region;
+    while (text >> word) {
+        const std::size_t equals = word.find('=');
+        if (equals == std::string::npos)
+            throw std::invalid_argument{"parameters: '" + word + "' is not a name and its value, such as fat=0.006"};
+        values[word.substr(0, equals)] = parse_number("parameters", word.substr(equals + 1));
+    }
+    return checked(region, values);
+}
+/// @}
+
 /// A recorded session.
 struct recording {
-    std::optional<recorded_anatomy> body{}; ///< none: the phantom of a nerve block
+    std::optional<recorded_anatomy> body{}; ///< none: the first case
+    region_parameters given{};              ///< of all bodies of a region
     std::vector<step> steps{};
 };
 
@@ -96,11 +121,15 @@ inline recording load_recording(const std::string& path) {
                 read.body = parse_anatomy(line, std::filesystem::path{path}.parent_path());
                 continue;
             }
+            if (line.rfind("parameters ", 0) == 0) {
+                read.given = parse_parameters(line);
+                continue;
+            }
             const std::optional<step> one = parse_step(line);
             if (!one) continue;
             if (one->what) control_of(*one->what);
             read.steps.push_back(*one);
-        } catch (const std::invalid_argument& fault) {
+        } catch (const std::logic_error& fault) {
             throw std::runtime_error{path + ":" + std::to_string(number) + ": " + fault.what()};
         }
     if (file.bad() || read.steps.empty())
@@ -108,20 +137,22 @@ inline recording load_recording(const std::string& path) {
     return read;
 }
 
-/// The body of a session: the anatomy that is asked for, or else that of the recording.
-/// @param asked   without a file: as recorded
+/// What a session examines: what is asked for, or else what the recording begins with.
 /// @param advice  what to do where the recorded anatomy is not there, or has changed
 /// @throws std::runtime_error  as `load_anatomy`, and where the recorded anatomy is not there, or has changed since
 inline loaded_anatomy
-load_body(const anatomy& asked, const recording* played,
+load_body(const anatomy_choice& asked, const recording* played,
           const std::string& advice = "--obj FILE plays the session on another one, or on this one as it is now") {
-    if (!asked.file.empty() || played == nullptr || !played->body) return load_anatomy(asked);
-    const anatomy& recorded = played->body->of;
+    if (!asked.file.file.empty()) return load_anatomy(asked.file);
+    if (asked.case_number || played == nullptr) return {asked};
+    if (!played->body) return {{.given = played->given}};
+    const anatomy_file& recorded = played->body->of;
     if (!std::ifstream{recorded.file})
         throw std::runtime_error{recorded.file + ", on which the session was recorded, cannot be opened; " + advice};
     loaded_anatomy loaded = load_anatomy(recorded);
     if (content_of(loaded.body) != played->body->content)
         throw std::runtime_error{recorded.file + " has changed since the session was recorded; " + advice};
+    loaded.given = played->given;
     return loaded;
 }
 

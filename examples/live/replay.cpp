@@ -11,7 +11,7 @@ using namespace insonify;
 
 struct options {
     std::string file{}, pictures{};
-    live::anatomy body{};
+    live::anatomy_options body{};
     std::uint64_t frames = 0, every = 30; // 0 frames: all
     std::uint32_t threads = 0;
 };
@@ -26,12 +26,14 @@ void add_options(CLI::App& app, options& into) {
     add_whole_number(app, "--every", into.every, "COUNT", "writes every COUNT-th picture", 1, 1'000'000);
     add_whole_number(app, "--threads", into.threads, "COUNT", "replays once, on so many threads", 1, 1024);
     live::add_anatomy_options(app, into.body);
-    app.footer("Without --obj, the session is played on the anatomy that it was recorded with. Events:\n" +
-               live::session::help());
+    app.footer(
+        "Without --obj and --anatomy, the session is played on the anatomy that it was recorded with. Events:\n" +
+        live::session::help());
 }
 
-std::vector<std::uint64_t> replay(const options& asked, const scene& body, live::player steps, std::uint32_t threads) {
-    live::session one{body};
+std::vector<std::uint64_t> replay(const options& asked, const live::loaded_anatomy& examined, live::player steps,
+                                  std::uint32_t threads) {
+    live::session one = live::begin_session(examined);
     std::vector<std::uint64_t> hashes;
     std::size_t measures = 0;
     const auto begin = std::chrono::steady_clock::now();
@@ -59,17 +61,16 @@ std::vector<std::uint64_t> replay(const options& asked, const scene& body, live:
 
 int run(const options& asked) {
     live::recording played = live::load_recording(asked.file);
-    const live::loaded_anatomy examined = live::load_body(asked.body, &played);
+    const live::loaded_anatomy examined = live::load_body(live::choice_of(asked.body), &played);
     const live::player steps{std::move(played.steps)};
     if (steps.frames() == 0)
         throw std::runtime_error{asked.file + ": nothing is drawn; a recorded session has lines such as: frames 30"};
     std::printf("%s\n", live::describe(examined).c_str());
     if (asked.threads != 0) {
-        replay(asked, examined.body, steps, asked.threads);
+        replay(asked, examined, steps, asked.threads);
         return 0;
     }
-    const std::vector<std::uint64_t> one = replay(asked, examined.body, steps, 1),
-                                     two = replay(asked, examined.body, steps, 2);
+    const std::vector<std::uint64_t> one = replay(asked, examined, steps, 1), two = replay(asked, examined, steps, 2);
     for (std::size_t i = 0; i < one.size(); ++i)
         if (i % 30 == 0 || one[i] != two[i])
             std::printf("frame %zu: %016llx, on two threads %016llx\n", i + 1, static_cast<unsigned long long>(one[i]),

@@ -1,6 +1,7 @@
 #ifndef INSONIFY_EXAMPLES_LIVE_SESSION_HPP
 #define INSONIFY_EXAMPLES_LIVE_SESSION_HPP
 
+#include "cases.hpp"
 #include "control.hpp"
 #include "doppler.hpp"
 #include "event.hpp"
@@ -14,7 +15,8 @@
 
 /// A simulator without a window: a scanner, a patient, a probe on the skin and a needle. Events come in, pictures go out.
 ///
-///     live::session one;                     // or session{scene}, or session_of_obj (obj.hpp)
+///     live::session one;                     // or session{scene}, of a body of your own: see `load_anatomy` (anatomy.hpp)
+///     one.apply({"case", {1}});              // another body with its probe: `cases` (cases.hpp)
 ///     one.apply({"depth", {50}});            // events: `controls()` (controls.hpp) has them all, with ranges and values
 ///     one.frame(exec::par_unseq);            // the next picture: gray
 ///     one.screen();                          // the same in colour, with Doppler, labels, box and gate
@@ -58,8 +60,16 @@ class session : public patient {
     static constexpr std::uint32_t ticks_of_m_column = 4;                           ///< of the M-mode
     static constexpr std::size_t max_measures = 64;                                 ///< the oldest are forgotten
 
-    /// @param anatomy  see `patient`
-    explicit session(scene anatomy = nerve_block_phantom());
+    /// Begins with the first case.
+    session() : session{examine(cases[0], 0, {})} { case_number = 0; }
+    /// Begins with a body of its own. @param anatomy  see `patient`
+    explicit session(scene anatomy) : session{examine(std::move(anatomy))} {}
+
+    /// Opens a case: another body with its probe, its settings and its needle. What belongs to a body ends: measurements, a frozen
+    /// picture, a tracker that holds the probe. Lines, planes and size of the picture stay, and so does the heart.
+    /// @param number   see `cases`
+    /// @param drawn    patient: see `examine`
+    void open(std::uint32_t number, std::uint32_t drawn);
 
     /// Applies an event. Numbers out of range are clamped. The work is done with the next frame: of many events before it, only
     /// the last values cost time.
@@ -104,7 +114,12 @@ class session : public patient {
     }
 
     // What events change; see control.hpp.
-    scanner<linear_array> machine{};
+    std::optional<std::uint32_t> case_number{}; ///< see `cases`; none: a body of its own
+    std::uint32_t patient_number = 0;           ///< see `examine`
+    region_parameters given{};                  ///< of all bodies of that region
+    std::uint32_t bodies = 0;                   ///< that it has examined so far
+    examined view{};                            ///< settings and probe of the present one, without its body
+    scanner<array_probe> machine{};
     m_mode sweep{{.columns = 256, .rows = 256}};
     hand_state hand{};
     needle_state needle{};
@@ -112,8 +127,8 @@ class session : public patient {
     mode shown = mode::b;
     std::uint32_t preset = 0;
     bool shows_labels = false;
-    float m_side = 0;                         ///< the line of the M-mode, metres across
-    pulsation beat{.amplitude = 0.3_mm};      ///< of the artery; the flow follows its rate
+    float m_side = 0;                         ///< the line of the M-mode, metres across at half the depth
+    pulsation beat{.amplitude = 0.3_mm};      ///< of an artery of 3 mm radius; the flow follows its rate
     std::uint32_t ticks = usual_ticks;        ///< that pass with each frame
     std::vector<measurement> measured{};      ///< by "measure" and "area", the latest last
     bool shows_measurement = false;           ///< the latest one belongs to the present picture
@@ -136,11 +151,15 @@ class session : public patient {
   private:
     enum class change { none, place, shape };
 
+    explicit session(examined begun);
+    void begin(examined next);
+    void place_doppler();
+
     template <exec::policy Policy>
     void draw_screen(const Policy& policy, const image& gray);
     void add_m_columns();
     void follow_needle() {
-        if (needle_change_ == change::shape) renew_tools(needle, machine.probe.width);
+        if (needle_change_ == change::shape) renew_tools(needle, machine.probe);
         if (needle_change_ == change::place) body.place(needle_id, needle.at());
         needle_change_ = change::none;
     }
@@ -161,7 +180,7 @@ void session::advance(const Policy& policy) {
     ++machine.settings.frame;
     needle.drag *= std::pow(0.97F, static_cast<float>(ticks) / usual_ticks); // tissue creeps back
     follow_needle();
-    move(policy, machine.probe, probe_pose(), needle, static_cast<float>(machine.time), beat);
+    move(policy, machine.probe, probe_pose(), machine.settings.depth, needle, static_cast<float>(machine.time), beat);
     flow.beat.heart_rate = beat.rate;
 }
 
@@ -201,27 +220,54 @@ void session::draw_screen(const Policy& policy, const image& gray) {
     const scan_map& map = machine.map();
     const float depth = machine.settings.depth;
     constexpr vec3 mark{0.95F, 0.85F, 0.3F};
+    const array_probe& probe = machine.probe;
+    const auto draw_path = [&](std::initializer_list<vec2> points, vec3 colour) { // points {line, depth along it}
+        constexpr int steps = 16;                                                 // a sector's edges are round
+        for (std::size_t i = 0; i + 1 < points.size(); ++i)
+            for (int k = 0; k < steps; ++k) {
+                const auto pixel = [&](int step) {
+                    const vec2 a = points.begin()[i], b = points.begin()[i + 1];
+                    const vec2 at = a + static_cast<float>(step) / steps * (b - a);
+                    const vec3 there = probe.beam(at.x).at(at.y);
+                    return map.pixel({there.x, there.z});
+                };
+                draw_line(screen_, pixel(k), pixel(k + 1), colour);
+            }
+    };
     if (colours) {
-        const auto [from, to] = doppler.box_in(machine.probe, depth);
-        const vec2 corners[] = {map.pixel(from), map.pixel({to.x, from.y}), map.pixel(to), map.pixel({from.x, to.y})};
-        for (std::size_t i = 0; i < 4; ++i) draw_line(screen_, corners[i], corners[(i + 1) % 4], mark);
+        const doppler_unit::line_box box = doppler.box_in(probe, depth);
+        draw_path({{box.left, box.from},
+                   {box.right, box.from},
+                   {box.right, box.to},
+                   {box.left, box.to},
+                   {box.left, box.from}},
+                  mark);
     } else if (shown == mode::pulsed) {
-        const vec2 gate = doppler.gate_in(machine.probe, depth), half{2_mm, 0.5F * doppler.gate_length};
-        draw_line(screen_, map.pixel({gate.x, 0}), map.pixel({gate.x, gate.y - 2 * half.y}), 0.7F * mark);
-        draw_line(screen_, map.pixel({gate.x, gate.y + 2 * half.y}), map.pixel({gate.x, depth}), 0.7F * mark);
-        for (const float side : {-1.0F, 1.0F})
-            draw_line(screen_, map.pixel(gate + vec2{-half.x, side * half.y}),
-                      map.pixel(gate + vec2{half.x, side * half.y}), mark);
-        const vec2 along{4_mm * std::sin(doppler.angle), 4_mm * std::cos(doppler.angle)};
-        if (doppler.angle != 0) draw_line(screen_, map.pixel(gate - along), map.pixel(gate + along), mark);
-    } else if (shown == mode::m)
-        draw_line(screen_, map.pixel({m_side, 0}), map.pixel({m_side, depth}), mark);
+        const vec2 gate = doppler.gate_in(probe, depth);
+        const float half = 0.5F * doppler.gate_length, wide = 2_mm / line_spacing(probe, gate.y);
+        draw_path({{gate.x, 0}, {gate.x, gate.y - 2 * half}}, 0.7F * mark);
+        draw_path({{gate.x, gate.y + 2 * half}, {gate.x, depth}}, 0.7F * mark);
+        for (const float end : {gate.y - half, gate.y + half})
+            draw_path({{gate.x - wide, end}, {gate.x + wide, end}}, mark);
+        const ray line = probe.beam(gate.x);
+        const vec2 along{line.direction.x, line.direction.z},
+            middle = vec2{line.origin.x, line.origin.z} + gate.y * along;
+        const float c = std::cos(doppler.angle), s = std::sin(doppler.angle);
+        const vec2 stroke = 4_mm * vec2{c * along.x + s * along.y, c * along.y - s * along.x};
+        if (doppler.angle != 0) draw_line(screen_, map.pixel(middle - stroke), map.pixel(middle + stroke), mark);
+    } else if (shown == mode::m) {
+        const float line = static_cast<float>(doppler_unit::line_at(probe, {m_side, 0.5F * depth}));
+        draw_path({{line, 0}, {line, depth}}, mark);
+    }
 }
 
 // A column each `ticks_of_m_column`, however long frames take.
 inline void session::add_m_columns() {
     const scan_lines& lines = machine.lines();
-    const float share = std::clamp(m_side / machine.probe.width + 0.5F, 0.0F, 1.0F);
+    // The picture has other lines than the probe.
+    const auto along =
+        static_cast<float>(doppler_unit::line_at(machine.probe, {m_side, 0.5F * machine.settings.depth}));
+    const float share = (along + 0.5F) / static_cast<float>(machine.probe.lines);
     const auto line = static_cast<std::uint32_t>(share * static_cast<float>(lines.count));
     for (m_ticks_ += ticks; m_ticks_ >= ticks_of_m_column; m_ticks_ -= ticks_of_m_column)
         sweep.add(lines, std::min(line, lines.count - 1));

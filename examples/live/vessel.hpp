@@ -4,197 +4,223 @@
 #include <insonify/insonify.hpp>
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
-#include <span>
-#include <type_traits>
+#include <optional>
+#include <utility>
 #include <vector>
 
 namespace live {
 
 using namespace insonify;
 
-/// The course of a vessel: an axis that may bend, with an elliptical cross-section, found from the vertices of its mesh.
-class vessel {
+/// Sections of a tube whose first axes are those of another pose: what a `centre_line` takes.
+struct tube_course {
+    std::vector<tube_section> sections{};
+    vec3 across{0, 0, 0}; ///< first axis of the first section; 0: any
+
+    centre_line line() const { return {sections, across}; }
+    /// The same with fewer sections, at least so far apart but for the last. @param apart  metres
+    tube_course thinned(float apart) const {
+        tube_course fewer{{sections.front()}, across};
+        for (std::size_t i = 1; i < sections.size(); ++i) {
+            const bool is_last = i + 1 == sections.size();
+            if (is_last && fewer.sections.size() > 1 &&
+                length(sections[i].centre - fewer.sections.back().centre) < apart)
+                fewer.sections.pop_back();
+            if (is_last || length(sections[i].centre - fewer.sections.back().centre) >= apart)
+                fewer.sections.push_back(sections[i]);
+        }
+        return fewer;
+    }
+    /// The same course in other coordinates. @param to  from the present ones
+    tube_course moved(const pose& to) const {
+        // `across` is that of a section without a turn.
+        tube_course there{sections, to.direction(line().first().first_axis)};
+        for (tube_section& one : there.sections) {
+            one.centre = to.point(one.centre);
+            one.turn -= sections.front().turn;
+        }
+        return there;
+    }
+};
+
+/// A vessel of a body at rest: blood flows in it, and it pulses, or collapses under pressure.
+struct vessel {
+    object_id blood{};
+    bool is_artery = true;
+    tube_course course{};    ///< of its lumen in the world, in the direction of flow
+    float peak_velocity = 0; ///< on the axis at the first section, of an artery in systole, m/s; below 0: towards it
+
+    /// Mean radius of the lumen, metres.
+    float radius() const {
+        float sum = 0;
+        for (const tube_section& one : course.sections) sum += std::sqrt(one.radii.x * one.radii.y);
+        return sum / static_cast<float>(course.sections.size());
+    }
+    /// Distance of a point from its line, metres.
+    float distance(vec3 from) const {
+        float nearest = FLT_MAX;
+        for (std::size_t i = 1; i < course.sections.size(); ++i) {
+            const vec3 a = course.sections[i - 1].centre, along = course.sections[i].centre - a;
+            const float part = clamp(dot(from - a, along) / dot(along, along), 0, 1);
+            nearest = min(nearest, length(a + part * along - from));
+        }
+        return nearest;
+    }
+};
+
+/// The course of a vessel that runs mainly in one direction, from the vertices of its mesh: at up to 13 places the ellipse of
+/// the same variance. None where it is no tube.
+inline std::optional<tube_course> find_course(const object& blood) {
+    constexpr std::size_t places = 13;
+    std::vector<vec3> points = blood.surface.positions;
+    if (points.size() < 8) return std::nullopt;
+    vec3 mean{0, 0, 0}, along{0.3F, 1, 0.2F}; // the direction of the largest variance, by power iteration
+    for (vec3& point : points) mean += (point = blood.at.point(point)) / static_cast<float>(points.size());
+    for (int i = 0; i < 24; ++i) {
+        vec3 next{0, 0, 0};
+        for (const vec3& point : points) next += dot(point - mean, along) * (point - mean);
+        if (!(length(next) > 0)) return std::nullopt;
+        along = normalize(next);
+    }
+    if (along.x + along.y + along.z < 0) along = -along;
+    float first = FLT_MAX, last = -FLT_MAX;
+    for (const vec3& point : points) {
+        first = min(first, dot(point - mean, along));
+        last = max(last, dot(point - mean, along));
+    }
+    const auto place_of = [&](vec3 point) {
+        return static_cast<std::size_t>(
+            std::lround((dot(point - mean, along) - first) / (last - first) * static_cast<float>(places - 1)));
+    };
+    struct place {
+        float count = 0;
+        vec3 centre{0, 0, 0};
+        vec3 spread{0, 0, 0}; // variance along `right`, covariance, variance along `up`
+    };
+    std::array<place, places> found{};
+    for (const vec3& point : points) {
+        place& one = found[place_of(point)];
+        one.centre += point;
+        ++one.count;
+    }
+    const vec3 right = normalize(cross(along, std::fabs(along.z) < 0.8F ? vec3{0, 0, 1} : vec3{1, 0, 0})),
+               up = cross(along, right);
+    for (place& one : found) one.centre /= max(one.count, 1);
+    vec3 spread{0, 0, 0};
+    for (const vec3& point : points) {
+        place& one = found[place_of(point)];
+        const vec2 away{dot(point - one.centre, right), dot(point - one.centre, up)};
+        one.spread += vec3{away.x * away.x, away.x * away.y, away.y * away.y} / one.count;
+        spread += vec3{away.x * away.x, away.x * away.y, away.y * away.y};
+    }
+    // All ellipses have the same axes: those of the mean one.
+    const float turn = 0.5F * std::atan2(2 * spread.y, spread.x - spread.z), c = std::cos(turn), s = std::sin(turn);
+    tube_course course{{}, c * right + s * up};
+    for (const place& one : found) {
+        const auto variance = [&](float x, float y) {
+            return x * x * one.spread.x + 2 * x * y * one.spread.y + y * y * one.spread.z;
+        };
+        const vec2 radii{std::sqrt(max(2 * variance(c, s), 0)), std::sqrt(max(2 * variance(-s, c), 0))}; // of outlines
+        if (one.count > 2 && radii.x > 1_um && radii.y > 1_um) course.sections.push_back({one.centre, radii});
+    }
+    try {
+        if (course.sections.size() < 2) return std::nullopt;
+        static_cast<void>(course.line());
+    } catch (const geometry_error&) {
+        return std::nullopt; // it turns back
+    }
+    return course;
+}
+
+/// The vessels of a body that says no more than names: the objects `artery` and `vein`.
+inline std::vector<vessel> find_vessels(const scene& body) {
+    std::vector<vessel> all;
+    const auto add = [&](const char* name, bool is_artery, float velocity) {
+        const std::optional<object_id> found = body.find(name);
+        if (!found) return;
+        if (std::optional<tube_course> course = find_course(body[*found]))
+            all.push_back({*found, is_artery, std::move(*course), velocity});
+    };
+    add("artery", true, 0.6F);
+    add("vein", false, -0.12F);
+    return all;
+}
+
+/// Blood in arteries, which pulses, and in veins, which does not: a `velocity_field`. Deformed vessels keep its volume flow;
+/// but a vein that closes lets less through.
+class blood_flow {
   public:
-    object_id object{};
-    float radius = 0; ///< mean, metres; 0: there is no vessel
+    pulsatile beat{.heart_rate = 1.2F, .resistive_index = 0.75F}; ///< of the arteries
 
-    friend bool operator==(const vessel&, const vessel&) = default;
-
-    vessel() = default;
-    /// @param points  its vertices
-    vessel(object_id id, std::span<const vec3> points) : object{id} {
-        along_ = longest_axis(points);
-        right_ = normalize(cross(along_, std::fabs(along_.z) < 0.8F ? vec3{0, 0, 1} : vec3{1, 0, 0}));
-        up_ = cross(right_, along_);
-        float last = -1e30F;
-        first_ = 1e30F;
-        for (const vec3& point : points) {
-            first_ = std::min(first_, dot(point, along_));
-            last = std::max(last, dot(point, along_));
-        }
-        spacing_ = std::max((last - first_) / (nodes - 1), 1e-6F);
-
-        std::array<float, nodes> count{};
-        std::array<vec3, nodes> spread{};
-        const auto node_of = [&](vec3 point) { return static_cast<std::size_t>(std::lround(place(point))); };
-        for (const vec3& point : points) {
-            centres_[node_of(point)] += across(point);
-            ++count[node_of(point)];
-        }
-        for (std::size_t i = 0; i < nodes; ++i) centres_[i] /= std::max(count[i], 1.0F);
-        for (const vec3& point : points) {
-            const std::size_t i = node_of(point);
-            const vec2 away = across(point) - centres_[i];
-            spread[i] += vec3{away.x * away.x, away.x * away.y, away.y * away.y} / count[i];
-        }
-        float filled = 0;
-        for (std::size_t i = 0; i < nodes; ++i) {
-            const float area = spread[i].x * spread[i].z - spread[i].y * spread[i].y;
-            if (!(count[i] > 2) || !(area > 0)) {
-                count[i] = 0;
-                continue;
-            }
-            shapes_[i] = vec3{spread[i].z, -spread[i].y, spread[i].x} / (2 * area); // an outline has twice its variance
-            radius += std::sqrt(2 * std::sqrt(area));
-            ++filled;
-        }
-        radius /= std::max(filled, 1.0F);
-        fill_gaps(count);
+    blood_flow() = default;
+    /// @param body  has the vessels
+    blood_flow(const scene& body, const std::vector<vessel>& vessels) {
+        for (const vessel& one : vessels)
+            tubes_.push_back({{one.blood, one.course.moved(inverse(body[one.blood].at)).line(), one.peak_velocity},
+                              one.is_artery,
+                              1});
     }
 
-    /// Its overall direction.
-    vec3 axis() const { return along_; }
-    /// Across it, upright as far as that is possible.
-    vec3 up() const { return up_; }
-    /// The point of its middle beside a point, and the direction there.
-    vec3 centre(vec3 point) const {
-        const vec2 middle = mixed(centres_, place(point));
-        return dot(point, along_) * along_ + middle.x * right_ + middle.y * up_;
-    }
-    vec3 direction(vec3 point) const {
-        const auto i = std::min(static_cast<std::size_t>(place(point)), nodes - 2);
-        const vec2 slope = (centres_[i + 1] - centres_[i]) / spacing_;
-        return normalize(along_ + slope.x * right_ + slope.y * up_);
-    }
-    /// 1 on the axis, 0 at the wall and outside: the parabola of laminar flow.
-    float profile(vec3 point) const {
-        const float where = place(point);
-        const vec2 away = across(point) - mixed(centres_, where);
-        const vec3 shape = mixed(shapes_, where);
-        return std::max(1 - (shape.x * away.x * away.x + 2 * shape.y * away.x * away.y + shape.z * away.y * away.y),
-                        0.0F);
+    /// Sets how far a vein is open, see `collapse::opening`. @param vessel  its place among the vessels
+    void open(std::size_t vessel, float opening) { tubes_[vessel].let_through = through(opening); }
+
+    vec3 operator()(object_id object, vec3 point, float time) const {
+        for (const tube& one : tubes_) {
+            if (one.flow.object != object) continue;
+            const vec3 velocity = one.flow(object, point, time);
+            return one.is_artery ? beat(time) * velocity : one.let_through * velocity;
+        }
+        return {0, 0, 0};
     }
 
   private:
-    static constexpr std::size_t nodes = 13;
+    struct tube {
+        tube_flow flow{}; // steady
+        bool is_artery = true;
+        float let_through = 1;
+    };
 
-    vec2 across(vec3 point) const { return {dot(point, right_), dot(point, up_)}; }
-    float place(vec3 point) const {
-        return std::clamp((dot(point, along_) - first_) / spacing_, 0.0F, static_cast<float>(nodes - 1));
-    }
-    template <class Value>
-    static Value mixed(const std::array<Value, nodes>& values, float place) {
-        const auto i = std::min(static_cast<std::size_t>(place), nodes - 2);
-        return values[i] + (place - static_cast<float>(i)) * (values[i + 1] - values[i]);
-    }
-
-    // Nodes without vertices lie between their neighbours.
-    void fill_gaps(const std::array<float, nodes>& count) {
-        for (std::size_t i = 0; i < nodes; ++i) {
-            if (count[i] > 0) continue;
-            std::size_t before = i, after = i;
-            while (before > 0 && !(count[before] > 0)) --before;
-            while (after + 1 < nodes && !(count[after] > 0)) ++after;
-            if (!(count[before] > 0)) before = after;
-            if (!(count[after] > 0)) after = before;
-            const float part =
-                after == before ? 0 : static_cast<float>(i - before) / static_cast<float>(after - before);
-            centres_[i] = centres_[before] + part * (centres_[after] - centres_[before]);
-            shapes_[i] = shapes_[before] + part * (shapes_[after] - shapes_[before]);
-        }
-    }
-
-    // The direction of the largest variance, by power iteration.
-    static vec3 longest_axis(std::span<const vec3> points) {
-        vec3 mean{0, 0, 0}, axis{0.3F, 1, 0.2F};
-        for (const vec3& point : points) mean += point / static_cast<float>(points.size());
-        for (int i = 0; i < 24; ++i) {
-            vec3 next{0, 0, 0};
-            for (const vec3& point : points) next += dot(point - mean, axis) * (point - mean);
-            if (!(length(next) > 0)) break;
-            axis = normalize(next);
-        }
-        return axis.x + axis.y + axis.z < 0 ? -axis : axis;
-    }
-
-    vec3 along_{0, 1, 0}, right_{1, 0, 0}, up_{0, 0, 1};
-    float first_ = 0, spacing_ = 1;
-    std::array<vec2, nodes> centres_{};
-    std::array<vec3, nodes> shapes_{}; // of the ellipse: x, xy, y; 1 on the wall
-};
-
-/// Blood in an artery, which pulses, and in a vein, which does not and runs back: a `velocity_field`. Deformed vessels keep its
-/// volume flow; but a vein that closes lets less through.
-struct blood_flow {
-    vessel artery{}, vein{}; ///< at rest, in coordinates of the objects
-    pulsatile beat{.heart_rate = 1.2F, .resistive_index = 0.75F};
-    float artery_velocity = 0.6F; ///< on the axis in systole, m/s
-    float vein_velocity = 0.12F;  ///< on the axis, m/s
-    float vein_opening = 1;       ///< height of the vein over its width: see `collapse::opening`
-
-    /// Laminar flow through an ellipse, of the pressure gradient that gives 1 through a circle of its width.
+    // Laminar flow through an ellipse, of the pressure gradient that gives 1 through a circle of its width.
     static float through(float opening) { return 2 * opening * opening * opening / (1 + opening * opening); }
 
-    vec3 operator()(object_id object, vec3 point, float time) const {
-        if (artery.radius > 0 && object == artery.object)
-            return artery_velocity * beat(time) * artery.profile(point) * artery.direction(point);
-        if (vein.radius > 0 && object == vein.object)
-            return -vein_velocity * through(vein_opening) * vein.profile(point) * vein.direction(point);
-        return {0, 0, 0};
-    }
+    std::vector<tube> tubes_{};
 };
 
-/// How the tissue moves, from rest: the artery pulses, the vein collapses, the face of the probe presses, and the needle drags.
-/// A map for `scene::deform`, which brings its inverse: none of the four folds over, whatever the events.
+/// How the tissue moves, from rest: arteries pulse, veins collapse, the face of the probe presses, and the needle drags. A map for
+/// `scene::deform`, which brings its inverse: none of them folds over, whatever the events. What is outside of `seen`, and so not
+/// in the picture, stays at rest.
 struct tissue_motion {
-    vessel artery{}, vein{}; ///< at rest
-    pulsation beat{.amplitude = 0};
-    collapse vein_wall{}; ///< `outside`: the pressure of the face
+    aabb seen{};
+    std::vector<bent<pulsation>> arteries{};
+    std::vector<bent<collapse>> veins{}; ///< those that are not quite open
     bool pressed = false, dragged = false;
     pressed_face face{};
     needle_drag drag{};
 
     vec3 operator()(vec3 rest) const {
+        if (!seen.contains(rest)) return rest;
         vec3 now = rest;
-        if (pulses()) now = around(beat, artery, now)(now);
-        if (collapses()) now = around(vein_wall, vein, now)(now);
+        for (const bent<pulsation>& one : arteries) now = one(now);
+        for (const bent<collapse>& one : veins) now = one(now);
         if (pressed) now = face(now);
         return dragged ? drag(now) : now;
     }
     /// The inverse.
     vec3 rest_of(vec3 now) const {
+        if (!seen.contains(now)) return now;
         vec3 rest = dragged ? drag.rest_of(now) : now;
         if (pressed) rest = face.rest_of(rest);
-        if (collapses()) rest = around(vein_wall, vein, rest).rest_of(rest);
-        return pulses() ? around(beat, artery, rest).rest_of(rest) : rest;
+        for (auto one = veins.rbegin(); one != veins.rend(); ++one) rest = one->rest_of(rest);
+        for (auto one = arteries.rbegin(); one != arteries.rend(); ++one) rest = one->rest_of(rest);
+        return rest;
     }
 
-    friend bool operator==(const tissue_motion&, const tissue_motion&) = default;
-
-  private:
-    bool pulses() const { return beat.amplitude > 0 && artery.radius > 0; }
-    bool collapses() const { return vein_wall.opening() < 1 && vein.radius > 0; }
-
-    // The map of a straight vessel, at the place of one that bends. Such maps move a point across the axis alone, so that it
-    // has the same place along the vessel before and after.
-    template <class Map>
-    static Map around(Map map, const vessel& bent, vec3 point) {
-        map.from = bent.centre(point);
-        map.to = map.from + bent.axis();
-        map.radius = bent.radius;
-        if constexpr (std::is_same_v<Map, collapse>) map.direction = bent.up();
-        return map;
+    friend bool operator==(const tissue_motion& a, const tissue_motion& b) {
+        return a.seen.lower == b.seen.lower && a.seen.upper == b.seen.upper && a.arteries == b.arteries &&
+               a.veins == b.veins && a.pressed == b.pressed && a.dragged == b.dragged && a.face == b.face &&
+               a.drag == b.drag;
     }
 };
 

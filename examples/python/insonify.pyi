@@ -420,11 +420,12 @@ class needle_drag:
 
 class press_settings:
     """How a body yields to a probe."""
-    def __init__(self, *, stiffness: float = ..., gel: float = ..., decay: float = ..., recovery: float = ...) -> None: ...
+    def __init__(self, *, stiffness: float = ..., gel: float = ..., decay: float = ..., recovery: float = ..., yields: bool = ...) -> None: ...
     decay: float
     gel: float
     recovery: float
     stiffness: float
+    yields: bool
 
 class pressed_face:
     """A face pressed into any skin: a map, made by press."""

@@ -24318,6 +24318,9 @@ struct press_settings {
     float gel = 0.5e-3F;    ///< lines whose face is no further than this from the skin touch it, metres
     float decay = 20e-3F;   ///< see `indentation`
     float recovery = 8e-3F; ///< see `indentation`
+    /// Where the face is so deep that tissue would fold over: true: tissue gives way by three quarters of what it can;
+    /// false: an error.
+    bool yields = false;
 };
 
 /// How a probe touches a body: see `press`.
@@ -24383,7 +24386,11 @@ class presser {
                 face.depth[row][i] = max(depth - behind, 0);
                 const float below = skin_.stiff_below(row, i);
                 face.stop[row][i] = below < FLT_MAX ? std::exp(-below / settings.decay) : 0;
-                if (depth > folding.x && !(depth < settings.decay * (1 - face.stop[row][i]))) folding = {depth, below};
+                const float folds = settings.decay * (1 - face.stop[row][i]);
+                if (settings.yields)
+                    face.depth[row][i] = min(face.depth[row][i], 0.75F * folds);
+                else if (depth > folding.x && !(depth < folds))
+                    folding = {depth, below};
             }
         if (folding.x > 0) too_deep(folding.x, folding.y, settings.decay);
         constexpr auto points = static_cast<float>(pressed_face::rows * pressed_face::columns);
@@ -24428,7 +24435,7 @@ class presser {
 /// @param is_stiff  bool(object_id): those of them that do not give way, such as bone: the displacement falls to 0 on
 ///                  their surface
 /// @throws usage_error     for a probe or a setting out of range, a scene that was not built, or a face so deep that
-///                         tissue would fold over
+///                         tissue would fold over, unless it `yields`
 /// @throws geometry_error  for a pose that is not rigid
 template <transducer Probe, std::predicate<object_id> Filter = any_object, std::predicate<object_id> Stiff = no_object>
 contact press(const scene& body, const Probe& probe, const pose& at, const press_settings& settings = {},
@@ -24956,7 +24963,7 @@ namespace insonify::inline INSONIFY_ABI {
 struct skin_settings {
     float thickness = 1.5e-3F; ///< of epidermis and dermis, on average
     float fat = 7e-3F;         ///< of the fat below it, where the background begins there; 0: none
-    float gel = 0.55e-3F;      ///< of the film between the face and the skin, on average
+    float gel = 0.65e-3F;      ///< of the film between the face and the skin, on average
 
     /// @throws usage_error  naming a setting that is out of range
     void check() const {

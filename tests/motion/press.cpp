@@ -198,6 +198,13 @@ TEST_CASE("press: what is stiff does not move; the tissue above it gives way wit
     CHECK_NOTHROW(pressed(8_mm)); // 20 mm (1 - exp(-12 / 20)) = 9.02 mm
     CHECK_THROWS_AS(pressed(10_mm), usage_error);
     CHECK_NOTHROW(press(body, press_test::probe, {.translation = {0, 0, 10_mm}}));
+    // Or it gives way as far as it can, above the bone and beside it.
+    const contact deep =
+        press(body, press_test::probe, {.translation = {0, 0, 25_mm}}, {.yields = true}, any_object{}, is_bone);
+    CHECK_NOTHROW(deep.deformation.check());
+    CHECK(deep.depth == doctest::Approx(25_mm));
+    CHECK(deep.deformation.depth_at({0, 0}) == doctest::Approx(0.75F * 9.02_mm).epsilon(1e-3));
+    CHECK(deep.deformation.depth_at({14_mm, 0}) == doctest::Approx(15_mm));
 
     // A bare bone below the face: it stays, and nothing is pressed.
     scene bare{press_test::air};

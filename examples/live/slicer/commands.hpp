@@ -4,6 +4,7 @@
 #include "../session.hpp"
 #include "requests.hpp"
 #include <cctype>
+#include <cmath>
 #include <cstdlib>
 
 /// From commands to events of the session, and back to answers in the words of PLUS.
@@ -56,7 +57,10 @@ inline live::event us_parameter(const std::string& name, const std::string& valu
     if (name == "FrequencyMhz") return {"frequency", {number}};
     if (name == "DynRangeDb") return {"dynamic_range", {number}};
     if (name == "GainPercent") return {"gain", {0.6F * (number - 50)}}; // -30 to 30 dB
-    if (name == "FocusDepthPercent") return {"focus", {0.01F * number * 1e3F * depth}};
+    if (name == "FocusDepthPercent") {                                  // to the micrometre: 100 is the depth
+        const double micrometres = std::round(1e4 * static_cast<double>(number) * static_cast<double>(depth));
+        return {"focus", {static_cast<float>(1e-3 * micrometres)}};
+    }
     throw std::invalid_argument{"there is no parameter '" + name +
                                 "'; known are DepthMm, FrequencyMhz, DynRangeDb, GainPercent and FocusDepthPercent"};
 }

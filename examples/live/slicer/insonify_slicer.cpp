@@ -17,7 +17,7 @@ struct options {
     double fps = 30;
     std::string replay{}, record{};
     std::uint64_t frames = 0; // 0: never ends
-    live::anatomy body{};
+    live::anatomy_options body{};
 };
 
 void add_options(CLI::App& app, options& into) {
@@ -113,7 +113,7 @@ class program {
         const double time = slicer::now();
         with.frame(exec::par_unseq);
         ++drawn_;
-        const scanner<linear_array>& machine = with.machine;
+        const scanner<live::array_probe>& machine = with.machine;
         server_->publish(pack(with, time), machine.frozen() ? "frozen" : "running");
         if (record_ && !machine.frozen())
             record_->add(machine.picture(), machine.map(), machine.at(), with.needle.at(), time);
@@ -133,9 +133,9 @@ int run(const options& chosen) {
     std::optional<live::recording> played;
     if (!chosen.replay.empty()) played = live::load_recording(chosen.replay);
     program running{chosen};
-    live::loaded_anatomy examined = live::load_body(chosen.body, played ? &*played : nullptr);
+    live::loaded_anatomy examined = live::load_body(live::choice_of(chosen.body), played ? &*played : nullptr);
     std::printf("%s\n", live::describe(examined).c_str());
-    live::session session{std::move(examined.body)};
+    live::session session = live::begin_session(std::move(examined));
     session.apply({"lines", {128}}); // 30 pictures a second on two cores
     session.apply({"planes", {3}});
     running.listen();

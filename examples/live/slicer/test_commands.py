@@ -3,7 +3,7 @@ import re
 import subprocess
 import sys
 
-from openigtlink import Connection, pack, pack_command, pack_string, pack_transform, read_command, read_status, read_string
+from openigtlink import Connection, pack, pack_command, pack_string, pack_transform, read_command, read_image, read_status, read_string
 from server_process import Server
 
 IDENTITY = [1, 0, 0, 0, 1, 0, 0, 0, 1]
@@ -67,6 +67,8 @@ def test_events(commands, events):
             commands.refused("cine 0", "send freeze first")
             small = "width 64\nlines 24\nplanes 1\nfreeze"
             commands.accepted(small)
+        if name == "case":  # the last one is opened here, and the first one again
+            commands.refused("case", r"takes 1 number: .*; 0 Nerve block phantom, 1 Neck: carotid, across")
         if name.startswith("hold_"):
             commands.accepted(line_of(name, IDENTITY + [0, 0, 20]))
             commands.accepted(line_of(name, IDENTITY + [1e5, -1e5, 1e5]))
@@ -86,12 +88,14 @@ def test_events(commands, events):
                 commands.refused(line_of(name, beyond), f"{name}: .* is not .* to ")
         commands.refused(line_of(name, [0] * (len(ranges) + 1)), f"{name} takes ")
         small = small.replace("\nfreeze", "\nunfreeze")
+        if name == "patient":
+            commands.accepted("patient 0\ncase 0")
     print(f"{len(events)} events: typical, at both ends and beyond")
 
 
 def test_us_parameters(commands):
     """SetUsParameter: typical, extreme, beyond."""
-    parameters = {"DepthMm": (40, 150, 1e9), "FrequencyMhz": (7.5, 15, 99), "DynRangeDb": (70, 120, 0),
+    parameters = {"DepthMm": (40, 240, 1e9), "FrequencyMhz": (7.5, 15, 99), "DynRangeDb": (70, 120, 0),
                   "GainPercent": (50, 100, 1000), "FocusDepthPercent": (50, 100, 1e6)}
     for name, (typical, extreme, beyond) in parameters.items():
         xml = '<Command Name="SetUsParameter"><Parameter Name="%s" Value="%g"/></Command>'
@@ -103,7 +107,7 @@ def test_us_parameters(commands):
 
 def test_all_or_nothing(commands):
     commands.accepted("gain 3")
-    commands.refused("gain 7\ndepth 1e+09", r"depth: 1e\+09 is not 10 to 150 mm")
+    commands.refused("gain 7\ndepth 1e+09", r"depth: 1e\+09 is not 10 to 240 mm")
     commands.refused("gian 6", "there is no event 'gian'")
 
 
@@ -116,10 +120,27 @@ def test_without_effect(commands):
     commands.accepted(line_of("hold_probe", IDENTITY + [0, 0, 0]))
     commands.refused("slide -2 0", "slide: a tracker holds the probe; send release first")
     commands.accepted("release\nslide -2 0")
-    commands.accepted("advance -20")
-    commands.accepted("advance 60")
+    commands.accepted("advance -20\n" * 5 + "advance 75\nadvance 20")
     commands.refused("advance 1", "advance: that is the end of its way; it can only go back")
     commands.accepted("advance -20")
+
+
+def test_cases(commands):
+    """Another body with its own probe: a sector, whose image has another size and place; then the first one again."""
+    def image():
+        commands.client.until("IMAGE", check=False)
+        return read_image(commands.client.until("IMAGE", check=False)["body"])
+
+    commands.accepted("case 0\nwidth 160\nlines 48")
+    first = image()
+    commands.accepted("case 11")  # gallbladder, convex
+    size, _, gray = image()
+    assert first[0][0] == 160 and size[0] == 160 and size[1] < 0.85 * size[0] < first[0][1], (first[0], size)
+    corner, middle = gray[0], gray[size[0] // 2 + size[0] * (size[1] // 3)]
+    assert corner == 0 and max(gray) > 60, (corner, middle)
+    assert sum(g > 8 for g in gray) > 0.3 * len(gray)
+    commands.accepted("case 0")
+    assert image()[0] == first[0]
 
 
 def test_messages(client):
@@ -148,6 +169,7 @@ def main():
         test_us_parameters(commands)
         test_all_or_nothing(commands)
         test_without_effect(commands)
+        test_cases(commands)
         test_messages(commands.client)
         assert server.end() == 0
 

@@ -70,7 +70,7 @@ bool without_materials(const std::string& limb) {
 bool recorded(const std::string& limb) {
     std::filesystem::create_directories("recorded/of");
     std::filesystem::copy_file(limb, "recorded/limb copy #1.obj", std::filesystem::copy_options::overwrite_existing);
-    const live::anatomy of{.file = "recorded/limb copy #1.obj", .skin = "-z", .background = "fat"};
+    const live::anatomy_file of{.file = "recorded/limb copy #1.obj", .skin = "-z", .background = "fat"};
     {
         std::ofstream file{"recorded/of/session.txt"};
         file << live::anatomy_line({of, live::content_of(live::load_anatomy(of).body)}, "recorded/of")
@@ -79,7 +79,7 @@ bool recorded(const std::string& limb) {
     const std::string here = live::anatomy_line({of, 1}, ""); // the folder of "session.txt"
     const live::recording read = live::load_recording("recorded/of/session.txt");
     const live::loaded_anatomy loaded = live::load_body({}, &read);
-    const live::anatomy& found = loaded.of;
+    const live::anatomy_file& found = loaded.file;
     bool holds = check(live::parse_anatomy(here, "").of == of, here);
     holds = check(std::filesystem::equivalent(found.file, of.file) && found.skin == of.skin &&
                       found.background == of.background && found.unit == of.unit && found.tissue == of.tissue &&
@@ -87,7 +87,7 @@ bool recorded(const std::string& limb) {
                   "a recording names its anatomy") &&
             holds;
     // Bits of what is turned differ between processors; the content does not.
-    live::anatomy turned = of;
+    live::anatomy_file turned = of;
     turned.skin = "+x";
     holds = check(live::content_of(live::load_anatomy(turned).body) == read.body->content,
                   "the content is that of the file, whatever the side of the skin") &&
@@ -95,8 +95,9 @@ bool recorded(const std::string& limb) {
     std::ofstream{of.file, std::ios::app} << "o more\nusemtl fat\nv 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 9\n"
                                              "f -4 -2 -3\nf -4 -3 -1\nf -4 -1 -2\nf -3 -2 -1\n";
     holds = refused("has changed since the session was recorded", [&] { live::load_body({}, &read); }) && holds;
-    holds =
-        check(live::load_body({.file = of.file}, &read).of.skin.empty(), "an anatomy that is given is taken") && holds;
+    holds = check(live::load_body({.file = {.file = of.file}}, &read).file.skin.empty(),
+                  "an anatomy that is given is taken") &&
+            holds;
     std::filesystem::remove(of.file);
     holds = refused("cannot be opened", [&] { live::load_body({}, &read); }) && holds;
     return refused("on which the session was recorded, cannot be opened; open it first",
@@ -128,7 +129,7 @@ bool presses_vein() {
         live::session one{std::move(body)};
         one.apply({"hold_probe", {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 4}}); // 4 mm deep, 38 mm wide
         one.advance(exec::par);
-        return one.motion.vein_wall.outside / 3_mmHg;
+        return one.motion.veins.at(0).vessel.outside / 3_mmHg;
     };
     const float whole = pressure(-60_mm), half = pressure(0);
     const std::string said = "4 mm deep, the whole face: " + std::to_string(whole) + " times 3 mmHg, half of it " +

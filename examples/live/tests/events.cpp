@@ -68,6 +68,7 @@ std::vector<std::uint64_t> play_all(live::session& one) {
                                          std::to_string(knob.value(one))};
             if (knob.group == "Quality" && share > 0.5F) make_small(one);
             pictures.push_back(draw(one));
+            if (knob.group == "Case") one.apply({"case", {0}});
             if (knob.event.rfind("hold", 0) == 0) one.apply({"release", {}});
         }
     return pictures;

@@ -21,12 +21,43 @@ class knob_panel {
             ImGui::TextUnformatted("A recorded session turns the knobs and moves the probe.");
         }
         ImGui::BeginDisabled(replays);
+        show_case(frame, scanner);
         show_buttons(frame, scanner);
         show_tabs(frame, scanner, picture);
         ImGui::EndDisabled();
     }
 
   private:
+    // The case by its title, and the number of the patient.
+    static void show_case(const shown_frame& frame, worker& scanner) {
+        const std::size_t of_case = index_of("case"), of_patient = index_of("patient");
+        const control &body = controls()[of_case], &number = controls()[of_patient];
+        const long present = std::lround(frame.values[of_case]);
+        ImGui::AlignTextToFramePadding();
+        ImGui::TextUnformatted(body.title.c_str());
+        ImGui::SameLine(92);
+        ImGui::PushItemWidth(290);
+        if (ImGui::BeginCombo("##case",
+                              present < 0 ? "of its own" : body.choices[static_cast<std::size_t>(present)].c_str(),
+                              ImGuiComboFlags_HeightLarge)) {
+            for (std::size_t k = 0; k < body.choices.size(); ++k)
+                if (ImGui::Selectable(body.choices[k].c_str(), static_cast<long>(k) == present))
+                    scanner.push({body.event, {static_cast<float>(k)}});
+            ImGui::EndCombo();
+        }
+        ImGui::PopItemWidth();
+        if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", body.tooltip.c_str());
+        ImGui::SameLine(0, 16);
+        ImGui::TextUnformatted(number.title.c_str());
+        ImGui::SameLine();
+        ImGui::PushItemWidth(120);
+        int patient = static_cast<int>(std::lround(frame.values[of_patient]));
+        if (ImGui::InputInt("##patient", &patient, 1, 100, ImGuiInputTextFlags_EnterReturnsTrue))
+            scanner.push({number.event, {static_cast<float>(patient)}});
+        ImGui::PopItemWidth();
+        if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", number.tooltip.c_str());
+    }
+
     static void show_buttons(const shown_frame& frame, worker& scanner) {
         for (const char* name : {"mode", "preset"}) {
             const std::size_t i = index_of(name);
@@ -59,6 +90,7 @@ class knob_panel {
             ImGui::Columns(2, nullptr, false);
             for (std::size_t i = 0; i < controls().size(); ++i)
                 if (controls()[i].group == group) knob(controls()[i], frame.values[i], scanner);
+            if (group == std::string{"Needle"}) entry_sliders(frame, scanner);
             if (group == std::string{"Measure"}) measure_tools(frame, scanner, picture);
             ImGui::Columns(1);
             if (group == std::string{"Image"}) time_gain(frame, scanner);
@@ -88,6 +120,23 @@ class knob_panel {
         ImGui::PopItemWidth();
         if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", one.tooltip.c_str());
         ImGui::NextColumn();
+    }
+
+    // Where the needle enters the skin: as far aside as its body reaches.
+    static void entry_sliders(const shown_frame& frame, worker& scanner) {
+        const control& one = *find_control("entry");
+        const aabb whole = frame.anatomy->box;
+        if (whole.empty()) return;
+        for (int axis = 0; axis < 2; ++axis) {
+            vec2 entry = frame.needle_entry / 1_mm;
+            ImGui::PushItemWidth(150);
+            if (ImGui::SliderFloat(axis == 0 ? "Entry x" : "Entry y", &entry[axis], whole.lower[axis] / 1_mm,
+                                   whole.upper[axis] / 1_mm, "%.0f mm"))
+                scanner.push({one.event, {entry.x, entry.y}});
+            ImGui::PopItemWidth();
+            if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", one.tooltip.c_str());
+            ImGui::NextColumn();
+        }
     }
 
     static void time_gain(const shown_frame& frame, worker& scanner) {

@@ -15,21 +15,27 @@ inline void upload(GLuint texture, uvec2 size, const std::vector<unsigned char>&
     glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-    glTexImage2D(GL_TEXTURE_2D, 0, GL_RGB, static_cast<GLsizei>(size.x), static_cast<GLsizei>(size.y), 0, GL_RGB,
+    glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA, static_cast<GLsizei>(size.x), static_cast<GLsizei>(size.y), 0, GL_RGBA,
                  GL_UNSIGNED_BYTE, bytes.data());
 }
 inline unsigned char byte_of(float level) { return static_cast<unsigned char>(255 * clamp(level, 0, 1) + 0.5F); }
-inline void upload(GLuint texture, const colour_image& picture) {
+/// @param opacity  of each pixel
+inline void upload(GLuint texture, const colour_image& picture, const std::vector<std::uint8_t>& opacity) {
     std::vector<unsigned char> bytes;
-    bytes.reserve(3 * picture.pixels.size());
-    for (const vec3& pixel : picture.pixels)
-        for (int i = 0; i < 3; ++i) bytes.push_back(byte_of(pixel[i]));
+    bytes.reserve(4 * picture.pixels.size());
+    for (std::size_t k = 0; k < picture.pixels.size(); ++k) {
+        for (int i = 0; i < 3; ++i) bytes.push_back(byte_of(picture.pixels[k][i]));
+        bytes.push_back(opacity[k]);
+    }
     upload(texture, picture.size, bytes);
 }
 inline void upload(GLuint texture, const image& picture) {
     std::vector<unsigned char> bytes;
-    bytes.reserve(3 * picture.pixels.size());
-    for (const float pixel : picture.pixels) bytes.insert(bytes.end(), 3, byte_of(pixel));
+    bytes.reserve(4 * picture.pixels.size());
+    for (const float pixel : picture.pixels) {
+        bytes.insert(bytes.end(), 3, byte_of(pixel));
+        bytes.push_back(255);
+    }
     upload(texture, picture.size, bytes);
 }
 inline ImTextureID texture_id(GLuint texture) {

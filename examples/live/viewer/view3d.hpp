@@ -1,7 +1,6 @@
 #ifndef INSONIFY_EXAMPLES_LIVE_VIEWER_VIEW3D_HPP
 #define INSONIFY_EXAMPLES_LIVE_VIEWER_VIEW3D_HPP
 
-#include "../appearance.hpp"
 #include "picture.hpp"
 
 namespace live {
@@ -12,25 +11,23 @@ class view3d {
     float yaw = -0.5F, pitch = 0.5F, distance = 0; ///< of the camera, about `target`, the middle of the anatomy
     vec3 target{0, 0, 0};
 
-    /// @param body  drawn as it is now
-    explicit view3d(const scene& body) {
-        const std::vector<float> opacity = opacities(body);
-        for (std::size_t i = 0; i < opacity.size(); ++i) {
-            const object& one = body.objects()[i];
-            if (is_tool(one)) continue;
+    /// Takes another anatomy, and sees all of a small one; of a larger one what is below the probe.
+    void show(const shown_anatomy& anatomy, vec3 probe) {
+        for (const part& one : parts_) glDeleteLists(one.list, 1);
+        parts_.clear();
+        for (const shown_anatomy::part& one : anatomy.parts) {
             const GLuint list = glGenLists(1);
             glNewList(list, GL_COMPILE);
-            draw_mesh(one.surface, one.at);
+            draw_mesh(one.surface, pose{});
             glEndList();
-            const vec3 paint = tissue_colour(one.name);
-            parts_.push_back({list, {paint.x, paint.y, paint.z, opacity[i]}});
+            parts_.push_back({list, {one.colour.x, one.colour.y, one.colour.z, one.opacity}});
         }
-        const aabb whole = anatomy_box(body);
+        const aabb& whole = anatomy.box;
         if (!whole.empty()) target = 0.5F * (whole.lower + whole.upper);
         all_ = 1.4F * (whole.empty() ? 100_mm : length(whole.size()));
-        distance = all_;
-        std::stable_sort(parts_.begin(), parts_.end(),
-                         [](const part& a, const part& b) { return a.paint.alpha > b.paint.alpha; });
+        constexpr float near = 420_mm;
+        distance = min(all_, near);
+        if (all_ > near) target = probe + vec3{0, 0, 40_mm};
     }
 
     /// Multiplies the distance of the camera.
@@ -59,9 +56,10 @@ class view3d {
         for (const part& one : parts_)
             if (one.paint.alpha == 1) draw_part(one);
         glColor4f(0.8F, 0.85F, 0.9F, 1);
-        draw_mesh(make_needle(needle_diameter(frame.gauge), 80_mm, {.bevel = frame.bevel}), frame.needle);
+        draw_mesh(make_needle(needle_diameter(frame.gauge), patient::needle_length, {.bevel = frame.bevel}),
+                  frame.needle);
         glColor4f(0.35F, 0.55F, 0.75F, 1);
-        draw_mesh(make_box({-21_mm, -4_mm, -18_mm}, {21_mm, 4_mm, -0.5_mm}), frame.probe);
+        draw_mesh(frame.anatomy->probe, frame.probe);
         glDisable(GL_LIGHTING);
         draw_slice(frame, picture);
         glEnable(GL_LIGHTING);
@@ -76,8 +74,8 @@ class view3d {
         glDisable(GL_SCISSOR_TEST);
     }
 
-    /// Turns a drag in the view into events: of the needle where it is near, else of the probe, which slides, or turns with
-    /// Shift.
+    /// Turns a drag in the view into events: of the needle where it is near, which advances, or enters elsewhere with Shift, else
+    /// of the probe, which slides, or turns with Shift.
     void drag(const shown_frame& frame, worker& scanner, vec2 mouse, vec2 moved, bool begins, bool turns) {
         const vec2 tip = pixel(frame.needle.point({0, 0, 0})), end = pixel(frame.needle.point({0, 0, -80_mm}));
         if (begins) {
@@ -87,16 +85,20 @@ class view3d {
                             length(mouse - pixel(frame.probe.point({0, 0, -15_mm}))) > 40;
         }
         const float metres = 0.8F * distance / static_cast<float>(height_); // of a pixel, at the target
-        if (holds_needle_) {
+        const float x = moved.x * metres / 1_mm, y = moved.y * metres / 1_mm / max(std::fabs(std::sin(pitch)), 0.3F);
+        const vec2 on_skin{x * std::cos(yaw) + y * std::sin(yaw), y * std::cos(yaw) - x * std::sin(yaw)}; // mm
+        if (begins) entry_ = frame.needle_entry / 1_mm;
+        if (holds_needle_ && turns) {
+            entry_ += on_skin;
+            scanner.push({"entry", {entry_.x, entry_.y}});
+        } else if (holds_needle_) {
             const vec2 shaft = (tip - end) / 80.0F; // pixels of a millimetre
             scanner.push({"advance", {dot(moved, shaft) / max(dot(shaft, shaft), 0.1F)}});
         } else if (turns) {
             scanner.push({"rock", {0.3F * moved.x}});
             scanner.push({"tilt", {0.3F * moved.y}});
         } else {
-            const float x = moved.x * metres / 1_mm,
-                        y = moved.y * metres / 1_mm / max(std::fabs(std::sin(pitch)), 0.3F);
-            scanner.push({"slide", {x * std::cos(yaw) + y * std::sin(yaw), y * std::cos(yaw) - x * std::sin(yaw)}});
+            scanner.push({"slide", {on_skin.x, on_skin.y}});
         }
     }
 
@@ -130,16 +132,19 @@ class view3d {
         glEnable(GL_TEXTURE_2D);
         glBindTexture(GL_TEXTURE_2D, picture);
         glColor4f(1, 1, 1, 0.92F);
+        glAlphaFunc(GL_GREATER, 0.5F); // beside a sector there is nothing
+        glEnable(GL_ALPHA_TEST);
         glBegin(GL_QUADS);
         for (int i = 0; i < 4; ++i) {
             glTexCoord2f(s[i], t[i]);
             glVertex3f(frame.corners[i].x, frame.corners[i].y, frame.corners[i].z);
         }
         glEnd();
+        glDisable(GL_ALPHA_TEST);
         glDisable(GL_TEXTURE_2D);
         glColor4f(0.4F, 0.8F, 1, 1);
         glBegin(GL_LINE_LOOP);
-        for (const vec3& corner : frame.corners) glVertex3f(corner.x, corner.y, corner.z);
+        for (const vec3& point : frame.outline) glVertex3f(point.x, point.y, point.z);
         glEnd();
     }
 
@@ -181,6 +186,7 @@ class view3d {
     float all_ = 0;                         // distance from which all of the anatomy is seen
     int left_ = 0, width_ = 1, height_ = 1; // of the part of the window
     bool holds_needle_ = false;
+    vec2 entry_{0, 0}; // of the needle that is dragged, mm
 };
 
 } // namespace live

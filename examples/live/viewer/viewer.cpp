@@ -17,7 +17,7 @@ using namespace insonify;
 
 struct options {
     std::string replay{}, record{}, screenshot{};
-    live::anatomy body{};
+    live::anatomy_options body{};
     std::uint64_t frames = 0; // 0: until the window is closed
 };
 
@@ -61,7 +61,7 @@ void show_hint(bool& open, float left) {
     ImGui::Begin("First steps", &open, ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoMove);
     ImGui::TextUnformatted("Probe: drag it here, or arrow keys; with Shift: tilt, rock\n"
                            "W S tilt, A D rock, Q E rotate, F R press and lift\n"
-                           "Needle: drag it along its shaft, or Page Down, Page Up\n"
+                           "Needle: drag it along its shaft, or Page Down, Page Up; with Shift: its entry\n"
                            "Space freezes. Click twice on the picture to measure\n"
                            "Right drag turns this view; knobs explain themselves");
     ImGui::End();
@@ -110,25 +110,25 @@ class application {
     void run() {
         std::optional<live::recording> played;
         if (!asked_.replay.empty()) played = live::load_recording(asked_.replay);
-        live::loaded_anatomy examined = live::load_body(asked_.body, played ? &*played : nullptr);
+        live::loaded_anatomy examined = live::load_body(live::choice_of(asked_.body), played ? &*played : nullptr);
         std::printf("%s\n", live::describe(examined).c_str());
         std::fflush(stdout);
         std::ofstream file;
         std::optional<live::recorder> record;
         if (!asked_.record.empty()) {
             file.open(asked_.record);
-            if (!examined.of.file.empty())
-                file << live::anatomy_line({examined.of, live::content_of(examined.body)},
+            if (!examined.file.file.empty())
+                file << live::anatomy_line({examined.file, live::content_of(examined.body)},
                                            std::filesystem::path{asked_.record}.parent_path())
                      << std::endl;
+            if (!examined.given.region.empty()) file << live::parameters_line(examined.given) << std::endl;
             if (!file) throw std::runtime_error{"--record: " + asked_.record + " cannot be written"};
             record.emplace(file);
         }
-        live::session session{std::move(examined.body)};
-        if (record) session.record = &*record;
+        live::session session = live::begin_session(std::move(examined), record ? &*record : nullptr);
         for (const live::event& start : {live::event{"lines", {128}}, {"planes", {3}}, {"width", {420}}})
             session.apply(start);
-        live::view3d space{session.body};
+        live::view3d space;
         std::optional<live::player> replay;
         if (played) replay.emplace(std::move(played->steps));
         show(session, std::move(replay), space);
@@ -148,7 +148,8 @@ class application {
             pace.turn(1.0 / 60);
             glfwPollEvents();
             if (scanner.newer(frame_)) {
-                live::upload(textures_[0], frame_.screen);
+                if (anatomy_ != frame_.anatomy) space.show(*(anatomy_ = frame_.anatomy), frame_.probe.translation);
+                live::upload(textures_[0], frame_.screen, frame_.seen);
                 if (frame_.strip.size.x > 0) live::upload(textures_[1], frame_.strip);
                 if (knobs_.saves_sequence) write_png(numbered("frame_"), frame_.screen);
             }
@@ -171,7 +172,7 @@ class application {
         ImGui_ImplGlfw_NewFrame();
         ImGui::NewFrame();
         glfwGetFramebufferSize(window_, &width_, &height_);
-        const float left = 0.55F * static_cast<float>(width_), tall = static_cast<float>(height_), knobs = 250;
+        const float left = 0.55F * static_cast<float>(width_), tall = static_cast<float>(height_), knobs = 276;
         constexpr auto fixed = ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoCollapse |
                                ImGuiWindowFlags_NoTitleBar;
         ImGui::SetNextWindowPos({0, 0});
@@ -189,7 +190,8 @@ class application {
         show_hint(shows_hint_, left);
         if (frame_.count > 0) steer(scanner, space, frame_, left);
         ImGui::Render();
-        space.draw(static_cast<int>(left), 0, width_ - static_cast<int>(left), height_, frame_, textures_[0]);
+        if (frame_.count > 0)
+            space.draw(static_cast<int>(left), 0, width_ - static_cast<int>(left), height_, frame_, textures_[0]);
         glViewport(0, 0, width_, height_);
         ImGui_ImplOpenGL2_RenderDrawData(ImGui::GetDrawData());
     }
@@ -200,6 +202,7 @@ class application {
     int width_ = 0, height_ = 0;
     bool shows_hint_ = true;
     live::shown_frame frame_{};
+    std::shared_ptr<const live::shown_anatomy> anatomy_{}; // that the 3-D view has
     live::picture_panel picture_{};
     live::knob_panel knobs_{};
 };
@@ -215,7 +218,8 @@ void add_options(CLI::App& app, options& into) {
     add(app, "--screenshot", into.screenshot, "PICTURE", "writes the window then to this PNG file")
         ->check(name())
         ->needs(frames);
-    app.footer("Without --obj, a session is played on the anatomy that it was recorded with. Events of a session:\n" +
+    app.footer("Without --obj and --anatomy, a session is played on the anatomy that it was recorded with. Events of a "
+               "session:\n" +
                live::session::help());
 }
 

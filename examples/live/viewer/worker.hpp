@@ -1,24 +1,54 @@
 #ifndef INSONIFY_EXAMPLES_LIVE_VIEWER_WORKER_HPP
 #define INSONIFY_EXAMPLES_LIVE_VIEWER_WORKER_HPP
 
+#include "../appearance.hpp"
 #include "../loop.hpp"
 #include <condition_variable>
 #include <exception>
+#include <memory>
 #include <mutex>
 #include <thread>
 
 namespace live {
 
+/// The anatomy that the window shows, at rest, from the opaque to the transparent.
+struct shown_anatomy {
+    struct part {
+        mesh surface{}; ///< in the world
+        vec3 colour{1};
+        float opacity = 1;
+    };
+    std::vector<part> parts{};
+    mesh probe{}; ///< in its own coordinates
+    aabb box{};
+
+    explicit shown_anatomy(const session& of) : probe{make_probe_body(of.machine.probe)}, box{anatomy_box(of.body)} {
+        const std::vector<float> opacity = opacities(of.body);
+        for (std::size_t i = 0; i < opacity.size(); ++i) {
+            const object& one = of.body.objects()[i];
+            if (is_tool(one)) continue;
+            parts.push_back({one.surface, tissue_colour(one.name), opacity[i]});
+            for (vec3& point : parts.back().surface.positions) point = one.at.point(point);
+        }
+        std::stable_sort(parts.begin(), parts.end(),
+                         [](const part& a, const part& b) { return a.opacity > b.opacity; });
+    }
+};
+
 /// What the window shows of a frame.
 struct shown_frame {
+    std::shared_ptr<const shown_anatomy> anatomy{};
     colour_image screen{};
     image strip{};
     strip_scale axes{}; ///< of the strip
     std::vector<legend_entry> legend{};
     std::vector<float> values{};             ///< of `controls()`, in their order
     std::vector<std::vector<float>> parts{}; ///< of those that have parts, in the same order
+    std::vector<std::uint8_t> seen{};        ///< of each pixel of the screen: 255 in the picture, 0 beside a sector
+    std::vector<vec3> outline{};             ///< see `field_of_view`
     vec3 corners[4] = {}; ///< of the picture in the world: upper left, upper right, lower right, lower left
     pose probe{}, needle{};
+    vec2 needle_entry{0, 0}; ///< x, y in the world, metres
     std::uint32_t gauge = 22;
     float bevel = 15_deg;
     float depth = 0, top = 0, focus = 0; ///< metres: of the picture's lower and upper edge, and of the focus
@@ -105,11 +135,16 @@ class worker {
     }
     void draw(session& with) try {
         with.frame(exec::par_unseq);
-        const scanner<linear_array>& machine = with.machine;
+        const scanner<array_probe>& machine = with.machine;
+        if (bodies_ != with.bodies) {
+            anatomy_ = std::make_shared<const shown_anatomy>(with);
+            bodies_ = with.bodies;
+        }
         const uvec2 size = with.screen().size;
         const auto right = static_cast<float>(size.x), bottom = static_cast<float>(size.y);
         const double seconds = clock_.lap();
         const std::lock_guard lock{mutex_};
+        shown_.anatomy = anatomy_;
         shown_.screen = with.screen();
         shown_.strip = with.strip();
         shown_.axes = with.strip_axes();
@@ -122,12 +157,16 @@ class worker {
             shown_.parts[i].resize(one.parts);
             for (std::uint32_t part = 0; part < one.parts; ++part) shown_.parts[i][part] = one.part_value(with, part);
         }
+        shown_.seen.resize(shown_.screen.pixels.size());
+        for (std::size_t i = 0; i < shown_.seen.size(); ++i) shown_.seen[i] = is_seen(machine, i) ? 255 : 0;
+        shown_.outline = field_of_view(machine);
         shown_.corners[0] = machine.point({0, 0});
         shown_.corners[1] = machine.point({right, 0});
         shown_.corners[2] = machine.point({right, bottom});
         shown_.corners[3] = machine.point({0, bottom});
         shown_.probe = machine.at();
         shown_.needle = with.needle.at();
+        shown_.needle_entry = {with.needle.entry.x, with.needle.entry.y};
         shown_.gauge = with.needle.gauge;
         shown_.bevel = with.needle.bevel;
         shown_.top = machine.map().point({0, 0}).y;
@@ -151,7 +190,9 @@ class worker {
     session& session_;
     std::optional<player> replay_; // of the thread
     std::uint64_t frames_;
-    insonify::detail::stopwatch clock_{}; // of the thread
+    insonify::detail::stopwatch clock_{};            // of the thread
+    std::shared_ptr<const shown_anatomy> anatomy_{}; // of the thread
+    std::uint32_t bodies_ = 0;                       // of the session, when that was made
     std::mutex mutex_{};
     std::condition_variable wake_{};
     std::vector<event> events_{};

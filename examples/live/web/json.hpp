@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace live {
 
@@ -39,6 +40,9 @@ class json_object {
     }
     template <std::size_t N>
     json_object& add(std::string_view name, const std::array<insonify::vec3, N>& points) {
+        return add(name, std::vector<insonify::vec3>(points.begin(), points.end()));
+    }
+    json_object& add(std::string_view name, const std::vector<insonify::vec3>& points) {
         std::string all;
         for (const insonify::vec3& one : points) all += (all.empty() ? "[" : ",[") + point(one) + ']';
         return put(name, '[' + all + ']');

@@ -11,7 +11,7 @@ let events = 0;     // sent so far
 let playback;       // the recorded session that plays
 let last = 0, shown = [], asked = true;
 const drawn = [], read = []; // take the next picture, and the next recording
-const examination = id("examination").textContent;
+let file, titles = []; // that is examined or played, if it is one; of the cases
 
 function post(line) {
     worker.postMessage({ kind: "event", line });
@@ -19,6 +19,7 @@ function post(line) {
 }
 
 function send(line) {
+    if (/^(case|patient) /.test(line)) file = undefined;
     const number = post(line);
     if (state?.frozen && !asked) ask();
     return number;
@@ -74,6 +75,7 @@ function show(message) {
     if (message.needle) space.show_needle(message.needle);
     space.show(state, picture.pixels);
     panel.update(state.values, state.applied);
+    id("examination").textContent = file ?? titles[state.values.case] ?? "";
     id("inserted").textContent = `${(state.values.advance ?? 0).toFixed(1)} mm`;
     id("frozen").hidden = !state.frozen;
     id("freeze").textContent = state.frozen ? "Unfreeze" : "Freeze";
@@ -99,7 +101,7 @@ async function play(text, seen = () => {}, name = "recording.txt") {
     worker.postMessage({ kind: "restart", recorded: true });
     panel.reset();
     picture.calliper = undefined;
-    id("examination").textContent = name;
+    file = name;
     for (const { frames, event } of steps) {
         if (!frames) post(event);
         for (let i = 0; i < frames; ++i) {
@@ -128,7 +130,7 @@ function begin(then) {
 
 function restart() {
     begin(() => worker.postMessage({ kind: "restart" }));
-    id("examination").textContent = examination;
+    file = undefined;
 }
 
 const options = () => Object.fromEntries(new FormData(id("load").querySelector("form")));
@@ -164,6 +166,7 @@ const handlers = {
         space = new Space(id("anatomy"), send, report);
         // One thread draws 128 lines of one elevation plane at 15 pictures per second or more.
         const first = { lines: 128, planes: threads > 1 ? 3 : 1, width: 384 };
+        titles = controls.find(({ event }) => event === "case").choices.map(({ name }) => name);
         for (const one of controls) one.value = first[one.event] ?? one.value;
         beginning = Object.entries(first).map(([event, value]) => `${event} ${value}`);
         panel = new Panel(controls, send, { choices: id("choices"), tabs: id("tabs"), groups: id("groups") });
@@ -179,14 +182,17 @@ const handlers = {
         ask();
         set_ready();
     },
-    anatomy: ({ parts }) => space.show_anatomy(parts),
+    anatomy({ parts, probe, begins }) {
+        space.show_anatomy(parts, begins);
+        space.show_probe(probe);
+    },
     frame: show,
     fault: ({ fault }) => report(fault),
     recording: (answer) => read.shift()(answer),
     loaded({ name }) {
         if (!name) return;
         begin(() => {});
-        id("examination").textContent = name;
+        file = name;
     },
 };
 worker.onmessage = ({ data }) => handlers[data.kind](data);
@@ -205,6 +211,7 @@ for (const button of document.querySelectorAll("[data-tool]")) button.onclick = 
 const freeze = () => send(state.frozen ? "unfreeze" : "freeze");
 id("freeze").onclick = freeze;
 id("reset").onclick = restart;
+id("entry").onclick = () => id("entry").setAttribute("aria-pressed", (space.moves_entry = !space.moves_entry));
 id("fault").querySelector("button").onclick = () => { id("fault").hidden = true; };
 id("help").onclick = () => id("hint").showModal();
 id("open").onclick = () => id("file").click();

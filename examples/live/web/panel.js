@@ -15,8 +15,9 @@ export class Panel {
         this.send = send;
         this.all = new Map();
         this.groups = new Map();
-        choices.append(...controls.filter((one) => one.choices.length).map((one) => this.choice(one)));
-        const sliders = controls.filter((one) => !one.choices.length);
+        const is_typed = ({ low, high, step }) => (high - low) / step > 1000;
+        choices.append(...controls.filter((one) => one.choices.length || is_typed(one)).map((one) => (is_typed(one) ? this.number(one) : this.choice(one))));
+        const sliders = controls.filter((one) => !one.choices.length && !is_typed(one));
         for (const name of new Set([...open_groups, ...sliders.map(({ group }) => group)])) {
             const members = sliders.filter(({ group }) => group === name);
             const group = make("details", { open: open_groups.includes(name) }, make("summary", { textContent: name }), ...members.map((one) => this.slider(one)));
@@ -69,6 +70,14 @@ export class Panel {
         this.set(one, control.value);
         if (!short) return make("label", { className: "choice", title: tooltip }, make("span", { textContent: title }), one.input);
         return make("div", { className: "choice", title: tooltip, role: "group", ariaLabel: title }, make("span", { textContent: title }), ...one.buttons);
+    }
+
+    number(control) {
+        const input = make("input", { type: "number", min: control.low, max: control.high, step: control.step, value: control.value, name: control.event });
+        const one = { control, input, value: control.value };
+        input.onchange = () => this.choose(one, Math.min(Math.max(Math.round(Number(input.value)), control.low), control.high));
+        this.all.set(control.event, one);
+        return make("label", { className: "choice", title: control.tooltip }, make("span", { textContent: control.title }), input);
     }
 
     choose(one, value) {

@@ -10,7 +10,7 @@ namespace {
 
 using namespace insonify;
 
-std::unique_ptr<live::session> now = std::make_unique<live::session>(nerve_block_phantom());
+std::unique_ptr<live::session> now = std::make_unique<live::session>();
 live::loaded_anatomy recorded; // of the recording that was read last
 std::uint32_t frames = 0;
 live::session_clock passing;
@@ -29,9 +29,9 @@ const char* attempt(const Function& function) {
     return fault.c_str();
 }
 
-void put_pixel(std::vector<std::uint8_t>& bytes, vec3 colour) {
+void put_pixel(std::vector<std::uint8_t>& bytes, vec3 colour, bool is_seen = true) {
     for (int i = 0; i < 3; ++i) bytes.push_back(static_cast<std::uint8_t>(255 * clamp(colour[i], 0, 1) + 0.5F));
-    bytes.push_back(255);
+    bytes.push_back(is_seen ? 255 : 0);
 }
 
 // The event of a part of a control, such as "slider 3".
@@ -66,9 +66,9 @@ const char* shown(const object& one, float opacity, const pose& at) {
 
 extern "C" {
 
-/// Starts again with the phantom, or with the anatomy of the recording that was read last.
+/// Starts again with the first case, or with what the recording that was read last begins with.
 EMSCRIPTEN_KEEPALIVE void live_restart(bool with_recorded) {
-    now = std::make_unique<live::session>(with_recorded ? recorded.body : nerve_block_phantom());
+    now = std::make_unique<live::session>(live::begin_session(with_recorded ? recorded : live::loaded_anatomy{}));
 }
 
 /// Starts again with an OBJ file that has been written into the file system, and stays there for recordings.
@@ -86,8 +86,8 @@ EMSCRIPTEN_KEEPALIVE const char* live_load(const char* path, float unit, int sid
                                                           .tissue = tissue,
                                                           .background = background},
                                                          "1 in the file is 1 ");
-        now = std::make_unique<live::session>(std::move(loaded.body));
         for (const std::string& note : loaded.notes) notes += note + '\n';
+        now = std::make_unique<live::session>(live::begin_session(std::move(loaded)));
     });
     return (text = live::json_object{}.add("fault", fault).add("notes", notes).text()).c_str();
 }
@@ -114,11 +114,12 @@ EMSCRIPTEN_KEEPALIVE const char* live_frame(bool live) {
     });
 }
 
-/// Red, green, blue and opacity of each pixel of the last picture, row by row from the top.
+/// Red, green, blue and opacity of each pixel of the last picture, row by row from the top; beside a sector it is transparent.
 EMSCRIPTEN_KEEPALIVE const std::uint8_t* live_pixels() {
     static std::vector<std::uint8_t> bytes;
     bytes.clear();
-    for (const vec3& pixel : now->screen().pixels) put_pixel(bytes, pixel);
+    const std::vector<vec3>& pixels = now->screen().pixels;
+    for (std::size_t i = 0; i < pixels.size(); ++i) put_pixel(bytes, pixels[i], live::is_seen(now->machine, i));
     return bytes.data();
 }
 
@@ -133,19 +134,21 @@ EMSCRIPTEN_KEEPALIVE const std::uint8_t* live_strip() {
 /// What is known of the last picture, as JSON: lengths in metres, poses as matrices of four columns.
 EMSCRIPTEN_KEEPALIVE const char* live_state() {
     static std::string text;
-    const scanner<linear_array>& machine = now->machine;
+    const scanner<live::array_probe>& machine = now->machine;
     const uvec2 size = machine.picture().size;
     const auto right = static_cast<float>(size.x), bottom = static_cast<float>(size.y);
     live::json_object state;
-    state.add("frame", frames).add("width", size.x).add("height", size.y);
+    state.add("frame", frames).add("body", now->bodies).add("width", size.x).add("height", size.y);
     state.add("pitch", machine.map().pitch.y).add("top", machine.map().point({0, 0}).y); // pixels are square
     state.add("focus", machine.probe.focus);
     state.add("frozen", machine.frozen()).add("interval", 1e3 * now->ticks * live::session::tick);
     state.add("probe", machine.at())
         .add("needle", now->needle.at())
-        .add("needle_id", static_cast<std::uint32_t>(now->needle_id));
+        .add("needle_id", static_cast<std::uint32_t>(now->needle_id))
+        .add("entry", std::array{now->needle.entry});
     state.add("corners", std::array{machine.point({0, 0}), machine.point({right, 0}), machine.point({right, bottom}),
                                     machine.point({0, bottom})});
+    state.add("outline", live::field_of_view(machine));
     const live::strip_scale axes = now->strip_axes();
     live::json_object strip, values;
     strip.add("width", now->strip().size.x).add("height", now->strip().size.y).add("upper", axes.upper);
@@ -214,6 +217,9 @@ EMSCRIPTEN_KEEPALIVE const char* live_recording(const char* path) {
     return (text = live::json_object{}.add("fault", std::string{fault}).add("steps", steps).text()).c_str();
 }
 
+/// Whether the probe began at the origin of the world: on a case.
+EMSCRIPTEN_KEEPALIVE bool live_begins() { return now->case_number.has_value(); }
+
 /// Number of objects; the needle and the gel are among them.
 EMSCRIPTEN_KEEPALIVE std::uint32_t live_parts() {
     part_opacities = live::opacities(now->body);
@@ -224,6 +230,11 @@ EMSCRIPTEN_KEEPALIVE std::uint32_t live_parts() {
 EMSCRIPTEN_KEEPALIVE const char* live_part(std::uint32_t index) {
     const object& one = now->body.objects()[index];
     return live::is_tool(one) ? "" : shown(one, part_opacities[index], one.at);
+}
+
+/// The same of the head of the probe, in its own coordinates.
+EMSCRIPTEN_KEEPALIVE const char* live_probe() {
+    return shown({.surface = live::make_probe_body(now->machine.probe)}, 1, pose{});
 }
 
 /// The same of the needle, in its own coordinates.

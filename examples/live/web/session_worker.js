@@ -26,17 +26,24 @@ function mesh(described) {
     };
 }
 
-let needle = -1, applied = 0; // id of the last one that was sent, which changes with its mesh; events so far
+let needle = -1, applied = 0, body; // id of the last one that was sent, which changes with its mesh; events so far; number of the body
 
 function sendAnatomy() {
     const parts = Array.from({ length: live._live_parts() }, (_, index) => mesh(text("live_part", index)));
-    postMessage({ kind: "anatomy", parts: parts.filter((one) => one) });
+    postMessage({ kind: "anatomy", parts: parts.filter((one) => one), probe: mesh(text("live_probe")), begins: live._live_begins() !== 0 });
     needle = -1;
+}
+
+function begun() {
+    sendAnatomy();
+    body = undefined;
 }
 
 function draw({ live: passes }) {
     const begin = performance.now(), drawn = attempt("live_frame", passes), milliseconds = performance.now() - begin;
     const state = { ...JSON.parse(text("live_state")), milliseconds, applied };
+    if (body !== undefined && state.body > body) sendAnatomy(); // a case has been opened
+    body = state.body;
     const message = { kind: "frame", drawn, state };
     const copy = (at, { width, height }) => live.HEAPU8.slice(at, at + 4 * width * height).buffer;
     if (drawn) Object.assign(message, { pixels: copy(live._live_pixels(), state), strip: copy(live._live_strip(), state.strip) });
@@ -56,7 +63,7 @@ function load({ files, unit, side, tissue, background }) {
     const [kept, left] = fault ? [opened, names] : [names, opened];
     for (const name of left) if (!kept.includes(name)) live.FS.unlink(name);
     opened = kept;
-    if (!fault) sendAnatomy();
+    if (!fault) begun();
     if (fault || notes) postMessage({ kind: "fault", fault: fault || notes });
     postMessage({ kind: "loaded", name: fault ? undefined : model });
 }
@@ -77,7 +84,7 @@ const handlers = {
     recording,
     restart({ recorded }) {
         live._live_restart(recorded);
-        sendAnatomy();
+        begun();
     },
 };
 

@@ -39,24 +39,17 @@ export class Space {
 
     make_probe() {
         const plastic = new MeshLambertMaterial({ color: 0x4d86bd });
-        const box = (x, y, z, from, material) => {
-            const one = new Mesh(new BoxGeometry(x, y, z), material);
-            one.position.z = from - z / 2;
-            return one;
-        };
-        const neck = new Mesh(new CylinderGeometry(0.0305, 0.015, 0.014, 4, 1).rotateY(Math.PI / 4), plastic); // a frustum
-        neck.geometry.rotateX(Math.PI / 2).scale(1, 0.42, 1);
-        neck.position.z = -0.023;
+        this.head = new Mesh(new BufferGeometry(), new MeshLambertMaterial({ color: 0x4d86bd, flatShading: true, side: DoubleSide }));
+        this.neck = new Mesh(new CylinderGeometry(0.0305, 0.015, 0.014, 4, 1).rotateY(Math.PI / 4), plastic); // a frustum
+        this.neck.geometry.rotateX(Math.PI / 2).scale(1, 0.42, 1);
+        this.neck.position.z = -0.023;
         const handle = new Mesh(new CylinderGeometry(0.0105, 0.0115, 0.034, 24).rotateX(-Math.PI / 2).scale(1, 0.75, 1), plastic);
         handle.position.z = -0.047;
         const cable = new Mesh(new CylinderGeometry(0.0028, 0.0028, 0.025, 12).rotateX(Math.PI / 2), new MeshLambertMaterial({ color: 0x2b3038 }));
         cable.position.z = -0.076;
-        const mark = new Mesh(new SphereGeometry(0.0022, 16, 12), new MeshLambertMaterial({ color: 0xffc83d, emissive: 0x664400 }));
-        mark.position.set(-0.019, 0.0062, -0.01);
+        this.mark = new Mesh(new SphereGeometry(0.0022, 16, 12), new MeshLambertMaterial({ color: 0xffc83d, emissive: 0x664400 }));
         this.probe = new Group();
-        this.probe.add(
-            box(0.043, 0.0125, 0.0155, -0.001, plastic), box(0.04, 0.01, 0.001, 0, new MeshLambertMaterial({ color: 0x20252c })),
-            neck, handle, cable, mark);
+        this.probe.add(this.head, this.neck, handle, cable, this.mark);
         this.probe.matrixAutoUpdate = false;
         this.probe.userData.grip = plastic;
         this.scene.add(this.probe);
@@ -82,15 +75,16 @@ export class Space {
         const plane = new BufferGeometry().setAttribute("position", corners);
         plane.setAttribute("uv", new BufferAttribute(new Float32Array([0, 1, 1, 1, 1, 0, 0, 0]), 2)).setIndex([0, 1, 2, 0, 2, 3]);
         this.corners = corners;
-        this.slice_paint = new MeshBasicMaterial({ side: DoubleSide, transparent: true, opacity: 0.93 });
+        this.slice_paint = new MeshBasicMaterial({ side: DoubleSide, transparent: true, opacity: 0.93, alphaTest: 0.5 }); // beside a sector there is nothing
         const slice = new Mesh(plane, this.slice_paint);
-        const outline = new LineLoop(new BufferGeometry().setAttribute("position", corners), new LineBasicMaterial({ color: 0x66ccff }));
-        slice.frustumCulled = outline.frustumCulled = false;
+        this.outline = new LineLoop(new BufferGeometry(), new LineBasicMaterial({ color: 0x66ccff }));
+        slice.frustumCulled = this.outline.frustumCulled = false;
         slice.renderOrder = 1;
-        this.scene.add(slice, outline);
+        this.scene.add(slice, this.outline);
     }
 
-    show_anatomy(parts) {
+    /** @param begins  the probe begins at the origin of the world */
+    show_anatomy(parts, begins = false) {
         for (const old of this.anatomy.children) {
             old.geometry.dispose();
             old.material.dispose();
@@ -107,12 +101,25 @@ export class Space {
             mesh.renderOrder = is_layer ? 2 : 0;
             this.anatomy.add(mesh);
         }
-        // The camera sees the whole anatomy and the probe above it.
+        // The camera sees the whole of a small anatomy and the probe above it, and of a large one what is below the probe.
         if (box.isEmpty()) box.set(new Vector3(), new Vector3());
         box.min.z -= 0.085;
-        const target = box.getCenter(new Vector3()), radius = target.distanceTo(box.max);
+        const near = 0.14, target = box.getCenter(new Vector3()), all = target.distanceTo(box.max), radius = begins ? Math.min(all, near) : all;
+        if (radius < all) target.set(0, 0, 0.03);
         this.home = { yaw: -0.42, pitch: 0.42, distance: 3.3 * radius, target };
         this.reset_camera();
+    }
+
+    /** The head of a probe, in coordinates of the probe. */
+    show_probe({ positions, faces }) {
+        this.head.geometry.dispose();
+        this.head.geometry = new BufferGeometry().setAttribute("position", new BufferAttribute(positions, 3)).setIndex(new BufferAttribute(faces, 1));
+        this.head.geometry.computeVertexNormals();
+        this.head.geometry.computeBoundingBox();
+        const { min, max } = this.head.geometry.boundingBox;
+        this.neck.scale.set(max.x / 0.021, max.y / 0.006, 1);
+        this.neck.position.z = min.z - 0.004;
+        this.mark.position.set(min.x + 0.003, max.y, -0.012);
     }
 
     show_needle({ positions, faces }) {
@@ -130,6 +137,8 @@ export class Space {
         this.hub.material.color.set(gauge_colours[state.values.gauge] ?? 0x33373d);
         this.corners.array.set(state.corners.flat());
         this.corners.needsUpdate = true;
+        this.outline.geometry.dispose();
+        this.outline.geometry = new BufferGeometry().setAttribute("position", new BufferAttribute(new Float32Array(state.outline.flat()), 3));
         if (this.texture?.image !== picture || this.texture_size !== picture.width * picture.height) {
             this.texture?.dispose();
             this.texture = new CanvasTexture(picture);
@@ -248,6 +257,7 @@ export class Space {
             const x = event.clientX - drag.last.x, y = event.clientY - drag.last.y;
             drag.last = { x: event.clientX, y: event.clientY };
             if (drag.part === this.probe) this.drag_probe(event, drag, x, y);
+            else if (drag.part === this.needle && (event.shiftKey || this.moves_entry)) this.drag_entry(event, drag);
             else if (drag.part === this.needle) this.drag_needle(x, y);
             else this.turn(x, y);
         });
@@ -304,6 +314,17 @@ export class Space {
             this.send(`slide ${(1e3 * step.x).toFixed(3)} ${(1e3 * step.y).toFixed(3)}`);
             drag.point = now;
         }
+    }
+
+    // The needle enters elsewhere: by the movement at the height of its entry.
+    drag_entry(event, drag) {
+        const [x, y, z] = this.state.entry[0];
+        const now = this.ray(event).ray.intersectPlane(new Plane(new Vector3(0, 0, 1), -z), new Vector3());
+        if (!now) return;
+        drag.from ??= { at: now, x, y };
+        const step = now.clone().sub(drag.from.at);
+        if (step.length() > 0.3) return; // near the horizon
+        this.send(`entry ${(1e3 * (drag.from.x + step.x)).toFixed(3)} ${(1e3 * (drag.from.y + step.y)).toFixed(3)}`);
     }
 
     // Advances by the movement along the needle, as it is seen.
