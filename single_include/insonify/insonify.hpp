@@ -22671,7 +22671,7 @@ struct repair_settings {
 
 /// A mesh as `repair` returns it.
 struct repaired_mesh {
-    mesh surface{};
+    mesh surface{};                   ///< mended as far as the notes say
     std::vector<std::string> notes{}; ///< a sentence for each kind of thing that was done, or deliberately left
 };
 

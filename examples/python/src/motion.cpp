@@ -298,9 +298,10 @@ void bind_contact(py::module_& module, py::class_<scene>& scene_type) {
         .member("gel", &press_settings::gel, "distance from the skin up to which a line touches, metres")
         .member("decay", &press_settings::decay, "depth at which the displacement is 1/e, metres")
         .member("recovery", &press_settings::recovery, "distance beside the face at which it is, metres")
-        .member("yields", &press_settings::yields,
-                "where the face is so deep that tissue would fold over: whether it gives way as far as it can, or is an "
-                "error");
+        .member(
+            "yields", &press_settings::yields,
+            "where the face is so deep that tissue would fold over: whether it gives way as far as it can, or is an "
+            "error");
     py::class_<pressed_face> face{module, "pressed_face", "A face pressed into any skin: a map, made by press."};
     face.def_property_readonly(
         "stop",
