@@ -99,7 +99,7 @@ inline examined examine(scene body) {
 /// @throws usage_error  for a parameter that the region does not have, or a value out of range
 inline examined examine(const case_entry& one, std::uint32_t patient, const region_parameters& given) {
     constexpr float between_sections = 4_mm; // of vessels, whose course is computed for each vertex
-    constexpr float resolution = 0.5F;       // a quarter of the triangles: 30 pictures a second
+    constexpr float resolution = 0.5F;       // a quarter of the triangles, which move at each frame
     const ::anatomy::region& region = ::anatomy::find_region(one.region);
     ::anatomy::values values = patient > 0 ? region.drawn(patient) : ::anatomy::values{};
     if (!region.parameters.empty()) values["resolution"] = resolution;
