@@ -57,19 +57,19 @@ int main() {
     medium clouded = muscle;
     clouded.structure.mottling.deviation_db = 8;
     medium layered = muscle;
-    layered.structure.sheets.cell = {22_mm, 10_mm, 2.4_mm};
+    layered.structure.sheets.cell = {22_mm, 10_mm, 2_mm};
     using s = structure;
     const std::vector<strip> strips = {
         {"fill", muscle, [](s& of, float v) { of.sheets.fill = v; }, {0.1F, 0.5F, 1}},
-        {"lattices", muscle, [](s& of, float v) { of.sheets.lattices = static_cast<std::uint32_t>(v); }, {1, 3, 6}},
+        {"lattices", muscle, [](s& of, float v) { of.sheets.lattices = static_cast<std::uint32_t>(v); }, {1, 3, 5}},
         {"length", muscle, [](s& of, float v) { of.sheets.cell.x = v; }, {8_mm, 22_mm, 60_mm}},
-        {"distance", muscle, [](s& of, float v) { of.sheets.cell.y = of.sheets.cell.z = v; }, {1.2_mm, 2.4_mm, 4.8_mm}},
-        {"thickness", muscle, [](s& of, float v) { of.sheets.thickness = v; }, {0.07_mm, 0.15_mm, 0.35_mm}},
+        {"distance", muscle, [](s& of, float v) { of.sheets.cell.z = v; }, {1_mm, 2_mm, 4_mm}},
+        {"thickness", muscle, [](s& of, float v) { of.sheets.thickness = v; }, {0.06_mm, 0.12_mm, 0.3_mm}},
         {"level", muscle, [](s& of, float v) { of.sheets.level_db = v; }, {14, 24, 34}},
         {"spread", muscle, [](s& of, float v) { of.sheets.spread_db = v; }, {0, 7.8F, 14}},
-        {"turn", layered, [](s& of, float v) { of.sheets.turn = v; }, {0.05F, 0.8F, pi / 2}, across, 13_mm},
+        {"turn", layered, [](s& of, float v) { of.sheets.turn = v; }, {0.05F, 0.9F, pi / 2}, across, 13_mm},
         {"tilt", muscle, [](s& of, float v) { of.sheets.tilt = v; }, {0, 0.04F, 0.2F}},
-        {"waviness", muscle, [](s& of, float v) { of.sheets.waviness = v; }, {0.05F, 0.35F, 1}, tilted},
+        {"waviness", muscle, [](s& of, float v) { of.sheets.waviness = v; }, {0.05F, 0.4F, 1}, tilted},
         {"diffuse", tendon, [](s& of, float v) { of.sheets.diffuse_db = v; }, {-60, -30, -15}, tilted},
         {"mottling", muscle, [](s& of, float v) { of.mottling.deviation_db = v; }, {0, 3.5F, 8}},
         {"mottling_size",
@@ -80,8 +80,8 @@ int main() {
          {1.5_mm, 4_mm, 10_mm}},
         {"grain", muscle, [](s& of, float v) { of.grain.deviation_db = v; }, {0, 1.8F, 8}},
         {"wave", muscle, [](s& of, float v) { of.wave = v; }, {0, 0.2_mm, 0.8_mm}},
-        {"septa_distance", fat, [](s& of, float v) { of.septa.cell.z = v; }, {2.5_mm, 5_mm, 10_mm}},
-        {"septa_level", fat, [](s& of, float v) { of.septa.level_db = v; }, {10, 20, 30}},
+        {"septa_distance", fat, [](s& of, float v) { of.septa.cell.z = v; }, {3_mm, 6.5_mm, 13_mm}},
+        {"septa_level", fat, [](s& of, float v) { of.septa.level_db = v; }, {15, 25, 35}},
         {"bundles_size",
          nerve,
          [](s& of, float v) { of.bundles.spacing = v, of.bundles.diameter = v / 1.2F; },
