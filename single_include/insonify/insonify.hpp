@@ -890,6 +890,8 @@ namespace detail {
 INSONIFY_FN inline bool is_gas(const medium& m) { return m.impedance() < 3e5F; }
 /// Whether almost no sound passes between tissue and this medium: gas, bone, metal.
 INSONIFY_FN inline bool blocks_sound(const medium& m) { return m.impedance() > 3e6F || is_gas(m); }
+/// Whether a medium is none of soft tissue: tendon, the hardest one, has an impedance of 2.0e6, trabecular bone 2.5e6.
+INSONIFY_FN inline bool is_hard(const medium& m) { return m.impedance() > 2.2e6F || is_gas(m); }
 
 } // namespace detail
 } // namespace insonify::inline INSONIFY_ABI
@@ -11547,7 +11549,7 @@ struct kirchhoff {
 /// Source: Barrick, Rough surface scattering based on the specular point theory, IEEE Trans. Antennas Propag. 1968
 /// 16:449, by which the backscattering of a facetted surface is r^2 exp(-tan^2 i / (2 s^2)) / (2 s^2 cos^4 i) for each
 /// area, where Lambert's law has 4 r^2 cos^2 i.
-/// @param hard  whether almost no sound passes
+/// @param hard  whether one of the media is none of soft tissue
 INSONIFY_FN inline float scattered_back(bool hard, float cosine) {
     if (hard) return cosine * cosine;
     constexpr float mean_square_slope = 0.0717968F; // tan^2(15 degrees)
@@ -13551,7 +13553,7 @@ struct physical {
         const float rough = roughness.diffuse(at);
         float diffuse = 0;
         if (rough > 0) {
-            const bool hard = detail::blocks_sound(before) || detail::blocks_sound(after);
+            const bool hard = detail::is_hard(before) || detail::is_hard(after);
             const float reflected = hard ? wave.reflected : at_interface({before, after, 1, line.frequency}).reflected;
             const float fnumbers = line.aperture.fnumber(shown) * line.aperture.elevation_fnumber;
             diffuse =
@@ -23165,7 +23167,7 @@ class mesh_repair {
         for (std::uint32_t face = 0; face < faces_.size(); ++face) {
             if (turned[face] == 0) continue;
             std::swap(faces_[face].y, faces_[face].z);
-            std::swap(twins_[3 * face], twins_[3 * face + 2]);
+            std::swap(twins_[std::size_t{3} * face], twins_[std::size_t{3} * face + 2]);
         }
         for (std::uint32_t& twin : twins_) twin = moved(twin);
         for (std::vector<std::uint32_t>& sides : crowded_)
@@ -23505,8 +23507,10 @@ class mesh_repair {
                 outline.push_back(end(slot));
                 if (middle[slot] != none) outline.push_back(middle[slot]);
             }
-            if (outline.size() > 3 && middle[3 * face] == none) // begin at a middle, so that no triangle is flat
-                std::rotate(outline.begin(), outline.begin() + (middle[3 * face + 1] != none ? 2 : 3), outline.end());
+            if (outline.size() > 3 &&
+                middle[std::size_t{3} * face] == none) // begin at a middle, so that no triangle is flat
+                std::rotate(outline.begin(), outline.begin() + (middle[std::size_t{3} * face + 1] != none ? 2 : 3),
+                            outline.end());
             else if (outline.size() > 3)
                 std::rotate(outline.begin(), outline.begin() + 1, outline.end());
             for (std::size_t i = 1; i + 1 < outline.size(); ++i)

@@ -245,7 +245,7 @@ struct kirchhoff {
 /// Source: Barrick, Rough surface scattering based on the specular point theory, IEEE Trans. Antennas Propag. 1968
 /// 16:449, by which the backscattering of a facetted surface is r^2 exp(-tan^2 i / (2 s^2)) / (2 s^2 cos^4 i) for each
 /// area, where Lambert's law has 4 r^2 cos^2 i.
-/// @param hard  whether almost no sound passes
+/// @param hard  whether one of the media is none of soft tissue
 INSONIFY_FN inline float scattered_back(bool hard, float cosine) {
     if (hard) return cosine * cosine;
     constexpr float mean_square_slope = 0.0717968F; // tan^2(15 degrees)

@@ -64,6 +64,8 @@ namespace detail {
 INSONIFY_FN inline bool is_gas(const medium& m) { return m.impedance() < 3e5F; }
 /// Whether almost no sound passes between tissue and this medium: gas, bone, metal.
 INSONIFY_FN inline bool blocks_sound(const medium& m) { return m.impedance() > 3e6F || is_gas(m); }
+/// Whether a medium is none of soft tissue: tendon, the hardest one, has an impedance of 2.0e6, trabecular bone 2.5e6.
+INSONIFY_FN inline bool is_hard(const medium& m) { return m.impedance() > 2.2e6F || is_gas(m); }
 
 } // namespace detail
 } // namespace insonify::inline INSONIFY_ABI

@@ -258,7 +258,7 @@ struct physical {
         const float rough = roughness.diffuse(at);
         float diffuse = 0;
         if (rough > 0) {
-            const bool hard = detail::blocks_sound(before) || detail::blocks_sound(after);
+            const bool hard = detail::is_hard(before) || detail::is_hard(after);
             const float reflected = hard ? wave.reflected : at_interface({before, after, 1, line.frequency}).reflected;
             const float fnumbers = line.aperture.fnumber(shown) * line.aperture.elevation_fnumber;
             diffuse =

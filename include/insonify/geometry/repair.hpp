@@ -521,7 +521,7 @@ class mesh_repair {
         for (std::uint32_t face = 0; face < faces_.size(); ++face) {
             if (turned[face] == 0) continue;
             std::swap(faces_[face].y, faces_[face].z);
-            std::swap(twins_[3 * face], twins_[3 * face + 2]);
+            std::swap(twins_[std::size_t{3} * face], twins_[std::size_t{3} * face + 2]);
         }
         for (std::uint32_t& twin : twins_) twin = moved(twin);
         for (std::vector<std::uint32_t>& sides : crowded_)
@@ -861,8 +861,10 @@ class mesh_repair {
                 outline.push_back(end(slot));
                 if (middle[slot] != none) outline.push_back(middle[slot]);
             }
-            if (outline.size() > 3 && middle[3 * face] == none) // begin at a middle, so that no triangle is flat
-                std::rotate(outline.begin(), outline.begin() + (middle[3 * face + 1] != none ? 2 : 3), outline.end());
+            if (outline.size() > 3 &&
+                middle[std::size_t{3} * face] == none) // begin at a middle, so that no triangle is flat
+                std::rotate(outline.begin(), outline.begin() + (middle[std::size_t{3} * face + 1] != none ? 2 : 3),
+                            outline.end());
             else if (outline.size() > 3)
                 std::rotate(outline.begin(), outline.begin() + 1, outline.end());
             for (std::size_t i = 1; i + 1 < outline.size(); ++i)
