@@ -162,8 +162,8 @@ void bind_meshes(py::module_& module) {
     module.def(
         "repair",
         [](const mesh& surface, float weld_distance) {
-            repaired_mesh mended = repair(surface, {.weld_distance = weld_distance});
-            return std::pair{std::move(mended.surface), std::move(mended.notes)};
+            repaired_mesh done = repair(surface, {.weld_distance = weld_distance});
+            return std::pair{std::move(done.surface), std::move(done.notes)};
         },
         py::arg("mesh"), py::arg("weld_distance") = repair_settings{}.weld_distance,
         "A mesh that encloses a volume, as far as it is clear how, and a list of sentences about what was done.");
