@@ -223,12 +223,12 @@ void run(const simulate_options& chosen, subject& one, const Probe& probe, timed
     scene& body = one.body;
     const pose& at = one.at;
     std::printf("%s\n", one.title.c_str());
-    if (!chosen.file.empty()) {
-        place_background(chosen, at, body);
+    if (!chosen.file.empty()) place_background(chosen, at, body);
+    const diagnosis found = stage("diagnose", [&](const auto&) { return diagnose(body, probe, at, scan); });
+    if (!chosen.file.empty()) { // covered after the diagnosis, which is of the file
         const float skin = chosen.skin.value_or(chosen.background ? 0 : 1.5F) * 1_mm;
         if (skin > 0 && add_skin(body, probe, at, {.thickness = skin}) != skin_place::none) body.build(exec::par);
     }
-    const diagnosis found = stage("diagnose", [&](const auto&) { return diagnose(body, probe, at, scan); });
     const vec3 from = at.translation / 1_mm;
     std::printf("  %zu objects, %zu triangles, seen from (%g, %g, %g) mm: %g mm deep, %u lines, %g MHz\n",
                 body.objects().size(), count_triangles(body), from.x, from.y, from.z, depth / 1_mm, probe.lines,
