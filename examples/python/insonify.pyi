@@ -138,7 +138,7 @@ class tissue:
     mucosa: medium
     muscle: medium
     muscularis: medium
-    names: tuple[str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str]
+    names: tuple[str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str, str]
     nerve: medium
     nerve_fascicle: medium
     pvcp: medium
@@ -776,8 +776,8 @@ class b_mode_settings:
     quality: str
     reference_db: float
     reject_db: float
-    samples: int
     ring_down_db: float
+    samples: int
     size: Vector
     tgc: float
     time_gain: time_gain_settings
