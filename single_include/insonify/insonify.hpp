@@ -23115,8 +23115,9 @@ class mesh_repair {
                     std::atan2(dot(cross(zero, across), along) / std::sqrt(dot(along, along)), dot(zero, across));
                 spokes.push_back({spokes.empty() ? 0 : angle, slot, !is_upwards(slot)});
             }
-            std::stable_sort(spokes.begin(), spokes.end(),
-                             [](const spoke& a, const spoke& b) { return a.angle < b.angle; });
+            std::sort(spokes.begin(), spokes.end(), [](const spoke& a, const spoke& b) {
+                return a.angle != b.angle ? a.angle < b.angle : a.slot < b.slot;
+            });
             const auto opening = std::count_if(spokes.begin(), spokes.end(), [](const spoke& s) { return s.opens; });
             if (2 * static_cast<std::size_t>(opening) != spokes.size()) continue;
             std::vector<std::uint32_t> open; // as brackets
@@ -23306,7 +23307,9 @@ class mesh_repair {
             add(whole, points[a], points[b], points[c]);
         }
         std::sort(joined_.begin() + known, joined_.end());
-        std::inplace_merge(joined_.begin(), joined_.begin() + known, joined_.end());
+        auto merged = joined_;
+        std::merge(joined_.begin(), joined_.begin() + known, joined_.begin() + known, joined_.end(), merged.begin());
+        joined_ = std::move(merged);
     }
 
     void add_filling(const hole& one, std::uint32_t own) {
