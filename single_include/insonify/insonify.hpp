@@ -22916,7 +22916,7 @@ class mesh_repair {
             std::uint64_t hash = 0;
             for (int i = 0; i < 3; ++i)
                 hash = hash_bits(hash, __builtin_bit_cast(std::uint64_t, std::floor(point[i] / cell) + 0.0));
-            return hash & (size - 1);
+            return static_cast<std::size_t>(hash & (size - 1));
         };
         std::size_t merged = 0;
         for (std::uint32_t vertex = 0; vertex < number.size(); ++vertex) {
@@ -23270,7 +23270,8 @@ class mesh_repair {
                 place[from(slot)] = static_cast<std::uint32_t>(path.size());
                 path.push_back(slot);
                 if (const std::uint32_t met = place[to(slot)]; met != none) {
-                    holes[part_of_[begin / 3]].push_back({{path.begin() + met, path.end()}});
+                    holes[part_of_[begin / 3]].push_back(
+                        {{path.begin() + static_cast<std::ptrdiff_t>(met), path.end()}});
                     for (std::size_t i = met; i < path.size(); ++i) place[from(path[i])] = none;
                     path.resize(met);
                 }
