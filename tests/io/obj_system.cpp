@@ -98,7 +98,8 @@ TEST_CASE("the names of files, folders and material libraries are in UTF-8") {
         "the material library '../\xC3\xA4.mtl' is outside the folder of the file");
     folder.write("c.obj", "mtllib " + name + "/" + name + ".mtl\n" + tetrahedron + "usemtl stuff\nf 1 2 3\n");
     folder.write(name + "/" + name + ".mtl", "newmtl stuff\ndensity 0\nsound_speed 1500\n");
-    has(sentence<io_error>([&] { load_obj_scene(folder.path("c.obj"), {.unit = 1_m}); }), name + ".mtl:1: newmtl stuff");
+    has(sentence<io_error>([&] { load_obj_scene(folder.path("c.obj"), {.unit = 1_m}); }),
+        name + ".mtl:1: newmtl stuff");
 }
 
 TEST_CASE("a file name in another encoding than UTF-8 is refused by Windows, whose names are in UTF-16") {
