@@ -22223,6 +22223,30 @@ inline void add_tube_faces(mesh& tube, std::uint32_t segments, std::uint32_t rin
     }
 }
 
+/// Adds the faces of a closed slab. Its vertices are those of its upper side, row by row, then those of the lower one. The
+/// upper side lies to the side of the direction of the columns' numbers cross that of the rows'.
+inline void add_slab_faces(mesh& slab, std::uint32_t columns, std::uint32_t rows) {
+    const std::uint32_t below = columns * rows, last = columns * (rows - 1);
+    const auto add_quad = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
+        slab.faces.insert(slab.faces.end(), {{a, b, c}, {a, c, d}});
+    };
+    for (std::uint32_t row = 0; row + 1 < rows; ++row)
+        for (std::uint32_t column = 0; column + 1 < columns; ++column) {
+            const std::uint32_t a = row * columns + column, b = a + 1, c = b + columns, d = a + columns;
+            add_quad(a, b, c, d);
+            add_quad(below + d, below + c, below + b, below + a);
+        }
+    for (std::uint32_t column = 0; column + 1 < columns; ++column) {
+        add_quad(column, below + column, below + column + 1, column + 1);
+        add_quad(last + column + 1, below + last + column + 1, below + last + column, last + column);
+    }
+    for (std::uint32_t row = 0; row + 1 < rows; ++row) {
+        const std::uint32_t a = row * columns, b = a + columns - 1;
+        add_quad(a + columns, below + a + columns, below + a, a);
+        add_quad(b, below + b, below + b + columns, b + columns);
+    }
+}
+
 /// @throws geometry_error  where two corners of a face have rounded to the same point, which would open the surface
 inline mesh checked_shape(const std::string& shape, mesh m) {
     for (const uvec3 f : m.faces)
@@ -22422,35 +22446,18 @@ inline mesh make_sheet(const std::vector<sheet_point>& points, std::uint32_t col
             sheet.positions[i] = points[i].at + 0.5F * points[i].thickness * normals[i];
             sheet.positions[count + i] = points[i].at - 0.5F * points[i].thickness * normals[i];
         }
-    const auto below = static_cast<std::uint32_t>(count);
-    const auto add_quad = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
-        sheet.faces.insert(sheet.faces.end(), {{a, b, c}, {a, c, d}});
-    };
-    for (std::uint32_t row = 0; row + 1 < rows; ++row)
-        for (std::uint32_t column = 0; column + 1 < columns; ++column) {
-            const std::uint32_t a = row * columns + column, b = a + 1, c = b + columns, d = a + columns;
-            for (const std::uint32_t side : {0U, below}) {
-                const vec3 first = sheet.positions[side + a];
-                const vec3 normal =
-                    cross(sheet.positions[side + c] - first, sheet.positions[side + d] - sheet.positions[side + b]);
+    for (std::size_t row = 0; row + 1 < rows; ++row)
+        for (std::size_t column = 0; column + 1 < columns; ++column)
+            for (const std::size_t side : {std::size_t{0}, count}) {
+                const std::size_t a = row * columns + column, first = side + a;
+                const vec3 normal = cross(sheet.positions[first + columns + 1] - sheet.positions[first],
+                                          sheet.positions[first + columns] - sheet.positions[first + 1]);
                 if (!(dot(normal, normals[a]) > 0))
                     throw geometry_error{"make_sheet: the sheet bends more sharply than half its thickness in row " +
                                          std::to_string(row) + ", column " + std::to_string(column) +
                                          "; make it thinner or the bend wider"};
             }
-            add_quad(a, b, c, d);
-            add_quad(below + d, below + c, below + b, below + a);
-        }
-    const auto last = static_cast<std::uint32_t>(columns * (rows - 1));
-    for (std::uint32_t column = 0; column + 1 < columns; ++column) {
-        add_quad(column, below + column, below + column + 1, column + 1);
-        add_quad(last + column + 1, below + last + column + 1, below + last + column, last + column);
-    }
-    for (std::uint32_t row = 0; row + 1 < rows; ++row) {
-        const std::uint32_t a = row * columns, b = a + columns - 1;
-        add_quad(a + columns, below + a + columns, below + a, a);
-        add_quad(b, below + b, below + b + columns, b + columns);
-    }
+    detail::add_slab_faces(sheet, columns, static_cast<std::uint32_t>(rows));
     return detail::checked_shape("make_sheet", std::move(sheet));
 }
 
@@ -24985,17 +24992,13 @@ struct skin_settings {
 
 namespace detail {
 
-/// Smooth random numbers from -1 to 1 over the plane. @param place  in units of the distance of independent ones
-inline float smooth_random(std::uint64_t seed, vec2 place) {
-    const vec2 cell{std::floor(place.x), std::floor(place.y)}, part = place - cell,
-                                                               weight = part * part * (3.0F - 2.0F * part);
-    const auto corner = [&](float x, float y) {
-        const auto number = [](float whole) { return static_cast<std::uint64_t>(static_cast<std::int64_t>(whole)); };
-        return 2 * hash_uniform(seed, number(cell.x + x) * 0x9E3779B97F4A7C15U + number(cell.y + y)) - 1;
-    };
-    const float upper = corner(0, 0) + weight.x * (corner(1, 0) - corner(0, 0)),
-                lower = corner(0, 1) + weight.x * (corner(1, 1) - corner(0, 1));
-    return upper + weight.y * (lower - upper);
+/// Smooth random numbers, of mean 0 and variance 1, within two standard deviations, over the plane.
+/// @param place  in units of the distance of independent ones
+inline float smooth_random(std::uint32_t seed, vec2 place) {
+    const auto all = [](float value) { return wide_floats(value); };
+    float value[wide_lanes];
+    store(value_noise<wide_lanes>(mix_bits(seed), all(place.x), all(place.y), all(0)), value);
+    return clamp(value[0], -2, 2);
 }
 
 /// The face of a probe, and what lies beside it, as points and directions into the body, in its own coordinates.
@@ -25034,12 +25037,11 @@ class face_grid {
     /// What lies between two depths below the face, as functions of the place on it, metres.
     template <class From, class To>
     mesh slab(const From& from, const To& to) const {
-        std::vector<sheet_point> middle;
-        for (const point& one : points_) {
-            const float upper = from(one.place), lower = to(one.place);
-            middle.push_back({one.at + 0.5F * (upper + lower) * one.inwards, lower - upper});
-        }
-        return make_sheet(middle, columns_);
+        mesh made;
+        for (const point& one : points_) made.positions.push_back(one.at + to(one.place) * one.inwards);
+        for (const point& one : points_) made.positions.push_back(one.at + from(one.place) * one.inwards);
+        add_slab_faces(made, columns_, rows_);
+        return made;
     }
 
   private:
@@ -25054,28 +25056,22 @@ class face_grid {
 
 /// The object that encloses all others, if there is one and it is soft.
 inline std::optional<object_id> find_outer(const scene& body) {
-    std::optional<object_id> outer;
-    aabb whole;
-    for (const object& one : body.objects()) {
+    const auto box_of = [](const object& one) {
         aabb box;
         for (const vec3& p : one.surface.positions) box = merged(box, one.at.point(p));
-        const auto encloses = [](const aabb& a, const aabb& b) {
-            for (int i = 0; i < 3; ++i)
-                if (!(a.lower[i] <= b.lower[i] && a.upper[i] >= b.upper[i])) return false;
-            return true;
-        };
-        if (encloses(box, whole))
-            outer = one.id;
-        else if (!encloses(whole, box))
-            outer.reset();
-        whole = merged(whole, box);
-    }
-    if (outer && blocks_sound(body[*outer].inside)) outer.reset();
-    return body.objects().size() > 1 ? outer : std::nullopt;
+        return box;
+    };
+    aabb whole;
+    for (const object& one : body.objects()) whole = merged(whole, box_of(one));
+    for (const object& one : body.objects())
+        if (const aabb box = box_of(one);
+            body.objects().size() > 1 && box.lower == whole.lower && box.upper == whole.upper && !is_hard(one.inside))
+            return one.id;
+    return std::nullopt;
 }
 
 /// A surface that is moved inwards, unevenly. @param by  metres, on average
-inline mesh moved_inwards(mesh surface, float by, std::uint64_t seed) {
+inline mesh moved_inwards(mesh surface, float by, std::uint32_t seed) {
     std::vector<vec3> normals(surface.positions.size(), vec3{0, 0, 0});
     for (const uvec3& face : surface.faces) {
         const vec3 a = surface.positions[face.x];
@@ -25086,7 +25082,7 @@ inline mesh moved_inwards(mesh surface, float by, std::uint64_t seed) {
         const float size = length(normals[i]);
         if (!(size > 0)) continue;
         vec3& p = surface.positions[i];
-        const float uneven = 1 + 0.15F * smooth_random(seed, vec2{p.x + p.z, p.y - p.z} / 6e-3F);
+        const float uneven = 1 + 0.1F * smooth_random(seed, vec2{p.x + p.z, p.y - p.z} / 6e-3F);
         p -= by * uneven / size * normals[i];
     }
     return surface;
@@ -25134,19 +25130,20 @@ skin_place add_skin(scene& body, const Probe& probe, const pose& at, const skin_
     if (is_full_circle(probe))
         throw usage_error{"add_skin: a probe that looks out of a full circle does not stand on skin"};
     const detail::face_grid face{probe};
-    const auto uneven = [](std::uint64_t seed, float mean, float part, float size) {
+    // @param part  deviation over the mean
+    const auto uneven = [](std::uint32_t seed, float mean, float part, float size) {
         return [=](vec2 place) { return mean * (1 + part * detail::smooth_random(seed, place / size)); };
     };
     const auto above = [](float distance) { return [=](vec2) { return -distance; }; };
-    const auto gel = uneven(2, settings.gel, 0.4F, 4.5e-3F), skin = uneven(3, settings.thickness, 0.25F, 3.5e-3F),
-               fat = uneven(4, settings.fat, 0.25F, 12e-3F);
+    const auto gel = uneven(2, settings.gel, 0.18F, 4.5e-3F), skin = uneven(3, settings.thickness, 0.12F, 3.5e-3F),
+               fat = uneven(4, settings.fat, 0.1F, 12e-3F);
     const auto below_skin = [&](vec2 place) { return gel(place) + skin(place); };
-    body.add(face.slab(above(3e-3F), gel), tissue::gel, {.priority = highest + 2, .at = at, .name = "gel"});
+    body.add(face.slab(above(0.6e-3F), gel), tissue::gel, {.priority = highest + 2, .at = at, .name = "gel"});
     body.add(
-        face.slab(above(2e-3F), below_skin), tissue::skin,
+        face.slab(above(0.4e-3F), below_skin), tissue::skin,
         {.priority = highest + 1, .at = at, .name = "skin", .fibres = vec3{1, 0, 0}, .layer_normal = own_surface{}});
     if (settings.fat > 0)
-        body.add(face.slab(above(1e-3F), [&](vec2 place) { return below_skin(place) + fat(place); }), tissue::fat,
+        body.add(face.slab(above(0.2e-3F), [&](vec2 place) { return below_skin(place) + fat(place); }), tissue::fat,
                  {.priority = lowest - 1,
                   .at = at,
                   .name = "subcutaneous fat",

@@ -5,6 +5,7 @@
 #include <insonify/geometry/repair.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/geometry/validate.hpp>
+#include "meshes.hpp"
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -15,34 +16,14 @@
 #include <vector>
 
 using namespace insonify;
+using namespace mesh_test;
 
 namespace repair_test {
 namespace {
 
 constexpr double exact_pi = 3.14159265358979323846;
 
-void append(mesh& all, const mesh& more) {
-    const auto first = static_cast<std::uint32_t>(all.positions.size());
-    all.positions.insert(all.positions.end(), more.positions.begin(), more.positions.end());
-    for (const uvec3 f : more.faces) all.faces.push_back(f + first);
-}
-
 void turn(uvec3& face) { std::swap(face.y, face.z); }
-mesh turned_inside_out(mesh m) {
-    for (uvec3& f : m.faces) turn(f);
-    return m;
-}
-
-/// Three separate vertices for every face, as in STL files.
-mesh unwelded(const mesh& m) {
-    mesh soup;
-    for (const uvec3 f : m.faces) {
-        const auto first = static_cast<std::uint32_t>(soup.positions.size());
-        soup.positions.insert(soup.positions.end(), {m.positions[f.x], m.positions[f.y], m.positions[f.z]});
-        soup.faces.push_back({first, first + 1, first + 2});
-    }
-    return soup;
-}
 
 std::string all_notes(const repaired_mesh& one) {
     std::string text;

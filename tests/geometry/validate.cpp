@@ -2,6 +2,7 @@
 #include <insonify/core/units.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/geometry/validate.hpp>
+#include "meshes.hpp"
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -14,33 +15,12 @@
 #include <vector>
 
 using namespace insonify;
+using namespace mesh_test;
 
 namespace validate_test {
 namespace {
 
 constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
-
-void append(mesh& all, const mesh& more) {
-    const auto first = static_cast<std::uint32_t>(all.positions.size());
-    all.positions.insert(all.positions.end(), more.positions.begin(), more.positions.end());
-    for (const uvec3 f : more.faces) all.faces.push_back(f + first);
-}
-
-mesh turned_inside_out(mesh m) {
-    for (uvec3& f : m.faces) std::swap(f.y, f.z);
-    return m;
-}
-
-/// Three separate vertices for every face, as in STL files.
-mesh unwelded(const mesh& m) {
-    mesh soup;
-    for (const uvec3 f : m.faces) {
-        const auto first = static_cast<std::uint32_t>(soup.positions.size());
-        soup.positions.insert(soup.positions.end(), {m.positions[f.x], m.positions[f.y], m.positions[f.z]});
-        soup.faces.push_back({first, first + 1, first + 2});
-    }
-    return soup;
-}
 
 bool says(const mesh_report& report, const char* part) { return explain(report).find(part) != std::string::npos; }
 

@@ -57,6 +57,8 @@ TEST_CASE("add_skin: gel, skin and fat of the given thickness lie below the face
     const phased_array narrow{.lines = 33, .field_of_view = 20_deg}; // its face is small: less of an average
     CHECK(skin_test::cover_of(narrow, settings).skin == doctest::Approx(2e-3).epsilon(0.25).scale(1e-30));
     CHECK(skin_test::cover_of(linear_array{}, {.fat = 0}).fat == 0);
+    const skin_test::cover thick = skin_test::cover_of(linear_array{}, {.thickness = 15_mm, .fat = 0, .gel = 4_mm});
+    CHECK(thick.skin == doctest::Approx(15e-3).epsilon(0.1).scale(1e-30));
 }
 
 TEST_CASE("add_skin: of a body with an outer surface, the outer layer becomes skin") {

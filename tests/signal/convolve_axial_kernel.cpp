@@ -52,3 +52,25 @@ TEST_CASE("axial_kernel: the impulse response is the Gaussian") {
         }
     }
 }
+
+TEST_CASE("axial_kernel: the ring-down follows an echo, and what is before it stays") {
+    for (const std::size_t decimation : {1U, 2U}) {
+        constexpr float sigma = 4;
+        constexpr std::size_t samples = 240, echo = 100;
+        const auto response = [&](float ring_down) {
+            detail::axial_kernel kernel;
+            kernel.set(samples, {.sigma = sigma, .ring_down = ring_down}, decimation);
+            std::vector<vec2> line(samples), layout(kernel.layout_size()), results(samples / decimation);
+            line[echo] = {1, 0};
+            kernel.lay_out(line.data(), layout.data());
+            kernel.apply<simd_width>(layout.data(), results.data());
+            return results;
+        };
+        const std::vector<vec2> plain = response(0), ringing = response(0.2F);
+        const std::size_t last_before = echo / decimation - 1,
+                          behind = (echo + static_cast<std::size_t>(3 * sigma)) / decimation;
+        for (std::size_t k = 0; k <= last_before; ++k) CHECK(ringing[k] == plain[k]);
+        CHECK(ringing[behind].x > 0.2F * std::exp(-3 / 2.5F) * 0.9F); // three standard deviations deeper
+        CHECK(ringing[samples / decimation - 1].x == 0);
+    }
+}

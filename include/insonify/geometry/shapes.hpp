@@ -77,6 +77,30 @@ inline void add_tube_faces(mesh& tube, std::uint32_t segments, std::uint32_t rin
     }
 }
 
+/// Adds the faces of a closed slab. Its vertices are those of its upper side, row by row, then those of the lower one. The
+/// upper side lies to the side of the direction of the columns' numbers cross that of the rows'.
+inline void add_slab_faces(mesh& slab, std::uint32_t columns, std::uint32_t rows) {
+    const std::uint32_t below = columns * rows, last = columns * (rows - 1);
+    const auto add_quad = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
+        slab.faces.insert(slab.faces.end(), {{a, b, c}, {a, c, d}});
+    };
+    for (std::uint32_t row = 0; row + 1 < rows; ++row)
+        for (std::uint32_t column = 0; column + 1 < columns; ++column) {
+            const std::uint32_t a = row * columns + column, b = a + 1, c = b + columns, d = a + columns;
+            add_quad(a, b, c, d);
+            add_quad(below + d, below + c, below + b, below + a);
+        }
+    for (std::uint32_t column = 0; column + 1 < columns; ++column) {
+        add_quad(column, below + column, below + column + 1, column + 1);
+        add_quad(last + column + 1, below + last + column + 1, below + last + column, last + column);
+    }
+    for (std::uint32_t row = 0; row + 1 < rows; ++row) {
+        const std::uint32_t a = row * columns, b = a + columns - 1;
+        add_quad(a + columns, below + a + columns, below + a, a);
+        add_quad(b, below + b, below + b + columns, b + columns);
+    }
+}
+
 /// @throws geometry_error  where two corners of a face have rounded to the same point, which would open the surface
 inline mesh checked_shape(const std::string& shape, mesh m) {
     for (const uvec3 f : m.faces)
@@ -276,35 +300,18 @@ inline mesh make_sheet(const std::vector<sheet_point>& points, std::uint32_t col
             sheet.positions[i] = points[i].at + 0.5F * points[i].thickness * normals[i];
             sheet.positions[count + i] = points[i].at - 0.5F * points[i].thickness * normals[i];
         }
-    const auto below = static_cast<std::uint32_t>(count);
-    const auto add_quad = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
-        sheet.faces.insert(sheet.faces.end(), {{a, b, c}, {a, c, d}});
-    };
-    for (std::uint32_t row = 0; row + 1 < rows; ++row)
-        for (std::uint32_t column = 0; column + 1 < columns; ++column) {
-            const std::uint32_t a = row * columns + column, b = a + 1, c = b + columns, d = a + columns;
-            for (const std::uint32_t side : {0U, below}) {
-                const vec3 first = sheet.positions[side + a];
-                const vec3 normal =
-                    cross(sheet.positions[side + c] - first, sheet.positions[side + d] - sheet.positions[side + b]);
+    for (std::size_t row = 0; row + 1 < rows; ++row)
+        for (std::size_t column = 0; column + 1 < columns; ++column)
+            for (const std::size_t side : {std::size_t{0}, count}) {
+                const std::size_t a = row * columns + column, first = side + a;
+                const vec3 normal = cross(sheet.positions[first + columns + 1] - sheet.positions[first],
+                                          sheet.positions[first + columns] - sheet.positions[first + 1]);
                 if (!(dot(normal, normals[a]) > 0))
                     throw geometry_error{"make_sheet: the sheet bends more sharply than half its thickness in row " +
                                          std::to_string(row) + ", column " + std::to_string(column) +
                                          "; make it thinner or the bend wider"};
             }
-            add_quad(a, b, c, d);
-            add_quad(below + d, below + c, below + b, below + a);
-        }
-    const auto last = static_cast<std::uint32_t>(columns * (rows - 1));
-    for (std::uint32_t column = 0; column + 1 < columns; ++column) {
-        add_quad(column, below + column, below + column + 1, column + 1);
-        add_quad(last + column + 1, below + last + column + 1, below + last + column, last + column);
-    }
-    for (std::uint32_t row = 0; row + 1 < rows; ++row) {
-        const std::uint32_t a = row * columns, b = a + columns - 1;
-        add_quad(a + columns, below + a + columns, below + a, a);
-        add_quad(b, below + b, below + b + columns, b + columns);
-    }
+    detail::add_slab_faces(sheet, columns, static_cast<std::uint32_t>(rows));
     return detail::checked_shape("make_sheet", std::move(sheet));
 }
 
