@@ -33,8 +33,7 @@ class anatomies {
             for (const anatomy::region& one : anatomy::regions()) add(one);
         for (const std::string& word : d.anatomy) add(word);
         check_names();
-        if (!d.around.empty() && !has_file_)
-            throw usage_error{"--around is for OBJ files; in a region the probe is placed by --view"};
+        if (!has_file_) refuse_options_of_files(d);
         std::vector<std::string> structures;
         for (const auto& one : all_)
             for (const auto& [name, inside] : one->structures()) structures.push_back(name);
@@ -91,6 +90,20 @@ class anatomies {
     const anatomy::view& usual_view(const spot& at) const { return all_[at.anatomy]->views()[at.view]; }
 
   private:
+    // Options that would do nothing.
+    static void refuse_options_of_files(const description& d) {
+        const description usual;
+        const auto refuse = [](const char* option, const char* instead) {
+            throw usage_error{std::string{option} + " is for OBJ files" + instead};
+        };
+        constexpr const char* placed = "; in a region the probe is placed by --view";
+        if (d.around != usual.around) refuse("--around", placed);
+        if (d.from != usual.from) refuse("--from", placed);
+        if (d.lateral != usual.lateral) refuse("--lateral", placed);
+        if (d.unit != usual.unit) refuse("--unit", "; regions are in metres");
+        if (d.background != usual.background) refuse("--background", "; regions have their own");
+    }
+
     // A region that has one of the views.
     void add(const anatomy::region& region) {
         auto made = std::make_unique<region_subject>(d_, region);

@@ -134,6 +134,8 @@ inline std::uint64_t content_of(const scene& body) {
     add_medium(body.background());
     for (const object& one : body.objects()) {
         add_medium(one.inside);
+        if (const vec3 along = one.fibres.varies() ? vec3{0} : one.fibres(vec3{0}); along != vec3{0})
+            add({along.x, along.y, along.z});
         for (const vec3& point : one.surface.positions) add({point.x, point.y, point.z});
         for (const uvec3& face : one.surface.faces)
             add({static_cast<float>(face.x), static_cast<float>(face.y), static_cast<float>(face.z)});
