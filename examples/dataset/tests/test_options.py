@@ -144,7 +144,7 @@ def test_anatomy_and_place(tmp_path):
         assert not (tmp_path / "no").exists()
     done = run(tmp_path, *TINY, "--around", "knee", check=False, output="no")
     assert done.returncode != 0 and "--around is for OBJ files; in a region the probe is placed by --view" in done.stderr
-    for option, value in (("--from", "0,-1,0"), ("--lateral", "0,0,1"), ("--unit", "2mm"), ("--background", "muscle")):
+    for option, value in (("--from", "0,-1,0"), ("--lateral", "0,1,0"), ("--unit", "2mm"), ("--background", "muscle")):
         done = run(tmp_path, *TINY, "--anatomy", "nerve_block", option, value, check=False, output="no")
         assert done.returncode != 0 and f"{option} is for OBJ files" in done.stderr
 
