@@ -1,6 +1,5 @@
 #include <insonify/core/random.hpp>
 #include <insonify/scene/layers.hpp>
-#include <algorithm>
 #include <doctest/doctest.h>
 #include <set>
 #include <vector>
@@ -18,7 +17,7 @@ TEST_CASE("the object of lowest rank that contains the point gives the medium, w
             stack.toggle(rank);
             if (inside.erase(rank) == 0) inside.insert(rank);
             REQUIRE(stack.top() == (inside.empty() ? media_stack::none : *inside.begin()));
-            REQUIRE(std::equal(inside.begin(), inside.end(), ranks.begin(), ranks.begin() + stack.count));
+            REQUIRE(std::vector(inside.begin(), inside.end()) == std::vector(ranks.data(), ranks.data() + stack.count));
         }
         CHECK_FALSE(stack.overflow);
         stack.clear();
