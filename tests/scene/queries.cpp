@@ -288,6 +288,7 @@ TEST_CASE("queries refuse points that are not finite, unknown ids and scenes tha
     CHECK_THROWS_AS(nearest_surface(body, ball, {0, 0, 0}), usage_error);
 }
 
+#if !defined(__EMSCRIPTEN__) || defined(__EMSCRIPTEN_PTHREADS__) // threads of the test's own
 TEST_CASE("snapshots answer as the scene of their frame did, while it moves on") {
     const mesh rest = make_sphere({0, 0, 0}, 10_mm, 3);
     scene body{tissue::fat};
@@ -344,6 +345,7 @@ TEST_CASE("snapshots answer as the scene of their frame did, while it moves on")
     CHECK(snapshots.newest()->frame == frames);
     CHECK(!(expected[0] == expected[frames]));
 }
+#endif
 
 TEST_CASE("snapshots refuse another scene, and a frame while the one before waits") {
     scene body;
