@@ -4,6 +4,7 @@
 /// All of insonify. In exactly one file of a program define INSONIFY_IMPLEMENTATION before including this: the OBJ
 /// reader and the PNG writer are compiled there. What is not named here, these include.
 #include <insonify/b_mode.hpp>
+#include <insonify/channels.hpp>
 #include <insonify/compiled.hpp>
 #include <insonify/diagnose.hpp>
 #include <insonify/doppler.hpp>

@@ -5,6 +5,7 @@
 
 #include <insonify/acoustics/follow_sound.hpp>
 #include <insonify/acoustics/laws.hpp>
+#include <insonify/acoustics/physical.hpp>
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/core/error.hpp>
 #include <insonify/execution/policy.hpp>

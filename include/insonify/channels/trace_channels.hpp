@@ -1,0 +1,646 @@
+#ifndef INSONIFY_CHANNELS_TRACE_CHANNELS_HPP
+#define INSONIFY_CHANNELS_TRACE_CHANNELS_HPP
+
+#include <insonify/core/save_macros.hpp>
+
+#include <insonify/acoustics/physical.hpp>
+#include <insonify/bvh/large_array.hpp>
+#include <insonify/channels/channel_data.hpp>
+#include <insonify/channels/element_array.hpp>
+#include <insonify/channels/element_fans.hpp>
+#include <insonify/channels/element_field.hpp>
+#include <insonify/channels/fourier.hpp>
+#include <insonify/channels/pair_sums.hpp>
+#include <insonify/channels/reflectors.hpp>
+#include <insonify/channels/transmit.hpp>
+#include <insonify/core/error.hpp>
+#include <insonify/core/random.hpp>
+#include <insonify/execution/policy.hpp>
+#include <insonify/scene/scene.hpp>
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// How channel data are made.
+struct channel_settings {
+    float depth = 0.04F;          ///< to be recorded, metres
+    float sampling_frequency = 0; ///< of RF, hertz; 0: four times the carrier
+    float opening = 30 * pi / 180; ///< beyond the ends of the array: the slice that is covered, radians
+    bool speckle = true;          ///< scatterers of tissue
+    bool surfaces = true;         ///< echoes of surfaces
+    /// Each transmit is one wave front instead of the sum of the waves of all elements: faster, without the waves from
+    /// the ends of the aperture.
+    bool wave_fronts = false;
+    float noise_level_db = no_level_db; ///< of electronic noise, independent from element to element, rms; 0 dB is 1
+    std::uint32_t noise_seed = 1;       ///< selects its realization
+    std::uint32_t frame = 0; ///< number of the frame: noise and the speckle of flowing media change with it
+    std::uint64_t max_memory = std::uint64_t{4} << 30U;   ///< bytes, of what is returned and of what it takes
+    std::span<const point_scatterer> points{};            ///< scatterers of one's own, beside those of tissue
+};
+
+namespace detail {
+
+/// Sampling of a record.
+struct record_plan {
+    float rate = 0;             // of RF, hertz
+    std::uint32_t samples = 0;  // of RF
+    std::uint32_t halves = 2;   // RF samples for each two complex ones: 2^n or 3 * 2^n
+    std::uint32_t margin = 0;   // complex samples before time 0
+    std::uint32_t length = 0;   // complex samples with margins
+    std::size_t transform = 0;  // length of the transform of them
+    float sigma_time = 0;       // of the pulse's envelope, s
+    float sigma_frequency = 0;  // of its amplitude spectrum, hertz
+    float node_step = 0;        // see `spectral_value`, hertz
+
+    float complex_rate() const { return 2 * rate / static_cast<float>(halves); }
+};
+
+/// Frequencies, relative to the carrier, at which the spectra of pairs are kept.
+struct band {
+    std::vector<std::uint32_t> bins{}; // of the transform
+    std::vector<float> offsets{};      // hertz
+    std::vector<float> filter{};       // the pulse's spectrum, and the inverse of the B-spline's
+};
+
+template <class Model>
+concept reflects_everything = requires(const Model& m, const medium& one, const incidence& at) {
+    { m.at_interface(at) } -> std::same_as<response>;
+    { m.loss(one, 1e6F) } -> std::convertible_to<float>;
+    m.with_boundary(transparent{}).with_attenuation(lossless{});
+    m.roughness.coherent(at);
+};
+
+/// The work of `trace_channels`, for arrays as data.
+template <class Model>
+class channel_tracer {
+  public:
+    channel_tracer(const scene& body, const pose& at, const Model& model, const channel_settings& settings)
+        : body_{body}, at_{at}, model_{model}, settings_{settings} {}
+
+    // Everything but places and samples is set in `out`.
+    template <class Policy>
+    void run(const Policy& policy, float fnumber, channel_data& out) {
+        frequency_ = out.frequency;
+        elements_ = out.elements;
+        width_ = out.element_width;
+        height_ = out.height;
+        plan(out);
+        find_reflectors(policy, fnumber, out);
+        make_band();
+        trace(policy, out);
+        add_noise(policy, out);
+    }
+
+  private:
+    void plan(channel_data& out) {
+        const float bandwidth = out.bandwidth, fastest = out.sound_speed;
+        record_.rate = settings_.sampling_frequency > 0 ? settings_.sampling_frequency : 4 * frequency_;
+        if (!is_finite(record_.rate) || !(record_.rate >= frequency_ * (2 + bandwidth)) || !(record_.rate <= 1e10F))
+            throw usage_error{joined({"trace_channels: sampling_frequency is ", number_text(1e-6F * record_.rate),
+                                      " MHz; the band of the array ends at ",
+                                      number_text(1e-6F * frequency_ * (1 + 0.5F * bandwidth)),
+                                      " MHz: sample at twice that or more, or leave it at 0"})};
+        record_.sigma_frequency = bandwidth * frequency_ / 2.3548F;
+        // So few complex samples that half of their rate is 3.5 standard deviations of the spectrum: -53 dB.
+        const float slowest = max(2.5F * frequency_, 7 * record_.sigma_frequency);
+        for (std::uint32_t next = 3; 2 * record_.rate / static_cast<float>(next) >= slowest;
+             next = next % 3 == 0 ? next / 3 * 4 : next / 2 * 3)
+            record_.halves = next;
+        record_.node_step = spectral_value::step(record_.sigma_frequency, frequency_);
+        record_.sigma_time = 1 / (2 * pi * record_.sigma_frequency);
+        float max_delay = 0;
+        for (const transmit& one : out.sent)
+            for (std::uint32_t i = 0; i < elements_; ++i)
+                if (one.weight(i) != 0) max_delay = max(max_delay, one.delays[i]);
+        const float aperture = length(out.places.back().origin - out.places.front().origin);
+        reach_ = std::sqrt(settings_.depth * settings_.depth + aperture * aperture);
+        const float seconds = (settings_.depth + reach_) / fastest + max_delay;
+        record_.samples = static_cast<std::uint32_t>(std::ceil(seconds * record_.rate));
+        const float rate = record_.complex_rate();
+        record_.margin = 4 + 2 * static_cast<std::uint32_t>(std::ceil(3 * record_.sigma_time * rate)); // even
+        // Pair sums end where no delay has been added yet.
+        record_.length = static_cast<std::uint32_t>(std::ceil(seconds * rate)) + 2 * record_.margin;
+        record_.transform = transform_length(record_.length);
+        out.sampling_frequency = record_.rate;
+        out.samples = record_.samples;
+        out.start = 0;
+
+        symmetric_ = !settings_.wave_fronts;
+        const std::uint64_t sources = symmetric_ ? elements_ : out.transmits;
+        const std::uint64_t pairs = symmetric_ ? sources * (sources + 1) / 2 : sources * elements_;
+        const std::uint64_t channels = std::uint64_t{out.transmits} * elements_;
+        const std::uint64_t bytes = channels * record_.samples * sizeof(float) +
+                                    pairs * record_.length * (sizeof(vec2) + floats_per_wave * sizeof(float));
+        if (bytes > settings_.max_memory)
+            throw usage_error{joined({"trace_channels: ", std::to_string(out.transmits), " transmits of ",
+                                      std::to_string(elements_), " elements, ", std::to_string(record_.samples),
+                                      " samples each, take ", number_text(1e-9F * static_cast<float>(bytes)),
+                                      " GB, more than `max_memory` (", number_text(1e-9F * static_cast<float>(settings_.max_memory)),
+                                      " GB); lower depth, transmits or elements, or raise it"})};
+        out.values.assign(channels * record_.samples, 0.0F);
+    }
+
+    template <class Policy>
+    void find_reflectors(const Policy& policy, float fnumber, const channel_data& out) {
+        reflector_search<Model> search{body_,          out.places,        at_, model_, frequency_, out.bandwidth, record_.node_step,
+                                       settings_.depth, settings_.opening};
+        float highest = 0, lateral = 0;
+        std::vector<reflector>& all = reflectors_;
+        for (const point_scatterer& one : settings_.points) {
+            const vec3 local = at_.local_point(one.position);
+            if (!is_finite(one.position) || !is_finite(one.scattering_length))
+                throw usage_error{"trace_channels: a point scatterer is not finite; check `points`"};
+            if (!(local.z > 0)) continue; // behind the face
+            highest = max(highest, std::fabs(local.y));
+            lateral = max(lateral, length(local - out.places[search.nearest_element({local.x, local.z})].origin));
+            const spectral_value root{square_root(vec2{one.scattering_length, 0})};
+            all.push_back({.place = {local.x, local.z}, .y = local.y, .root = root});
+        }
+        for (const ray& one : out.places) highest = max(highest, std::fabs(one.origin.y));
+        const float aperture = length(out.places.back().origin - out.places.front().origin);
+        const float reach = aperture + max(settings_.depth * (1 + std::tan(settings_.opening)), lateral);
+        const auto passed = [&](const medium& before, const medium& after, float cosine, float roughness) {
+            return model_.at_interface({before, after, cosine, frequency_, roughness}).transmitted;
+        };
+        const auto loss = [&](const medium& m, float frequency) { return model_.loss(m, frequency); };
+        fans_.assign(policy, body_, out.places, at_, frequency_, reach, loss, passed);
+        speed_ = fans_.speed_at_face(elements_ / 2);
+        field_.assign(policy, frequency_, record_.node_step, height_, out.elevation_focus, speed_, reach,
+                      highest);
+        if (settings_.speckle)
+            search.add_speckle(policy, speckle_strength(fnumber, out.elevation_focus), fnumber,
+                               out.elevation_focus / height_, settings_.frame, height_,
+                               [&](float depth) { return field_.speckle_height(depth); }, all);
+        if (settings_.surfaces) search.add_surfaces(policy, field_, all);
+
+        // In zones of attenuation, then in blocks that are small in space, so that each adds to few samples of a pair. The
+        // reflectors of a block are shuffled: neighbours in memory then add to other samples.
+        constexpr float step = 0.3F; // Np over a standard deviation of the spectrum; its square over 8 is neglected
+        const float strip = std::sqrt(settings_.depth * (aperture + settings_.depth) * static_cast<float>(wave_table::block) /
+                                      static_cast<float>(all.size() + 1));
+        std::vector<std::uint32_t> zone_of(all.size()), strip_of(all.size());
+        exec::for_each_block(policy, all.size(), 256, 100, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+                const std::size_t nearest = search.nearest_element(all[i].place);
+                const element_fans::place at = fans_.find(nearest, all[i].place);
+                all[i].lost_slope = at.seen ? 2 * fans_.at_point(nearest, at).lost_slope : 0;
+                strip_of[i] = static_cast<std::uint32_t>(clamp(all[i].place.y / strip, 0, 1e6F));
+                zone_of[i] = static_cast<std::uint32_t>(
+                    clamp(all[i].lost_slope * record_.sigma_frequency / step, 0, 1000));
+            }
+        });
+        std::vector<std::uint32_t> order(all.size());
+        for (std::uint32_t i = 0; i < order.size(); ++i) order[i] = i;
+        std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+            if (zone_of[a] != zone_of[b]) return zone_of[a] < zone_of[b];
+            if (strip_of[a] != strip_of[b]) return strip_of[a] < strip_of[b];
+            if (all[a].place.x != all[b].place.x) return all[a].place.x < all[b].place.x;
+            return a < b;
+        });
+        std::vector<reflector> sorted;
+        sorted.reserve(all.size());
+        for (std::size_t begin = 0; begin < order.size();) {
+            const std::uint32_t own = zone_of[order[begin]];
+            std::size_t end = begin;
+            double sum = 0;
+            for (; end < order.size() && zone_of[order[end]] == own; ++end)
+                sum += static_cast<double>(all[order[end]].lost_slope);
+            zones_.push_back({sorted.size(), sorted.size() + (end - begin),
+                              static_cast<float>(sum / static_cast<double>(end - begin))});
+            for (std::size_t block = begin; block < end; block += wave_table::block) {
+                const std::size_t size = std::min(wave_table::block, end - block);
+                for (std::size_t i = size; i > 1; --i)
+                    std::swap(order[block + i - 1], order[block + hash_bits(block, i) % i]);
+                for (std::size_t i = 0; i < size; ++i) sorted.push_back(all[order[block + i]]);
+            }
+            begin = end;
+        }
+        all = std::move(sorted);
+    }
+
+    // Scattering lengths from levels of speckle: `medium::backscatter` states them for pictures, relative to a mirror that
+    // returns 1. Where an aperture of F-number F focuses, out of the slice with Fy, speckle of n scatterers a volume has
+    //
+    //     level^2 = n <L^2> integral |p|^2 dz  integral A^4 dx dy / (wavelength F Fy)^2,   A = 1 in the focus
+    //
+    // after the division by the number of elements (`beamform`). Scatterers of a model have the level^2 / integral
+    // |p|^2 dz a metre of depth. Of elements that radiate g(u) at the place u of the aperture, -1/2 to 1/2,
+    // integral A^4 dx = wavelength F integral (g * g)^2 ds, with the autocorrelation g * g: 2/3 for g = 1.
+    float speckle_strength(float fnumber, float focus) const {
+        constexpr int places = 64;
+        float sum = 0, weights = 0;
+        for (std::size_t node = 0; node < spectral_value::nodes; ++node) {
+            const float x = spectral_value::steps(node) * record_.node_step / record_.sigma_frequency;
+            const float frequency = frequency_ + spectral_value::steps(node) * record_.node_step;
+            float radiated[places];
+            for (int i = 0; i < places; ++i) {
+                const float place = (static_cast<float>(i) + 0.5F) / places - 0.5F,
+                            cosine = 1 / std::sqrt(1 + place * place / (fnumber * fnumber));
+                const float half = pi * frequency * width_ * place / fnumber * cosine / speed_;
+                radiated[i] = cosine * (std::fabs(half) < 1e-3F ? 1.0F : std::sin(half) / half);
+            }
+            float both = 0;
+            for (int shift = 1 - places; shift < places; ++shift) {
+                float product = 0;
+                for (int i = std::max(0, shift); i < places + std::min(0, shift); ++i)
+                    product += radiated[i] * radiated[i - shift];
+                both += product * product;
+            }
+            const float weight = std::exp(-x * x); // the power of the pulse
+            sum += weight * both / (places * places * places);
+            weights += weight;
+        }
+        const float wavelength = speed_ / frequency_, elevation_fnumber = focus / height_;
+        const float on_axis = length(field_.point(focus, 0).at[spectral_value::nodes / 2]) / height_;
+        const float across = field_.speckle_height(focus) * on_axis * on_axis * on_axis * on_axis;
+        return elevation_fnumber * std::sqrt(wavelength * fnumber / (sum / weights * across));
+    }
+
+    void make_band() {
+        const std::size_t length = record_.transform;
+        const float rate = record_.complex_rate(), step = rate / static_cast<float>(length);
+        const float widest = min(0.5F * rate, 3.7F * record_.sigma_frequency); // -60 dB
+        for (std::size_t i = 0; i < length; ++i) {
+            const float offset = step * (i < length / 2 ? static_cast<float>(i)
+                                                        : static_cast<float>(i) - static_cast<float>(length));
+            if (std::fabs(offset) > widest || frequency_ + offset <= 0) continue;
+            const float x = offset / record_.sigma_frequency, turn = pi * offset / rate;
+            const float sinc = std::fabs(turn) < 1e-3F ? 1.0F : std::sin(turn) / turn;
+            // exp(-t^2 / 2 s^2), of amplitude 1, has the spectrum sqrt(2 pi) s exp(-x^2 / 2); a transform sums samples.
+            const float pulse = std::sqrt(2 * pi) * record_.sigma_time * std::exp(-0.5F * x * x) * rate;
+            band_.bins.push_back(static_cast<std::uint32_t>(i));
+            band_.offsets.push_back(offset);
+            band_.filter.push_back(pulse / (sinc * sinc * sinc) / static_cast<float>(length));
+        }
+    }
+
+    // What arrives from an element at a reflector.
+    struct element_wave_at {
+        float time = 0, facing = 0; // facing 0: nothing arrives
+        spectral_value wave{};
+    };
+    element_wave_at arrive(const channel_data& out, std::size_t element, const reflector& one, float zone_slope) const {
+        element_wave_at found;
+        const element_fans::place at = fans_.find(element, one.place);
+        if (!at.seen || !(at.cosine > 0)) return found;
+        const arrived_wave wave = one.surface ? fans_.at_surface(element, at, one.object_before, one.object_after)
+                                              : fans_.at_point(element, at);
+        if (!(wave.amplitude > 0)) return found;
+        found.time = wave.time;
+        found.facing = 0.5F;
+        // Near the element the distance to most of its face is longer: there 1 / r would grow without bound.
+        float amplitude = wave.amplitude * at.distance / std::sqrt(at.distance * at.distance + width_ * width_);
+        if (one.surface && one.normal != vec2{0, 0}) {
+            const ray& face = out.places[element];
+            const vec2 to = (vec2{face.origin.x, face.origin.z} - one.place) / at.distance;
+            const float cosine = dot(to, one.normal);
+            if (!(cosine > 0)) return {};
+            found.facing = 0.5F * cosine;
+            const std::vector<medium>& media = media_;
+            const incidence met{media[one.before], media[one.after], min(cosine, 1), frequency_, one.roughness};
+            // The root of what both ways make of it.
+            amplitude *= std::sqrt(std::fabs(model_.at_interface(met).reflected) * model_.roughness.coherent(met));
+        }
+        const float y = one.y - out.places[element].origin.y;
+        if (y != 0) { // the distance in space
+            const float further = y * y / (std::sqrt(at.distance * at.distance + y * y) + at.distance);
+            found.time += further * wave.time / at.distance;
+        }
+        const spectral_value across = one.surface && one.normal != vec2{0, 0} ? field_.surface(wave.range)
+                                                                               : field_.point(std::sqrt(wave.range * wave.range + y * y), y);
+        // sqrt(j k w / 2 pi h) sinc(k w sin t / 2) cos t: twice this, times a scattering length, is an echo.
+        const float lost = wave.lost_slope - 0.5F * zone_slope;
+        const vec2 carrier = turned(0.125 - double{frequency_} * double{found.time}); // with sqrt(j)
+        const float per_hertz = pi * width_ * at.sine / speed_, half = frequency_ * per_hertz, // k w sin t / 2
+            step = record_.node_step * per_hertz;
+        const float beyond = std::exp(-lost * record_.node_step);
+        const vec2 turn{std::cos(step), std::sin(step)};
+        vec2 turning{std::cos(half - 1.5F * step), std::sin(half - 1.5F * step)}; // at the lowest frequency
+        float left = 1 / (beyond * std::sqrt(beyond));
+        for (std::size_t i = 0; i < spectral_value::nodes; ++i) {
+            const float angle = half + spectral_value::steps(i) * step;
+            const float sinc = std::fabs(angle) < 1e-3F ? 1.0F : turning.y / angle;
+            const float face = root_[i] * at.cosine * sinc * amplitude * left;
+            turning = complex_product(turning, turn);
+            left *= beyond;
+            found.wave.at[i] = complex_product(face * carrier, complex_product(across.at[i], one.root.at[i]));
+        }
+        return found;
+    }
+
+    struct zone {
+        std::size_t begin, end; // reflectors
+        float slope;            // mean attenuation there and back: change with frequency, Np/Hz
+    };
+
+    template <class Policy>
+    void trace(const Policy& policy, channel_data& out) {
+        media_ = {body_.media().begin(), body_.media().end()};
+        for (std::size_t i = 0; i < spectral_value::nodes; ++i)
+            root_[i] = std::sqrt((frequency_ + spectral_value::steps(i) * record_.node_step) * width_ /
+                                 (speed_ * height_));
+        const std::uint32_t sources = symmetric_ ? elements_ : out.transmits;
+        const std::size_t count = band_.bins.size();
+        const auto first_pair = [&](std::size_t source) { // of a source's pairs
+            return source * elements_ - (symmetric_ && source > 0 ? source * (source - 1) / 2 : 0);
+        };
+        const auto pair_of = [&](std::size_t source, std::size_t receiver) {
+            return symmetric_ ? first_pair(source) + (receiver - source) : first_pair(source) + receiver;
+        };
+        const std::size_t pairs = symmetric_ ? std::size_t{elements_} * (elements_ + 1) / 2
+                                             : std::size_t{sources} * elements_;
+        const std::size_t sum_size = std::size_t{record_.length} * floats_per_wave;
+        large_array<vec2> spectra(pairs * count);
+        std::fill(spectra.begin(), spectra.end(), vec2{0, 0});
+        large_array<float> sums(pairs * sum_size);
+        wave_table received{elements_}, sent{symmetric_ ? 0 : sources};
+        const fourier transform{record_.transform};
+        const float rate = record_.complex_rate(), margin = static_cast<float>(record_.margin);
+        for (const zone& own : zones_) {
+            exec::for_each_block(policy, pairs, 64, 0.3F * static_cast<float>(sum_size),
+                                 [&](std::size_t begin, std::size_t end) {
+                                     std::fill(sums.begin() + static_cast<std::ptrdiff_t>(begin * sum_size),
+                                               sums.begin() + static_cast<std::ptrdiff_t>(end * sum_size), 0.0F);
+                                 });
+            for (std::size_t block = own.begin; block < own.end; block += wave_table::block) {
+                const std::size_t size = std::min(wave_table::block, own.end - block),
+                                  padded = (size + wave_table::together - 1) / wave_table::together * wave_table::together;
+                exec::for_each_block(policy, elements_, 1, 100 * static_cast<float>(size),
+                                     [&](std::size_t element, std::size_t) {
+                                         for (std::size_t i = 0; i < size; ++i) {
+                                             const element_wave_at at = arrive(
+                                                 out, element, reflectors_[block + i], own.slope);
+                                             received.set(element, i, at.time, at.facing, at.wave);
+                                         }
+                                         for (std::size_t i = size; i < padded; ++i)
+                                             received.set(element, i, 0, 0, {});
+                                     });
+                if (!symmetric_) send_wave_fronts(policy, out, received, size, padded, sent);
+                // In tiles of sources and receivers, whose waves stay in a cache.
+                constexpr std::uint32_t tile = 8;
+                const std::uint32_t source_tiles = (sources + tile - 1) / tile,
+                                    receiver_tiles = (elements_ + tile - 1) / tile;
+                exec::for_each_block(
+                    policy, std::size_t{source_tiles} * receiver_tiles, 1, 3 * tile * tile * static_cast<float>(size),
+                    [&](std::size_t number, std::size_t) {
+                        const std::size_t first_source = number / receiver_tiles * tile,
+                                          first = number % receiver_tiles * tile;
+                        const std::size_t last = std::min<std::size_t>(first + tile, elements_);
+                        if (symmetric_ && last <= first_source) return;
+                        source_waves one;
+                        for (std::size_t n = first_source; n < first_source + tile && n < sources; ++n) {
+                            one.assign(symmetric_ ? received[n] : sent[n], padded);
+                            for (std::size_t m = symmetric_ ? std::max(first, n) : first; m < last; ++m)
+                                one.add(received[m], padded, rate, margin, sums.data() + pair_of(n, m) * sum_size,
+                                        record_.length);
+                        }
+                    });
+            }
+            exec::for_each_block(policy, pairs, complex_batch::width, 20 * static_cast<float>(record_.transform),
+                                 [&](std::size_t begin, std::size_t end) {
+                                     add_spectra(sums.data() + begin * sum_size, end - begin, own.slope, transform,
+                                                 spectra.data() + begin * count);
+                                 });
+        }
+        sums = {};
+        const std::size_t longer = record_.transform * record_.halves / 2;
+        const fourier back{longer};
+        std::vector<vec2> carrier(record_.samples);
+        for (std::size_t k = 0; k < carrier.size(); ++k)
+            carrier[k] = turned(double{frequency_} * static_cast<double>(k) / double{record_.rate});
+        exec::for_each_block(
+            policy, std::size_t{out.transmits} * elements_, complex_batch::width,
+            2 * static_cast<float>(longer + count * elements_), [&](std::size_t begin, std::size_t end) {
+                std::vector<complex_batch> room(longer);
+                std::vector<vec2> whole(count);
+                std::vector<complex_block> blocks(count, complex_block{});
+                for (std::size_t i = begin; i < end; ++i) {
+                    const std::size_t number = i / elements_, m = i % elements_;
+                    const transmit& one = out.sent[number];
+                    if (symmetric_) {
+                        std::fill(whole.begin(), whole.end(), vec2{0, 0});
+                        for (std::size_t n = 0; n < elements_; ++n) {
+                            const float weight = one.weight(static_cast<std::uint32_t>(n));
+                            if (weight == 0) continue;
+                            add_delayed(spectra.data() + (n <= m ? pair_of(n, m) : pair_of(m, n)) * count, weight,
+                                        one.delays[n], whole);
+                        }
+                    } else {
+                        const vec2* const own = spectra.data() + pair_of(number, m) * count;
+                        std::copy(own, own + count, whole.begin());
+                    }
+                    for (std::size_t b = 0; b < count; ++b) {
+                        blocks[b].x[i - begin] = whole[b].x;
+                        blocks[b].y[i - begin] = whole[b].y;
+                    }
+                }
+                for (std::size_t b = 0; b < count; ++b) {
+                    const std::size_t bin = band_.bins[b];
+                    room[bin < record_.transform / 2 ? bin : longer - (record_.transform - bin)] = blocks[b].loaded();
+                }
+                back.inverse(room.data());
+                const std::size_t offset = std::size_t{record_.margin} * record_.halves / 2;
+                for (std::size_t k = 0; k < record_.samples; ++k) {
+                    complex_block sample;
+                    sample.store_from(batch_product(carrier[k], room[offset + k]));
+                    for (std::size_t i = begin; i < end; ++i)
+                        out.values[i * record_.samples + k] = sample.x[i - begin];
+                }
+            });
+    }
+
+    void add_delayed(const vec2* spectrum, float weight, float delay, std::vector<vec2>& to) const {
+        const std::size_t count = to.size();
+        if (delay == 0) {
+            for (std::size_t b = 0; b < count; ++b) to[b] += weight * spectrum[b];
+            return;
+        }
+        // Bins follow one another but for the one after the highest frequency.
+        const float step = record_.complex_rate() / static_cast<float>(record_.transform);
+        const vec2 turn = turned(-double{step} * double{delay});
+        vec2 factor{0, 0};
+        for (std::size_t b = 0; b < count; ++b) {
+            if (b % 64 == 0 || band_.bins[b] != band_.bins[b - 1] + 1)
+                factor = weight * turned(-(double{frequency_} + double{band_.offsets[b]}) * double{delay});
+            to[b] += complex_product(factor, spectrum[b]);
+            factor = complex_product(factor, turn);
+        }
+    }
+
+    // Of as many pairs as there are lanes, or fewer.
+    void add_spectra(const float* sums, std::size_t pairs, float zone_slope, const fourier& transform,
+                     vec2* to) const {
+        const std::size_t sum_size = std::size_t{record_.length} * floats_per_wave, count = band_.bins.size();
+        std::vector<complex_batch> room(transform.size());
+        for (std::size_t node = 0; node < spectral_value::nodes; ++node) {
+            complex_block block{};
+            for (std::size_t k = 0; k < record_.length; ++k) {
+                for (std::size_t p = 0; p < pairs; ++p) {
+                    const float* const sample = sums + p * sum_size + floats_per_wave * k + 2 * node;
+                    block.x[p] = sample[0];
+                    block.y[p] = sample[1];
+                }
+                room[k] = block.loaded();
+            }
+            std::fill(room.begin() + record_.length, room.end(), complex_batch{});
+            transform.forward(room.data());
+            for (std::size_t b = 0; b < count; ++b) {
+                const float share = spectral_value::weight(node, band_.offsets[b] / record_.node_step);
+                const float factor = share * std::exp(-zone_slope * band_.offsets[b]) * band_.filter[b];
+                block.store_from(room[band_.bins[b]]);
+                for (std::size_t p = 0; p < pairs; ++p) to[p * count + b] += factor * vec2{block.x[p], block.y[p]};
+            }
+        }
+    }
+
+    // The wave front of each transmit at each reflector: what arrives within three periods of the first wave, which the
+    // elements around its origin send, at the time of the middle of its energy. The later waves of the others cancel, but
+    // for those from the ends of the aperture, which are left out.
+    template <class Policy>
+    void send_wave_fronts(const Policy& policy, const channel_data& out, const wave_table& of_elements,
+                          std::size_t size, std::size_t padded, wave_table& sent) const {
+        const float per_period = frequency_ / 3;
+        exec::for_each_block(policy, out.transmits, 1, 4 * static_cast<float>(size * elements_), [&](std::size_t t,
+                                                                                                     std::size_t) {
+            const transmit& one = out.sent[t];
+            std::vector<spectral_value> wave(size);
+            std::vector<vec2> moment(size, vec2{0, 0});
+            std::vector<float> first(size, FLT_MAX);
+            const auto each_element = [&](const auto& visit) {
+                for (std::size_t n = 0; n < elements_; ++n)
+                    if (one.weight(static_cast<std::uint32_t>(n)) != 0) visit(n, of_elements[n], one.delays[n]);
+            };
+            each_element([&](std::size_t, const wave_row& from, float delay) {
+                for (std::size_t i = 0; i < size; ++i)
+                    if (from.facing[i] > 0) first[i] = min(first[i], from.time[i] + delay);
+            });
+            each_element([&](std::size_t n, const wave_row& from, float delay) {
+                const vec2 delayed = one.weight(static_cast<std::uint32_t>(n)) *
+                                     turned(-double{frequency_} * double{delay});
+                for (std::size_t i = 0; i < size; ++i) {
+                    const float later = from.time[i] + delay - first[i], x = later * per_period;
+                    if (!(x < 1) || !(from.facing[i] > 0)) continue;
+                    const vec2 weighted = (1 - x * x) * (1 - x * x) * delayed;
+                    for (std::size_t k = 0; k < spectral_value::nodes; ++k)
+                        wave[i].at[k] += complex_product(weighted, from.at(i, k));
+                    moment[i] += later * complex_product(weighted, 0.5F * (from.at(i, 1) + from.at(i, 2)));
+                }
+            });
+            for (std::size_t i = 0; i < size; ++i) {
+                // -d phase / d omega of the sum is Re(moment / value); what is left of the moment turns it over
+                // frequency.
+                spectral_value& sum = wave[i];
+                const vec2 middle = 0.5F * (sum.at[1] + sum.at[2]);
+                const float power = dot(middle, middle);
+                if (!(power > 0)) {
+                    sent.set(t, i, 0, 0, {});
+                    continue;
+                }
+                const float later = dot(moment[i], middle) / power;
+                const vec2 left = 2 * pi * record_.node_step * (moment[i] - later * middle);
+                for (std::size_t k = 0; k < spectral_value::nodes; ++k)
+                    sum.at[k] += spectral_value::steps(k) * vec2{left.y, -left.x};
+                sent.set(t, i, first[i] + later, 0.5F, sum);
+            }
+            for (std::size_t i = size; i < padded; ++i) sent.set(t, i, 0, 0, {});
+        });
+    }
+
+    template <class Policy>
+    void add_noise(const Policy& policy, channel_data& out) const {
+        if (!(settings_.noise_level_db > no_level_db)) return;
+        const float level = amplitude_of_decibels(settings_.noise_level_db);
+        const std::uint64_t seed = hash_bits(settings_.noise_seed, settings_.frame);
+        exec::for_each_block(policy, std::size_t{out.transmits} * elements_, 16, 5 * static_cast<float>(out.samples),
+                             [&](std::size_t begin, std::size_t end) {
+                                 for (std::size_t k = begin * out.samples; k < end * out.samples; ++k)
+                                     out.values[k] += level * hash_normal(seed, k).x;
+                             });
+    }
+
+    const scene& body_;
+    pose at_;
+    const Model& model_;
+    const channel_settings& settings_;
+    float frequency_ = 0, width_ = 0, height_ = 0, speed_ = display_speed, reach_ = 0;
+    float root_[spectral_value::nodes] = {}; // sqrt(k w / 2 pi h) of an element
+    std::uint32_t elements_ = 0;
+    bool symmetric_ = true;
+    record_plan record_{};
+    band band_{};
+    element_fans fans_{};
+    elevation_field field_{};
+    std::vector<medium> media_{};
+    std::vector<reflector> reflectors_{};
+    std::vector<zone> zones_{};
+};
+
+} // namespace detail
+
+/// What each element receives of each transmit.
+///
+///     const element_array array = presets::l11_5v_elements;
+///     const channel_data received =
+///         trace_channels(exec::par_unseq, body, array, at, physical{}, plane_waves(array, 11, 20_deg), {.depth = 40_mm});
+///
+/// Surfaces reflect by Kirchhoff's integral, tissue scatters as in pictures; travel times are those of Fermat's
+/// principle, attenuation follows frequency. What is missing: echoes that are reflected more than once.
+/// @param array  see `element_transducer`
+/// @param at     array to world: x lateral, y elevation, z depth
+/// @param model  `physical`, with laws of its own or yours
+/// @param sent   the transmits
+/// @throws usage_error     for a scene that was not built, settings or transmits out of range, an element inside of what
+///                         blocks sound, or more memory than `max_memory`
+/// @throws geometry_error  for a pose that is not rigid
+template <exec::policy Policy, element_transducer Array, detail::reflects_everything Model>
+channel_data trace_channels(const Policy& policy, const scene& body, const Array& array, const pose& at,
+                            const Model& model, std::span<const transmit> sent, const channel_settings& settings = {}) {
+    array.check();
+    body.require_built();
+    if constexpr (requires { model.check(); }) model.check();
+    if (!is_rigid(at))
+        throw geometry_error{"trace_channels: the pose of the array is not a rigid transform; make it with look_at, or "
+                             "mend it with orthonormalised"};
+    check_depth(settings.depth, "trace_channels");
+    if (!is_finite(settings.opening) || !(settings.opening >= 0 && settings.opening <= 80 * pi / 180))
+        throw usage_error{"trace_channels: `opening` must be 0 to 80 degrees: write 30_deg"};
+    if (sent.empty())
+        throw usage_error{"trace_channels: there are no transmits; make some, as with plane_waves(array, 11, 20_deg)"};
+    for (std::size_t i = 0; i < sent.size(); ++i) detail::check_transmit(sent[i], i, array.elements);
+    if (settings.depth * array.frequency > detail::max_wavelengths * display_speed / 256)
+        throw usage_error{"trace_channels: `depth` is more than 65536 wavelengths; lower it or the frequency"};
+    channel_data out;
+    out.transmits = static_cast<std::uint32_t>(sent.size());
+    out.elements = array.elements;
+    out.frequency = array.frequency;
+    out.bandwidth = array.bandwidth;
+    out.sound_speed = array.sound_speed;
+    out.element_width = array.element_width;
+    out.height = array.height;
+    out.elevation_focus = array.elevation_focus;
+    for (std::uint32_t i = 0; i < array.elements; ++i) {
+        out.places.push_back(array.element(i));
+        if (!is_finite(out.places[i].origin) || std::fabs(out.places[i].direction.y) > 1e-5F ||
+            std::fabs(length(out.places[i].direction) - 1) > 1e-4F)
+            throw usage_error{"trace_channels: the normal of an element must have length 1 and lie in the plane y = 0"};
+    }
+    for (std::uint32_t i = 1; i < array.elements; ++i)
+        out.pitch += length(out.places[i].origin - out.places[i - 1].origin) / static_cast<float>(array.elements - 1);
+    if (array.elements == 1) out.pitch = array.element_width;
+    out.sent.assign(sent.begin(), sent.end());
+    detail::channel_tracer<Model>{body, at, model, settings}.run(
+        detail::any_policy<exec::is_unsequenced_v<Policy>>{policy}, array.fnumber, out);
+    return out;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+
+#include <insonify/core/restore_macros.hpp>
+
+#endif

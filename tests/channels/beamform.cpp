@@ -1,0 +1,169 @@
+#include <insonify/channels.hpp>
+#include <insonify/core/units.hpp>
+#include <insonify/geometry/shapes.hpp>
+#include <insonify/probe/convex_array.hpp>
+#include <insonify/probe/linear_array.hpp>
+#include <insonify/signal/envelope.hpp>
+#include <insonify/signal/kernel/convolve.hpp>
+#include <insonify/tracing/trace.hpp>
+#include <cmath>
+#include <doctest/doctest.h>
+#include <utility>
+#include <vector>
+
+using namespace insonify;
+
+namespace beamform_test {
+namespace {
+
+const medium water{.density = 1000, .sound_speed = 1540};
+
+vec2 brightest(const scan_lines& lines, const auto& probe) {
+    std::uint32_t line = 0, sample = 0;
+    for (std::uint32_t i = 0; i < lines.count; ++i)
+        for (std::uint32_t k = 0; k < lines.samples; ++k)
+            if (lines(i, k) > lines(line, sample)) line = i, sample = k;
+    const ray beam = probe.beam(static_cast<float>(line));
+    const vec3 at = beam.origin + (static_cast<float>(sample) + 0.5F) * lines.depth / static_cast<float>(lines.samples) *
+                                      beam.direction;
+    return {at.x, at.z};
+}
+
+struct speckle {
+    double level_db, snr, lateral, axial; // widths of the autocorrelation at half of its height, metres
+};
+speckle statistics(const iq_lines& lines, float from, float to, float spacing) {
+    const auto first = static_cast<std::uint32_t>(from / lines.depth * static_cast<float>(lines.samples)),
+               last = static_cast<std::uint32_t>(to / lines.depth * static_cast<float>(lines.samples));
+    double power = 0, mean = 0, count = 0;
+    for (std::uint32_t i = 0; i < lines.count; ++i)
+        for (std::uint32_t k = first; k < last; ++k) {
+            const auto size = static_cast<double>(length(lines(i, k)));
+            power += size * size;
+            mean += size;
+            ++count;
+        }
+    power /= count;
+    mean /= count;
+    const auto width = [&](std::uint32_t across, std::uint32_t along) {
+        double before = 1;
+        for (std::uint32_t lag = 1; lag < 100; ++lag) {
+            double real = 0, imaginary = 0, pairs = 0;
+            for (std::uint32_t i = 0; i + lag * across < lines.count; ++i)
+                for (std::uint32_t k = first; k + lag * along < last; ++k) {
+                    const vec2 a = lines(i, k), b = lines(i + lag * across, k + lag * along);
+                    real += static_cast<double>(a.x * b.x + a.y * b.y);
+                    imaginary += static_cast<double>(a.y * b.x - a.x * b.y);
+                    ++pairs;
+                }
+            const double now = std::hypot(real, imaginary) / pairs / power;
+            if (now < 0.5) return 2 * (lag - 1 + (before - 0.5) / (before - now));
+            before = now;
+        }
+        return 0.0;
+    };
+    return {10 * std::log10(power), mean / std::sqrt(power - mean * mean), width(1, 0) * static_cast<double>(spacing),
+            width(0, 1) * static_cast<double>(lines.depth / static_cast<float>(lines.samples))};
+}
+
+} // namespace
+} // namespace beamform_test
+
+using namespace beamform_test;
+
+TEST_CASE("beamform: points are where they are, for every array and kind of transmit") {
+    const scene body = scene{water}.build(exec::par);
+    const std::vector<point_scatterer> points{{{2_mm, 0, 18_mm}, 1e-3F}};
+    const channel_settings settings{.depth = 25_mm, .points = points};
+    const linear_array lines{.lines = 97, .width = 9.7_mm, .frequency = 7.6_MHz};
+    const element_array flat{.elements = 48};
+    const auto at = [&](const auto& array, const std::vector<transmit>& sent, const auto& probe) {
+        const channel_data data = trace_channels(exec::par_unseq, body, array, pose{}, physical{}, sent, settings);
+        return brightest(envelope(exec::par_unseq, beamform(exec::par_unseq, data, probe,
+                                                            {.depth = 25_mm, .samples = 1250}, {.fnumber = 1.5F})),
+                         probe);
+    };
+    const std::vector<vec3> foci{{0, 0, 18_mm}, {2_mm, 0, 18_mm}}, sources{{0, 0, -10_mm}, {3_mm, 0, -10_mm}};
+    std::vector<transmit> unknown = plane_waves(flat, 5, 10_deg);
+    for (transmit& one : unknown) one.front = transmit::wave::any;
+    for (const std::vector<transmit>& sent :
+         {plane_waves(flat, 5, 10_deg), diverging_waves(flat, sources), focused(flat, foci), focused(flat, foci, 2),
+          full_synthetic_aperture(flat), unknown}) {
+        const vec2 found = at(flat, sent, lines);
+        CHECK(found.x == doctest::Approx(2e-3).epsilon(0.06));
+        CHECK(found.y == doctest::Approx(18e-3).epsilon(0.003));
+    }
+    const convex_element_array bent{.elements = 48, .pitch = 0.3_mm, .radius = 40_mm, .element_width = 0.27_mm};
+    const convex_array sector{.lines = 97, .radius = 40_mm, .field_of_view = 14_deg, .frequency = bent.frequency};
+    for (const std::vector<transmit>& sent : {plane_waves(bent, 5, 10_deg), full_synthetic_aperture(bent)}) {
+        const vec2 found = at(bent, sent, sector);
+        CHECK(found.x == doctest::Approx(2e-3).epsilon(0.15));
+        CHECK(found.y == doctest::Approx(18e-3).epsilon(0.006));
+    }
+}
+
+TEST_CASE("beamform: the level and width of a point, by closed forms") {
+    element_array array{.elements = 64, .element_width = 0.05_mm, .bandwidth = 0.3F}; // elements radiate alike everywhere
+    const scene body = scene{water}.build(exec::par);
+    const std::vector<point_scatterer> points{{{0, 0, 18_mm}, 1e-3F}};
+    const channel_data data = trace_channels(exec::par_unseq, body, array, pose{}, physical{},
+                                             full_synthetic_aperture(array), {.depth = 22_mm, .points = points});
+    const linear_array lines{.lines = 151, .width = 3.02_mm, .frequency = 7.6_MHz};
+    constexpr double wavelength = 1540 / 7.6e6;
+    for (const float fnumber : {3.0F, 4.0F}) {
+        const scan_lines seen = envelope(
+            exec::par_unseq, beamform(exec::par_unseq, data, lines, {.depth = 22_mm, .samples = 2200}, {.fnumber = fnumber}));
+        float peak = 0;
+        std::vector<float> across(seen.count, 0);
+        for (std::uint32_t i = 0; i < seen.count; ++i)
+            for (std::uint32_t k = 1700; k < 1900; ++k) across[i] = std::max(across[i], seen(i, k));
+        for (const float one : across) peak = std::max(peak, one);
+        // L h D / (wavelength z^2), in the focus of the lens.
+        const double expected = 1e-3 * 5e-3 * (18e-3 / static_cast<double>(fnumber)) / (wavelength * 18e-3 * 18e-3);
+        CHECK(20 * std::log10(static_cast<double>(peak) / expected) == doctest::Approx(0).scale(1).epsilon(0.5));
+        // sinc^2: 0.886 wavelengths F at -6 dB.
+        int wide = 0;
+        for (const float one : across) wide += one > 0.5F * peak;
+        CHECK(wide * 0.02e-3 == doctest::Approx(0.886 * wavelength * static_cast<double>(fnumber)).epsilon(0.08));
+    }
+}
+
+TEST_CASE("beamform: speckle has the level of b_mode, and the statistics of a Gaussian field") {
+    const element_array array{.elements = 64};
+    scene body{medium{.density = 1000, .sound_speed = 1540, .backscatter = 1}};
+    body.build(exec::par);
+    const linear_array lines{.lines = 96, .width = 7.2_mm, .frequency = 7.6_MHz, .focus = 18_mm, .elevation_focus = 18_mm,
+                             .bandwidth = 0.77F};
+    const acquisition grid{.depth = 21_mm, .samples = 1344, .planes = 5};
+    const channel_data data = trace_channels(exec::par_unseq, body, array, pose{}, physical{},
+                                             full_synthetic_aperture(array), {.depth = 22_mm, .opening = 10_deg});
+    const speckle channels = statistics(beamform(exec::par_unseq, data, lines, grid, {.fnumber = 2}), 16.5_mm, 19.5_mm,
+                                        7.2_mm / 96);
+    const speckle picture = statistics(
+        convolve(exec::par_unseq, trace(exec::par_unseq, body, lines, pose{}, physical{}, grid), nominal_pulse(lines), lines),
+        16.5_mm, 19.5_mm, 7.2_mm / 96);
+    MESSAGE("level ", channels.level_db, " dB, b_mode ", picture.level_db, "; SNR ", channels.snr, "; widths ",
+            channels.lateral * 1e3, " and ", channels.axial * 1e3, " mm, b_mode ", picture.lateral * 1e3, " and ",
+            picture.axial * 1e3, " mm");
+    CHECK(std::fabs(channels.level_db - picture.level_db) < 1);
+    CHECK(channels.snr == doctest::Approx(1.913).epsilon(0.08)); // Rayleigh; some 200 cells
+    // The autocorrelation of a Gaussian pulse is sqrt(2) as wide as the pulse: 0.441 c / (B f0) at -6 dB.
+    CHECK(channels.axial == doctest::Approx(1.414 * 0.441 * 1540 / (0.77 * 7.6e6)).epsilon(0.1));
+    // That of sinc^2 is 1.14 wavelengths F wide at half of its height.
+    CHECK(channels.lateral == doctest::Approx(1.14 * 2 * 1540 / 7.6e6).epsilon(0.12));
+}
+
+TEST_CASE("beamform: what does not fit is named") {
+    const linear_array lines{};
+    CHECK_THROWS_AS(beamform(exec::seq, channel_data{}, lines, {}), usage_error);
+    const element_array array{.elements = 4};
+    const scene body = scene{water}.build(exec::seq);
+    channel_data data =
+        trace_channels(exec::seq, body, array, pose{}, physical{}, plane_waves(array, 1, 0), {.depth = 5_mm});
+    CHECK_THROWS_AS(beamform(exec::seq, data, lines, {}, {.fnumber = 0}), usage_error);
+    CHECK_THROWS_AS(beamform(exec::seq, data, lines, {}, {.sound_speed = 1.54F}), usage_error);
+    CHECK_THROWS_AS(beamform(exec::seq, data, lines, {.depth = 40}), usage_error);
+    data.values.pop_back();
+    CHECK_THROWS_AS(beamform(exec::seq, data, lines, {}), usage_error);
+    CHECK_THROWS_AS(demodulate(exec::seq, data), usage_error);
+}

@@ -1,0 +1,320 @@
+#include <insonify/acoustics/tissue.hpp>
+#include <insonify/channels.hpp>
+#include <insonify/core/units.hpp>
+#include <insonify/geometry/shapes.hpp>
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <doctest/doctest.h>
+#include <vector>
+
+using namespace insonify;
+
+namespace trace_channels_test {
+namespace {
+
+using complex = std::complex<double>;
+constexpr double turn = 6.283185307179586;
+const complex j{0, 1};
+
+const element_array array{.elements = 24, .pitch = 0.3_mm, .element_width = 0.27_mm};
+const medium water{.density = 1000, .sound_speed = 1540};
+
+// Spectrum of an RF record at a frequency over that of the pulse: what lies between the two.
+complex transfer(const channel_data& data, std::uint32_t transmit, std::uint32_t element, double frequency) {
+    complex sum = 0;
+    for (std::uint32_t k = 0; k < data.samples; ++k)
+        sum += static_cast<double>(data(transmit, element, k)) *
+               std::exp(-j * turn * frequency * (k / static_cast<double>(data.sampling_frequency)));
+    const double sigma = static_cast<double>(data.bandwidth * data.frequency) / 2.3548,
+                 offset = (frequency - static_cast<double>(data.frequency)) / sigma;
+    const double pulse = std::sqrt(turn) / (turn * sigma) * std::exp(-0.5 * offset * offset) / 2; // of the real pulse
+    return sum / static_cast<double>(data.sampling_frequency) / pulse;
+}
+
+// Rayleigh's integral over the face of an element with its lens, soft baffle.
+complex field(const element_array& of, std::uint32_t element, double x, double y, double z, double frequency) {
+    const double k = turn * frequency / static_cast<double>(of.sound_speed), w = static_cast<double>(of.element_width),
+                 h = static_cast<double>(of.height), focus = static_cast<double>(of.elevation_focus);
+    const double centre = static_cast<double>(of.element(element).origin.x);
+    constexpr int across = 8, along = 160;
+    complex sum = 0;
+    for (int a = 0; a < across; ++a)
+        for (int b = 0; b < along; ++b) {
+            const double from_x = centre + w * ((a + 0.5) / across - 0.5), from_y = h * ((b + 0.5) / along - 0.5);
+            const double r = std::sqrt((x - from_x) * (x - from_x) + (y - from_y) * (y - from_y) + z * z);
+            const double lens = std::sqrt(focus * focus + from_y * from_y) - focus;
+            sum += std::exp(j * k * (lens - r)) * z / (r * r);
+        }
+    return j * k / turn * sum * (w / across) * (h / along);
+}
+
+double decibels(complex ratio) { return 20 * std::log10(std::abs(ratio)); }
+double nanoseconds(complex ratio, double frequency) { return 1e9 * std::arg(ratio) / (turn * frequency); }
+
+channel_data echoes(const scene& body, const element_array& of, const channel_settings& settings) {
+    return trace_channels(exec::par_unseq, body, of, pose{}, physical{}, full_synthetic_aperture(of), settings);
+}
+
+} // namespace
+} // namespace trace_channels_test
+
+using namespace trace_channels_test;
+
+TEST_CASE("channels: a point returns what Rayleigh's integral over the elements says") {
+    const scene body = scene{water}.build(exec::par);
+    const double f0 = static_cast<double>(array.frequency);
+    for (const vec3 place : {vec3{0, 0, 20_mm}, vec3{2_mm, 0, 12_mm}, vec3{1_mm, 1.5_mm, 25_mm}}) {
+        const std::vector<point_scatterer> points{{place, 1e-3F}};
+        const channel_data data =
+            echoes(body, array, {.depth = 30_mm, .sampling_frequency = 60.8_MHz, .points = points});
+        const double k = turn * f0 / 1540;
+        double worst_db = 0, worst_ns = 0, worst_band = 0;
+        for (const std::uint32_t n : {0U, 7U, 12U, 23U})
+            for (const std::uint32_t m : {3U, 12U, 23U}) {
+                const auto expected = [&](double frequency) {
+                    const auto p = [&](std::uint32_t element) {
+                        return field(array, element, static_cast<double>(place.x), static_cast<double>(place.y),
+                                     static_cast<double>(place.z), frequency);
+                    };
+                    return 1e-3 * p(n) * p(m) * turn /
+                           (j * k * frequency / f0 * static_cast<double>(array.element_width * array.height));
+                };
+                const complex at_carrier = transfer(data, n, m, f0) / expected(f0);
+                worst_db = std::max(worst_db, std::fabs(decibels(at_carrier)));
+                worst_ns = std::max(worst_ns, std::fabs(nanoseconds(at_carrier, f0)));
+                for (const double frequency : {0.75 * f0, 1.25 * f0})
+                    worst_band =
+                        std::max(worst_band, std::fabs(decibels(transfer(data, n, m, frequency) / expected(frequency))));
+            }
+        MESSAGE("at x ", place.x * 1e3F, " y ", place.y * 1e3F, " z ", place.z * 1e3F, " mm: within ", worst_db, " dB and ",
+                worst_ns, " ns at the carrier, ", worst_band, " dB at 0.75 and 1.25 of it");
+        CHECK(worst_db < 0.1);
+        CHECK(worst_ns < 0.3);
+        CHECK(worst_band < 0.3);
+    }
+}
+
+TEST_CASE("channels: a plate returns Kirchhoff's integral over its surface") {
+    const double f0 = static_cast<double>(array.frequency), k = turn * f0 / 1540;
+    for (const float degrees : {0.0F, 10.0F}) {
+        const float tilt = degrees * pi / 180;
+        const vec3 down{std::sin(tilt), 0, std::cos(tilt)}, along{std::cos(tilt), 0, -std::sin(tilt)};
+        scene body{water};
+        body.add(make_box({-100_mm, -100_mm, 0}, {100_mm, 100_mm, 30_mm}),
+                 medium{.density = 1e12F, .sound_speed = 1540},
+                 {.at = look_at({0, 0, 15_mm}, vec3{0, 0, 15_mm} + down, along)});
+        body.build(exec::par);
+        const channel_data data = echoes(body, array, {.depth = 25_mm, .opening = 50_deg});
+        const double step = 1540 / f0 / 3, step_y = 1540 / f0 / 2;
+        double worst_db = 0, worst_ns = 0;
+        for (const auto& [n, m] : {std::pair{12U, 12U}, std::pair{4U, 15U}, std::pair{20U, 9U}}) {
+            complex sum = 0;
+            const auto outwards = [&](std::uint32_t element, double x, double z) { // cosine to the normal of the plate
+                const double to_x = static_cast<double>(array.element(element).origin.x) - x;
+                return -(to_x * static_cast<double>(down.x) - z * static_cast<double>(down.z)) / std::hypot(to_x, z);
+            };
+            for (double s = -14e-3; s < 14e-3; s += step) {
+                const double x = s * static_cast<double>(along.x), z = 15e-3 + s * static_cast<double>(along.z);
+                const double end = std::max(0.0, std::fabs(s) - 8e-3) / 6e-3; // the ends fade: they must not reflect
+                const double weight = 0.5 + 0.5 * std::cos(turn / 2 * std::min(1.0, end));
+                for (double y = -3.5e-3; y < 3.5e-3; y += step_y)
+                    sum += weight * (outwards(n, x, z) + outwards(m, x, z)) * field(array, n, x, y, z, f0) *
+                           field(array, m, x, y, z, f0);
+            }
+            const complex expected = sum * step * step_y * j * k / (2 * turn) * turn /
+                                     (j * k * static_cast<double>(array.element_width * array.height));
+            const complex ratio = transfer(data, n, m, f0) / expected;
+            worst_db = std::max(worst_db, std::fabs(decibels(ratio)));
+            worst_ns = std::max(worst_ns, std::fabs(nanoseconds(ratio, f0)));
+        }
+        MESSAGE("tilted by ", degrees, " degrees: within ", worst_db, " dB, ", worst_ns, " ns");
+        CHECK(worst_db < (degrees == 0 ? 0.25 : 0.4));
+        CHECK(worst_ns < 0.6);
+    }
+}
+
+TEST_CASE("channels: reciprocal and independent of the threads, to the bit") {
+    scene body{tissue::muscle};
+    body.add(make_sphere({1_mm, 0, 12_mm}, 3_mm, 3), tissue::blood);
+    body.add(make_sphere({-3_mm, 0, 16_mm}, 2_mm, 3), tissue::bone);
+    body.build(exec::par);
+    const channel_settings settings{.depth = 20_mm};
+    const channel_data data = echoes(body, array, settings);
+    bool reciprocal = true;
+    double power = 0;
+    for (std::uint32_t n = 0; n < data.elements; ++n)
+        for (std::uint32_t m = 0; m < n; ++m)
+            for (std::uint32_t k = 0; k < data.samples; ++k) {
+                reciprocal = reciprocal && data(n, m, k) == data(m, n, k);
+                power += static_cast<double>(data(n, m, k) * data(n, m, k));
+            }
+    CHECK(reciprocal);
+    CHECK(power > 0);
+    const auto sent = full_synthetic_aperture(array);
+    CHECK(data == trace_channels(exec::seq, body, array, pose{}, physical{}, sent, settings));
+    CHECK(data == trace_channels(exec::par.threads(3), body, array, pose{}, physical{}, sent, settings));
+}
+
+TEST_CASE("channels: a transmit is the sum of its elements, each delayed") {
+    scene body{tissue::liver};
+    body.add(make_sphere({0, 0, 12_mm}, 3_mm, 3), tissue::bone);
+    body.build(exec::par);
+    const channel_data each = echoes(body, array, {.depth = 18_mm});
+    const channel_data plane =
+        trace_channels(exec::par_unseq, body, array, pose{}, physical{}, plane_waves(array, 1, 0), {.depth = 18_mm});
+    double difference = 0, power = 0;
+    for (std::uint32_t m = 0; m < each.elements; ++m)
+        for (std::uint32_t k = 0; k < each.samples; ++k) {
+            double sum = 0;
+            for (std::uint32_t n = 0; n < each.elements; ++n) sum += static_cast<double>(each(n, m, k));
+            difference += std::pow(sum - static_cast<double>(plane(0, m, k)), 2);
+            power += sum * sum;
+        }
+    CHECK(difference < 1e-10 * power);
+
+    // Delays: of one element alone, the record is the same, later.
+    transmit late{.delays = std::vector<float>(array.elements, 0), .weights = std::vector<float>(array.elements, 0)};
+    late.weights[5] = -0.5F;
+    const float samples = 16;
+    late.delays[5] = samples / each.sampling_frequency;
+    const channel_data delayed =
+        trace_channels(exec::par_unseq, body, array, pose{}, physical{}, std::vector{late}, {.depth = 18_mm});
+    difference = power = 0;
+    for (std::uint32_t k = 16; k < each.samples; ++k) {
+        difference += std::pow(static_cast<double>(delayed(0, 9, k)) + 0.5 * static_cast<double>(each(5, 9, k - 16)), 2);
+        power += std::pow(static_cast<double>(each(5, 9, k)), 2);
+    }
+    CHECK(difference < 1e-6 * power);
+}
+
+TEST_CASE("channels: sound takes the fastest way through layers") {
+    scene body{medium{.density = 1000, .sound_speed = 1450}};
+    body.add(make_box({-60_mm, -60_mm, 10_mm}, {60_mm, 60_mm, 100_mm}), water);
+    body.build(exec::par);
+    std::vector<ray> places;
+    for (std::uint32_t i = 0; i < 128; ++i) places.push_back(presets::l11_5v_elements.element(i));
+    detail::element_fans fans;
+    fans.assign(
+        exec::par, body, places, pose{}, 7.6e6F, 60e-3F, [](const medium&, float) { return 0.0F; },
+        [](const medium&, const medium&, float, float) { return 1.0F; });
+    double worst = 0, straight = 0;
+    for (std::uint32_t i = 0; i < 128; ++i)
+        for (const vec2 p : {vec2{0, 20e-3F}, vec2{5e-3F, 30e-3F}}) {
+            const double apart = std::fabs(static_cast<double>(places[i].origin.x - p.x)), deep = static_cast<double>(p.y);
+            if (apart > deep / 2) continue; // within F/1
+            const auto time = [&](double crossing) {
+                return std::hypot(crossing, 0.01) / 1450 + std::hypot(apart - crossing, deep - 0.01) / 1540;
+            };
+            double low = 0, high = apart; // of the crossing; the time has one minimum
+            for (int step = 0; step < 100; ++step) {
+                const double a = low + (high - low) / 3, b = high - (high - low) / 3;
+                (time(a) < time(b) ? high : low) = time(a) < time(b) ? b : a;
+            }
+            const auto at = fans.find(i, p);
+            REQUIRE(at.seen);
+            worst = std::max(worst, std::fabs(static_cast<double>(fans.at_point(i, at).time) - time(low)));
+            straight = std::max(straight, std::fabs(time(apart * 0.01 / deep) - time(low)));
+        }
+    MESSAGE("within ", worst * 1e9, " ns of Fermat's principle within F/1; straight lines: ", straight * 1e9);
+    CHECK(worst < 0.1e-9);
+    CHECK(straight > 1e-9);
+}
+
+TEST_CASE("channels: attenuation follows frequency") {
+    element_array one = array;
+    one.elements = 1;
+    const std::vector<point_scatterer> points{{{0, 0, 30_mm}, 1e-3F}};
+    const auto through = [&](float attenuation) {
+        const scene body =
+            scene{medium{.density = 1000, .sound_speed = 1540, .attenuation = attenuation}}.build(exec::par);
+        return echoes(body, one, {.depth = 40_mm, .sampling_frequency = 60.8_MHz, .points = points});
+    };
+    const channel_data without = through(0), with = through(50); // 0.5 dB/(cm MHz)
+    for (const double megahertz : {4.6, 6.0, 7.6, 9.0, 10.6}) {
+        const double lost = decibels(transfer(with, 0, 0, megahertz * 1e6) / transfer(without, 0, 0, megahertz * 1e6));
+        CHECK(lost == doctest::Approx(-2 * 0.5 * 3 * megahertz).epsilon(0.01));
+    }
+}
+
+TEST_CASE("channels: wave fronts are faster sums without the waves from the ends of the aperture") {
+    const element_array wide{.elements = 64};
+    scene body{water};
+    body.build(exec::par);
+    const std::vector<point_scatterer> points{{{1_mm, 0, 15_mm}, 1e-3F}};
+    const auto sent = plane_waves(wide, 3, 10_deg);
+    const auto trace = [&](bool fronts) {
+        return trace_channels(exec::par_unseq, body, wide, pose{}, physical{}, sent,
+                              {.depth = 20_mm, .wave_fronts = fronts, .points = points});
+    };
+    const channel_data sums = trace(false), fronts = trace(true);
+    for (std::uint32_t t = 0; t < 3; ++t) {
+        // The first echo, at the time of the plane wave: its size and place.
+        const auto peak = [&](const channel_data& of) {
+            const iq_channel_data iq = demodulate(exec::seq, of);
+            std::uint32_t highest = 0;
+            for (std::uint32_t k = 0; k < iq.samples; ++k)
+                if (length(iq(t, 32, k)) > length(iq(t, 32, highest))) highest = k;
+            return std::pair{highest, length(iq(t, 32, highest))};
+        };
+        const auto [at, size] = peak(sums);
+        const auto [front_at, front_size] = peak(fronts);
+        CHECK(std::abs(static_cast<int>(at) - static_cast<int>(front_at)) <= 1);
+        CHECK(front_size == doctest::Approx(static_cast<double>(size)).epsilon(0.1));
+    }
+}
+
+TEST_CASE("channels: noise is independent from element to element, and absent unless asked for") {
+    scene body{water};
+    body.build(exec::par);
+    CHECK_FALSE(std::any_of(echoes(body, array, {.depth = 10_mm}).values.begin(),
+                            echoes(body, array, {.depth = 10_mm}).values.end(), [](float v) { return v != 0; }));
+    const channel_data noisy = echoes(body, array, {.depth = 10_mm, .noise_level_db = -40});
+    double power = 0, together = 0;
+    for (std::uint32_t k = 0; k < noisy.samples; ++k)
+        for (std::uint32_t m = 0; m + 1 < noisy.elements; ++m) {
+            power += static_cast<double>(noisy(0, m, k) * noisy(0, m, k));
+            together += static_cast<double>(noisy(0, m, k) * noisy(0, m + 1, k));
+        }
+    const double count = noisy.samples * (noisy.elements - 1.0);
+    CHECK(std::sqrt(power / count) == doctest::Approx(0.01).epsilon(0.05));
+    CHECK(std::fabs(together) < 4 * power / std::sqrt(count));
+}
+
+TEST_CASE("channels: what cannot be traced is named") {
+    scene body{tissue::muscle};
+    body.build(exec::par);
+    const auto sent = plane_waves(array, 1, 0);
+    const auto trace = [&](const scene& what, const element_array& with, const std::vector<transmit>& waves,
+                           const channel_settings& settings) {
+        return trace_channels(exec::seq, what, with, pose{}, physical{}, waves, settings);
+    };
+    CHECK_THROWS_AS(trace(scene{}.build(exec::seq), array, {}, {}), usage_error);
+    CHECK_THROWS_AS(trace(body, array, sent, {.depth = 40}), usage_error);
+    CHECK_THROWS_AS(trace(body, array, sent, {.sampling_frequency = 10_MHz}), usage_error);
+    CHECK_THROWS_AS(trace(body, array, sent, {.max_memory = 1000}), usage_error);
+    CHECK_THROWS_AS(trace(body, {.elements = 0}, sent, {}), usage_error);
+    CHECK_THROWS_AS(trace(body, {.pitch = 0.2_mm}, sent, {}), usage_error);
+    std::vector<transmit> wrong = sent;
+    wrong[0].delays.pop_back();
+    CHECK_THROWS_AS(trace(body, array, wrong, {}), usage_error);
+    wrong = sent;
+    wrong[0].delays[3] = -1e-6F;
+    CHECK_THROWS_AS(trace(body, array, wrong, {}), usage_error);
+    wrong = sent;
+    wrong[0].weights.assign(array.elements, 2.0F);
+    CHECK_THROWS_AS(trace(body, array, wrong, {}), usage_error);
+    wrong[0].weights.assign(array.elements, 0.0F);
+    CHECK_THROWS_AS(trace(body, array, wrong, {}), usage_error);
+    scene solid{tissue::muscle};
+    solid.add(make_sphere({0, 0, 0}, 20_mm, 2), tissue::bone);
+    solid.build(exec::seq);
+    CHECK_THROWS_WITH_AS(trace(solid, array, sent, {}),
+                         "trace_channels: element 0 lies inside of an object that blocks sound, such as bone, metal or "
+                         "gas; move the array, or the object",
+                         usage_error);
+    CHECK_THROWS_AS(trace(scene{}, array, sent, {}), usage_error);
+    pose scaled;
+    scaled.rotation[0] *= 2.0F;
+    CHECK_THROWS_AS(trace_channels(exec::seq, body, array, scaled, physical{}, sent), geometry_error);
+}
