@@ -4,6 +4,7 @@
 #include <insonify/signal/envelope.hpp>
 #include <insonify/signal/kernel/convolve.hpp>
 #include <insonify/tracing/trace.hpp>
+#include "../thread_sanitizer.hpp"
 #include <doctest/doctest.h>
 #include <vector>
 
@@ -99,10 +100,11 @@ TEST_CASE("compounding raises the SNR of speckle as the correlation of the looks
             CHECK(std::fabs(found.level - one.level) < 0.25);
         }
     };
+    check("5 MHz, F/3", {.lines = 256, .width = 38_mm, .frequency = 5_MHz, .fnumber = 3}, 20_deg, 1);
+    if (thread_sanitizer) return;
     check("9 MHz, F/2", {.lines = 512, .width = 38_mm, .frequency = 9_MHz}, 20_deg, 1);
     check("9 MHz, F/2", {.lines = 512, .width = 38_mm, .frequency = 9_MHz}, 20_deg, 5);
     check("9 MHz, F/2", {.lines = 512, .width = 38_mm, .frequency = 9_MHz}, 10_deg, 1);
-    check("5 MHz, F/3", {.lines = 256, .width = 38_mm, .frequency = 5_MHz, .fnumber = 3}, 20_deg, 1);
 }
 
 } // namespace compound_speckle_test

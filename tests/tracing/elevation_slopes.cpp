@@ -4,6 +4,7 @@
 #include <insonify/signal/kernel/convolve.hpp>
 #include <insonify/signal/kernel/elevation.hpp>
 #include <insonify/tracing/trace.hpp>
+#include "../thread_sanitizer.hpp"
 #include <doctest/doctest.h>
 #include <vector>
 
@@ -46,6 +47,7 @@ TEST_CASE("a rough surface that is steep out of the slice is as thick as the bea
     for (const float turned : {-steep, steep})
         for (const float depth : {10_mm, 20_mm, 35_mm})
             for (const std::uint32_t planes : {5U, 7U}) {
+                if (thread_sanitizer && (depth != 20_mm || planes != 5)) continue;
                 const std::vector<double> found = power_by_depth(depth, turned, planes);
                 // Of the power exp(-y^2 / sigma^2) of the beam, y tan(turned) deeper, and of the pulse.
                 const auto wide = static_cast<double>(beam.elevation_sigma(depth) * std::tan(steep)),

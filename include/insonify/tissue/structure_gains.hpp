@@ -90,12 +90,14 @@ class line_nodes {
                            step / step_);
     }
 
-    /// Calls visit(begin, end, values) for every piece of a part of the line on which the quantity is linear.
+    /// Calls visit(begin, end, values) for every piece of a part of the line on which the quantity is linear. Each begins
+    /// exactly where the one before ends.
     template <class Visit>
     INSONIFY_FN void for_each_piece(float from, float to, const Visit& visit) const {
-        for (std::uint32_t i = 0; i + 1 < count_; ++i) {
-            const float node = first_ + static_cast<float>(i) * step_;
-            const float begin = i == 0 ? from : max(node, from), end = i + 2 == count_ ? to : min(node + step_, to);
+        float node = first_, next = first_;
+        for (std::uint32_t i = 0; i + 1 < count_; ++i, node = next) {
+            next = first_ + static_cast<float>(i + 1) * step_;
+            const float begin = i == 0 ? from : max(node, from), end = i + 2 == count_ ? to : min(next, to);
             if (!(begin < end)) continue;
             const float slope = (value_[i + 1] - value_[i]) / step_;
             visit(begin, end, linear_along{value_[i] - slope * node, slope});
@@ -358,10 +360,14 @@ class sheet_crossings {
         within.clip(-one, one, begin, end);
         x.clip(-one, one, begin, end);
         const floats per_point(1 / points.spacing);
-        const bits first = floor_bits<wide_lanes>((floats(points.first) - begin) * per_point), // less than 0
-            last = floor_bits<wide_lanes>((end - floats(points.first)) * per_point);
+        // The points of [begin, end): one where two pieces of the line meet, as at a node of the wave, belongs to the
+        // second alone.
+        const auto first_from = [&](const floats& distance) { // on which points lie, rounded up
+            return -floor_bits<wide_lanes>((floats(points.first) - distance) * per_point);
+        };
+        const bits first = first_from(begin), behind = first_from(end);
         std::uint32_t met =
-            bits_of(holds_sheet && begin < end && -floats_of<wide_lanes>(first) <= floats_of<wide_lanes>(last));
+            bits_of(holds_sheet && begin < end && floats_of<wide_lanes>(first) < floats_of<wide_lanes>(behind));
         if (met == 0) return;
 
         const floats steps = floats_of<wide_lanes>(((b >> 22) & 31U) + (b >> 27)); // a sum of two, each 0 to 31
@@ -373,8 +379,8 @@ class sheet_crossings {
         const floats echo = multiply_add(power_of_two<wide_lanes>(turned), floats(1 - diffuse_), floats(diffuse_));
 
         std::uint32_t from[wide_lanes], to[wide_lanes];
-        store_bits<wide_lanes>(-first, from);
-        store_bits<wide_lanes>(last, to);
+        store_bits<wide_lanes>(first, from);
+        store_bits<wide_lanes>(behind, to);
         float sheet[7][wide_lanes];
         const linear_lanes* const coordinates[] = {&across, &within, &x};
         for (std::size_t k = 0; k < 3; ++k) {
@@ -387,8 +393,8 @@ class sheet_crossings {
             const auto at = [&](int which, const floats& distance) {
                 return multiply_add(distance, floats(sheet[which + 1][k]), floats(sheet[which][k]));
             };
-            const floats amplitude(sheet[6][k]), zero(0.0F), end_point(static_cast<float>(to[k]) + 0.5F);
-            for (std::uint32_t i = from[k]; i <= to[k] && i < points.count; i += wide_lanes) {
+            const floats amplitude(sheet[6][k]), zero(0.0F), end_point(static_cast<float>(to[k]));
+            for (std::uint32_t i = from[k]; i < to[k] && i < points.count; i += wide_lanes) {
                 const floats distance = points.distances(i), offset = at(0, distance), w = at(2, distance),
                              l = at(4, distance);
                 const floats outline = max(one - l * l, zero) * max(one - w * w, zero);
