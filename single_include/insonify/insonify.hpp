@@ -325,12 +325,17 @@ INSONIFY_FN constexpr float min(float a, float b) { return b < a ? b : a; }
 INSONIFY_FN constexpr float max(float a, float b) { return a < b ? b : a; }
 INSONIFY_FN constexpr float clamp(float value, float low, float high) { return min(max(value, low), high); }
 
+INSONIFY_FN constexpr vec2 min(vec2 a, vec2 b) { return {min(a.x, b.x), min(a.y, b.y)}; }
+INSONIFY_FN constexpr vec2 max(vec2 a, vec2 b) { return {max(a.x, b.x), max(a.y, b.y)}; }
 INSONIFY_FN constexpr vec3 min(vec3 a, vec3 b) { return {min(a.x, b.x), min(a.y, b.y), min(a.z, b.z)}; }
 INSONIFY_FN constexpr vec3 max(vec3 a, vec3 b) { return {max(a.x, b.x), max(a.y, b.y), max(a.z, b.z)}; }
 /// @}
 
 /// Componentwise absolute value.
+/// @{
+INSONIFY_FN inline vec2 abs(vec2 v) { return {std::fabs(v.x), std::fabs(v.y)}; }
 INSONIFY_FN inline vec3 abs(vec3 v) { return {std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)}; }
+/// @}
 
 namespace detail {
 
@@ -20522,6 +20527,2897 @@ image b_mode(const Policy& policy, const scene& body, const Probe& probe, const 
 
 
 #endif
+#ifndef INSONIFY_CHANNELS_HPP
+#define INSONIFY_CHANNELS_HPP
+
+/// Channel data: what each element of an array receives, and pictures made from that.
+#ifndef INSONIFY_CHANNELS_BEAMFORM_HPP
+#define INSONIFY_CHANNELS_BEAMFORM_HPP
+
+
+#ifndef INSONIFY_CHANNELS_CHANNEL_DATA_HPP
+#define INSONIFY_CHANNELS_CHANNEL_DATA_HPP
+
+
+#ifndef INSONIFY_CHANNELS_ELEMENT_ARRAY_HPP
+#define INSONIFY_CHANNELS_ELEMENT_ARRAY_HPP
+
+
+#include <cmath>
+#include <concepts>
+#include <cstdint>
+#include <string>
+
+/// Arrays, element by element.
+namespace insonify::inline INSONIFY_ABI {
+
+/// What a transducer array must state for channel data. `element(i)` is the centre of an element and the normal of its
+/// face, in the frame of the probe (x lateral, y elevation, z depth), from left to right; normals lie in the plane
+/// y = 0. All elements are rectangles of one size, `element_width` across, `height` out of the slice plane, with a lens
+/// that focuses at `elevation_focus`.
+///
+///     struct ring {  // an array of one's own
+///         std::uint32_t elements = 64;
+///         float element_width = 0.2_mm, height = 5_mm, elevation_focus = 30_mm;
+///         float frequency = 5_MHz, bandwidth = 0.7F, sound_speed = 1540, fnumber = 2;
+///         ray element(std::uint32_t i) const;
+///         void check() const;  // throws `usage_error` for settings out of range
+///     };
+template <class Array>
+concept element_transducer = requires(const Array& array, std::uint32_t i) {
+    { array.elements } -> std::convertible_to<std::uint32_t>;
+    { array.element(i) } -> std::same_as<ray>;
+    { array.element_width } -> std::convertible_to<float>;
+    { array.height } -> std::convertible_to<float>;
+    { array.elevation_focus } -> std::convertible_to<float>;
+    { array.frequency } -> std::convertible_to<float>;
+    { array.bandwidth } -> std::convertible_to<float>;
+    { array.sound_speed } -> std::convertible_to<float>;
+    { array.fnumber } -> std::convertible_to<float>;
+    array.check();
+};
+
+namespace detail {
+
+inline constexpr std::uint32_t max_elements = 4096; // of an array: 8 million pairs
+
+/// Checks what all arrays state. @throws usage_error
+template <class Array>
+void check_elements(const Array& array, float pitch, const char* owner) {
+    if (array.elements == 0 || array.elements > max_elements)
+        throw usage_error{joined({owner, ": elements is ", std::to_string(array.elements), "; it must be 1 to 4096"})};
+    check_length(pitch, "pitch", max_aperture, owner);
+    check_length(array.element_width, "element_width", max_aperture, owner);
+    if (array.element_width > pitch * 1.0001F)
+        throw usage_error{
+            joined({owner, ": element_width is ", number_text(1e3F * array.element_width),
+                    " mm, more than the pitch of ", number_text(1e3F * pitch), " mm; elements must not overlap"})};
+    check_frequency(array.frequency, owner);
+    check_length(array.height, "height", max_aperture, owner);
+    check_length(array.elevation_focus, "elevation_focus", max_scan_depth, owner);
+    if (!is_finite(array.bandwidth) || !(array.bandwidth > 0.01F && array.bandwidth <= 1.5F))
+        throw usage_error{joined({owner, ": bandwidth is ", number_text(array.bandwidth),
+                                  "; it must be a fraction of the frequency from 0.01 to 1.5, such as 0.7"})};
+    if (!is_finite(array.sound_speed) || !(array.sound_speed >= 100 && array.sound_speed <= 10000))
+        throw usage_error{joined({owner, ": sound_speed is ", number_text(array.sound_speed),
+                                  " m/s; it must be 100 to 10000 m/s, and 1540 is usual"})};
+    if (!is_finite(array.fnumber) || !(array.fnumber >= 0.1F && array.fnumber <= 100))
+        throw usage_error{
+            joined({owner, ": fnumber is ", number_text(array.fnumber), "; it must be 0.1 to 100, such as 2"})};
+}
+
+} // namespace detail
+
+/// Flat array: linear and phased arrays. Element e lies at x = (e - (elements - 1) / 2) pitch.
+struct element_array {
+    std::uint32_t elements = 128;  ///< from left to right
+    float pitch = 0.30_mm;         ///< from centre to centre, metres
+    float element_width = 0.27_mm; ///< metres; the rest of the pitch is silent
+    float frequency = 7.6_MHz;     ///< of the carrier, hertz
+    float height = 5_mm;           ///< of the elements, out of the slice plane, metres
+    float elevation_focus = 18_mm; ///< of the lens, metres
+    float bandwidth = 0.77F;       ///< fractional, of echoes at -6 dB
+    float sound_speed = 1540;      ///< that delays assume, m/s
+    /// Of the pictures whose levels `medium::backscatter` states: see `channels/README.md`.
+    float fnumber = 2;
+
+    /// See `element_transducer`.
+    ray element(std::uint32_t i) const {
+        return {.origin = {(static_cast<float>(i) - 0.5F * static_cast<float>(elements - 1)) * pitch, 0, 0}};
+    }
+
+    /// @throws usage_error  naming a setting that is out of range
+    void check() const { detail::check_elements(*this, pitch, "element_array"); }
+
+    friend bool operator==(const element_array&, const element_array&) = default;
+};
+
+/// Array on an arc, its elements at equal steps along it and normal to it.
+struct convex_element_array {
+    std::uint32_t elements = 128;  ///< from left to right
+    float pitch = 0.508_mm;        ///< along the arc, from centre to centre, metres
+    float radius = 49.57_mm;       ///< of the arc, metres
+    float element_width = 0.46_mm; ///< metres; the rest of the pitch is silent
+    float frequency = 3.57_MHz;    ///< of the carrier, hertz
+    float height = 13.5_mm;        ///< of the elements, out of the slice plane, metres
+    float elevation_focus = 60_mm; ///< of the lens, metres
+    float bandwidth = 0.79F;       ///< fractional, of echoes at -6 dB
+    float sound_speed = 1540;      ///< that delays assume, m/s
+    float fnumber = 2;             ///< see `element_array::fnumber`
+
+    /// See `element_transducer`.
+    ray element(std::uint32_t i) const {
+        const float angle = (static_cast<float>(i) - 0.5F * static_cast<float>(elements - 1)) * pitch / radius;
+        const vec3 direction{std::sin(angle), 0, std::cos(angle)};
+        return {.origin = radius * (direction - vec3{0, 0, 1}), .direction = direction};
+    }
+
+    /// @throws usage_error  naming a setting that is out of range
+    void check() const {
+        detail::check_elements(*this, pitch, "convex_element_array");
+        check_length(radius, "radius", max_aperture, "convex_element_array");
+        if (!(static_cast<float>(elements) * pitch < pi * radius))
+            throw usage_error{"convex_element_array: the elements span half a circle or more; round arrays have no "
+                              "channel data: lower `elements` or `pitch`, or raise `radius`"};
+    }
+
+    friend bool operator==(const convex_element_array&, const convex_element_array&) = default;
+};
+
+/// The elements of the presets' probes. Source: as those; gaps between elements of a tenth of the pitch, as of L11-5v,
+/// where PyMUST states none.
+namespace presets {
+
+// clang-format off
+
+inline constexpr element_array l11_5v_elements{};
+inline constexpr element_array l12_3v_elements{.elements = 192, .pitch = 0.20_mm, .element_width = 0.17_mm,
+                                               .frequency = 7.54_MHz, .height = 5_mm, .elevation_focus = 20_mm,
+                                               .bandwidth = 0.93F};
+inline constexpr convex_element_array c5_2v_elements{};
+inline constexpr element_array p4_2v_elements{.elements = 64, .pitch = 0.30_mm, .element_width = 0.25_mm,
+                                              .frequency = 2.72_MHz, .height = 14_mm, .elevation_focus = 60_mm,
+                                              .bandwidth = 0.74F};
+
+// clang-format on
+
+} // namespace presets
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#ifndef INSONIFY_CHANNELS_FOURIER_HPP
+#define INSONIFY_CHANNELS_FOURIER_HPP
+
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+INSONIFY_FN constexpr vec2 complex_product(vec2 a, vec2 b) { return {a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x}; }
+
+/// Complex numbers, one in each lane.
+struct complex_batch {
+    static constexpr std::size_t width = max_simd_width;
+    lanes<width> x{0.0F}, y{0.0F};
+
+    friend complex_batch operator+(const complex_batch& a, const complex_batch& b) { return {a.x + b.x, a.y + b.y}; }
+    friend complex_batch operator-(const complex_batch& a, const complex_batch& b) { return {a.x - b.x, a.y - b.y}; }
+};
+inline complex_batch batch_product(vec2 a, const complex_batch& b) {
+    const lanes<complex_batch::width> x(a.x), y(a.y);
+    return {x * b.x - y * b.y, x * b.y + y * b.x};
+}
+
+/// exp(2 pi i turns)
+INSONIFY_FN inline vec2 turned(double turns) {
+    const auto part = static_cast<float>(turns - std::floor(turns));
+    return {std::cos(2 * pi * part), std::sin(2 * pi * part)};
+}
+
+/// Discrete Fourier transforms of one length, of several sequences at once: sums over k of x[k] exp(-+ 2 pi i k m / n), not scaled.
+/// Source: Cooley & Tukey, An algorithm for the machine calculation of complex Fourier series, 1965.
+class fourier {
+  public:
+    /// @param length  2^k or 3 * 2^k
+    explicit fourier(std::size_t length) : length_{length}, factors_(length) {
+        for (std::size_t i = 0; i < length; ++i)
+            factors_[i] = turned(-static_cast<double>(i) / static_cast<double>(length));
+    }
+
+    std::size_t size() const { return length_; }
+
+    /// In place; a sequence in each lane.
+    void forward(complex_batch* values) const { transform<false>(values); }
+    void inverse(complex_batch* values) const { transform<true>(values); }
+
+  private:
+    template <bool Inverse>
+    vec2 factor(std::size_t i) const {
+        return Inverse ? vec2{factors_[i].x, -factors_[i].y} : factors_[i];
+    }
+
+    template <bool Inverse>
+    void transform(complex_batch* values) const {
+        if (length_ % 3 != 0) return transform_power<Inverse>(values, length_);
+        // Every third value, from the first three on, by itself; then together.
+        const std::size_t third = length_ / 3;
+        std::vector<complex_batch> parts(length_);
+        for (std::size_t i = 0; i < length_; ++i) parts[i % 3 * third + i / 3] = values[i];
+        for (std::size_t part = 0; part < 3; ++part) transform_power<Inverse>(parts.data() + part * third, third);
+        for (std::size_t k = 0; k < length_; ++k) {
+            const std::size_t m = k % third;
+            values[k] = parts[m] + batch_product(factor<Inverse>(k), parts[third + m]) +
+                        batch_product(factor<Inverse>(2 * k % length_), parts[2 * third + m]);
+        }
+    }
+
+    template <bool Inverse>
+    void transform_power(complex_batch* values, std::size_t length) const {
+        for (std::size_t i = 1, reversed = 0; i < length; ++i) {
+            std::size_t bit = length / 2;
+            for (; (reversed & bit) != 0; bit /= 2) reversed ^= bit;
+            reversed ^= bit;
+            if (i < reversed) std::swap(values[i], values[reversed]);
+        }
+        for (std::size_t half = 1; half < length; half *= 2) {
+            const std::size_t step = length_ / (2 * half);
+            for (std::size_t begin = 0; begin < length; begin += 2 * half)
+                for (std::size_t k = 0; k < half; ++k) {
+                    const complex_batch low = values[begin + k],
+                                        high = batch_product(factor<Inverse>(k * step), values[begin + half + k]);
+                    values[begin + k] = low + high;
+                    values[begin + half + k] = low - high;
+                }
+        }
+    }
+
+    std::size_t length_;
+    std::vector<vec2> factors_; // exp(-2 pi i k / n)
+};
+
+/// Complex numbers of all lanes in memory: real parts, then imaginary parts.
+struct complex_block {
+    float x[complex_batch::width], y[complex_batch::width];
+
+    complex_batch loaded() const { return {load<complex_batch::width>(x), load<complex_batch::width>(y)}; }
+    void store_from(const complex_batch& from) {
+        store(from.x, x);
+        store(from.y, y);
+    }
+};
+
+/// The shortest power of two that is not below a number.
+constexpr std::size_t transform_length(std::size_t values) {
+    std::size_t length = 1;
+    while (length < values) length *= 2;
+    return length;
+}
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+
+#endif
+#ifndef INSONIFY_CHANNELS_TRANSMIT_HPP
+#define INSONIFY_CHANNELS_TRANSMIT_HPP
+
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// One transmit: when each element fires, and how strongly. What follows the weights describes the wave front for
+/// `beamform` and for files; a transmit with delays of one's own may leave it out.
+struct transmit {
+    /// What a wave front looks like.
+    enum class wave {
+        any,       ///< unknown: it arrives with the first of the elements' waves
+        plane,     ///< at `angle`
+        diverging, ///< as if from `source`, behind the face
+        focused,   ///< at `source`, in front of the face
+    };
+
+    std::vector<float> delays{};  ///< of each element, seconds; the first one fires at 0
+    std::vector<float> weights{}; ///< of each element, -1 to 1; 0: silent. Empty: all 1
+    wave front = wave::any;       ///< its shape
+    float angle = 0;              ///< of the direction in which it travels, from z towards x, radians
+    vec3 source{0, 0, 0};         ///< virtual source or focus, metres
+    vec3 origin{0, 0, 0};         ///< middle of the elements that fire, metres
+
+    /// Of an element.
+    /// @{
+    float weight(std::uint32_t element) const { return weights.empty() ? 1.0F : weights[element]; }
+    /// @}
+
+    friend bool operator==(const transmit&, const transmit&) = default;
+};
+
+namespace detail {
+
+/// The largest angle of a steered wave, radians: beyond, elements hardly radiate.
+inline constexpr float max_steering = 80 * pi / 180;
+
+/// Delays from the time at which each element would fire if time could be negative, and the middle of what fires.
+template <element_transducer Array>
+transmit fired_at(const Array& array, std::vector<float> times, transmit made) {
+    float first = FLT_MAX;
+    vec3 sum{0, 0, 0};
+    float count = 0;
+    for (std::uint32_t i = 0; i < array.elements; ++i) {
+        if (made.weight(i) == 0) continue;
+        first = min(first, times[i]);
+        sum += array.element(i).origin;
+        ++count;
+    }
+    for (std::uint32_t i = 0; i < array.elements; ++i) times[i] = made.weight(i) == 0 ? 0.0F : times[i] - first;
+    made.delays = std::move(times);
+    made.origin = sum / max(count, 1);
+    return made;
+}
+
+/// @throws usage_error  for delays or weights that do not fit to an array
+inline void check_transmit(const transmit& one, std::size_t number, std::uint32_t elements) {
+    const std::string name = "transmit " + std::to_string(number) + ": ";
+    if (one.delays.size() != elements)
+        throw usage_error{joined({name, "it has ", std::to_string(one.delays.size()), " delays for ",
+                                  std::to_string(elements), " elements; state one for each"})};
+    if (!one.weights.empty() && one.weights.size() != elements)
+        throw usage_error{joined({name, "it has ", std::to_string(one.weights.size()), " weights for ",
+                                  std::to_string(elements), " elements; state one for each, or none"})};
+    constexpr float max_delay = 1e-3F; // seconds: sound travels 1.5 m
+    for (const float delay : one.delays)
+        if (!is_finite(delay) || !(delay >= 0 && delay <= max_delay))
+            throw usage_error{joined({name, "a delay is ", number_text(delay),
+                                      " s; delays must be 0 to 1e-3 s: subtract the smallest from all"})};
+    bool fires = one.weights.empty();
+    for (const float weight : one.weights) {
+        if (!is_finite(weight) || !(std::fabs(weight) <= 1))
+            throw usage_error{joined(
+                {name, "a weight is ", number_text(weight), "; weights must be -1 to 1: divide all by the largest"})};
+        fires = fires || weight != 0;
+    }
+    if (!fires) throw usage_error{joined({name, "all weights are 0; at least one element must fire"})};
+}
+
+} // namespace detail
+
+/// Plane waves at equal steps of angle.
+///
+///     plane_waves(array, 11, 20_deg)  // from -10 to 10 degrees
+///
+/// @param count   one: at 0 degrees
+/// @param spread  from the first to the last, radians
+/// @throws usage_error  for arguments out of range
+template <element_transducer Array>
+std::vector<transmit> plane_waves(const Array& array, std::uint32_t count, float spread) {
+    array.check();
+    if (count == 0) throw usage_error{"plane_waves: count is 0; it must be at least 1"};
+    if (!is_finite(spread) || !(std::fabs(spread) <= 2 * detail::max_steering))
+        throw usage_error{detail::joined({"plane_waves: spread is ", detail::number_text(spread),
+                                          " rad; it must be at most 160 degrees: write 20_deg"})};
+    std::vector<transmit> made;
+    for (std::uint32_t k = 0; k < count; ++k) {
+        const float angle = count == 1 ? 0.0F : spread * (static_cast<float>(k) / static_cast<float>(count - 1) - 0.5F);
+        const vec3 direction{std::sin(angle), 0, std::cos(angle)};
+        std::vector<float> times(array.elements);
+        for (std::uint32_t i = 0; i < array.elements; ++i)
+            times[i] = dot(array.element(i).origin, direction) / array.sound_speed;
+        made.push_back(detail::fired_at(array, std::move(times), {.front = transmit::wave::plane, .angle = angle}));
+    }
+    return made;
+}
+
+/// Waves that diverge from virtual sources behind the face, one for each.
+/// @param sources  in the frame of the probe, with y = 0, behind every element, metres
+/// @throws usage_error  for a source in front of an element
+template <element_transducer Array>
+std::vector<transmit> diverging_waves(const Array& array, std::span<const vec3> sources) {
+    array.check();
+    std::vector<transmit> made;
+    for (const vec3 source : sources) {
+        std::vector<float> times(array.elements);
+        for (std::uint32_t i = 0; i < array.elements; ++i) {
+            const ray one = array.element(i);
+            if (!is_finite(source) || !(dot(one.origin - source, one.direction) > 0))
+                throw usage_error{"diverging_waves: a source lies in front of an element, or is not finite; place it "
+                                  "behind the face, such as {0, 0, -10_mm}"};
+            times[i] = length(one.origin - source) / array.sound_speed;
+        }
+        made.push_back(
+            detail::fired_at(array, std::move(times), {.front = transmit::wave::diverging, .source = source}));
+    }
+    return made;
+}
+
+/// Focused beams, one for each focus.
+/// @param points   foci in the frame of the probe, metres, in front of the face
+/// @param fnumber  depth of the focus over the width of the elements that fire; 0: all fire
+/// @throws usage_error  for a focus behind an element that fires, or an F-number out of range
+template <element_transducer Array>
+std::vector<transmit> focused(const Array& array, std::span<const vec3> points, float fnumber = 0) {
+    array.check();
+    if (!is_finite(fnumber) || !(fnumber >= 0))
+        throw usage_error{"focused: fnumber must be above 0, or 0 for all elements"};
+    std::vector<transmit> made;
+    for (const vec3 focus : points) {
+        if (!is_finite(focus)) throw usage_error{"focused: a focus is not finite"};
+        // The element that is nearest to the focus in direction of its normal is the middle of the aperture.
+        std::uint32_t middle = 0;
+        float nearest = FLT_MAX;
+        for (std::uint32_t i = 0; i < array.elements; ++i) {
+            const ray one = array.element(i);
+            const vec3 to = focus - one.origin;
+            const float beside = length(to - dot(to, one.direction) * one.direction);
+            if (beside < nearest) nearest = beside, middle = i;
+        }
+        const float depth = dot(focus - array.element(middle).origin, array.element(middle).direction);
+        if (!(depth > 0))
+            throw usage_error{"focused: a focus lies behind the face; its depth must be above 0, such as 20_mm"};
+        const vec3 foot = focus - depth * array.element(middle).direction;
+        std::vector<float> times(array.elements);
+        transmit one{.front = transmit::wave::focused, .source = focus};
+        if (fnumber > 0) one.weights.assign(array.elements, 0.0F);
+        for (std::uint32_t i = 0; i < array.elements; ++i) {
+            const vec3 at = array.element(i).origin;
+            times[i] = -length(focus - at) / array.sound_speed;
+            if (fnumber > 0 && (i == middle || length(at - foot) <= 0.5F * depth / fnumber)) one.weights[i] = 1;
+        }
+        made.push_back(detail::fired_at(array, std::move(times), std::move(one)));
+    }
+    return made;
+}
+
+/// Every element fires once, alone: with these, any other transmit can be computed afterwards.
+/// @throws usage_error  for a setting of the array out of range
+template <element_transducer Array>
+std::vector<transmit> full_synthetic_aperture(const Array& array) {
+    array.check();
+    std::vector<transmit> made(array.elements);
+    for (std::uint32_t i = 0; i < array.elements; ++i) {
+        made[i].delays.assign(array.elements, 0.0F);
+        made[i].weights.assign(array.elements, 0.0F);
+        made[i].weights[i] = 1;
+        made[i].front = transmit::wave::diverging;
+        made[i].source = made[i].origin = array.element(i).origin;
+    }
+    return made;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// What each element receives of each transmit. Sample k is taken `start + k / sampling_frequency` seconds after the
+/// first element fires; the envelope of an echo peaks where its travel time is.
+/// @tparam Sample  float: RF; vec2: IQ
+template <class Sample>
+struct channel_grid {
+    std::uint32_t transmits = 0;  ///< number of transmits
+    std::uint32_t elements = 0;   ///< that receive
+    std::uint32_t samples = 0;    ///< of each element
+    float sampling_frequency = 0; ///< hertz
+    float start = 0;              ///< time of the first sample after the first element fires, seconds
+    float frequency = 0;          ///< of the carrier, hertz
+    float bandwidth = 0;          ///< fractional, of the pulse there and back, at -6 dB
+    float sound_speed = 1540;     ///< that delays assume, m/s
+    float pitch = 0;              ///< mean distance of neighbouring elements, metres
+    float element_width = 0;      ///< metres
+    float height = 0;             ///< of the elements, metres
+    float elevation_focus = 0;    ///< of the lens, metres
+    std::vector<ray> places{};    ///< of the elements, in the frame of the probe: centre and normal
+    std::vector<transmit> sent{}; ///< the transmits
+    std::vector<Sample> values{}; ///< transmit after transmit, element after element
+
+    /// One sample; indices are not checked.
+    /// @{
+    Sample& operator()(std::uint32_t transmit, std::uint32_t element, std::uint32_t sample) {
+        return values[(std::size_t{transmit} * elements + element) * samples + sample];
+    }
+    const Sample& operator()(std::uint32_t transmit, std::uint32_t element, std::uint32_t sample) const {
+        return values[(std::size_t{transmit} * elements + element) * samples + sample];
+    }
+    /// @}
+
+    friend bool operator==(const channel_grid& a, const channel_grid& b) {
+        return a.transmits == b.transmits && a.elements == b.elements && a.samples == b.samples &&
+               a.sampling_frequency == b.sampling_frequency && a.start == b.start && a.values == b.values;
+    }
+};
+
+using channel_data = channel_grid<float>;   ///< RF; 1 is the echo of a perfect mirror to a wave of amplitude 1
+using iq_channel_data = channel_grid<vec2>; ///< complex baseband: x in phase, y in quadrature
+
+namespace detail {
+
+/// Everything but the samples.
+template <class To, class From>
+channel_grid<To> same_acquisition(const channel_grid<From>& from) {
+    channel_grid<To> to;
+    to.transmits = from.transmits;
+    to.elements = from.elements;
+    to.samples = from.samples;
+    to.sampling_frequency = from.sampling_frequency;
+    to.start = from.start;
+    to.frequency = from.frequency;
+    to.bandwidth = from.bandwidth;
+    to.sound_speed = from.sound_speed;
+    to.pitch = from.pitch;
+    to.element_width = from.element_width;
+    to.height = from.height;
+    to.elevation_focus = from.elevation_focus;
+    to.places = from.places;
+    to.sent = from.sent;
+    return to;
+}
+
+/// @throws usage_error  for channel data whose parts do not fit
+template <class Sample>
+void check_channels(const channel_grid<Sample>& data, const char* caller) {
+    const bool whole = data.transmits > 0 && data.elements > 0 && data.samples > 0 &&
+                       data.sent.size() == data.transmits && data.places.size() == data.elements &&
+                       data.values.size() == std::size_t{data.transmits} * data.elements * data.samples;
+    if (!whole)
+        throw usage_error{joined({caller, ": the channel data are empty, or `values`, `sent` and `places` do not have "
+                                          "the sizes that `transmits`, `elements` and `samples` state"})};
+    if (!is_finite(data.sampling_frequency) || !(data.sampling_frequency > 0) || !is_finite(data.frequency) ||
+        !(data.frequency > 0) || !is_finite(data.start))
+        throw usage_error{
+            joined({caller, ": `sampling_frequency`, `frequency` and `start` of the channel data must be finite, the "
+                            "first two above 0"})};
+    for (std::size_t i = 0; i < data.sent.size(); ++i) check_transmit(data.sent[i], i, data.elements);
+}
+
+} // namespace detail
+
+/// Complex baseband of RF: the analytic signal, turned back by the carrier, so that its magnitude is the envelope.
+///
+///     iq(t) = (rf(t) + i H rf(t)) exp(-i 2 pi f0 t)        H: Hilbert transform, t since the first element fires
+///
+/// The samples stay as many as they are; thin them out as the bandwidth permits.
+/// @throws usage_error  for channel data whose parts do not fit
+template <exec::policy Policy>
+iq_channel_data demodulate(const Policy& policy, const channel_data& received) {
+    detail::check_channels(received, "demodulate");
+    iq_channel_data out = detail::same_acquisition<vec2>(received);
+    out.values.resize(received.values.size());
+    const std::size_t samples = received.samples;
+    const detail::fourier transform{detail::transform_length(samples + samples / 4)};
+    const std::size_t length = transform.size();
+    std::vector<vec2> carrier(samples);
+    for (std::size_t k = 0; k < samples; ++k)
+        carrier[k] =
+            1 / static_cast<float>(length) *
+            detail::turned(-double{received.frequency} *
+                           (double{received.start} + static_cast<double>(k) / double{received.sampling_frequency}));
+    const std::size_t channels = std::size_t{received.transmits} * received.elements;
+    constexpr std::size_t together = detail::complex_batch::width;
+    exec::for_each_block(detail::any_policy<false>{policy}, channels, together, 10 * static_cast<float>(length),
+                         [&](std::size_t begin, std::size_t end) {
+                             std::vector<detail::complex_batch> room(length);
+                             detail::complex_block block{};
+                             for (std::size_t k = 0; k < samples; ++k) {
+                                 for (std::size_t i = begin; i < end; ++i)
+                                     block.x[i - begin] = received.values[i * samples + k];
+                                 room[k] = block.loaded();
+                             }
+                             transform.forward(room.data());
+                             // Twice the positive frequencies, none of the negative ones.
+                             for (std::size_t m = 1; m < length / 2; ++m) room[m] = room[m] + room[m];
+                             for (std::size_t m = length / 2 + 1; m < length; ++m) room[m] = {};
+                             transform.inverse(room.data());
+                             for (std::size_t k = 0; k < samples; ++k) {
+                                 block.store_from(detail::batch_product(carrier[k], room[k]));
+                                 for (std::size_t i = begin; i < end; ++i)
+                                     out.values[i * samples + k] = {block.x[i - begin], block.y[i - begin]};
+                             }
+                         });
+    return out;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Weights of elements across an aperture.
+enum class aperture_window {
+    rectangular, ///< all alike
+    hann,        ///< raised cosine, 0 at the ends
+    hamming,     ///< raised cosine, 0.08 at the ends
+    tukey,       ///< rectangular, its outer quarters a raised cosine
+};
+
+/// How channel data become lines.
+struct beamform_settings {
+    float fnumber = 2; ///< depth over the width of the aperture that receives, and that fires element by element
+    aperture_window window = aperture_window::rectangular; ///< of that aperture
+    float sound_speed = 0;                                 ///< m/s; 0: that of the channel data
+};
+
+namespace detail {
+
+/// @param place  -1 to 1 across the aperture
+inline float window_weight(aperture_window window, float place) {
+    const float size = std::fabs(place);
+    if (size > 1) return 0;
+    switch (window) {
+    case aperture_window::rectangular:
+        return 1;
+    case aperture_window::hann:
+        return 0.5F + 0.5F * std::cos(pi * size);
+    case aperture_window::hamming:
+        return 0.54F + 0.46F * std::cos(pi * size);
+    case aperture_window::tukey:
+        return size < 0.5F ? 1.0F : 0.5F + 0.5F * std::cos(2 * pi * (size - 0.5F));
+    }
+    return 1;
+}
+
+/// When the wave front of a transmit arrives at a point, and whether it lights it.
+class wave_front {
+  public:
+    /// @param speed  of sound, m/s
+    wave_front(const transmit& sent, view<const ray> places, float speed)
+        : sent_{sent}, places_{places}, speed_{speed} {
+        float width = 0;
+        for (std::uint32_t i = 0; i < places.size(); ++i) {
+            if (sent.weight(i) == 0) continue;
+            if (firing_ == 0) first_ = i;
+            ++firing_;
+            width = max(width, 2 * length(places[i].origin - sent.origin));
+        }
+        half_width_ = 0.5F * width;
+        const ray& one = places[first_];
+        direction_ = {std::sin(sent.angle), 0, std::cos(sent.angle)};
+        switch (sent.front) {
+        case transmit::wave::plane:
+            start_ = dot(one.origin, direction_) / speed - sent.delays[first_];
+            break;
+        case transmit::wave::diverging:
+            start_ = length(one.origin - sent.source) / speed - sent.delays[first_];
+            break;
+        case transmit::wave::focused:
+            start_ = length(one.origin - sent.source) / speed + sent.delays[first_];
+            break;
+        case transmit::wave::any:
+            break;
+        }
+    }
+
+    /// Seconds after the first element fires.
+    float time(vec3 p) const {
+        switch (sent_.front) {
+        case transmit::wave::plane:
+            return dot(p, direction_) / speed_ - start_;
+        case transmit::wave::diverging:
+            return length(p - sent_.source) / speed_ - start_;
+        case transmit::wave::focused: {
+            const float apart = length(p - sent_.source) / speed_;
+            return beyond_focus(p) ? start_ + apart : start_ - apart;
+        }
+        case transmit::wave::any:
+            break;
+        }
+        float first = FLT_MAX;
+        for (std::uint32_t i = first_; i < places_.size(); ++i)
+            if (sent_.weight(i) != 0) first = min(first, sent_.delays[i] + length(p - places_[i].origin) / speed_);
+        return first;
+    }
+    /// Weight of this transmit at a point: by the window where one element fires, as if it were part of an aperture;
+    /// within the cones of a focused beam; else 1.
+    /// @param aperture  half of its width for the point, metres
+    float weight(vec3 p, vec3 foot, vec3 along, float aperture, aperture_window window) const {
+        if (firing_ == 1) {
+            const vec3 to = places_[first_].origin - foot;
+            return window_weight(window, length(to - dot(to, along) * along) / aperture);
+        }
+        if (sent_.front != transmit::wave::focused) return 1;
+        const vec3 axis = sent_.source - sent_.origin, to = p - sent_.origin;
+        const float depth = length(axis), at = dot(to, axis) / depth;
+        const float beside = length(to - at / depth * axis);
+        // Around the focus the beam is as wide as diffraction makes it: half a millimetre is that of F/2 at 6 MHz.
+        return beside <= max(half_width_ * std::fabs(1 - at / depth), 0.5e-3F) ? 1.0F : 0.0F;
+    }
+    /// Of an element that fires, without its sign.
+    float fired(std::uint32_t element) const { return std::fabs(sent_.weight(element)); }
+
+  private:
+    bool beyond_focus(vec3 p) const {
+        const vec3 axis = sent_.source - sent_.origin;
+        return dot(p - sent_.source, axis) > 0;
+    }
+
+    const transmit& sent_;
+    view<const ray> places_;
+    float speed_, start_ = 0, half_width_ = 0;
+    std::uint32_t first_ = 0, firing_ = 0;
+    vec3 direction_{0, 0, 1};
+};
+
+/// The work of `beamform`, for probes as data.
+template <class Policy>
+iq_lines sum_channels(const Policy& policy, const iq_channel_data& data, const probe_lines& probe,
+                      const acquisition& grid, const beamform_settings& settings) {
+    const float speed = settings.sound_speed > 0 ? settings.sound_speed : data.sound_speed;
+    const std::uint32_t samples =
+        grid.samples != 0
+            ? grid.samples
+            : samples_for(grid.depth, axial_sigma(data.bandwidth > 0 ? data.bandwidth : 0.6F, data.frequency));
+    iq_lines lines{probe.size(), samples, grid.depth};
+    const view<const ray> places{data.places};
+    std::vector<wave_front> fronts;
+    fronts.reserve(data.transmits);
+    for (const transmit& one : data.sent) fronts.emplace_back(one, places, speed);
+    const float filled = data.pitch > 0 ? data.element_width / data.pitch : 1.0F;
+    const float time =
+        6.0F * static_cast<float>(samples) * static_cast<float>(data.transmits) * static_cast<float>(data.elements);
+    struct receiver {
+        std::uint32_t element;
+        float time, weight;
+        vec2 factor; // its weight, and the phase of the carrier
+    };
+    exec::for_each_block(policy, lines.count, 1, time, [&](std::size_t line, std::size_t) {
+        const probe_line& beam = probe[line];
+        const std::uint32_t last = data.samples - 3;
+        std::vector<receiver> receivers;
+        for (std::uint32_t k = 0; k < samples; ++k) {
+            const float depth = (static_cast<float>(k) + 0.5F) * grid.depth / static_cast<float>(samples);
+            const vec3 p = beam.origin + depth * beam.direction;
+            const float aperture = max(0.5F * depth / settings.fnumber, 0.51F * data.pitch);
+            receivers.clear();
+            for (std::uint32_t n = 0; n < data.elements; ++n) {
+                const vec3 to = places[n].origin - beam.origin;
+                const float weight =
+                    window_weight(settings.window, length(to - dot(to, beam.direction) * beam.direction) / aperture);
+                if (weight == 0) continue;
+                const float arrives = length(p - places[n].origin) / speed;
+                receivers.push_back({n, arrives, weight, weight * turned(double{data.frequency} * double{arrives})});
+            }
+            vec2 whole{0, 0};
+            float norm = 0;
+            for (std::uint32_t t = 0; t < data.transmits; ++t) {
+                const wave_front& front = fronts[t];
+                const float weight = front.weight(p, beam.origin, beam.direction, aperture, settings.window);
+                if (weight == 0) continue;
+                const float sent = front.time(p);
+                vec2 sum{0, 0};
+                float fired = 0;
+                for (const receiver& one : receivers) {
+                    fired += one.weight * front.fired(one.element);
+                    const float place = (sent + one.time - data.start) * data.sampling_frequency;
+                    if (!(place >= 1 && place < static_cast<float>(last))) continue;
+                    const auto below = static_cast<std::uint32_t>(place);
+                    const float u = place - static_cast<float>(below), v = 1 - u;
+                    const vec2* const at = &data(t, one.element, below - 1);
+                    // Lagrange's polynomial of degree three.
+                    const vec2 value = (-u * v * (1 + v) / 6) * at[0] + (0.5F * (1 + u) * v * (1 + v)) * at[1] +
+                                       (0.5F * (1 + u) * u * (1 + v)) * at[2] + (-u * v * (1 + u) / 6) * at[3];
+                    sum += complex_product(value, one.factor);
+                }
+                norm += weight * fired;
+                whole += complex_product(sum, weight * turned(double{data.frequency} * double{sent}));
+            }
+            if (!(norm > 0)) continue;
+            const vec2 baseband = turned(-2 * double{data.frequency} * double{depth} / double{speed});
+            lines(static_cast<std::uint32_t>(line), k) = 1 / (norm * filled) * complex_product(whole, baseband);
+        }
+    });
+    return lines;
+}
+
+} // namespace detail
+
+/// Lines of a probe from channel data, by delay and sum: each sample is the sum over transmits and elements of what was
+/// received when an echo from its point would have been.
+///
+///     const iq_lines lines = beamform(exec::par_unseq, received, linear_array{}, {.depth = 40_mm}, {.fnumber = 1.5F});
+///
+/// The elements within `fnumber` receive, each with the weight of the window; where single elements fire, the same
+/// holds for them. The sum is divided by (width / pitch) times the sum over transmits and elements of the weights with
+/// which each element fires and receives: in the focus of focused and synthetic transmits, 1 is then the echo of a
+/// perfect mirror, as everywhere else. Everything that follows `convolve` takes these lines as they are.
+/// @param received  RF, or the IQ of it that `demodulate` makes
+/// @param probe     whose lines are to be made, in the frame of the array
+/// @param grid      depth and samples; other members have no effect
+/// @throws usage_error  for channel data whose parts do not fit, or settings out of range
+/// @{
+template <exec::policy Policy, transducer Probe>
+iq_lines beamform(const Policy& policy, const iq_channel_data& received, const Probe& probe, const acquisition& grid,
+                  const beamform_settings& settings = {}) {
+    detail::check_channels(received, "beamform");
+    check_depth(grid.depth, "beamform");
+    if (received.samples < 8) throw usage_error{"beamform: the channel data have fewer than 8 samples; record more"};
+    if (!is_finite(settings.fnumber) || !(settings.fnumber > 0.05F))
+        throw usage_error{"beamform: `fnumber` must be above 0.05, such as 1.5"};
+    if (settings.sound_speed != 0 &&
+        (!is_finite(settings.sound_speed) || !(settings.sound_speed >= 100 && settings.sound_speed <= 10000)))
+        throw usage_error{"beamform: `sound_speed` must be 100 to 10000 m/s, or 0 for that of the channel data"};
+    return detail::sum_channels(detail::any_policy<false>{policy}, received, detail::probe_lines{probe}, grid,
+                                settings);
+}
+template <exec::policy Policy, transducer Probe>
+iq_lines beamform(const Policy& policy, const channel_data& received, const Probe& probe, const acquisition& grid,
+                  const beamform_settings& settings = {}) {
+    return beamform(policy, demodulate(policy, received), probe, grid, settings);
+}
+/// @}
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#ifndef INSONIFY_CHANNELS_TISSUE_MAPS_HPP
+#define INSONIFY_CHANNELS_TISSUE_MAPS_HPP
+
+
+#ifndef INSONIFY_SCENE_QUERIES_HPP
+#define INSONIFY_SCENE_QUERIES_HPP
+
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+/// Queries for contact, collision and placement. Distances are metres, points and directions in the world.
+///
+/// All may be called from many threads at once. The first query after objects have moved refits their trees; where that
+/// takes too long, as in a haptic loop, query a snapshot: see `scene_snapshots`.
+namespace insonify::inline INSONIFY_ABI {
+
+/// A point on the surface of an object.
+struct surface_point {
+    object_id object{};     ///< whose surface it is
+    std::uint32_t face = 0; ///< index into `object::surface.faces`
+    float distance = 0;     ///< from the origin of the ray, in units of its direction, or from the point of the query
+    vec3 point{0, 0, 0};    ///< in the world
+    vec3 normal{0, 0, 1};   ///< of the face, outwards, length 1
+};
+
+/// Accepts every object.
+struct any_object {
+    /// Always true.
+    constexpr bool operator()(object_id) const { return true; }
+};
+
+/// Accepts none.
+struct no_object {
+    /// Always false.
+    constexpr bool operator()(object_id) const { return false; }
+};
+
+namespace detail {
+
+inline surface_point surface_point_at(const object_view& one, std::uint32_t face, float distance, vec3 point) {
+    const vec3 normal = unit_normal(one.surface[face], {0, 0, 1});
+    return {object_id{one.id}, face, distance, point, one.at.direction(normal)};
+}
+
+/// Whether an object contains a point: a half line from there crosses its surface an odd number of times.
+inline bool contains(const object_view& one, vec3 point) {
+    bool inside = false;
+    one.tree.for_each_hit(one.local({.origin = point}), [&](const hit&) { inside = !inside; });
+    return inside;
+}
+
+/// The object whose medium applies at a point; null in the background.
+inline const object_view* top_at(const scene_view& flat, vec3 point) {
+    std::uint32_t top = media_stack::none;
+    flat.boxes.for_each_overlap(aabb{point, point}, [&](std::uint32_t rank) {
+        if (rank < top && contains(flat.objects[rank], point)) top = rank;
+    });
+    return top == media_stack::none ? nullptr : &flat.objects[top];
+}
+
+/// @throws usage_error  for a ray that would miss everything
+inline void check_ray(const ray& r, const char* caller) {
+    const vec3 along = abs(r.direction);
+    if (!is_finite(r.origin) || !is_finite(r.direction) || !(max(along.x, max(along.y, along.z)) > 1e-30F) ||
+        !is_number(r.min_distance) || !is_number(r.max_distance))
+        throw usage_error{
+            joined({caller,
+                    ": the ray needs a finite origin, a finite direction that is not 0, and limits that are not NaN"})};
+}
+
+/// Follows a straight line through the media of a scene: in_layer(length, stretch) is called for each layer, metres and
+/// displayed metres per metre, until it returns false.
+template <class InLayer>
+void follow_displayed(const scene& body, const ray& line, float depth, const char* caller, const InLayer& in_layer) {
+    check_ray(line, caller);
+    check_depth(depth, caller);
+    const scene_view flat = body.view_for_rays(exec::par);
+    const vec3 size = abs(line.direction), scaled = line.direction / max(max(size.x, size.y), size.z);
+    const line_frame along{.origin = line.origin, .along = scaled / length(scaled)};
+    std::vector<crossing> crossings(64);
+    std::vector<std::uint32_t> inside(64);
+    std::vector<layer> room(64);
+    for (view<const layer> layers{}; layers.empty();) {
+        line_crossings found{.room = crossings, .inside = {.ranks = inside}};
+        if (find_crossings(flat, {along.origin, along.along}, depth, found))
+            layers = stack_layers(flat, along, depth, found, view<layer>{room}, false);
+        for (const layer& one : layers)
+            if (!in_layer(one.end - one.begin, displayed_stretch(flat.media[one.medium]))) return;
+        crossings.resize(2 * crossings.size());
+        inside.resize(2 * inside.size());
+        room.resize(2 * room.size());
+    }
+}
+
+} // namespace detail
+
+/// The object that gives the medium at a point; none in the background.
+/// @throws usage_error  for a point that is not finite, or a scene that was not built
+inline std::optional<object_id> object_at(const scene& body, vec3 point) {
+    detail::check_point(point, "object_at");
+    const object_view* one = detail::top_at(body.view_for_rays(exec::par), point);
+    return one == nullptr ? std::nullopt : std::optional{object_id{one->id}};
+}
+
+/// The medium at a point: that of `object_at`, or the background's.
+/// @throws usage_error  for a point that is not finite, or a scene that was not built
+inline medium medium_at(const scene& body, vec3 point) {
+    detail::check_point(point, "medium_at");
+    const scene_view flat = body.view_for_rays(exec::par);
+    const object_view* one = detail::top_at(flat, point);
+    return flat.media[one == nullptr ? 0 : one->medium];
+}
+
+/// The first surface along a ray, within its limits, from either side; none where there is none.
+///
+///     const auto skin = first_surface(body, {tip, {0, 0, 1}}, [&](object_id id) { return id != needle; });
+///
+/// Of surfaces that touch, any may be reported: their distances differ by rounding errors.
+/// @param accepts  bool(object_id): objects for which it returns false are passed through
+/// @throws usage_error  for an origin or a direction that is not finite, a direction of length 0, a limit that is NaN,
+///                      or a scene that was not built
+template <std::predicate<object_id> Filter = any_object>
+std::optional<surface_point> first_surface(const scene& body, const ray& r, const Filter& accepts = {}) {
+    detail::check_ray(r, "first_surface");
+    const scene_view flat = body.view_for_rays(exec::par);
+    hit first;
+    std::uint32_t rank = 0;
+    flat.boxes.for_each_hit(r, [&](const hit& box) {
+        const object_view& one = flat.objects[box.primitive];
+        if (box.distance > first.distance || !accepts(object_id{one.id})) return;
+        ray local = one.local(r);
+        local.max_distance = min(local.max_distance, first.distance);
+        const hit found = one.tree.closest(local);
+        if (!found || (first && !(found.distance < first.distance || box.primitive < rank))) return;
+        first = found;
+        rank = box.primitive;
+    });
+    if (!first) return std::nullopt;
+    return detail::surface_point_at(flat.objects[rank], first.primitive, first.distance, r.at(first.distance));
+}
+
+/// The point of an object's surface that is nearest to a point; none for an object without faces.
+/// @throws usage_error  for an unknown id, a point that is not finite, or a scene that was not built
+inline std::optional<surface_point> nearest_surface(const scene& body, object_id id, vec3 point) {
+    detail::check_point(point, "nearest_surface");
+    static_cast<void>(body[id]); // throws for an unknown id
+    const scene_view flat = body.view_for_rays(exec::par);
+    for (const object_view& one : flat.objects) {
+        if (one.id != static_cast<std::uint32_t>(id)) continue;
+        const detail::nearest_point found = detail::find_nearest(one.tree, one.at.local_point(point));
+        if (found.primitive == detail::nearest_point{}.primitive) return std::nullopt;
+        return detail::surface_point_at(one, found.primitive, std::sqrt(found.distance_squared),
+                                        one.at.point(found.point));
+    }
+    return std::nullopt;
+}
+
+/// Depth at which an echo is displayed, metres: c0 t / 2 with c0 = 1540 m/s, as `physical` does, from the true depth
+/// along a straight line.
+///
+///     shown = sum over the media along the line of d c0 / c
+///
+///     const float shown = displayed_depth(body, {at.point(beam.origin), at.direction(beam.direction)}, 20_mm);
+///
+/// Refraction and the shadows of obstacles are left out: see `physical`.
+/// @param line   from the face of the probe, in the world; its limits are not used
+/// @param depth  true one, metres along the line
+/// @throws usage_error  for a scene that was not built, a line or a depth out of range
+inline float displayed_depth(const scene& body, const ray& line, float depth) {
+    double shown = 0;
+    detail::follow_displayed(body, line, depth, "displayed_depth", [&](float part, float stretch) {
+        shown += static_cast<double>(part) * static_cast<double>(stretch);
+        return true;
+    });
+    return static_cast<float>(shown);
+}
+
+/// The inverse of `displayed_depth`: the true depth along a line of what a scanner displays at a depth, such as that of
+/// `scan_map::point`, metres.
+/// @throws usage_error  as `displayed_depth`
+inline float true_depth(const scene& body, const ray& line, float shown) {
+    check_depth(shown, "true_depth");
+    float fastest = display_speed;
+    for (const medium& m : body.media()) fastest = max(fastest, m.sound_speed);
+    double depth = 0, left = static_cast<double>(shown);
+    const float farthest = min(shown * fastest / display_speed * 1.001F, max_scan_depth);
+    detail::follow_displayed(body, line, farthest, "true_depth", [&](float part, float stretch) {
+        const double here = std::fmin(static_cast<double>(part), left / static_cast<double>(stretch));
+        depth += here;
+        left -= here * static_cast<double>(stretch);
+        return left > 0;
+    });
+    return static_cast<float>(depth);
+}
+
+/// The surfaces of a scene at one frame, with trees that fit them.
+struct scene_snapshot {
+    std::uint64_t frame = 0;                     ///< its number
+    scene body;                                  ///< to be queried
+    mutable std::atomic<std::uint32_t> users{0}; ///< handles to it
+};
+
+/// Snapshots of a scene that moves, for queries by other threads, such as a haptic loop at 1 kHz. Lock-free.
+///
+///     scene_snapshots frozen{body};            // copies of a scene that is built
+///     frozen.take(exec::seq, body, frame);     // simulation, each frame after `update` or `deform`: copies what moved
+///     frozen.publish(exec::par);               // any thread: refits the trees
+///     const auto now = frozen.newest();        // haptics: does not wait for either
+///     first_surface(now->body, along);         // as of now->frame, for as long as `now` is held
+///
+/// One thread may take, one may publish, and up to `readers` may each hold a handle, all at once. Allocates only the
+/// first times that an object moves. Snapshots follow the surfaces only: use the scene itself for `rest_of` and for
+/// pictures of a deformed body.
+class scene_snapshots {
+  public:
+    /// Gives a handle back.
+    struct release {
+        /// @param held  that it is of
+        void operator()(const scene_snapshot* held) const { --held->users; }
+    };
+    /// A snapshot that stays as it is until the handle is destroyed, which must be before the `scene_snapshots`.
+    using handle = std::unique_ptr<const scene_snapshot, release>;
+
+    /// Copies the scene 2 + `readers` times. Make other snapshots after `build` or `set_medium`.
+    /// @throws usage_error  for a scene that was not built
+    explicit scene_snapshots(const scene& body, std::uint64_t frame = 0, std::uint32_t readers = 1) {
+        for (std::uint32_t i = 0; i < readers + 2; ++i) {
+            copies_.push_back(std::unique_ptr<scene_snapshot>{new scene_snapshot{.frame = frame, .body = body}});
+            static_cast<void>(copies_.back()->body.view_for_rays(exec::par)); // refits the trees
+        }
+        newest_ = copies_[0].get();
+    }
+
+    /// Copies what has moved. The scene must not change meanwhile.
+    /// @return  whether it did: false while the frame before waits for `publish`, or more than `readers` handles are held
+    /// @throws usage_error     for a scene with other objects
+    /// @throws geometry_error  for a vertex that is not finite
+    template <exec::policy Policy>
+    bool take(const Policy& policy, const scene& body, std::uint64_t frame) {
+        if (taken_ != nullptr) return false;
+        const auto spare = std::find_if(copies_.begin(), copies_.end(),
+                                        [&](const auto& one) { return one.get() != newest_ && one->users == 0; });
+        if (spare == copies_.end()) return false;
+        scene& own = (*spare)->body;
+        const std::vector<object>& objects = body.objects();
+        const auto matches = [](const object& a, const object& b) {
+            return a.id == b.id && a.surface.positions.size() == b.surface.positions.size();
+        };
+        if (!std::equal(objects.begin(), objects.end(), own.objects().begin(), own.objects().end(), matches))
+            throw usage_error{
+                "scene_snapshots: the scene has other objects than when the snapshots were made; make new "
+                "ones after add or remove"};
+        for (std::size_t i = 0; i < objects.size(); ++i) {
+            const object &now = objects[i], &before = own.objects()[i];
+            if (now.at != before.at) own.place(now.id, now.at);
+            if (now.surface.positions == before.surface.positions) continue;
+            std::copy(now.surface.positions.begin(), now.surface.positions.end(), own.positions(now.id).begin());
+        }
+        own.update(policy);
+        (*spare)->frame = frame;
+        taken_ = spare->get();
+        return true;
+    }
+
+    /// Refits the trees of the frame that was taken, which is the newest afterwards. @return  whether there was one
+    template <exec::policy Policy>
+    bool publish(const Policy& policy) {
+        scene_snapshot* const next = taken_;
+        if (next == nullptr) return false;
+        static_cast<void>(next->body.view_for_rays(policy));
+        newest_ = next;
+        taken_ = nullptr;
+        return true;
+    }
+
+    /// The newest frame that was published.
+    handle newest() const {
+        for (;;) {
+            const scene_snapshot* const found = newest_;
+            ++found->users;
+            handle held{found};
+            if (found == newest_) return held; // else it may be overwritten
+        }
+    }
+
+  private:
+    std::vector<std::unique_ptr<scene_snapshot>> copies_{};
+    std::atomic<scene_snapshot*> newest_{nullptr}, taken_{nullptr};
+};
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Pixels in the slice plane of an array, at equal steps. Pixel (column, row) is at
+/// x = from.x + column * spacing, z = from.y + row * spacing.
+struct map_grid {
+    vec2 from{-20e-3F, 0};   ///< x and z of the first pixel in the frame of the probe, metres
+    float spacing = 0.2e-3F; ///< metres
+    uvec2 size{200, 200};    ///< columns and rows
+
+    /// In the frame of the probe.
+    vec3 at(std::uint32_t column, std::uint32_t row) const {
+        return {from.x + static_cast<float>(column) * spacing, 0, from.y + static_cast<float>(row) * spacing};
+    }
+    std::size_t count() const { return std::size_t{size.x} * size.y; }
+};
+
+/// Strain of tissue in the slice, relative to its size at rest: 0.01 is 1 % longer.
+struct slice_strain {
+    float lateral = 0; ///< along x
+    float axial = 0;   ///< along z
+    float shear = 0;   ///< (du_x/dz + du_z/dx) / 2
+
+    friend bool operator==(const slice_strain&, const slice_strain&) = default;
+};
+
+/// The truth behind channel data, pixel by pixel, row after row.
+struct tissue_maps {
+    map_grid grid{};                        ///< where the pixels are
+    std::vector<float> sound_speed{};       ///< m/s
+    std::vector<float> density{};           ///< kg/m^3
+    std::vector<float> attenuation{};       ///< dB/m at 1 MHz, one way
+    std::vector<float> attenuation_power{}; ///< exponent of the frequency
+    std::vector<label_id> labels{};         ///< the object, or `background_label`
+    std::vector<vec2> displacement{};       ///< of tissue from rest, x and z of the probe, metres
+    std::vector<slice_strain> strain{};     ///< of tissue
+};
+
+/// What lies at each pixel of the slice plane of an array.
+///
+///     const tissue_maps truth = map_tissue(exec::par_unseq, body, at, {.from = {-19_mm, 0}, .size = {190, 200}});
+///
+/// Displacement and strain are those of `scene::deform`, of tissue that is now at the pixel; 0 where nothing is
+/// deformed.
+/// @param at  probe to world
+/// @throws usage_error     for a scene that was not built, or a grid that is empty or has more than 2^26 pixels
+/// @throws geometry_error  for a pose that is not rigid
+template <exec::policy Policy>
+tissue_maps map_tissue(const Policy& policy, const scene& body, const pose& at, const map_grid& grid) {
+    const std::size_t count = grid.count();
+    if (count == 0 || count > std::size_t{1} << 26U)
+        throw usage_error{"map_tissue: the grid has no pixels, or more than 2^26; set `size` to columns and rows"};
+    check_length(grid.spacing, "spacing", max_scan_depth, "map_tissue");
+    if (!is_finite(grid.from.x) || !is_finite(grid.from.y)) throw usage_error{"map_tissue: `from` is not finite"};
+    if (!is_rigid(at))
+        throw geometry_error{"map_tissue: the pose is not a rigid transform; make it with look_at, or mend it with "
+                             "orthonormalised"};
+    const detail::any_policy<false> any{policy};
+    const scene_view seen = body.view_for_rays(any);
+    std::vector<float> nodes;
+    std::vector<displacement_view> places;
+    constexpr float thickness = 1e-3F; // of the lattice, whose two layers lie on both sides of the slice, metres
+    const detail::displacement_lattice lattice{
+        .at = {at.rotation, at.point(grid.at(0, 0) - vec3{0, 0.5F * thickness, 0})},
+        .spacing = {grid.spacing, thickness, grid.spacing},
+        .size = {std::max(grid.size.x, 2U), 2, std::max(grid.size.y, 2U)}};
+    const view<const displacement_view> displaced = body.displacements(any, lattice, nodes, places);
+
+    tissue_maps maps{.grid = grid};
+    maps.sound_speed.resize(count);
+    maps.density.resize(count);
+    maps.attenuation.resize(count);
+    maps.attenuation_power.resize(count);
+    maps.labels.resize(count);
+    maps.displacement.resize(count);
+    maps.strain.resize(count);
+    exec::for_each_block(
+        any, grid.size.y, 1, 1e3F * static_cast<float>(grid.size.x), [&](std::size_t row, std::size_t) {
+            for (std::uint32_t column = 0; column < grid.size.x; ++column) {
+                const std::size_t i = row * grid.size.x + column;
+                const vec3 p = at.point(grid.at(column, static_cast<std::uint32_t>(row)));
+                const object_view* const one = detail::top_at(seen, p);
+                const medium& m = seen.media[one == nullptr ? 0 : one->medium];
+                maps.sound_speed[i] = m.sound_speed;
+                maps.density[i] = m.density;
+                maps.attenuation[i] = m.attenuation;
+                maps.attenuation_power[i] = m.attenuation_power;
+                maps.labels[i] = one == nullptr ? background_label : one->id;
+                const std::size_t place = one == nullptr ? 0 : 1 + static_cast<std::size_t>(one - seen.objects.data());
+                if (place >= displaced.size() || displaced[place].nodes.empty()) continue;
+                const pose of_object = one == nullptr ? pose{} : one->at;
+                const vec3 local = of_object.local_point(p);
+                const vec3 moved = at.local_direction(of_object.direction(local - displaced[place].rest(local)));
+                maps.displacement[i] = {moved.x, moved.z};
+                // From the gradient of rest by now to that of now by rest, in axes of the probe.
+                const mat3 to_object = transpose(of_object.rotation) * at.rotation;
+                const mat3 stretch = inverse(transpose(to_object) * displaced[place].gradient(local) * to_object);
+                maps.strain[i] = {stretch[0][0] - 1, stretch[2][2] - 1, 0.5F * (stretch[2][0] + stretch[0][2])};
+            }
+        });
+    return maps;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#ifndef INSONIFY_CHANNELS_TRACE_CHANNELS_HPP
+#define INSONIFY_CHANNELS_TRACE_CHANNELS_HPP
+
+
+#ifndef INSONIFY_CHANNELS_ELEMENT_FANS_HPP
+#define INSONIFY_CHANNELS_ELEMENT_FANS_HPP
+
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+/// What sound meets between each element and any point of the slice.
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// The lines on which one element looks into the slice: a probe.
+struct element_fan {
+    std::uint32_t lines = 2;
+    float frequency = 1e6F; ///< hertz
+    vec3 origin{0, 0, 0};
+    float direction = 0; ///< of the element's normal, from z towards x, radians
+    float span = 1;      ///< from the first to the last line, radians
+
+    float angle(float line) const { return direction + (line / static_cast<float>(lines - 1) - 0.5F) * span; }
+    ray beam(float line) const {
+        return {.origin = origin, .direction = {std::sin(angle(line)), 0, std::cos(angle(line))}};
+    }
+    vec2 locate(vec2 p) const {
+        const vec2 to{p.x - origin.x, p.y - origin.z};
+        return {(std::remainder(std::atan2(to.x, to.y) - direction, 2 * pi) / span + 0.5F) *
+                    static_cast<float>(lines - 1),
+                length(to)};
+    }
+    void check() const {}
+};
+
+/// The wave of an element at the beginning of a layer of one line. Beside the line, at u metres across it, it arrives
+/// after
+///
+///     time + tilt u + bend u^2 / 2
+///
+/// A layer of length d and speed c turns (tilt, bend) into m (tilt, bend) / (bend + m) with m = 1 / (c d), and the
+/// earliest wave arrives tilt^2 / (2 (bend + m)) before the one along the line: Fermat's principle, within one step of
+/// Newton's method. A surface z = a u + q u^2 / 2 between speeds c1 and c2 adds a (1/c1 - 1/c2) to the tilt and
+/// q (1/c1 - 1/c2) to the bend.
+struct element_wave {
+    float begin = 0;          ///< metres along the line
+    float time = 0;           ///< s
+    float tilt = 0, bend = 0; ///< in the slice
+    float bend_across = 0;    ///< out of the slice
+    float spread = 0; ///< amplitude is 1 / sqrt(spread * spread_across): in a uniform medium both are the distance
+    float spread_across = 0;   ///< metres
+    float passed = 1;          ///< factor on amplitude of the interfaces so far, one way
+    float lost = 0;            ///< attenuation at the carrier so far, one way, Np
+    float lost_slope = 0;      ///< change of that with frequency, Np/Hz
+    float slowness = 0;        ///< of the layer, s/m
+    float per_metre = 0;       ///< attenuation of the layer, Np/m
+    float slope_per_metre = 0; ///< Np/(m Hz)
+    std::uint32_t medium = 0;  ///< see `layer`, as the next
+    std::uint32_t object = ~0U;
+};
+
+/// The wave of an element at a point.
+struct arrived_wave {
+    float time = 0;       ///< s
+    float amplitude = 0;  ///< 1 / m
+    float range = 0;      ///< that of a uniform medium with the same curvature out of the slice, metres
+    float lost_slope = 0; ///< Np/Hz
+};
+
+/// Layers of every element's lines, with what sound does on the way.
+class element_fans {
+  public:
+    /// @param places  of the elements, in the frame of the probe
+    /// @param reach   how far lines are followed, metres
+    /// @param loss    loss(medium, frequency): attenuation there and back, dB/m
+    /// @param passed  passed(before, after, cosine, roughness): factor on amplitude, there and back
+    /// @throws usage_error  for an element inside of bone, metal or gas
+    template <class Policy, class Loss, class Passed>
+    void assign(const Policy& policy, const scene& body, view<const ray> places, const pose& at, float frequency,
+                float reach, const Loss& loss, const Passed& passed) {
+        constexpr float spacing = 0.3e-3F; // of neighbouring lines at their ends, metres
+        lines_ = static_cast<std::uint32_t>(clamp(std::ceil(span * reach / spacing), 64, 1024));
+        fans_.resize(places.size());
+        std::vector<std::uint8_t> blocked(places.size(), 0);
+        exec::for_each_block(policy, places.size(), 1, 3e5F, [&](std::size_t i, std::size_t) {
+            fan& own = fans_[i];
+            own.shape = {.lines = lines_,
+                         .frequency = frequency,
+                         .origin = places[i].origin,
+                         .direction = std::atan2(places[i].direction.x, places[i].direction.z),
+                         .span = span};
+            // The slice plane of an element out of y = 0 is its own.
+            pose here = at;
+            here.translation = at.point({0, places[i].origin.y, 0});
+            own.shape.origin.y = 0;
+            layer_search search;
+            const line_layers& found = search(exec::seq, body, own.shape, here, {.depth = reach}, reach, true);
+            blocked[i] = follow(found, frequency, loss, passed, own);
+        });
+        for (std::size_t i = 0; i < blocked.size(); ++i)
+            if (blocked[i] != 0)
+                throw usage_error{joined({"trace_channels: element ", std::to_string(i),
+                                          " lies inside of an object that blocks sound, such as bone, metal or gas; "
+                                          "move the array, or the object"})};
+    }
+
+    /// Where a point lies among the lines of an element.
+    struct place {
+        std::uint32_t line = 0; ///< the point lies between this one and the next
+        float part = 0;         ///< 0 on this one, 1 on the next
+        float distance = 0;     ///< from the element, metres
+        float sine = 0;         ///< of the angle to the element's normal
+        float cosine = 0;
+        bool seen = false; ///< by the fan
+    };
+    place find(std::size_t element, vec2 p) const {
+        const element_fan& shape = fans_[element].shape;
+        const vec2 to{p.x - shape.origin.x, p.y - shape.origin.z};
+        place found;
+        found.distance = std::sqrt(dot(to, to));
+        const float along_x = std::sin(shape.direction), along_z = std::cos(shape.direction);
+        if (!(found.distance > 1e-6F)) return found;
+        found.sine = (to.x * along_z - to.y * along_x) / found.distance;
+        found.cosine = (to.x * along_x + to.y * along_z) / found.distance;
+        const float angle = std::atan2(found.sine, found.cosine);
+        const float line = (angle / span + 0.5F) * static_cast<float>(lines_ - 1);
+        if (!(line >= 0 && line < static_cast<float>(lines_ - 1))) return found;
+        found.line = static_cast<std::uint32_t>(line);
+        found.part = line - static_cast<float>(found.line);
+        found.seen = true;
+        return found;
+    }
+
+    /// The wave at a point inside of a medium.
+    arrived_wave at_point(std::size_t element, const place& at) const {
+        const fan& own = fans_[element];
+        const auto one = [&](std::uint32_t line) {
+            const view<const element_wave> waves = own.line(line);
+            std::size_t i = waves.size() - 1;
+            while (i > 0 && waves[i].begin > at.distance) --i;
+            return wave_at(waves[i], at.distance);
+        };
+        return mixed(one(at.line), 1 - at.part, one(at.line + 1), at.part);
+    }
+    /// The wave in front of a surface of two objects, of which lines know where they cross it.
+    /// @param before, after  the objects on this side and behind it
+    arrived_wave at_surface(std::size_t element, const place& at, std::uint32_t before, std::uint32_t after) const {
+        const fan& own = fans_[element];
+        // Neighbouring lines meet a steep surface at other distances; beyond this one, it is another part of it.
+        const float near = 1e-3F + 0.1F * at.distance;
+        bool found[2] = {};
+        arrived_wave wave[2];
+        for (int i = 0; i < 2; ++i) {
+            const view<const element_wave> waves = own.line(at.line + static_cast<std::uint32_t>(i));
+            float nearest = near;
+            for (std::size_t k = 1; k < waves.size(); ++k) {
+                const float apart = std::fabs(waves[k].begin - at.distance);
+                if (waves[k - 1].object != before || waves[k].object != after || !(apart < nearest)) continue;
+                nearest = apart;
+                found[i] = true;
+                wave[i] = wave_at(waves[k - 1], at.distance);
+            }
+        }
+        if (found[0] && found[1]) return mixed(wave[0], 1 - at.part, wave[1], at.part);
+        if (!found[0] && !found[1]) return {};
+        const int seen = found[0] ? 0 : 1;
+        arrived_wave alone = wave[seen];
+        alone.amplitude *= found[0] ? 1 - at.part : at.part;
+        return alone;
+    }
+
+    /// Sound speed in front of an element, m/s.
+    float speed_at_face(std::size_t element) const { return 1 / fans_[element].line(lines_ / 2)[0].slowness; }
+
+  private:
+    static constexpr float span = 160 * pi / 180;
+
+    struct fan {
+        element_fan shape{};
+        std::vector<element_wave> waves{};
+        std::vector<std::uint32_t> ends{}; // of each line, in `waves`
+
+        view<const element_wave> line(std::uint32_t i) const {
+            const std::uint32_t begin = i == 0 ? 0 : ends[i - 1];
+            return {waves.data() + begin, ends[i] - begin};
+        }
+    };
+
+    static arrived_wave wave_at(const element_wave& from, float distance) {
+        const float length = distance - from.begin, sound = from.slowness;
+        float time = from.time + length * sound;
+        const float open = 1 + from.bend * length / sound, open_across = 1 + from.bend_across * length / sound;
+        // tilt^2 / (2 (bend + m)) with m = slowness / length
+        if (length > 0 && open > min_open) time -= 0.5F * from.tilt * from.tilt * length / (sound * open);
+        const float spread = from.begin == 0 ? distance : from.spread * max(open, min_open);
+        const float across = from.begin == 0 ? distance : from.spread_across * max(open_across, min_open);
+        return {.time = time,
+                .amplitude = from.passed * std::exp(-(from.lost + from.per_metre * length)) /
+                             std::sqrt(max(spread * across, 1e-10F)),
+                .range = across,
+                .lost_slope = from.lost_slope + from.slope_per_metre * length};
+    }
+    static constexpr float min_open = 0.1F; // near a caustic, amplitudes grow no further
+
+    static arrived_wave mixed(const arrived_wave& a, float of_a, const arrived_wave& b, float of_b) {
+        return {of_a * a.time + of_b * b.time, of_a * a.amplitude + of_b * b.amplitude, of_a * a.range + of_b * b.range,
+                of_a * a.lost_slope + of_b * b.lost_slope};
+    }
+
+    // Follows the wave along each line. @return whether the element lies inside of what blocks sound
+    template <class Loss, class Passed>
+    static bool follow(const line_layers& found, float frequency, const Loss& loss, const Passed& passed, fan& own) {
+        own.waves.clear();
+        own.ends.clear();
+        const float beside = 1e-3F * frequency;
+        for (std::uint32_t line = 0; line < found.lines; ++line) {
+            element_wave before{};
+            for (const layer& here : found(line)) {
+                const medium& m = found.media[here.medium];
+                element_wave now{.begin = here.begin, .medium = here.medium, .object = here.object};
+                now.slowness = 1 / m.sound_speed;
+                constexpr float neper_per_db = 0.115129255F, one_way = 0.5F;
+                now.per_metre = one_way * neper_per_db * loss(m, frequency);
+                now.slope_per_metre =
+                    one_way * neper_per_db * (loss(m, frequency + beside) - loss(m, frequency - beside)) / (2 * beside);
+                if (here.begin == 0) {
+                    if (blocks_sound(m)) return true;
+                } else {
+                    const float length = here.begin - before.begin, sound = before.slowness;
+                    const bool first = before.begin == 0;
+                    const float m_bend = length > 0 ? sound / length : FLT_MAX; // of a wave from the layer's beginning
+                    const arrived_wave end = wave_at(before, here.begin);
+                    now.time = end.time;
+                    const float share = first ? 1 : m_bend / max(before.bend + m_bend, min_open * m_bend);
+                    const float share_across = first ? 1 : m_bend / max(before.bend_across + m_bend, min_open * m_bend);
+                    now.tilt = first ? 0 : before.tilt * share;
+                    now.bend = first ? m_bend : before.bend * share;
+                    now.bend_across = first ? m_bend : before.bend_across * share_across;
+                    now.spread = first ? here.begin : before.spread / share;
+                    now.spread_across = end.range;
+                    now.passed = before.passed;
+                    now.lost = before.lost + before.per_metre * length;
+                    now.lost_slope = before.lost_slope + before.slope_per_metre * length;
+                    if (here.medium != before.medium) {
+                        const float change = sound - now.slowness;
+                        constexpr float steepest = 3; // beyond 72 degrees a surface is not plane as far as sound bends
+                        now.tilt -= clamp(here.slope.x, -steepest, steepest) * change;
+                        now.bend += clamp(here.curvature.x, -1e3F, 1e3F) * change;
+                        now.bend_across += clamp(here.curvature.y, -1e3F, 1e3F) * change;
+                        now.passed *=
+                            std::sqrt(max(passed(found.media[before.medium], m, here.cosine, here.roughness), 0));
+                    }
+                }
+                own.waves.push_back(now);
+                before = now;
+            }
+            own.ends.push_back(static_cast<std::uint32_t>(own.waves.size()));
+        }
+        return false;
+    }
+
+    std::uint32_t lines_ = 2;
+    std::vector<fan> fans_{};
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+
+#endif
+#ifndef INSONIFY_CHANNELS_ELEMENT_FIELD_HPP
+#define INSONIFY_CHANNELS_ELEMENT_FIELD_HPP
+
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+/// The field of one rectangular element with a lens.
+///
+///     P(f) = (j k / 2 pi)  integral over the face of  exp(j k lens) cos exp(-j k r) / r           soft baffle
+///          = (j k / 2 pi)  w sinc(k w sin t / 2) cos t  E(r, y) exp(-j k r) / r                   w << r
+///
+/// Received, of the same element: Q = P 2 pi / (j k w h), so that a mirror in front of an infinite face returns 1. A
+/// point of scattering length L returns L P_n Q_m, a surface the integral of r (j k / 4 pi) (cos_n + cos_m) P_n Q_m.
+/// Source: Rayleigh's integral with a pressure-release baffle; Kirchhoff's approximation of the surface.
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// A complex amplitude at four frequencies around the carrier, equal steps apart. Between them it is taken as a
+/// polynomial of degree three.
+struct spectral_value {
+    static constexpr std::size_t nodes = 4;
+    vec2 at[nodes] = {}; ///< from the lowest frequency on
+
+    /// Of a node from the carrier, in steps.
+    static constexpr float steps(std::size_t node) { return static_cast<float>(node) - 1.5F; }
+    /// The step of frequency, hertz. Larger steps follow the ends of the band better, smaller ones the carrier: with 0.6
+    /// standard deviations of the pulse's spectrum, points and plates are within 0.14 dB and 0.5 ns of integrals over
+    /// the elements at the carrier, and the whole pulses of points at F/1 within 1.6 %.
+    static constexpr float step(float sigma, float frequency) { return 0.6F * min(sigma, frequency); }
+    /// Weight of a node at a frequency. @param x  from the carrier, in steps
+    static float weight(std::size_t node, float x) {
+        float product = 1;
+        for (std::size_t i = 0; i < nodes; ++i)
+            if (i != node) product *= (x - steps(i)) / (steps(node) - steps(i));
+        return product;
+    }
+
+    spectral_value() = default;
+    explicit spectral_value(vec2 everywhere) : at{everywhere, everywhere, everywhere, everywhere} {}
+
+    friend spectral_value operator*(const spectral_value& a, const spectral_value& b) {
+        spectral_value product;
+        for (std::size_t i = 0; i < nodes; ++i) product.at[i] = complex_product(a.at[i], b.at[i]);
+        return product;
+    }
+    friend spectral_value operator*(float factor, spectral_value value) {
+        for (vec2& one : value.at) one *= factor;
+        return value;
+    }
+    friend spectral_value operator+(spectral_value a, const spectral_value& b) {
+        for (std::size_t i = 0; i < nodes; ++i) a.at[i] += b.at[i];
+        return a;
+    }
+};
+
+/// The root whose real part is not negative.
+inline vec2 square_root(vec2 of) {
+    const float size = length(of), real = std::sqrt(0.5F * max(size + of.x, 0.0F)),
+                imaginary = std::sqrt(0.5F * max(size - of.x, 0.0F));
+    return {real, of.y < 0 ? -imaginary : imaginary};
+}
+/// The same at all frequencies, continuous over them.
+inline spectral_value square_root(const spectral_value& of) {
+    spectral_value root;
+    for (std::size_t i = 0; i < spectral_value::nodes; ++i) root.at[i] = square_root(of.at[i]);
+    for (std::size_t i = 1; i < spectral_value::nodes; ++i)
+        if (dot(root.at[i], root.at[i - 1]) < 0) root.at[i] = -root.at[i];
+    return root;
+}
+
+/// The part of the field out of the slice plane, of an element of height h with a lens focused at F, by the distance r
+/// and the height y of a point.
+///
+///     E(r, y) = integral over y' of exp(j k (lens(y') + r - r')) (r / r')^2,   lens(y') = sqrt(F^2 + y'^2) - F
+///
+/// In metres: h at the focus.
+class elevation_field {
+  public:
+    /// @param speed       of sound, m/s
+    /// @param step        of frequency: see `spectral_value`, hertz
+    /// @param max_range   metres
+    /// @param max_height  of points out of the slice plane, metres; 0: all points lie in it
+    template <exec::policy Policy>
+    void assign(const Policy& policy, float frequency, float step, float height, float focus, float speed,
+                float max_range, float max_height) {
+        height_ = height;
+        focus_ = focus;
+        for (std::size_t i = 0; i < spectral_value::nodes; ++i)
+            wave_number_[i] = 2 * pi * (frequency + spectral_value::steps(i) * step) / speed;
+        ranges_ = 2 + static_cast<std::size_t>(std::log(max(max_range, 2 * min_range) / min_range) * per_logarithm);
+        heights_ = max_height > 0 ? 2 + static_cast<std::size_t>(max_height / row()) : 1;
+        points_.resize(ranges_ * heights_);
+        surfaces_.resize(ranges_);
+        speckle_heights_.resize(ranges_);
+        exec::for_each_block(policy, ranges_, 4, 4e4F * static_cast<float>(heights_),
+                             [&](std::size_t begin, std::size_t end) {
+                                 for (std::size_t i = begin; i < end; ++i) compute(i);
+                             });
+    }
+
+    /// E of a point. @param range  from the middle of the element, in space
+    spectral_value point(float range, float y) const {
+        const place at = place_of(range);
+        if (heights_ == 1) return interpolated(points_.data() + at.index, at.part);
+        const float rows = std::fabs(y) / row();
+        const auto below = static_cast<std::size_t>(min(rows, static_cast<float>(heights_ - 2)));
+        const float part = rows - static_cast<float>(below);
+        if (part > 1) return {}; // beyond the highest point that was announced
+        const spectral_value* const low = points_.data() + below * ranges_ + at.index;
+        return (1 - part) * interpolated(low, at.part) + part * interpolated(low + ranges_, at.part);
+    }
+    /// The root of the integral over y of E^2: of each of two elements to a surface that is straight out of the slice.
+    spectral_value surface(float range) const {
+        const place at = place_of(range);
+        return interpolated(surfaces_.data() + at.index, at.part);
+    }
+    /// The height of tissue that scatterers in the slice plane stand for: the integral over y of |P / P(y = 0)|^4.
+    float speckle_height(float range) const {
+        const place at = place_of(range);
+        return (1 - at.part) * speckle_heights_[at.index] + at.part * speckle_heights_[at.index + 1];
+    }
+
+    /// The integral over y of E^2 on a surface that slopes and curves out of the slice plane, relative to that on a
+    /// straight one. Its depth along the line from the element is s y + q y^2 / 2.
+    ///
+    /// With the two points of the element at a + b/2 and a - b/2, and paraxially, the integral over y is closed:
+    ///
+    ///     sqrt(pi r / (j k (1 + q r))) exp(-j k (b^2 / 4 r + a^2 / r - (a - s r)^2 / (r (1 + q r))))
+    ///
+    /// and those over a and b are sums.
+    spectral_value bent_surface(float range, float slope, float curvature) const {
+        if (std::fabs(slope) < 1e-4F && std::fabs(curvature) * range < 1e-3F) return spectral_value{{1, 0}};
+        spectral_value ratio;
+        for (std::size_t i = 0; i < spectral_value::nodes; ++i) {
+            const vec2 bent = surface_integral(wave_number_[i], range, slope, curvature),
+                       straight = surface_integral(wave_number_[i], range, 0, 0);
+            ratio.at[i] = complex_product(bent, {straight.x, -straight.y}) / max(dot(straight, straight), 1e-30F);
+        }
+        return ratio;
+    }
+
+  private:
+    static constexpr float min_range = 1e-3F;                        // metres
+    static constexpr float per_logarithm = 48;                       // ranges of a table are 2 % apart
+    static constexpr std::size_t middle = spectral_value::nodes / 2; // a frequency near the carrier
+    static constexpr int min_points = 48, max_points = 512;          // of an element, for sums over its height
+    static constexpr int speckle_heights = 64;                       // over which |E|^4 is summed
+
+    struct place {
+        std::size_t index;
+        float part;
+    };
+
+    float row() const { return height_ / 128; }
+    float range_at(std::size_t i) const { return min_range * std::exp(static_cast<float>(i) / per_logarithm); }
+    // So many that the phase changes by less than one from one to the next.
+    int points(float k, float range) const {
+        return static_cast<int>(clamp(0.5F * k * height_ * height_ / range, min_points, max_points));
+    }
+
+    place place_of(float range) const {
+        const float at =
+            clamp(per_logarithm * std::log(max(range, min_range) / min_range), 0, static_cast<float>(ranges_ - 2));
+        const auto index = static_cast<std::size_t>(at);
+        return {index, min(at - static_cast<float>(index), 1)};
+    }
+    static spectral_value interpolated(const spectral_value* from, float part) {
+        return (1 - part) * from[0] + part * from[1];
+    }
+
+    float lens(float y) const { return y * y / (std::sqrt(focus_ * focus_ + y * y) + focus_); }
+
+    vec2 field(float k, float range, float y) const {
+        vec2 sum{0, 0};
+        const int count = points(k, range);
+        for (int i = 0; i < count; ++i) {
+            const float from = height_ * ((static_cast<float>(i) + 0.5F) / static_cast<float>(count) - 0.5F),
+                        beside = from * (from - 2 * y);
+            const float there = std::sqrt(max(range * range + beside, 1e-12F));
+            const float phase = k * (lens(from) - beside / (there + range)), weight = range * range / (there * there);
+            sum += weight * vec2{std::cos(phase), std::sin(phase)};
+        }
+        return height_ / static_cast<float>(count) * sum;
+    }
+
+    void compute(std::size_t i) {
+        const float range = range_at(i);
+        for (std::size_t h = 0; h < heights_; ++h) {
+            spectral_value& own = points_[h * ranges_ + i];
+            for (std::size_t f = 0; f < spectral_value::nodes; ++f)
+                own.at[f] = field(wave_number_[f], range, min(static_cast<float>(h) * row(), 0.95F * range));
+        }
+        spectral_value both;
+        for (std::size_t f = 0; f < spectral_value::nodes; ++f)
+            both.at[f] = std::sqrt(pi * range / wave_number_[f]) *
+                         complex_product(surface_integral(wave_number_[f], range, 0, 0),
+                                         {0.70710678F, -0.70710678F}); // 1 / sqrt(j)
+        // The root is continuous in the range: it has the phase of E, within a quarter turn.
+        const vec2 like = points_[i].at[middle];
+        const spectral_value root = square_root(both);
+        surfaces_[i] = (dot(root.at[middle], like) < 0 ? -1.0F : 1.0F) * root;
+        // Beyond the shadow of the element the field is weak, and beyond two diffraction widths as well.
+        const float reach =
+            height_ * (0.5F + std::fabs(1 - range / focus_)) + 4 * pi * range / (wave_number_[middle] * height_);
+        float sum = 0;
+        for (int h = 0; h < speckle_heights; ++h) {
+            const float y = reach * (static_cast<float>(h) + 0.5F) / speckle_heights;
+            const float there = std::sqrt(range * range + y * y);
+            const vec2 at = range / there * field(wave_number_[middle], there, y);
+            sum += dot(at, at) * dot(at, at);
+        }
+        const float power = dot(like, like);
+        speckle_heights_[i] = 2 * reach / speckle_heights * sum / max(power * power, 1e-30F);
+    }
+
+    // Over a, then over b: see `bent_surface`, without its factor sqrt(pi r / j k).
+    vec2 surface_integral(float k, float range, float slope, float curvature) const {
+        float open = 1 + curvature * range; // how fast the reflected wave diverges out of the slice
+        if (std::fabs(open) < 0.05F) open = open < 0 ? -0.05F : 0.05F;
+        const int count = points(k, range); // of b on each side of 0; a is twice as fine
+        vec2 sums[2 * max_points + 1];
+        sums[0] = {0, 0};
+        const float step = height_ / static_cast<float>(2 * count);
+        for (int i = 0; i < 2 * count; ++i) {
+            const float a = (static_cast<float>(i - count) + 0.5F) * step, beside = a - slope * range;
+            const float phase = k * (a * a / focus_ - a * a / range + beside * beside / (range * open));
+            sums[i + 1] = sums[i] + vec2{std::cos(phase), std::sin(phase)};
+        }
+        vec2 sum{0, 0};
+        for (int i = 0; i < count; ++i) { // |b| = (i + 1/2) h / count leaves |a| <= (h - |b|) / 2
+            const float b = 2 * (static_cast<float>(i) + 0.5F) * step;
+            const float phase = 0.25F * k * b * b * (1 / focus_ - 1 / range);
+            const auto end = [&](float rows) { // of the sum up to a fraction of a row
+                const auto below = static_cast<int>(rows);
+                const float part = rows - static_cast<float>(below);
+                return below >= 2 * count ? sums[2 * count] : (1 - part) * sums[below] + part * sums[below + 1];
+            };
+            const float half = 0.5F * (height_ - b) / step;
+            sum += complex_product(end(static_cast<float>(count) + half) - end(static_cast<float>(count) - half),
+                                   {std::cos(phase), std::sin(phase)});
+        }
+        const float root = 4 * step * step / std::sqrt(std::fabs(open)); // of both signs of b
+        return open > 0 ? root * sum : root * vec2{-sum.y, sum.x};
+    }
+
+    float height_ = 0, focus_ = 0, wave_number_[spectral_value::nodes] = {};
+    std::size_t ranges_ = 0, heights_ = 0;
+    std::vector<spectral_value> points_{}; // by height, then by range
+    std::vector<spectral_value> surfaces_{};
+    std::vector<float> speckle_heights_{};
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+
+#endif
+#ifndef INSONIFY_CHANNELS_PAIR_SUMS_HPP
+#define INSONIFY_CHANNELS_PAIR_SUMS_HPP
+
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+
+/// Sums over reflectors of what goes from one source by a reflector to one receiver.
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// One sample of a sum, or one wave: a complex value at each frequency.
+inline constexpr std::size_t floats_per_wave = 2 * spectral_value::nodes;
+
+/// What arrives at reflectors, from one source or at one receiver: a row of a `wave_table`.
+struct wave_row {
+    const float* time;    ///< s
+    const float* facing;  ///< share of the obliquity: 1/2 of a point, cos / 2 of a surface
+    const float* wave;    ///< with the phase of the carrier by the travel time: x, y at each frequency
+    const float* swapped; ///< the same: y, x
+
+    vec2 at(std::size_t i, std::size_t node) const {
+        const float* const own = wave + floats_per_wave * i + 2 * node;
+        return {own[0], own[1]};
+    }
+};
+
+/// Of many sources or receivers, for a block of reflectors.
+class wave_table {
+  public:
+    static constexpr std::size_t block =
+        1024; // reflectors; the rows of two tiles of elements fit into the second-level cache
+
+    static constexpr std::size_t together = max_simd_width; // reflectors
+    static_assert(block % together == 0);
+
+    explicit wave_table(std::size_t rows) : values_(rows * row_size) {
+        std::fill(values_.begin(), values_.end(), 0.0F);
+    }
+
+    wave_row operator[](std::size_t row) const {
+        const float* const begin = values_.data() + row * row_size;
+        return {begin, begin + block, begin + 2 * block, begin + (2 + floats_per_wave) * block};
+    }
+    void set(std::size_t row, std::size_t i, float time, float facing, const spectral_value& wave) {
+        float* const begin = values_.data() + row * row_size;
+        begin[i] = time;
+        begin[block + i] = facing;
+        float *const to = begin + 2 * block + floats_per_wave * i, *const swapped = to + floats_per_wave * block;
+        for (std::size_t k = 0; k < spectral_value::nodes; ++k) {
+            to[2 * k] = swapped[2 * k + 1] = wave.at[k].x;
+            to[2 * k + 1] = swapped[2 * k] = wave.at[k].y;
+        }
+    }
+
+  private:
+    static constexpr std::size_t row_size = (2 + 2 * floats_per_wave) * block;
+    large_array<float> values_; // aligned to cache lines
+};
+
+/// One source, ready to be multiplied with receivers: x, x and -y, y at each frequency.
+class source_waves {
+  public:
+    void assign(const wave_row& from, std::size_t count) {
+        time_ = from.time;
+        facing_ = from.facing;
+        real_.resize(floats_per_wave * count);
+        imaginary_.resize(floats_per_wave * count);
+        std::fill(real_.begin(), real_.end(), 0.0F);
+        std::fill(imaginary_.begin(), imaginary_.end(), 0.0F);
+        for (std::size_t i = 0; i < count; ++i)
+            for (std::size_t k = 0; k < spectral_value::nodes; ++k) {
+                const std::size_t at = floats_per_wave * i + 2 * k;
+                real_[at] = real_[at + 1] = from.wave[at];
+                imaginary_[at + 1] = from.wave[at + 1];
+                imaginary_[at] = -from.wave[at + 1];
+            }
+    }
+
+    /// Adds the echoes of a block of reflectors at a receiver to complex samples at baseband: each is a delta at its
+    /// travel time, spread over three samples by a quadratic B-spline, whose spectrum sinc^3 is divided out later.
+    /// @param count   reflectors, a multiple of `wave_table::together`
+    /// @param rate    samples a second
+    /// @param margin  of samples before time 0
+    /// @param sums    `samples` times `floats_per_wave`
+    void add(const wave_row& b, std::size_t count, float rate, float margin, float* sums, std::uint32_t samples) const {
+        constexpr int width = max_simd_width;
+        using floats = lanes<width>;
+        using wave_lanes = lanes<floats_per_wave>;
+        const floats last(static_cast<float>(samples - 4)), half(0.5F);
+        for (std::size_t first = 0; first < count; first += width) {
+            const auto row = [&](const float* of) { return load<width>(of + first); };
+            const floats place = (row(time_) + row(b.time)) * floats(rate) + floats(margin - 0.5F);
+            const floats within = min(max(place, floats(0.0F)), last);
+            const bit_lanes<width> below = floor_bits<width>(within); // the middle one of three follows it
+            const floats facing = select(within == place, row(facing_) + row(b.facing), floats(0.0F));
+            const floats u = within - floats_of<width>(below), v = floats(1.0F) - u;
+            float weight[3][width];
+            store(facing * half * v * v, weight[0]);
+            store(facing * (half + u * v), weight[1]);
+            store(facing * half * u * u, weight[2]);
+            std::uint32_t sample[width];
+            store_bits<width>(below, sample);
+            for (std::size_t i = 0; i < width; ++i) {
+                const std::size_t at = floats_per_wave * (first + i);
+                const auto wave = [&](const float* of) { return load<floats_per_wave>(of + at); };
+                const wave_lanes value = wave(real_.data()) * wave(b.wave) + wave(imaginary_.data()) * wave(b.swapped);
+                float* const to = sums + floats_per_wave * sample[i];
+                const auto tap = [&](std::size_t k) {
+                    return load<floats_per_wave>(to + floats_per_wave * k) + wave_lanes(weight[k][i]) * value;
+                };
+                const wave_lanes before = tap(0), here = tap(1), after = tap(2);
+                store(before, to);
+                store(here, to + floats_per_wave);
+                store(after, to + 2 * floats_per_wave);
+            }
+        }
+    }
+
+  private:
+    const float *time_ = nullptr, *facing_ = nullptr;
+    large_array<float> real_{}, imaginary_{};
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+
+#endif
+#ifndef INSONIFY_CHANNELS_REFLECTORS_HPP
+#define INSONIFY_CHANNELS_REFLECTORS_HPP
+
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// A point that scatters sound equally in all directions, in the world.
+struct point_scatterer {
+    vec3 position{0, 0, 0};      ///< metres
+    float scattering_length = 0; ///< scattered pressure at 1 m over the incident one, metres; may be negative
+};
+
+namespace detail {
+
+/// One thing that returns sound: a scatterer, or a short piece of a surface.
+struct reflector {
+    vec2 place{0, 0};      ///< in the slice, of the probe: x and z, metres
+    float y = 0;           ///< out of the slice, metres
+    bool surface = false;  ///< a piece of a surface
+    vec2 normal{0, 0};     ///< of a surface in the slice, towards the array, of length at most 1
+    spectral_value root{}; ///< the root of what it returns: its scattering length; for a surface times metres
+    std::uint32_t before = 0, after = 0;               ///< media on the side of the array and behind a surface
+    std::uint32_t object_before = 0, object_after = 0; ///< as in `layer`
+    float roughness = -1;                              ///< of a surface, as in `layer`
+    float lost_slope = 0; ///< attenuation from the nearest element and back: change with frequency, Np/Hz
+};
+
+/// What `trace_channels` fills the slice with lines by: parallel, or from an apex behind a curved face. A probe.
+struct slice_lines {
+    std::uint32_t lines = 1;
+    float frequency = 1e6F; ///< hertz
+    float radius = 0;       ///< of the face, metres; 0: flat
+    float extent = 1;       ///< from the first to the last line: metres, or radians
+    float bandwidth = 0.644F;
+    float elevation_height = 5e-3F, elevation_focus = 20e-3F, fnumber = 2;
+
+    ray beam(float line) const {
+        const float at = aperture_fraction(line, lines) * extent;
+        if (radius == 0) return {.origin = {at, 0, 0}};
+        return {.origin = radius * vec3{std::sin(at), 0, std::cos(at) - 1},
+                .direction = {std::sin(at), 0, std::cos(at)}};
+    }
+    vec2 locate(vec2 p) const {
+        if (radius == 0) return {line_at_fraction(p.x / extent, lines), p.y};
+        const float along = p.y + radius;
+        return {line_at_fraction(std::atan2(p.x, along) / extent, lines),
+                std::sqrt(p.x * p.x + along * along) - radius};
+    }
+    void check() const {}
+    /// Width of tissue that a line stands for, metres.
+    float width(float depth) const {
+        return extent / static_cast<float>(lines) * (radius == 0 ? 1.0F : radius + depth);
+    }
+};
+
+/// All sound passes: used where only scatterers are wanted.
+struct transparent {
+    INSONIFY_FN response operator()(const incidence&) const { return {}; }
+};
+struct lossless {
+    INSONIFY_FN float operator()(const medium&, float) const { return 0; }
+};
+
+/// Keeps the scatterers that a model emits, with their distances along the line.
+struct scatterer_sink {
+    struct one {
+        float distance;
+        vec2 amplitude;
+    };
+    std::vector<one>& found;
+    float end;
+
+    float depth() const { return end; }
+    void surface(float, float, vec2) const {}
+    void curved_surface(const curved_echo&) const {}
+    template <class Value>
+    void rough_surface(float, float, vec2, vec3, const Value&) const {}
+    void scatterers(const scatterer_echoes& run) const {
+        for (std::uint32_t i = 0; i < run.count; ++i) {
+            const float part = static_cast<float>(i) / static_cast<float>(run.count);
+            const float level = run.first_level + part * (run.last_level - run.first_level);
+            if (const float at = run.depth + static_cast<float>(i) * run.step; at >= 0 && at < end)
+                found.push_back({at, level * vec2{run.real[i], run.imaginary[i]}});
+        }
+    }
+};
+
+/// Finds what returns sound in the slice of an array.
+template <class Model>
+class reflector_search {
+  public:
+    /// @param node_step  of `spectral_value`, hertz
+    /// @param depth    of the slice, metres
+    /// @param opening  beyond the ends of the array, radians
+    reflector_search(const scene& body, view<const ray> places, const pose& at, const Model& model, float frequency,
+                     float bandwidth, float node_step, float depth, float opening)
+        : body_{body}, places_{places}, at_{at}, model_{model}, depth_{depth}, step_of_nodes_{node_step} {
+        const ray first = places[0], last = places[places.size() - 1];
+        const float turn =
+            std::atan2(last.direction.x, last.direction.z) - std::atan2(first.direction.x, first.direction.z);
+        const float width = length(last.origin - first.origin), beside = depth * std::tan(opening);
+        const float wavelength = display_speed / frequency;
+        lines_.frequency = frequency;
+        lines_.bandwidth = bandwidth;
+        if (turn > 1e-3F) {
+            lines_.radius = 0.5F * width / std::sin(0.5F * turn);
+            lines_.extent = turn + 2 * beside / (lines_.radius + depth);
+        } else {
+            lines_.extent = width + 2 * beside + wavelength;
+        }
+        open_ = beside;
+        const float widest = lines_.extent * (lines_.radius == 0 ? 1.0F : lines_.radius + depth);
+        // Half a wavelength apart, lines resolve what any aperture does.
+        lines_.lines = static_cast<std::uint32_t>(clamp(std::ceil(2 * widest / wavelength), 1, 1 << 16));
+        step_ = wavelength / 4;
+        probe_.assign(lines_);
+        frame_ = frame_view{frame_lines{.lines = probe_.lines(), .at = at, .depth = depth, .max_depth = depth}};
+        frame_.frequency = frequency;
+        frame_.samples = 1;
+        frame_.spacing = depth;
+        frame_.pulse_sigma = axial_sigma(bandwidth, frequency);
+        frame_.bandwidth = bandwidth;
+        frame_.plane[0] = {};
+    }
+
+    const slice_lines& lines() const { return lines_; }
+
+    /// The scatterers of the model's field, as they are in pictures.
+    /// @param strength   scattering length of a scatterer of amplitude 1 that stands for an area of 1 m^2 of the plane
+    ///                   across its line: see `speckle_strength`
+    /// @param thickness  thickness(depth): of the tissue that the slice stands for, metres
+    template <class Policy, class Thickness>
+    void add_speckle(const Policy& policy, float strength, float fnumber, float elevation_fnumber,
+                     std::uint32_t frame_number, float height, const Thickness& thickness,
+                     std::vector<reflector>& found) {
+        auto field = model_.with_boundary(transparent{}).with_attenuation(lossless{});
+        field.timing = timing::uniform;
+        field.shadow_floor_db = -FLT_MAX;
+        field.min_ringing = 1;
+        using field_model = decltype(field);
+        // Lines closer than the field's covariance take scatterers of planes of their own.
+        constexpr std::uint32_t max_planes = 64;
+        std::uint32_t planes = 1;
+        while (planes < max_planes && field.covariance(static_cast<float>(planes) * lines_.width(depth_), 0.0F) > 0.01F)
+            ++planes;
+        const std::vector<float> fnumbers{fnumber};
+        frame_.aperture = {
+            .fnumbers = fnumbers, .spacing = depth_, .elevation_fnumber = elevation_fnumber, .height = height};
+        frame_.frame_number = frame_number;
+        line_driver<vec2> driver;
+        line_grid<vec2> grid{lines_.lines, 1, depth_};
+        line_grid<vec2>* const sink = &grid;
+        std::vector<std::vector<scatterer_sink::one>> of_line(lines_.lines);
+        driver.emit_lines(
+            policy, body_, probe_, frame_, field, straight_lines{.directions = 1}, 2e4F, {&sink, 1},
+            [&](std::size_t, const line_task& task, view<vec2>) {
+                traced_line line = task.line;
+                line.plane = task.number % planes;
+                static_cast<const field_model&>(field).emit(line, scatterer_sink{of_line[task.number], depth_});
+            });
+        for (std::uint32_t i = 0; i < lines_.lines; ++i) {
+            const ray beam = lines_.beam(static_cast<float>(i));
+            for (const auto& [distance, amplitude] : of_line[i]) {
+                const vec3 p = beam.origin + distance * beam.direction;
+                const float level = strength * std::sqrt(lines_.width(distance) * thickness(distance));
+                found.push_back({.place = {p.x, p.z}, .root = spectral_value{square_root(level * amplitude)}});
+            }
+        }
+    }
+
+    /// The surfaces that the slice cuts, in pieces of a quarter of a wavelength: Kirchhoff's integral, of which the
+    /// part out of the slice is closed.
+    /// @param field    of the elements out of the slice
+    template <class Policy>
+    void add_surfaces(const Policy& policy, const elevation_field& field, std::vector<reflector>& found) {
+        layer_finder finder;
+        finder.assign(probe_);
+        finder.prepare(policy, body_, frame_, line_search::slices, false, 1, true);
+        const scene_view seen = body_.view_for_rays(policy);
+        if (finder.slices() == nullptr) return;
+        std::vector<cut_segment> segments;
+        finder.slices()->segments().for_each_segment([&](const cut_segment& one) {
+            if (!one.again) segments.push_back(one);
+        });
+        const pose upright = finder.fan().upright();
+        constexpr std::size_t block = 16;
+        std::vector<std::vector<reflector>> of_block((segments.size() + block - 1) / block);
+        exec::for_each_block(policy, segments.size(), block, 2e4F, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i)
+                add_segment(seen, field, segments[i], upright, of_block[begin / block]);
+        });
+        for (const std::vector<reflector>& some : of_block) found.insert(found.end(), some.begin(), some.end());
+    }
+
+    /// Number of the element that is nearest to a point of the slice.
+    std::size_t nearest_element(vec2 p) const {
+        std::size_t low = 0, high = places_.size() - 1;
+        const auto right_of = [&](std::size_t i) { // of the normal of an element
+            const ray& one = places_[i];
+            return (p.x - one.origin.x) * one.direction.z - (p.y - one.origin.z) * one.direction.x > 0;
+        };
+        while (high - low > 1) {
+            const std::size_t middle = (low + high) / 2;
+            (right_of(middle) ? low : high) = middle;
+        }
+        const auto distance = [&](std::size_t i) { return length(vec2{places_[i].origin.x, places_[i].origin.z} - p); };
+        return distance(low) <= distance(high) ? low : high;
+    }
+
+  private:
+    void add_segment(const scene_view& seen, const elevation_field& field, const cut_segment& segment,
+                     const pose& upright, std::vector<reflector>& found) const {
+        const vec3 from = upright.point({segment.from.x, 0, segment.from.y}),
+                   to = upright.point({segment.to.x, 0, segment.to.y});
+        const float size = length(to - from);
+        if (!(size > 0) || !is_finite(size) || size > 100 * max(depth_, lines_.extent)) return;
+        const auto pieces = static_cast<std::uint32_t>(std::ceil(size / step_));
+        for (std::uint32_t i = 0; i < pieces; ++i) {
+            const float part = (static_cast<float>(i) + 0.5F) / static_cast<float>(pieces);
+            add_piece(seen, field, segment, from + part * (to - from), size / static_cast<float>(pieces), found);
+        }
+    }
+
+    void add_piece(const scene_view& seen, const elevation_field& field, const cut_segment& segment, vec3 local,
+                   float size, std::vector<reflector>& found) const {
+        const object_view& owner = seen.objects[segment.object];
+        const vec2 flat{local.x, local.z};
+        const vec2 on_lines = lines_.locate(flat);
+        if (!(on_lines.y > 0 && on_lines.y < depth_)) return;
+        const float weight = taper(on_lines);
+        if (!(weight > 0)) return;
+        const ray& nearest = places_[nearest_element(flat)];
+        const vec3 apart = vec3{local.x, 0, local.z} - vec3{nearest.origin.x, 0, nearest.origin.z};
+        const float distance = length(apart);
+        if (!(distance > 1e-6F)) return;
+        const vec3 world = at_.point(local);
+        const line_frame line{at_.point({nearest.origin.x, 0, nearest.origin.z}), at_.direction(apart / distance),
+                              at_.rotation[1]};
+        const surface_incidence met = incidence_on(owner, segment.primitive, line, world);
+        constexpr float clearance = 3e-6F; // metres: beyond what touches
+        const object_view* const front = top_at(seen, world - clearance * met.flat);
+        const object_view* const behind = top_at(seen, world + clearance * met.flat);
+        const std::uint32_t before = front == nullptr ? 0 : front->medium,
+                            after = behind == nullptr ? 0 : behind->medium;
+        if (before == after) return;
+        const object_view* const higher = front == nullptr    ? behind
+                                          : behind == nullptr ? front
+                                                              : std::min(front, behind); // the first by rank
+        if (higher != &owner) return; // inside of another object, or where another's surface touches
+        const vec3 bulge = at_.local_direction(bulge_of(owner, segment.primitive, world));
+        const vec3 normal = at_.local_direction(-met.normal);
+        const float own_roughness = seen.media[owner.medium].roughness;
+        reflector one{.place = {local.x + bulge.x, local.z + bulge.z},
+                      .surface = true,
+                      .normal = {normal.x, normal.z},
+                      .before = before,
+                      .after = after,
+                      .object_before = front == nullptr ? ~0U : front->id,
+                      .object_after = behind == nullptr ? ~0U : behind->id,
+                      .roughness = own_roughness > 0 ? own_roughness : -1};
+        // (j k / 2 pi) r dl, of which `root` is the root; of r it has the sign, and each element the size.
+        const float wave_number = 2 * pi * lines_.frequency / seen.media[before].sound_speed;
+        constexpr float steepest = 5.8F; // 80 degrees
+        const float reflected =
+            model_.at_interface({seen.media[before], seen.media[after], met.cosine, lines_.frequency, one.roughness})
+                .reflected;
+        spectral_value whole{{0, std::copysign(weight * size * wave_number / (2 * pi), reflected)}};
+        for (std::size_t i = 0; i < spectral_value::nodes; ++i)
+            whole.at[i] *= 1 + spectral_value::steps(i) * step_of_nodes_ / lines_.frequency;
+        one.root = square_root(whole *
+                               field.bent_surface(distance, -clamp(met.slope.y, -steepest, steepest), met.curvature.y));
+        found.push_back(one);
+        add_roughness(seen, field, one, met, weight * size, distance, segment, found);
+    }
+
+    // What a rough surface scatters: of each piece at random. Source: see `scattered_back`, whose power a solid angle
+    // and area is r^2 / pi for Lambert's law at normal incidence.
+    void add_roughness(const scene_view& seen, const elevation_field& field, const reflector& piece,
+                       const surface_incidence& met, float size, float distance, const cut_segment& segment,
+                       std::vector<reflector>& found) const {
+        const medium &before = seen.media[piece.before], &after = seen.media[piece.after];
+        const incidence at{before, after, met.cosine, lines_.frequency, piece.roughness};
+        const float rough = model_.roughness.diffuse(at), reflected = model_.at_interface(at).reflected;
+        if (!(rough > 1e-6F) || reflected == 0) return;
+        const float power = reflected * reflected * rough *
+                            scattered_back(is_hard(before) || is_hard(after), met.cosine) / pi * size *
+                            field.speckle_height(distance);
+        // Random numbers that stay where they are on the object, wherever the array is.
+        const object_view& owner = seen.objects[segment.object];
+        const vec3 on_object = owner.at.local_point(at_.point({piece.place.x, 0, piece.place.y})) / step_;
+        std::uint64_t place = owner.id;
+        for (int axis = 0; axis < 3; ++axis)
+            place =
+                hash_bits(place, static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(on_object[axis]))));
+        reflector one = piece;
+        one.root = spectral_value{square_root(std::sqrt(0.5F * power) * hash_normal(model_.seed, place))};
+        one.normal = {0, 0};
+        found.push_back(one);
+    }
+
+    // 0 at the borders of the region that is covered, 1 from three tenths of the opening on: a surface that ended there
+    // would return a wave from its edge.
+    float taper(vec2 on_lines) const {
+        const float widest = 0.5F * lines_.extent * (lines_.radius == 0 ? 1.0F : lines_.radius + on_lines.y);
+        const float beside = std::fabs(aperture_fraction(on_lines.x, lines_.lines)) * 2 * widest;
+        const float room = max(0.3F * open_, 1e-6F), inside = clamp((widest - beside) / room, 0, 1);
+        return inside * inside * (3 - 2 * inside);
+    }
+
+    // How far the surface that a mesh stands for lies from one of its faces at a point: the quadratic surface with the
+    // normals of the corners, 1/2 sum over the edges of u v (n_b - n_a) (b - a). World axes, metres.
+    static vec3 bulge_of(const object_view& one, std::uint32_t face, vec3 world) {
+        const face_normals normals = one.normals.of_face(one.surface, face, {0, 0, 1});
+        if (!normals.curved) return {0, 0, 0};
+        const triangle t = one.surface[face];
+        const vec3 local = one.at.local_point(world), from_third = local - normals.third;
+        const float u = clamp(dot(normals.gradient[0], from_third), 0, 1),
+                    v = clamp(dot(normals.gradient[1], from_third), 0, 1 - u), w = 1 - u - v;
+        const vec3* const n = normals.corner;
+        const float rise = 0.5F * (u * v * dot(n[1] - n[0], t.b - t.a) + v * w * dot(n[2] - n[1], t.c - t.b) +
+                                   w * u * dot(n[0] - n[2], t.a - t.c));
+        const vec3 smooth = normals.at(local);
+        const float size = length(smooth);
+        return size > 0 ? one.at.direction(rise / size * smooth) : vec3{0, 0, 0};
+    }
+
+    const scene& body_;
+    view<const ray> places_;
+    pose at_;
+    const Model& model_;
+    float depth_, open_ = 0, step_ = 0;
+    float step_of_nodes_; // see `spectral_value`, hertz
+    slice_lines lines_{};
+    probe_lines probe_{};
+    frame_view frame_{};
+};
+
+} // namespace detail
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// How channel data are made.
+struct channel_settings {
+    float depth = 0.04F;           ///< to be recorded, metres
+    float sampling_frequency = 0;  ///< of RF, hertz; 0: four times the carrier
+    float opening = 30 * pi / 180; ///< beyond the ends of the array: the slice that is covered, radians
+    bool speckle = true;           ///< scatterers of tissue
+    bool surfaces = true;          ///< echoes of surfaces
+    /// Each transmit is one wave front instead of the sum of the waves of all elements: faster, without the waves from
+    /// the ends of the aperture.
+    bool wave_fronts = false;
+    float noise_level_db = no_level_db; ///< of electronic noise, independent from element to element, rms; 0 dB is 1
+    std::uint32_t noise_seed = 1;       ///< selects its realization
+    std::uint32_t frame = 0;            ///< number of the frame: noise and the speckle of flowing media change with it
+    std::uint64_t max_memory = std::uint64_t{4} << 30U; ///< bytes, of what is returned and of what it takes
+    std::span<const point_scatterer> points{};          ///< scatterers of one's own, beside those of tissue
+};
+
+namespace detail {
+
+/// Sampling of a record.
+struct record_plan {
+    float rate = 0;            // of RF, hertz
+    std::uint32_t samples = 0; // of RF
+    std::uint32_t halves = 2;  // RF samples for each two complex ones: 2^n or 3 * 2^n
+    std::uint32_t margin = 0;  // complex samples before time 0
+    std::uint32_t length = 0;  // complex samples with margins
+    std::size_t transform = 0; // length of the transform of them
+    float sigma_time = 0;      // of the pulse's envelope, s
+    float sigma_frequency = 0; // of its amplitude spectrum, hertz
+    float node_step = 0;       // see `spectral_value`, hertz
+
+    float complex_rate() const { return 2 * rate / static_cast<float>(halves); }
+};
+
+/// Frequencies, relative to the carrier, at which the spectra of pairs are kept.
+struct band {
+    std::vector<std::uint32_t> bins{}; // of the transform
+    std::vector<float> offsets{};      // hertz
+    std::vector<float> filter{};       // the pulse's spectrum, and the inverse of the B-spline's
+};
+
+template <class Model>
+concept reflects_everything = requires(const Model& m, const medium& one, const incidence& at) {
+    { m.at_interface(at) } -> std::same_as<response>;
+    { m.loss(one, 1e6F) } -> std::convertible_to<float>;
+    m.with_boundary(transparent{}).with_attenuation(lossless{});
+    m.roughness.coherent(at);
+};
+
+/// The work of `trace_channels`, for arrays as data.
+template <class Model>
+class channel_tracer {
+  public:
+    channel_tracer(const scene& body, const pose& at, const Model& model, const channel_settings& settings)
+        : body_{body}, at_{at}, model_{model}, settings_{settings} {}
+
+    // Everything but places and samples is set in `out`.
+    template <class Policy>
+    void run(const Policy& policy, float fnumber, channel_data& out) {
+        frequency_ = out.frequency;
+        elements_ = out.elements;
+        width_ = out.element_width;
+        height_ = out.height;
+        plan(out);
+        find_reflectors(policy, fnumber, out);
+        make_band();
+        trace(policy, out);
+        add_noise(policy, out);
+    }
+
+  private:
+    void plan(channel_data& out) {
+        const float bandwidth = out.bandwidth, fastest = out.sound_speed;
+        record_.rate = settings_.sampling_frequency > 0 ? settings_.sampling_frequency : 4 * frequency_;
+        if (!is_finite(record_.rate) || !(record_.rate >= frequency_ * (2 + bandwidth)) || !(record_.rate <= 1e10F))
+            throw usage_error{joined({"trace_channels: sampling_frequency is ", number_text(1e-6F * record_.rate),
+                                      " MHz; the band of the array ends at ",
+                                      number_text(1e-6F * frequency_ * (1 + 0.5F * bandwidth)),
+                                      " MHz: sample at twice that or more, or leave it at 0"})};
+        record_.sigma_frequency = bandwidth * frequency_ / 2.3548F;
+        // So few complex samples that half of their rate is 3.5 standard deviations of the spectrum: -53 dB.
+        const float slowest = max(2.5F * frequency_, 7 * record_.sigma_frequency);
+        for (std::uint32_t next = 3; 2 * record_.rate / static_cast<float>(next) >= slowest;
+             next = next % 3 == 0 ? next / 3 * 4 : next / 2 * 3)
+            record_.halves = next;
+        record_.node_step = spectral_value::step(record_.sigma_frequency, frequency_);
+        record_.sigma_time = 1 / (2 * pi * record_.sigma_frequency);
+        float max_delay = 0;
+        for (const transmit& one : out.sent)
+            for (std::uint32_t i = 0; i < elements_; ++i)
+                if (one.weight(i) != 0) max_delay = max(max_delay, one.delays[i]);
+        const float aperture = length(out.places.back().origin - out.places.front().origin);
+        reach_ = std::sqrt(settings_.depth * settings_.depth + aperture * aperture);
+        const float seconds = (settings_.depth + reach_) / fastest + max_delay;
+        record_.samples = static_cast<std::uint32_t>(std::ceil(seconds * record_.rate));
+        const float rate = record_.complex_rate();
+        record_.margin = 4 + 2 * static_cast<std::uint32_t>(std::ceil(3 * record_.sigma_time * rate)); // even
+        // Pair sums end where no delay has been added yet.
+        record_.length = static_cast<std::uint32_t>(std::ceil(seconds * rate)) + 2 * record_.margin;
+        record_.transform = transform_length(record_.length);
+        out.sampling_frequency = record_.rate;
+        out.samples = record_.samples;
+        out.start = 0;
+
+        symmetric_ = !settings_.wave_fronts;
+        const std::uint64_t sources = symmetric_ ? elements_ : out.transmits;
+        const std::uint64_t pairs = symmetric_ ? sources * (sources + 1) / 2 : sources * elements_;
+        const std::uint64_t channels = std::uint64_t{out.transmits} * elements_;
+        const std::uint64_t bytes = channels * record_.samples * sizeof(float) +
+                                    pairs * record_.length * (sizeof(vec2) + floats_per_wave * sizeof(float));
+        if (bytes > settings_.max_memory)
+            throw usage_error{
+                joined({"trace_channels: ", std::to_string(out.transmits), " transmits of ", std::to_string(elements_),
+                        " elements, ", std::to_string(record_.samples), " samples each, take ",
+                        number_text(1e-9F * static_cast<float>(bytes)), " GB, more than `max_memory` (",
+                        number_text(1e-9F * static_cast<float>(settings_.max_memory)),
+                        " GB); lower depth, transmits or elements, or raise it"})};
+        out.values.assign(channels * record_.samples, 0.0F);
+    }
+
+    template <class Policy>
+    void find_reflectors(const Policy& policy, float fnumber, const channel_data& out) {
+        reflector_search<Model> search{
+            body_,           out.places,       at_, model_, frequency_, out.bandwidth, record_.node_step,
+            settings_.depth, settings_.opening};
+        float highest = 0, lateral = 0;
+        std::vector<reflector>& all = reflectors_;
+        for (const point_scatterer& one : settings_.points) {
+            const vec3 local = at_.local_point(one.position);
+            if (!is_finite(one.position) || !is_finite(one.scattering_length))
+                throw usage_error{"trace_channels: a point scatterer is not finite; check `points`"};
+            if (!(local.z > 0)) continue; // behind the face
+            highest = max(highest, std::fabs(local.y));
+            lateral = max(lateral, length(local - out.places[search.nearest_element({local.x, local.z})].origin));
+            const spectral_value root{square_root(vec2{one.scattering_length, 0})};
+            all.push_back({.place = {local.x, local.z}, .y = local.y, .root = root});
+        }
+        for (const ray& one : out.places) highest = max(highest, std::fabs(one.origin.y));
+        const float aperture = length(out.places.back().origin - out.places.front().origin);
+        const float reach = aperture + max(settings_.depth * (1 + std::tan(settings_.opening)), lateral);
+        const auto passed = [&](const medium& before, const medium& after, float cosine, float roughness) {
+            return model_.at_interface({before, after, cosine, frequency_, roughness}).transmitted;
+        };
+        const auto loss = [&](const medium& m, float frequency) { return model_.loss(m, frequency); };
+        fans_.assign(policy, body_, out.places, at_, frequency_, reach, loss, passed);
+        speed_ = fans_.speed_at_face(elements_ / 2);
+        field_.assign(policy, frequency_, record_.node_step, height_, out.elevation_focus, speed_, reach, highest);
+        if (settings_.speckle)
+            search.add_speckle(
+                policy, speckle_strength(fnumber, out.elevation_focus), fnumber, out.elevation_focus / height_,
+                settings_.frame, height_, [&](float depth) { return field_.speckle_height(depth); }, all);
+        if (settings_.surfaces) search.add_surfaces(policy, field_, all);
+
+        // In zones of attenuation, then in blocks that are small in space, so that each adds to few samples of a pair. The
+        // reflectors of a block are shuffled: neighbours in memory then add to other samples.
+        constexpr float step = 0.3F; // Np over a standard deviation of the spectrum; its square over 8 is neglected
+        const float strip = std::sqrt(settings_.depth * (aperture + settings_.depth) *
+                                      static_cast<float>(wave_table::block) / static_cast<float>(all.size() + 1));
+        std::vector<std::uint32_t> zone_of(all.size()), strip_of(all.size());
+        exec::for_each_block(policy, all.size(), 256, 100, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+                const std::size_t nearest = search.nearest_element(all[i].place);
+                const element_fans::place at = fans_.find(nearest, all[i].place);
+                all[i].lost_slope = at.seen ? 2 * fans_.at_point(nearest, at).lost_slope : 0;
+                strip_of[i] = static_cast<std::uint32_t>(clamp(all[i].place.y / strip, 0, 1e6F));
+                zone_of[i] =
+                    static_cast<std::uint32_t>(clamp(all[i].lost_slope * record_.sigma_frequency / step, 0, 1000));
+            }
+        });
+        std::vector<std::uint32_t> order(all.size());
+        for (std::uint32_t i = 0; i < order.size(); ++i) order[i] = i;
+        std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+            if (zone_of[a] != zone_of[b]) return zone_of[a] < zone_of[b];
+            if (strip_of[a] != strip_of[b]) return strip_of[a] < strip_of[b];
+            if (all[a].place.x != all[b].place.x) return all[a].place.x < all[b].place.x;
+            return a < b;
+        });
+        std::vector<reflector> sorted;
+        sorted.reserve(all.size());
+        for (std::size_t begin = 0; begin < order.size();) {
+            const std::uint32_t own = zone_of[order[begin]];
+            std::size_t end = begin;
+            double sum = 0;
+            for (; end < order.size() && zone_of[order[end]] == own; ++end)
+                sum += static_cast<double>(all[order[end]].lost_slope);
+            zones_.push_back({sorted.size(), sorted.size() + (end - begin),
+                              static_cast<float>(sum / static_cast<double>(end - begin))});
+            for (std::size_t block = begin; block < end; block += wave_table::block) {
+                const std::size_t size = std::min(wave_table::block, end - block);
+                for (std::size_t i = size; i > 1; --i)
+                    std::swap(order[block + i - 1], order[block + hash_bits(block, i) % i]);
+                for (std::size_t i = 0; i < size; ++i) sorted.push_back(all[order[block + i]]);
+            }
+            begin = end;
+        }
+        all = std::move(sorted);
+    }
+
+    // Scattering lengths from levels of speckle: `medium::backscatter` states them for pictures, relative to a mirror that
+    // returns 1. Where an aperture of F-number F focuses, out of the slice with Fy, speckle of n scatterers a volume has
+    //
+    //     level^2 = n <L^2> integral |p|^2 dz  integral A^4 dx dy / (wavelength F Fy)^2,   A = 1 in the focus
+    //
+    // after the division by the number of elements (`beamform`). Scatterers of a model have the level^2 / integral
+    // |p|^2 dz a metre of depth. Of elements that radiate g(u) at the place u of the aperture, -1/2 to 1/2,
+    // integral A^4 dx = wavelength F integral (g * g)^2 ds, with the autocorrelation g * g: 2/3 for g = 1.
+    float speckle_strength(float fnumber, float focus) const {
+        constexpr int places = 64;
+        float sum = 0, weights = 0;
+        for (std::size_t node = 0; node < spectral_value::nodes; ++node) {
+            const float x = spectral_value::steps(node) * record_.node_step / record_.sigma_frequency;
+            const float frequency = frequency_ + spectral_value::steps(node) * record_.node_step;
+            float radiated[places];
+            for (int i = 0; i < places; ++i) {
+                const float place = (static_cast<float>(i) + 0.5F) / places - 0.5F,
+                            cosine = 1 / std::sqrt(1 + place * place / (fnumber * fnumber));
+                const float half = pi * frequency * width_ * place / fnumber * cosine / speed_;
+                radiated[i] = cosine * (std::fabs(half) < 1e-3F ? 1.0F : std::sin(half) / half);
+            }
+            float both = 0;
+            for (int shift = 1 - places; shift < places; ++shift) {
+                float product = 0;
+                for (int i = std::max(0, shift); i < places + std::min(0, shift); ++i)
+                    product += radiated[i] * radiated[i - shift];
+                both += product * product;
+            }
+            const float weight = std::exp(-x * x); // the power of the pulse
+            sum += weight * both / (places * places * places);
+            weights += weight;
+        }
+        const float wavelength = speed_ / frequency_, elevation_fnumber = focus / height_;
+        const float on_axis = length(field_.point(focus, 0).at[spectral_value::nodes / 2]) / height_;
+        const float across = field_.speckle_height(focus) * on_axis * on_axis * on_axis * on_axis;
+        return elevation_fnumber * std::sqrt(wavelength * fnumber / (sum / weights * across));
+    }
+
+    void make_band() {
+        const std::size_t length = record_.transform;
+        const float rate = record_.complex_rate(), step = rate / static_cast<float>(length);
+        const float widest = min(0.5F * rate, 3.7F * record_.sigma_frequency); // -60 dB
+        for (std::size_t i = 0; i < length; ++i) {
+            const float offset =
+                step * (i < length / 2 ? static_cast<float>(i) : static_cast<float>(i) - static_cast<float>(length));
+            if (std::fabs(offset) > widest || frequency_ + offset <= 0) continue;
+            const float x = offset / record_.sigma_frequency, turn = pi * offset / rate;
+            const float sinc = std::fabs(turn) < 1e-3F ? 1.0F : std::sin(turn) / turn;
+            // exp(-t^2 / 2 s^2), of amplitude 1, has the spectrum sqrt(2 pi) s exp(-x^2 / 2); a transform sums samples.
+            const float pulse = std::sqrt(2 * pi) * record_.sigma_time * std::exp(-0.5F * x * x) * rate;
+            band_.bins.push_back(static_cast<std::uint32_t>(i));
+            band_.offsets.push_back(offset);
+            band_.filter.push_back(pulse / (sinc * sinc * sinc) / static_cast<float>(length));
+        }
+    }
+
+    // What arrives from an element at a reflector.
+    struct element_wave_at {
+        float time = 0, facing = 0; // facing 0: nothing arrives
+        spectral_value wave{};
+    };
+    element_wave_at arrive(const channel_data& out, std::size_t element, const reflector& one, float zone_slope) const {
+        element_wave_at found;
+        const element_fans::place at = fans_.find(element, one.place);
+        if (!at.seen || !(at.cosine > 0)) return found;
+        const arrived_wave wave = one.surface ? fans_.at_surface(element, at, one.object_before, one.object_after)
+                                              : fans_.at_point(element, at);
+        if (!(wave.amplitude > 0)) return found;
+        found.time = wave.time;
+        found.facing = 0.5F;
+        // Near the element the distance to most of its face is longer: there 1 / r would grow without bound.
+        float amplitude = wave.amplitude * at.distance / std::sqrt(at.distance * at.distance + width_ * width_);
+        if (one.surface && one.normal != vec2{0, 0}) {
+            const ray& face = out.places[element];
+            const vec2 to = (vec2{face.origin.x, face.origin.z} - one.place) / at.distance;
+            const float cosine = dot(to, one.normal);
+            if (!(cosine > 0)) return {};
+            found.facing = 0.5F * cosine;
+            const std::vector<medium>& media = media_;
+            const incidence met{media[one.before], media[one.after], min(cosine, 1), frequency_, one.roughness};
+            // The root of what both ways make of it.
+            amplitude *= std::sqrt(std::fabs(model_.at_interface(met).reflected) * model_.roughness.coherent(met));
+        }
+        const float y = one.y - out.places[element].origin.y;
+        if (y != 0) { // the distance in space
+            const float further = y * y / (std::sqrt(at.distance * at.distance + y * y) + at.distance);
+            found.time += further * wave.time / at.distance;
+        }
+        const spectral_value across = one.surface && one.normal != vec2{0, 0}
+                                          ? field_.surface(wave.range)
+                                          : field_.point(std::sqrt(wave.range * wave.range + y * y), y);
+        // sqrt(j k w / 2 pi h) sinc(k w sin t / 2) cos t: twice this, times a scattering length, is an echo.
+        const float lost = wave.lost_slope - 0.5F * zone_slope;
+        const vec2 carrier = turned(0.125 - double{frequency_} * double{found.time});          // with sqrt(j)
+        const float per_hertz = pi * width_ * at.sine / speed_, half = frequency_ * per_hertz, // k w sin t / 2
+            step = record_.node_step * per_hertz;
+        const float beyond = std::exp(-lost * record_.node_step);
+        const vec2 turn{std::cos(step), std::sin(step)};
+        vec2 turning{std::cos(half - 1.5F * step), std::sin(half - 1.5F * step)}; // at the lowest frequency
+        float left = 1 / (beyond * std::sqrt(beyond));
+        for (std::size_t i = 0; i < spectral_value::nodes; ++i) {
+            const float angle = half + spectral_value::steps(i) * step;
+            const float sinc = std::fabs(angle) < 1e-3F ? 1.0F : turning.y / angle;
+            const float face = root_[i] * at.cosine * sinc * amplitude * left;
+            turning = complex_product(turning, turn);
+            left *= beyond;
+            found.wave.at[i] = complex_product(face * carrier, complex_product(across.at[i], one.root.at[i]));
+        }
+        return found;
+    }
+
+    struct zone {
+        std::size_t begin, end; // reflectors
+        float slope;            // mean attenuation there and back: change with frequency, Np/Hz
+    };
+
+    template <class Policy>
+    void trace(const Policy& policy, channel_data& out) {
+        media_ = {body_.media().begin(), body_.media().end()};
+        for (std::size_t i = 0; i < spectral_value::nodes; ++i)
+            root_[i] =
+                std::sqrt((frequency_ + spectral_value::steps(i) * record_.node_step) * width_ / (speed_ * height_));
+        const std::uint32_t sources = symmetric_ ? elements_ : out.transmits;
+        const std::size_t count = band_.bins.size();
+        const auto first_pair = [&](std::size_t source) { // of a source's pairs
+            return source * elements_ - (symmetric_ && source > 0 ? source * (source - 1) / 2 : 0);
+        };
+        const auto pair_of = [&](std::size_t source, std::size_t receiver) {
+            return symmetric_ ? first_pair(source) + (receiver - source) : first_pair(source) + receiver;
+        };
+        const std::size_t pairs =
+            symmetric_ ? std::size_t{elements_} * (elements_ + 1) / 2 : std::size_t{sources} * elements_;
+        const std::size_t sum_size = std::size_t{record_.length} * floats_per_wave;
+        large_array<vec2> spectra(pairs * count);
+        std::fill(spectra.begin(), spectra.end(), vec2{0, 0});
+        large_array<float> sums(pairs * sum_size);
+        wave_table received{elements_}, sent{symmetric_ ? 0 : sources};
+        const fourier transform{record_.transform};
+        const float rate = record_.complex_rate(), margin = static_cast<float>(record_.margin);
+        for (const zone& own : zones_) {
+            exec::for_each_block(policy, pairs, 64, 0.3F * static_cast<float>(sum_size),
+                                 [&](std::size_t begin, std::size_t end) {
+                                     std::fill(sums.begin() + static_cast<std::ptrdiff_t>(begin * sum_size),
+                                               sums.begin() + static_cast<std::ptrdiff_t>(end * sum_size), 0.0F);
+                                 });
+            for (std::size_t block = own.begin; block < own.end; block += wave_table::block) {
+                const std::size_t size = std::min(wave_table::block, own.end - block),
+                                  padded =
+                                      (size + wave_table::together - 1) / wave_table::together * wave_table::together;
+                exec::for_each_block(
+                    policy, elements_, 1, 100 * static_cast<float>(size), [&](std::size_t element, std::size_t) {
+                        for (std::size_t i = 0; i < size; ++i) {
+                            const element_wave_at at = arrive(out, element, reflectors_[block + i], own.slope);
+                            received.set(element, i, at.time, at.facing, at.wave);
+                        }
+                        for (std::size_t i = size; i < padded; ++i) received.set(element, i, 0, 0, {});
+                    });
+                if (!symmetric_) send_wave_fronts(policy, out, received, size, padded, sent);
+                // In tiles of sources and receivers, whose waves stay in a cache.
+                constexpr std::uint32_t tile = 8;
+                const std::uint32_t source_tiles = (sources + tile - 1) / tile,
+                                    receiver_tiles = (elements_ + tile - 1) / tile;
+                exec::for_each_block(
+                    policy, std::size_t{source_tiles} * receiver_tiles, 1, 3 * tile * tile * static_cast<float>(size),
+                    [&](std::size_t number, std::size_t) {
+                        const std::size_t first_source = number / receiver_tiles * tile,
+                                          first = number % receiver_tiles * tile;
+                        const std::size_t last = std::min<std::size_t>(first + tile, elements_);
+                        if (symmetric_ && last <= first_source) return;
+                        source_waves one;
+                        for (std::size_t n = first_source; n < first_source + tile && n < sources; ++n) {
+                            one.assign(symmetric_ ? received[n] : sent[n], padded);
+                            for (std::size_t m = symmetric_ ? std::max(first, n) : first; m < last; ++m)
+                                one.add(received[m], padded, rate, margin, sums.data() + pair_of(n, m) * sum_size,
+                                        record_.length);
+                        }
+                    });
+            }
+            exec::for_each_block(policy, pairs, complex_batch::width, 20 * static_cast<float>(record_.transform),
+                                 [&](std::size_t begin, std::size_t end) {
+                                     add_spectra(sums.data() + begin * sum_size, end - begin, own.slope, transform,
+                                                 spectra.data() + begin * count);
+                                 });
+        }
+        sums = {};
+        const std::size_t longer = record_.transform * record_.halves / 2;
+        const fourier back{longer};
+        std::vector<vec2> carrier(record_.samples);
+        for (std::size_t k = 0; k < carrier.size(); ++k)
+            carrier[k] = turned(double{frequency_} * static_cast<double>(k) / double{record_.rate});
+        exec::for_each_block(
+            policy, std::size_t{out.transmits} * elements_, complex_batch::width,
+            2 * static_cast<float>(longer + count * elements_), [&](std::size_t begin, std::size_t end) {
+                std::vector<complex_batch> room(longer);
+                std::vector<vec2> whole(count);
+                std::vector<complex_block> blocks(count, complex_block{});
+                for (std::size_t i = begin; i < end; ++i) {
+                    const std::size_t number = i / elements_, m = i % elements_;
+                    const transmit& one = out.sent[number];
+                    if (symmetric_) {
+                        std::fill(whole.begin(), whole.end(), vec2{0, 0});
+                        for (std::size_t n = 0; n < elements_; ++n) {
+                            const float weight = one.weight(static_cast<std::uint32_t>(n));
+                            if (weight == 0) continue;
+                            add_delayed(spectra.data() + (n <= m ? pair_of(n, m) : pair_of(m, n)) * count, weight,
+                                        one.delays[n], whole);
+                        }
+                    } else {
+                        const vec2* const own = spectra.data() + pair_of(number, m) * count;
+                        std::copy(own, own + count, whole.begin());
+                    }
+                    for (std::size_t b = 0; b < count; ++b) {
+                        blocks[b].x[i - begin] = whole[b].x;
+                        blocks[b].y[i - begin] = whole[b].y;
+                    }
+                }
+                for (std::size_t b = 0; b < count; ++b) {
+                    const std::size_t bin = band_.bins[b];
+                    room[bin < record_.transform / 2 ? bin : longer - (record_.transform - bin)] = blocks[b].loaded();
+                }
+                back.inverse(room.data());
+                const std::size_t offset = std::size_t{record_.margin} * record_.halves / 2;
+                for (std::size_t k = 0; k < record_.samples; ++k) {
+                    complex_block sample;
+                    sample.store_from(batch_product(carrier[k], room[offset + k]));
+                    for (std::size_t i = begin; i < end; ++i) out.values[i * record_.samples + k] = sample.x[i - begin];
+                }
+            });
+    }
+
+    void add_delayed(const vec2* spectrum, float weight, float delay, std::vector<vec2>& to) const {
+        const std::size_t count = to.size();
+        if (delay == 0) {
+            for (std::size_t b = 0; b < count; ++b) to[b] += weight * spectrum[b];
+            return;
+        }
+        // Bins follow one another but for the one after the highest frequency.
+        const float step = record_.complex_rate() / static_cast<float>(record_.transform);
+        const vec2 turn = turned(-double{step} * double{delay});
+        vec2 factor{0, 0};
+        for (std::size_t b = 0; b < count; ++b) {
+            if (b % 64 == 0 || band_.bins[b] != band_.bins[b - 1] + 1)
+                factor = weight * turned(-(double{frequency_} + double{band_.offsets[b]}) * double{delay});
+            to[b] += complex_product(factor, spectrum[b]);
+            factor = complex_product(factor, turn);
+        }
+    }
+
+    // Of as many pairs as there are lanes, or fewer.
+    void add_spectra(const float* sums, std::size_t pairs, float zone_slope, const fourier& transform, vec2* to) const {
+        const std::size_t sum_size = std::size_t{record_.length} * floats_per_wave, count = band_.bins.size();
+        std::vector<complex_batch> room(transform.size());
+        for (std::size_t node = 0; node < spectral_value::nodes; ++node) {
+            complex_block block{};
+            for (std::size_t k = 0; k < record_.length; ++k) {
+                for (std::size_t p = 0; p < pairs; ++p) {
+                    const float* const sample = sums + p * sum_size + floats_per_wave * k + 2 * node;
+                    block.x[p] = sample[0];
+                    block.y[p] = sample[1];
+                }
+                room[k] = block.loaded();
+            }
+            std::fill(room.begin() + record_.length, room.end(), complex_batch{});
+            transform.forward(room.data());
+            for (std::size_t b = 0; b < count; ++b) {
+                const float share = spectral_value::weight(node, band_.offsets[b] / record_.node_step);
+                const float factor = share * std::exp(-zone_slope * band_.offsets[b]) * band_.filter[b];
+                block.store_from(room[band_.bins[b]]);
+                for (std::size_t p = 0; p < pairs; ++p) to[p * count + b] += factor * vec2{block.x[p], block.y[p]};
+            }
+        }
+    }
+
+    // The wave front of each transmit at each reflector: what arrives within three periods of the first wave, which the
+    // elements around its origin send, at the time of the middle of its energy. The later waves of the others cancel, but
+    // for those from the ends of the aperture, which are left out.
+    template <class Policy>
+    void send_wave_fronts(const Policy& policy, const channel_data& out, const wave_table& of_elements,
+                          std::size_t size, std::size_t padded, wave_table& sent) const {
+        const float per_period = frequency_ / 3;
+        exec::for_each_block(
+            policy, out.transmits, 1, 4 * static_cast<float>(size * elements_), [&](std::size_t t, std::size_t) {
+                const transmit& one = out.sent[t];
+                std::vector<spectral_value> wave(size);
+                std::vector<vec2> moment(size, vec2{0, 0});
+                std::vector<float> first(size, FLT_MAX);
+                const auto each_element = [&](const auto& visit) {
+                    for (std::size_t n = 0; n < elements_; ++n)
+                        if (one.weight(static_cast<std::uint32_t>(n)) != 0) visit(n, of_elements[n], one.delays[n]);
+                };
+                each_element([&](std::size_t, const wave_row& from, float delay) {
+                    for (std::size_t i = 0; i < size; ++i)
+                        if (from.facing[i] > 0) first[i] = min(first[i], from.time[i] + delay);
+                });
+                each_element([&](std::size_t n, const wave_row& from, float delay) {
+                    const vec2 delayed =
+                        one.weight(static_cast<std::uint32_t>(n)) * turned(-double{frequency_} * double{delay});
+                    for (std::size_t i = 0; i < size; ++i) {
+                        const float later = from.time[i] + delay - first[i], x = later * per_period;
+                        if (!(x < 1) || !(from.facing[i] > 0)) continue;
+                        const vec2 weighted = (1 - x * x) * (1 - x * x) * delayed;
+                        for (std::size_t k = 0; k < spectral_value::nodes; ++k)
+                            wave[i].at[k] += complex_product(weighted, from.at(i, k));
+                        moment[i] += later * complex_product(weighted, 0.5F * (from.at(i, 1) + from.at(i, 2)));
+                    }
+                });
+                for (std::size_t i = 0; i < size; ++i) {
+                    // -d phase / d omega of the sum is Re(moment / value); what is left of the moment turns it over
+                    // frequency.
+                    spectral_value& sum = wave[i];
+                    const vec2 middle = 0.5F * (sum.at[1] + sum.at[2]);
+                    const float power = dot(middle, middle);
+                    if (!(power > 0)) {
+                        sent.set(t, i, 0, 0, {});
+                        continue;
+                    }
+                    const float later = dot(moment[i], middle) / power;
+                    const vec2 left = 2 * pi * record_.node_step * (moment[i] - later * middle);
+                    for (std::size_t k = 0; k < spectral_value::nodes; ++k)
+                        sum.at[k] += spectral_value::steps(k) * vec2{left.y, -left.x};
+                    sent.set(t, i, first[i] + later, 0.5F, sum);
+                }
+                for (std::size_t i = size; i < padded; ++i) sent.set(t, i, 0, 0, {});
+            });
+    }
+
+    template <class Policy>
+    void add_noise(const Policy& policy, channel_data& out) const {
+        if (!(settings_.noise_level_db > no_level_db)) return;
+        const float level = amplitude_of_decibels(settings_.noise_level_db);
+        const std::uint64_t seed = hash_bits(settings_.noise_seed, settings_.frame);
+        exec::for_each_block(policy, std::size_t{out.transmits} * elements_, 16, 5 * static_cast<float>(out.samples),
+                             [&](std::size_t begin, std::size_t end) {
+                                 for (std::size_t k = begin * out.samples; k < end * out.samples; ++k)
+                                     out.values[k] += level * hash_normal(seed, k).x;
+                             });
+    }
+
+    const scene& body_;
+    pose at_;
+    const Model& model_;
+    const channel_settings& settings_;
+    float frequency_ = 0, width_ = 0, height_ = 0, speed_ = display_speed, reach_ = 0;
+    float root_[spectral_value::nodes] = {}; // sqrt(k w / 2 pi h) of an element
+    std::uint32_t elements_ = 0;
+    bool symmetric_ = true;
+    record_plan record_{};
+    band band_{};
+    element_fans fans_{};
+    elevation_field field_{};
+    std::vector<medium> media_{};
+    std::vector<reflector> reflectors_{};
+    std::vector<zone> zones_{};
+};
+
+} // namespace detail
+
+/// What each element receives of each transmit.
+///
+///     const element_array array = presets::l11_5v_elements;
+///     const channel_data received =
+///         trace_channels(exec::par_unseq, body, array, at, physical{}, plane_waves(array, 11, 20_deg), {.depth = 40_mm});
+///
+/// Surfaces reflect by Kirchhoff's integral, tissue scatters as in pictures; travel times are those of Fermat's
+/// principle, attenuation follows frequency. What is missing: echoes that are reflected more than once.
+/// @param array  see `element_transducer`
+/// @param at     array to world: x lateral, y elevation, z depth
+/// @param model  `physical`, with laws of its own or yours
+/// @param sent   the transmits
+/// @throws usage_error     for a scene that was not built, settings or transmits out of range, an element inside of what
+///                         blocks sound, or more memory than `max_memory`
+/// @throws geometry_error  for a pose that is not rigid
+template <exec::policy Policy, element_transducer Array, detail::reflects_everything Model>
+channel_data trace_channels(const Policy& policy, const scene& body, const Array& array, const pose& at,
+                            const Model& model, std::span<const transmit> sent, const channel_settings& settings = {}) {
+    array.check();
+    body.require_built();
+    if constexpr (requires { model.check(); }) model.check();
+    if (!is_rigid(at))
+        throw geometry_error{"trace_channels: the pose of the array is not a rigid transform; make it with look_at, or "
+                             "mend it with orthonormalised"};
+    check_depth(settings.depth, "trace_channels");
+    if (!is_finite(settings.opening) || !(settings.opening >= 0 && settings.opening <= 80 * pi / 180))
+        throw usage_error{"trace_channels: `opening` must be 0 to 80 degrees: write 30_deg"};
+    if (sent.empty())
+        throw usage_error{"trace_channels: there are no transmits; make some, as with plane_waves(array, 11, 20_deg)"};
+    for (std::size_t i = 0; i < sent.size(); ++i) detail::check_transmit(sent[i], i, array.elements);
+    if (settings.depth * array.frequency > detail::max_wavelengths * display_speed / 256)
+        throw usage_error{"trace_channels: `depth` is more than 65536 wavelengths; lower it or the frequency"};
+    channel_data out;
+    out.transmits = static_cast<std::uint32_t>(sent.size());
+    out.elements = array.elements;
+    out.frequency = array.frequency;
+    out.bandwidth = array.bandwidth;
+    out.sound_speed = array.sound_speed;
+    out.element_width = array.element_width;
+    out.height = array.height;
+    out.elevation_focus = array.elevation_focus;
+    for (std::uint32_t i = 0; i < array.elements; ++i) {
+        out.places.push_back(array.element(i));
+        if (!is_finite(out.places[i].origin) || std::fabs(out.places[i].direction.y) > 1e-5F ||
+            std::fabs(length(out.places[i].direction) - 1) > 1e-4F)
+            throw usage_error{"trace_channels: the normal of an element must have length 1 and lie in the plane y = 0"};
+    }
+    for (std::uint32_t i = 1; i < array.elements; ++i)
+        out.pitch += length(out.places[i].origin - out.places[i - 1].origin) / static_cast<float>(array.elements - 1);
+    if (array.elements == 1) out.pitch = array.element_width;
+    out.sent.assign(sent.begin(), sent.end());
+    detail::channel_tracer<Model>{body, at, model, settings}.run(
+        detail::any_policy<exec::is_unsequenced_v<Policy>>{policy}, array.fnumber, out);
+    return out;
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+
+#endif
 #ifndef INSONIFY_COMPILED_HPP
 #define INSONIFY_COMPILED_HPP
 
@@ -21159,304 +24055,6 @@ inline std::string explain(const mesh_report& report) {
          ": swap two corners of each face, unless it is the wall of a cavity.");
     return text;
 }
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#ifndef INSONIFY_SCENE_QUERIES_HPP
-#define INSONIFY_SCENE_QUERIES_HPP
-
-
-#include <algorithm>
-#include <atomic>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <memory>
-#include <optional>
-#include <vector>
-
-/// Queries for contact, collision and placement. Distances are metres, points and directions in the world.
-///
-/// All may be called from many threads at once. The first query after objects have moved refits their trees; where that
-/// takes too long, as in a haptic loop, query a snapshot: see `scene_snapshots`.
-namespace insonify::inline INSONIFY_ABI {
-
-/// A point on the surface of an object.
-struct surface_point {
-    object_id object{};     ///< whose surface it is
-    std::uint32_t face = 0; ///< index into `object::surface.faces`
-    float distance = 0;     ///< from the origin of the ray, in units of its direction, or from the point of the query
-    vec3 point{0, 0, 0};    ///< in the world
-    vec3 normal{0, 0, 1};   ///< of the face, outwards, length 1
-};
-
-/// Accepts every object.
-struct any_object {
-    /// Always true.
-    constexpr bool operator()(object_id) const { return true; }
-};
-
-/// Accepts none.
-struct no_object {
-    /// Always false.
-    constexpr bool operator()(object_id) const { return false; }
-};
-
-namespace detail {
-
-inline surface_point surface_point_at(const object_view& one, std::uint32_t face, float distance, vec3 point) {
-    const vec3 normal = unit_normal(one.surface[face], {0, 0, 1});
-    return {object_id{one.id}, face, distance, point, one.at.direction(normal)};
-}
-
-/// Whether an object contains a point: a half line from there crosses its surface an odd number of times.
-inline bool contains(const object_view& one, vec3 point) {
-    bool inside = false;
-    one.tree.for_each_hit(one.local({.origin = point}), [&](const hit&) { inside = !inside; });
-    return inside;
-}
-
-/// The object whose medium applies at a point; null in the background.
-inline const object_view* top_at(const scene_view& flat, vec3 point) {
-    std::uint32_t top = media_stack::none;
-    flat.boxes.for_each_overlap(aabb{point, point}, [&](std::uint32_t rank) {
-        if (rank < top && contains(flat.objects[rank], point)) top = rank;
-    });
-    return top == media_stack::none ? nullptr : &flat.objects[top];
-}
-
-/// @throws usage_error  for a ray that would miss everything
-inline void check_ray(const ray& r, const char* caller) {
-    const vec3 along = abs(r.direction);
-    if (!is_finite(r.origin) || !is_finite(r.direction) || !(max(along.x, max(along.y, along.z)) > 1e-30F) ||
-        !is_number(r.min_distance) || !is_number(r.max_distance))
-        throw usage_error{
-            joined({caller,
-                    ": the ray needs a finite origin, a finite direction that is not 0, and limits that are not NaN"})};
-}
-
-/// Follows a straight line through the media of a scene: in_layer(length, stretch) is called for each layer, metres and
-/// displayed metres per metre, until it returns false.
-template <class InLayer>
-void follow_displayed(const scene& body, const ray& line, float depth, const char* caller, const InLayer& in_layer) {
-    check_ray(line, caller);
-    check_depth(depth, caller);
-    const scene_view flat = body.view_for_rays(exec::par);
-    const vec3 size = abs(line.direction), scaled = line.direction / max(max(size.x, size.y), size.z);
-    const line_frame along{.origin = line.origin, .along = scaled / length(scaled)};
-    std::vector<crossing> crossings(64);
-    std::vector<std::uint32_t> inside(64);
-    std::vector<layer> room(64);
-    for (view<const layer> layers{}; layers.empty();) {
-        line_crossings found{.room = crossings, .inside = {.ranks = inside}};
-        if (find_crossings(flat, {along.origin, along.along}, depth, found))
-            layers = stack_layers(flat, along, depth, found, view<layer>{room}, false);
-        for (const layer& one : layers)
-            if (!in_layer(one.end - one.begin, displayed_stretch(flat.media[one.medium]))) return;
-        crossings.resize(2 * crossings.size());
-        inside.resize(2 * inside.size());
-        room.resize(2 * room.size());
-    }
-}
-
-} // namespace detail
-
-/// The object that gives the medium at a point; none in the background.
-/// @throws usage_error  for a point that is not finite, or a scene that was not built
-inline std::optional<object_id> object_at(const scene& body, vec3 point) {
-    detail::check_point(point, "object_at");
-    const object_view* one = detail::top_at(body.view_for_rays(exec::par), point);
-    return one == nullptr ? std::nullopt : std::optional{object_id{one->id}};
-}
-
-/// The medium at a point: that of `object_at`, or the background's.
-/// @throws usage_error  for a point that is not finite, or a scene that was not built
-inline medium medium_at(const scene& body, vec3 point) {
-    detail::check_point(point, "medium_at");
-    const scene_view flat = body.view_for_rays(exec::par);
-    const object_view* one = detail::top_at(flat, point);
-    return flat.media[one == nullptr ? 0 : one->medium];
-}
-
-/// The first surface along a ray, within its limits, from either side; none where there is none.
-///
-///     const auto skin = first_surface(body, {tip, {0, 0, 1}}, [&](object_id id) { return id != needle; });
-///
-/// Of surfaces that touch, any may be reported: their distances differ by rounding errors.
-/// @param accepts  bool(object_id): objects for which it returns false are passed through
-/// @throws usage_error  for an origin or a direction that is not finite, a direction of length 0, a limit that is NaN,
-///                      or a scene that was not built
-template <std::predicate<object_id> Filter = any_object>
-std::optional<surface_point> first_surface(const scene& body, const ray& r, const Filter& accepts = {}) {
-    detail::check_ray(r, "first_surface");
-    const scene_view flat = body.view_for_rays(exec::par);
-    hit first;
-    std::uint32_t rank = 0;
-    flat.boxes.for_each_hit(r, [&](const hit& box) {
-        const object_view& one = flat.objects[box.primitive];
-        if (box.distance > first.distance || !accepts(object_id{one.id})) return;
-        ray local = one.local(r);
-        local.max_distance = min(local.max_distance, first.distance);
-        const hit found = one.tree.closest(local);
-        if (!found || (first && !(found.distance < first.distance || box.primitive < rank))) return;
-        first = found;
-        rank = box.primitive;
-    });
-    if (!first) return std::nullopt;
-    return detail::surface_point_at(flat.objects[rank], first.primitive, first.distance, r.at(first.distance));
-}
-
-/// The point of an object's surface that is nearest to a point; none for an object without faces.
-/// @throws usage_error  for an unknown id, a point that is not finite, or a scene that was not built
-inline std::optional<surface_point> nearest_surface(const scene& body, object_id id, vec3 point) {
-    detail::check_point(point, "nearest_surface");
-    static_cast<void>(body[id]); // throws for an unknown id
-    const scene_view flat = body.view_for_rays(exec::par);
-    for (const object_view& one : flat.objects) {
-        if (one.id != static_cast<std::uint32_t>(id)) continue;
-        const detail::nearest_point found = detail::find_nearest(one.tree, one.at.local_point(point));
-        if (found.primitive == detail::nearest_point{}.primitive) return std::nullopt;
-        return detail::surface_point_at(one, found.primitive, std::sqrt(found.distance_squared),
-                                        one.at.point(found.point));
-    }
-    return std::nullopt;
-}
-
-/// Depth at which an echo is displayed, metres: c0 t / 2 with c0 = 1540 m/s, as `physical` does, from the true depth
-/// along a straight line.
-///
-///     shown = sum over the media along the line of d c0 / c
-///
-///     const float shown = displayed_depth(body, {at.point(beam.origin), at.direction(beam.direction)}, 20_mm);
-///
-/// Refraction and the shadows of obstacles are left out: see `physical`.
-/// @param line   from the face of the probe, in the world; its limits are not used
-/// @param depth  true one, metres along the line
-/// @throws usage_error  for a scene that was not built, a line or a depth out of range
-inline float displayed_depth(const scene& body, const ray& line, float depth) {
-    double shown = 0;
-    detail::follow_displayed(body, line, depth, "displayed_depth", [&](float part, float stretch) {
-        shown += static_cast<double>(part) * static_cast<double>(stretch);
-        return true;
-    });
-    return static_cast<float>(shown);
-}
-
-/// The inverse of `displayed_depth`: the true depth along a line of what a scanner displays at a depth, such as that of
-/// `scan_map::point`, metres.
-/// @throws usage_error  as `displayed_depth`
-inline float true_depth(const scene& body, const ray& line, float shown) {
-    check_depth(shown, "true_depth");
-    float fastest = display_speed;
-    for (const medium& m : body.media()) fastest = max(fastest, m.sound_speed);
-    double depth = 0, left = static_cast<double>(shown);
-    const float farthest = min(shown * fastest / display_speed * 1.001F, max_scan_depth);
-    detail::follow_displayed(body, line, farthest, "true_depth", [&](float part, float stretch) {
-        const double here = std::fmin(static_cast<double>(part), left / static_cast<double>(stretch));
-        depth += here;
-        left -= here * static_cast<double>(stretch);
-        return left > 0;
-    });
-    return static_cast<float>(depth);
-}
-
-/// The surfaces of a scene at one frame, with trees that fit them.
-struct scene_snapshot {
-    std::uint64_t frame = 0;                     ///< its number
-    scene body;                                  ///< to be queried
-    mutable std::atomic<std::uint32_t> users{0}; ///< handles to it
-};
-
-/// Snapshots of a scene that moves, for queries by other threads, such as a haptic loop at 1 kHz. Lock-free.
-///
-///     scene_snapshots frozen{body};            // copies of a scene that is built
-///     frozen.take(exec::seq, body, frame);     // simulation, each frame after `update` or `deform`: copies what moved
-///     frozen.publish(exec::par);               // any thread: refits the trees
-///     const auto now = frozen.newest();        // haptics: does not wait for either
-///     first_surface(now->body, along);         // as of now->frame, for as long as `now` is held
-///
-/// One thread may take, one may publish, and up to `readers` may each hold a handle, all at once. Allocates only the
-/// first times that an object moves. Snapshots follow the surfaces only: use the scene itself for `rest_of` and for
-/// pictures of a deformed body.
-class scene_snapshots {
-  public:
-    /// Gives a handle back.
-    struct release {
-        /// @param held  that it is of
-        void operator()(const scene_snapshot* held) const { --held->users; }
-    };
-    /// A snapshot that stays as it is until the handle is destroyed, which must be before the `scene_snapshots`.
-    using handle = std::unique_ptr<const scene_snapshot, release>;
-
-    /// Copies the scene 2 + `readers` times. Make other snapshots after `build` or `set_medium`.
-    /// @throws usage_error  for a scene that was not built
-    explicit scene_snapshots(const scene& body, std::uint64_t frame = 0, std::uint32_t readers = 1) {
-        for (std::uint32_t i = 0; i < readers + 2; ++i) {
-            copies_.push_back(std::unique_ptr<scene_snapshot>{new scene_snapshot{.frame = frame, .body = body}});
-            static_cast<void>(copies_.back()->body.view_for_rays(exec::par)); // refits the trees
-        }
-        newest_ = copies_[0].get();
-    }
-
-    /// Copies what has moved. The scene must not change meanwhile.
-    /// @return  whether it did: false while the frame before waits for `publish`, or more than `readers` handles are held
-    /// @throws usage_error     for a scene with other objects
-    /// @throws geometry_error  for a vertex that is not finite
-    template <exec::policy Policy>
-    bool take(const Policy& policy, const scene& body, std::uint64_t frame) {
-        if (taken_ != nullptr) return false;
-        const auto spare = std::find_if(copies_.begin(), copies_.end(),
-                                        [&](const auto& one) { return one.get() != newest_ && one->users == 0; });
-        if (spare == copies_.end()) return false;
-        scene& own = (*spare)->body;
-        const std::vector<object>& objects = body.objects();
-        const auto matches = [](const object& a, const object& b) {
-            return a.id == b.id && a.surface.positions.size() == b.surface.positions.size();
-        };
-        if (!std::equal(objects.begin(), objects.end(), own.objects().begin(), own.objects().end(), matches))
-            throw usage_error{
-                "scene_snapshots: the scene has other objects than when the snapshots were made; make new "
-                "ones after add or remove"};
-        for (std::size_t i = 0; i < objects.size(); ++i) {
-            const object &now = objects[i], &before = own.objects()[i];
-            if (now.at != before.at) own.place(now.id, now.at);
-            if (now.surface.positions == before.surface.positions) continue;
-            std::copy(now.surface.positions.begin(), now.surface.positions.end(), own.positions(now.id).begin());
-        }
-        own.update(policy);
-        (*spare)->frame = frame;
-        taken_ = spare->get();
-        return true;
-    }
-
-    /// Refits the trees of the frame that was taken, which is the newest afterwards. @return  whether there was one
-    template <exec::policy Policy>
-    bool publish(const Policy& policy) {
-        scene_snapshot* const next = taken_;
-        if (next == nullptr) return false;
-        static_cast<void>(next->body.view_for_rays(policy));
-        newest_ = next;
-        taken_ = nullptr;
-        return true;
-    }
-
-    /// The newest frame that was published.
-    handle newest() const {
-        for (;;) {
-            const scene_snapshot* const found = newest_;
-            ++found->users;
-            handle held{found};
-            if (found == newest_) return held; // else it may be overwritten
-        }
-    }
-
-  private:
-    std::vector<std::unique_ptr<scene_snapshot>> copies_{};
-    std::atomic<scene_snapshot*> newest_{nullptr}, taken_{nullptr};
-};
 
 } // namespace insonify::inline INSONIFY_ABI
 

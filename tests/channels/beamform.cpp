@@ -24,8 +24,8 @@ vec2 brightest(const scan_lines& lines, const auto& probe) {
         for (std::uint32_t k = 0; k < lines.samples; ++k)
             if (lines(i, k) > lines(line, sample)) line = i, sample = k;
     const ray beam = probe.beam(static_cast<float>(line));
-    const vec3 at = beam.origin + (static_cast<float>(sample) + 0.5F) * lines.depth / static_cast<float>(lines.samples) *
-                                      beam.direction;
+    const vec3 at = beam.origin + (static_cast<float>(sample) + 0.5F) * lines.depth /
+                                      static_cast<float>(lines.samples) * beam.direction;
     return {at.x, at.z};
 }
 
@@ -103,7 +103,8 @@ TEST_CASE("beamform: points are where they are, for every array and kind of tran
 }
 
 TEST_CASE("beamform: the level and width of a point, by closed forms") {
-    element_array array{.elements = 64, .element_width = 0.05_mm, .bandwidth = 0.3F}; // elements radiate alike everywhere
+    element_array array{
+        .elements = 64, .element_width = 0.05_mm, .bandwidth = 0.3F}; // elements radiate alike everywhere
     const scene body = scene{water}.build(exec::par);
     const std::vector<point_scatterer> points{{{0, 0, 18_mm}, 1e-3F}};
     const channel_data data = trace_channels(exec::par_unseq, body, array, pose{}, physical{},
@@ -111,8 +112,9 @@ TEST_CASE("beamform: the level and width of a point, by closed forms") {
     const linear_array lines{.lines = 151, .width = 3.02_mm, .frequency = 7.6_MHz};
     constexpr double wavelength = 1540 / 7.6e6;
     for (const float fnumber : {3.0F, 4.0F}) {
-        const scan_lines seen = envelope(
-            exec::par_unseq, beamform(exec::par_unseq, data, lines, {.depth = 22_mm, .samples = 2200}, {.fnumber = fnumber}));
+        const scan_lines seen =
+            envelope(exec::par_unseq,
+                     beamform(exec::par_unseq, data, lines, {.depth = 22_mm, .samples = 2200}, {.fnumber = fnumber}));
         float peak = 0;
         std::vector<float> across(seen.count, 0);
         for (std::uint32_t i = 0; i < seen.count; ++i)
@@ -132,16 +134,21 @@ TEST_CASE("beamform: speckle has the level of b_mode, and the statistics of a Ga
     const element_array array{.elements = 64};
     scene body{medium{.density = 1000, .sound_speed = 1540, .backscatter = 1}};
     body.build(exec::par);
-    const linear_array lines{.lines = 96, .width = 7.2_mm, .frequency = 7.6_MHz, .focus = 18_mm, .elevation_focus = 18_mm,
+    const linear_array lines{.lines = 96,
+                             .width = 7.2_mm,
+                             .frequency = 7.6_MHz,
+                             .focus = 18_mm,
+                             .elevation_focus = 18_mm,
                              .bandwidth = 0.77F};
     const acquisition grid{.depth = 21_mm, .samples = 1344, .planes = 5};
     const channel_data data = trace_channels(exec::par_unseq, body, array, pose{}, physical{},
                                              full_synthetic_aperture(array), {.depth = 22_mm, .opening = 10_deg});
-    const speckle channels = statistics(beamform(exec::par_unseq, data, lines, grid, {.fnumber = 2}), 16.5_mm, 19.5_mm,
-                                        7.2_mm / 96);
-    const speckle picture = statistics(
-        convolve(exec::par_unseq, trace(exec::par_unseq, body, lines, pose{}, physical{}, grid), nominal_pulse(lines), lines),
-        16.5_mm, 19.5_mm, 7.2_mm / 96);
+    const speckle channels =
+        statistics(beamform(exec::par_unseq, data, lines, grid, {.fnumber = 2}), 16.5_mm, 19.5_mm, 7.2_mm / 96);
+    const speckle picture =
+        statistics(convolve(exec::par_unseq, trace(exec::par_unseq, body, lines, pose{}, physical{}, grid),
+                            nominal_pulse(lines), lines),
+                   16.5_mm, 19.5_mm, 7.2_mm / 96);
     MESSAGE("level ", channels.level_db, " dB, b_mode ", picture.level_db, "; SNR ", channels.snr, "; widths ",
             channels.lateral * 1e3, " and ", channels.axial * 1e3, " mm, b_mode ", picture.lateral * 1e3, " and ",
             picture.axial * 1e3, " mm");

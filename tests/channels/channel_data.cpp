@@ -41,7 +41,9 @@ TEST_CASE("fourier: the sums that it stands for, in every lane") {
         CHECK(worst < 1e-4);
         transform.inverse(values.data());
         for (std::size_t k = 0; k < length; ++k)
-            CHECK(read(k).x[0] == doctest::Approx(static_cast<double>(length) * static_cast<double>(plain[k].x)).scale(10).epsilon(1e-5));
+            CHECK(
+                read(k).x[0] ==
+                doctest::Approx(static_cast<double>(length) * static_cast<double>(plain[k].x)).scale(10).epsilon(1e-5));
     }
 }
 

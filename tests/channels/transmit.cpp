@@ -54,7 +54,7 @@ TEST_CASE("transmits and arrays: what is out of range is named") {
     CHECK_THROWS_AS((convex_element_array{.elements = 400}.check()), usage_error);
     CHECK_THROWS_AS((element_array{.sound_speed = 1.54F}.check()), usage_error);
     CHECK_THROWS_AS((element_array{.bandwidth = 0}.check()), usage_error);
-    CHECK_THROWS_AS((element_array{.pitch = 0.3F}.check()), usage_error);
+    CHECK_THROWS_AS((element_array{.pitch = 3}.check()), usage_error);
     CHECK_THROWS_AS((element_array{.fnumber = 0}.check()), usage_error);
     for (const element_array& one : {presets::l11_5v_elements, presets::l12_3v_elements, presets::p4_2v_elements})
         CHECK_NOTHROW(one.check());

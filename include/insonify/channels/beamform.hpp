@@ -29,9 +29,9 @@ enum class aperture_window {
 
 /// How channel data become lines.
 struct beamform_settings {
-    float fnumber = 2;     ///< depth over the width of the aperture that receives, and that fires element by element
+    float fnumber = 2; ///< depth over the width of the aperture that receives, and that fires element by element
     aperture_window window = aperture_window::rectangular; ///< of that aperture
-    float sound_speed = 0; ///< m/s; 0: that of the channel data
+    float sound_speed = 0;                                 ///< m/s; 0: that of the channel data
 };
 
 namespace detail {
@@ -41,10 +41,14 @@ inline float window_weight(aperture_window window, float place) {
     const float size = std::fabs(place);
     if (size > 1) return 0;
     switch (window) {
-    case aperture_window::rectangular: return 1;
-    case aperture_window::hann: return 0.5F + 0.5F * std::cos(pi * size);
-    case aperture_window::hamming: return 0.54F + 0.46F * std::cos(pi * size);
-    case aperture_window::tukey: return size < 0.5F ? 1.0F : 0.5F + 0.5F * std::cos(2 * pi * (size - 0.5F));
+    case aperture_window::rectangular:
+        return 1;
+    case aperture_window::hann:
+        return 0.5F + 0.5F * std::cos(pi * size);
+    case aperture_window::hamming:
+        return 0.54F + 0.46F * std::cos(pi * size);
+    case aperture_window::tukey:
+        return size < 0.5F ? 1.0F : 0.5F + 0.5F * std::cos(2 * pi * (size - 0.5F));
     }
     return 1;
 }
@@ -53,7 +57,8 @@ inline float window_weight(aperture_window window, float place) {
 class wave_front {
   public:
     /// @param speed  of sound, m/s
-    wave_front(const transmit& sent, view<const ray> places, float speed) : sent_{sent}, places_{places}, speed_{speed} {
+    wave_front(const transmit& sent, view<const ray> places, float speed)
+        : sent_{sent}, places_{places}, speed_{speed} {
         float width = 0;
         for (std::uint32_t i = 0; i < places.size(); ++i) {
             if (sent.weight(i) == 0) continue;
@@ -65,23 +70,33 @@ class wave_front {
         const ray& one = places[first_];
         direction_ = {std::sin(sent.angle), 0, std::cos(sent.angle)};
         switch (sent.front) {
-        case transmit::wave::plane: start_ = dot(one.origin, direction_) / speed - sent.delays[first_]; break;
-        case transmit::wave::diverging: start_ = length(one.origin - sent.source) / speed - sent.delays[first_]; break;
-        case transmit::wave::focused: start_ = length(one.origin - sent.source) / speed + sent.delays[first_]; break;
-        case transmit::wave::any: break;
+        case transmit::wave::plane:
+            start_ = dot(one.origin, direction_) / speed - sent.delays[first_];
+            break;
+        case transmit::wave::diverging:
+            start_ = length(one.origin - sent.source) / speed - sent.delays[first_];
+            break;
+        case transmit::wave::focused:
+            start_ = length(one.origin - sent.source) / speed + sent.delays[first_];
+            break;
+        case transmit::wave::any:
+            break;
         }
     }
 
     /// Seconds after the first element fires.
     float time(vec3 p) const {
         switch (sent_.front) {
-        case transmit::wave::plane: return dot(p, direction_) / speed_ - start_;
-        case transmit::wave::diverging: return length(p - sent_.source) / speed_ - start_;
+        case transmit::wave::plane:
+            return dot(p, direction_) / speed_ - start_;
+        case transmit::wave::diverging:
+            return length(p - sent_.source) / speed_ - start_;
         case transmit::wave::focused: {
             const float apart = length(p - sent_.source) / speed_;
             return beyond_focus(p) ? start_ + apart : start_ - apart;
         }
-        case transmit::wave::any: break;
+        case transmit::wave::any:
+            break;
         }
         float first = FLT_MAX;
         for (std::uint32_t i = first_; i < places_.size(); ++i)
@@ -125,16 +140,17 @@ iq_lines sum_channels(const Policy& policy, const iq_channel_data& data, const p
                       const acquisition& grid, const beamform_settings& settings) {
     const float speed = settings.sound_speed > 0 ? settings.sound_speed : data.sound_speed;
     const std::uint32_t samples =
-        grid.samples != 0 ? grid.samples
-                          : samples_for(grid.depth, axial_sigma(data.bandwidth > 0 ? data.bandwidth : 0.6F, data.frequency));
+        grid.samples != 0
+            ? grid.samples
+            : samples_for(grid.depth, axial_sigma(data.bandwidth > 0 ? data.bandwidth : 0.6F, data.frequency));
     iq_lines lines{probe.size(), samples, grid.depth};
     const view<const ray> places{data.places};
     std::vector<wave_front> fronts;
     fronts.reserve(data.transmits);
     for (const transmit& one : data.sent) fronts.emplace_back(one, places, speed);
     const float filled = data.pitch > 0 ? data.element_width / data.pitch : 1.0F;
-    const float time = 6.0F * static_cast<float>(samples) * static_cast<float>(data.transmits) *
-                       static_cast<float>(data.elements);
+    const float time =
+        6.0F * static_cast<float>(samples) * static_cast<float>(data.transmits) * static_cast<float>(data.elements);
     struct receiver {
         std::uint32_t element;
         float time, weight;
@@ -155,8 +171,7 @@ iq_lines sum_channels(const Policy& policy, const iq_channel_data& data, const p
                     window_weight(settings.window, length(to - dot(to, beam.direction) * beam.direction) / aperture);
                 if (weight == 0) continue;
                 const float arrives = length(p - places[n].origin) / speed;
-                receivers.push_back({n, arrives, weight,
-                                     weight * turned(double{data.frequency} * double{arrives})});
+                receivers.push_back({n, arrives, weight, weight * turned(double{data.frequency} * double{arrives})});
             }
             vec2 whole{0, 0};
             float norm = 0;
@@ -184,8 +199,7 @@ iq_lines sum_channels(const Policy& policy, const iq_channel_data& data, const p
             }
             if (!(norm > 0)) continue;
             const vec2 baseband = turned(-2 * double{data.frequency} * double{depth} / double{speed});
-            lines(static_cast<std::uint32_t>(line), k) =
-                1 / (norm * filled) * complex_product(whole, baseband);
+            lines(static_cast<std::uint32_t>(line), k) = 1 / (norm * filled) * complex_product(whole, baseband);
         }
     });
     return lines;
@@ -218,7 +232,8 @@ iq_lines beamform(const Policy& policy, const iq_channel_data& received, const P
     if (settings.sound_speed != 0 &&
         (!is_finite(settings.sound_speed) || !(settings.sound_speed >= 100 && settings.sound_speed <= 10000)))
         throw usage_error{"beamform: `sound_speed` must be 100 to 10000 m/s, or 0 for that of the channel data"};
-    return detail::sum_channels(detail::any_policy<false>{policy}, received, detail::probe_lines{probe}, grid, settings);
+    return detail::sum_channels(detail::any_policy<false>{policy}, received, detail::probe_lines{probe}, grid,
+                                settings);
 }
 template <exec::policy Policy, transducer Probe>
 iq_lines beamform(const Policy& policy, const channel_data& received, const Probe& probe, const acquisition& grid,

@@ -54,9 +54,9 @@ void check_elements(const Array& array, float pitch, const char* owner) {
     check_length(pitch, "pitch", max_aperture, owner);
     check_length(array.element_width, "element_width", max_aperture, owner);
     if (array.element_width > pitch * 1.0001F)
-        throw usage_error{joined({owner, ": element_width is ", number_text(1e3F * array.element_width),
-                                  " mm, more than the pitch of ", number_text(1e3F * pitch),
-                                  " mm; elements must not overlap"})};
+        throw usage_error{
+            joined({owner, ": element_width is ", number_text(1e3F * array.element_width),
+                    " mm, more than the pitch of ", number_text(1e3F * pitch), " mm; elements must not overlap"})};
     check_frequency(array.frequency, owner);
     check_length(array.height, "height", max_aperture, owner);
     check_length(array.elevation_focus, "elevation_focus", max_scan_depth, owner);
@@ -75,14 +75,14 @@ void check_elements(const Array& array, float pitch, const char* owner) {
 
 /// Flat array: linear and phased arrays. Element e lies at x = (e - (elements - 1) / 2) pitch.
 struct element_array {
-    std::uint32_t elements = 128;   ///< from left to right
-    float pitch = 0.30_mm;          ///< from centre to centre, metres
-    float element_width = 0.27_mm;  ///< metres; the rest of the pitch is silent
-    float frequency = 7.6_MHz;      ///< of the carrier, hertz
-    float height = 5_mm;            ///< of the elements, out of the slice plane, metres
-    float elevation_focus = 18_mm;  ///< of the lens, metres
-    float bandwidth = 0.77F;        ///< fractional, of echoes at -6 dB
-    float sound_speed = 1540;       ///< that delays assume, m/s
+    std::uint32_t elements = 128;  ///< from left to right
+    float pitch = 0.30_mm;         ///< from centre to centre, metres
+    float element_width = 0.27_mm; ///< metres; the rest of the pitch is silent
+    float frequency = 7.6_MHz;     ///< of the carrier, hertz
+    float height = 5_mm;           ///< of the elements, out of the slice plane, metres
+    float elevation_focus = 18_mm; ///< of the lens, metres
+    float bandwidth = 0.77F;       ///< fractional, of echoes at -6 dB
+    float sound_speed = 1540;      ///< that delays assume, m/s
     /// Of the pictures whose levels `medium::backscatter` states: see `channels/README.md`.
     float fnumber = 2;
 
@@ -99,16 +99,16 @@ struct element_array {
 
 /// Array on an arc, its elements at equal steps along it and normal to it.
 struct convex_element_array {
-    std::uint32_t elements = 128;   ///< from left to right
-    float pitch = 0.508_mm;         ///< along the arc, from centre to centre, metres
-    float radius = 49.57_mm;        ///< of the arc, metres
-    float element_width = 0.46_mm;  ///< metres; the rest of the pitch is silent
-    float frequency = 3.57_MHz;     ///< of the carrier, hertz
-    float height = 13.5_mm;         ///< of the elements, out of the slice plane, metres
-    float elevation_focus = 60_mm;  ///< of the lens, metres
-    float bandwidth = 0.79F;        ///< fractional, of echoes at -6 dB
-    float sound_speed = 1540;       ///< that delays assume, m/s
-    float fnumber = 2;              ///< see `element_array::fnumber`
+    std::uint32_t elements = 128;  ///< from left to right
+    float pitch = 0.508_mm;        ///< along the arc, from centre to centre, metres
+    float radius = 49.57_mm;       ///< of the arc, metres
+    float element_width = 0.46_mm; ///< metres; the rest of the pitch is silent
+    float frequency = 3.57_MHz;    ///< of the carrier, hertz
+    float height = 13.5_mm;        ///< of the elements, out of the slice plane, metres
+    float elevation_focus = 60_mm; ///< of the lens, metres
+    float bandwidth = 0.79F;       ///< fractional, of echoes at -6 dB
+    float sound_speed = 1540;      ///< that delays assume, m/s
+    float fnumber = 2;             ///< see `element_array::fnumber`
 
     /// See `element_transducer`.
     ray element(std::uint32_t i) const {

@@ -54,19 +54,19 @@ struct element_fan {
 /// Newton's method. A surface z = a u + q u^2 / 2 between speeds c1 and c2 adds a (1/c1 - 1/c2) to the tilt and
 /// q (1/c1 - 1/c2) to the bend.
 struct element_wave {
-    float begin = 0;             ///< metres along the line
-    float time = 0;              ///< s
-    float tilt = 0, bend = 0;    ///< in the slice
-    float bend_across = 0;       ///< out of the slice
-    float spread = 0;            ///< amplitude is 1 / sqrt(spread * spread_across): in a uniform medium both are the distance
-    float spread_across = 0;     ///< metres
-    float passed = 1;            ///< factor on amplitude of the interfaces so far, one way
-    float lost = 0;              ///< attenuation at the carrier so far, one way, Np
-    float lost_slope = 0;        ///< change of that with frequency, Np/Hz
-    float slowness = 0;          ///< of the layer, s/m
-    float per_metre = 0;         ///< attenuation of the layer, Np/m
-    float slope_per_metre = 0;   ///< Np/(m Hz)
-    std::uint32_t medium = 0;    ///< see `layer`, as the next
+    float begin = 0;          ///< metres along the line
+    float time = 0;           ///< s
+    float tilt = 0, bend = 0; ///< in the slice
+    float bend_across = 0;    ///< out of the slice
+    float spread = 0; ///< amplitude is 1 / sqrt(spread * spread_across): in a uniform medium both are the distance
+    float spread_across = 0;   ///< metres
+    float passed = 1;          ///< factor on amplitude of the interfaces so far, one way
+    float lost = 0;            ///< attenuation at the carrier so far, one way, Np
+    float lost_slope = 0;      ///< change of that with frequency, Np/Hz
+    float slowness = 0;        ///< of the layer, s/m
+    float per_metre = 0;       ///< attenuation of the layer, Np/m
+    float slope_per_metre = 0; ///< Np/(m Hz)
+    std::uint32_t medium = 0;  ///< see `layer`, as the next
     std::uint32_t object = ~0U;
 };
 
@@ -105,8 +105,7 @@ class element_fans {
             here.translation = at.point({0, places[i].origin.y, 0});
             own.shape.origin.y = 0;
             layer_search search;
-            const line_layers& found =
-                search(exec::seq, body, own.shape, here, {.depth = reach}, reach, true);
+            const line_layers& found = search(exec::seq, body, own.shape, here, {.depth = reach}, reach, true);
             blocked[i] = follow(found, frequency, loss, passed, own);
         });
         for (std::size_t i = 0; i < blocked.size(); ++i)
@@ -182,9 +181,7 @@ class element_fans {
     }
 
     /// Sound speed in front of an element, m/s.
-    float speed_at_face(std::size_t element) const {
-        return 1 / fans_[element].line(lines_ / 2)[0].slowness;
-    }
+    float speed_at_face(std::size_t element) const { return 1 / fans_[element].line(lines_ / 2)[0].slowness; }
 
   private:
     static constexpr float span = 160 * pi / 180;
@@ -217,8 +214,8 @@ class element_fans {
     static constexpr float min_open = 0.1F; // near a caustic, amplitudes grow no further
 
     static arrived_wave mixed(const arrived_wave& a, float of_a, const arrived_wave& b, float of_b) {
-        return {of_a * a.time + of_b * b.time, of_a * a.amplitude + of_b * b.amplitude,
-                of_a * a.range + of_b * b.range, of_a * a.lost_slope + of_b * b.lost_slope};
+        return {of_a * a.time + of_b * b.time, of_a * a.amplitude + of_b * b.amplitude, of_a * a.range + of_b * b.range,
+                of_a * a.lost_slope + of_b * b.lost_slope};
     }
 
     // Follows the wave along each line. @return whether the element lies inside of what blocks sound
@@ -235,8 +232,8 @@ class element_fans {
                 now.slowness = 1 / m.sound_speed;
                 constexpr float neper_per_db = 0.115129255F, one_way = 0.5F;
                 now.per_metre = one_way * neper_per_db * loss(m, frequency);
-                now.slope_per_metre = one_way * neper_per_db *
-                                      (loss(m, frequency + beside) - loss(m, frequency - beside)) / (2 * beside);
+                now.slope_per_metre =
+                    one_way * neper_per_db * (loss(m, frequency + beside) - loss(m, frequency - beside)) / (2 * beside);
                 if (here.begin == 0) {
                     if (blocks_sound(m)) return true;
                 } else {
@@ -246,8 +243,7 @@ class element_fans {
                     const arrived_wave end = wave_at(before, here.begin);
                     now.time = end.time;
                     const float share = first ? 1 : m_bend / max(before.bend + m_bend, min_open * m_bend);
-                    const float share_across =
-                        first ? 1 : m_bend / max(before.bend_across + m_bend, min_open * m_bend);
+                    const float share_across = first ? 1 : m_bend / max(before.bend_across + m_bend, min_open * m_bend);
                     now.tilt = first ? 0 : before.tilt * share;
                     now.bend = first ? m_bend : before.bend * share;
                     now.bend_across = first ? m_bend : before.bend_across * share_across;
@@ -262,7 +258,8 @@ class element_fans {
                         now.tilt -= clamp(here.slope.x, -steepest, steepest) * change;
                         now.bend += clamp(here.curvature.x, -1e3F, 1e3F) * change;
                         now.bend_across += clamp(here.curvature.y, -1e3F, 1e3F) * change;
-                        now.passed *= std::sqrt(max(passed(found.media[before.medium], m, here.cosine, here.roughness), 0));
+                        now.passed *=
+                            std::sqrt(max(passed(found.media[before.medium], m, here.cosine, here.roughness), 0));
                     }
                 }
                 own.waves.push_back(now);

@@ -112,7 +112,7 @@ class elevation_field {
         const auto below = static_cast<std::size_t>(min(rows, static_cast<float>(heights_ - 2)));
         const float part = rows - static_cast<float>(below);
         if (part > 1) return {}; // beyond the highest point that was announced
-        const spectral_value *const low = points_.data() + below * ranges_ + at.index;
+        const spectral_value* const low = points_.data() + below * ranges_ + at.index;
         return (1 - part) * interpolated(low, at.part) + part * interpolated(low + ranges_, at.part);
     }
     /// The root of the integral over y of E^2: of each of two elements to a surface that is straight out of the slice.
@@ -146,18 +146,18 @@ class elevation_field {
     }
 
   private:
-    static constexpr float min_range = 1e-3F;     // metres
-    static constexpr float per_logarithm = 32;    // ranges of a table are 3 % apart
+    static constexpr float min_range = 1e-3F;                        // metres
+    static constexpr float per_logarithm = 48;                       // ranges of a table are 2 % apart
     static constexpr std::size_t middle = spectral_value::nodes / 2; // a frequency near the carrier
-    static constexpr int min_points = 48, max_points = 512; // of an element, for sums over its height
-    static constexpr int speckle_heights = 64;    // over which |E|^4 is summed
+    static constexpr int min_points = 48, max_points = 512;          // of an element, for sums over its height
+    static constexpr int speckle_heights = 64;                       // over which |E|^4 is summed
 
     struct place {
         std::size_t index;
         float part;
     };
 
-    float row() const { return height_ / 64; }
+    float row() const { return height_ / 128; }
     float range_at(std::size_t i) const { return min_range * std::exp(static_cast<float>(i) / per_logarithm); }
     // So many that the phase changes by less than one from one to the next.
     int points(float k, float range) const {
@@ -165,8 +165,8 @@ class elevation_field {
     }
 
     place place_of(float range) const {
-        const float at = clamp(per_logarithm * std::log(max(range, min_range) / min_range), 0,
-                               static_cast<float>(ranges_ - 2));
+        const float at =
+            clamp(per_logarithm * std::log(max(range, min_range) / min_range), 0, static_cast<float>(ranges_ - 2));
         const auto index = static_cast<std::size_t>(at);
         return {index, min(at - static_cast<float>(index), 1)};
     }
@@ -180,7 +180,8 @@ class elevation_field {
         vec2 sum{0, 0};
         const int count = points(k, range);
         for (int i = 0; i < count; ++i) {
-            const float from = height_ * ((static_cast<float>(i) + 0.5F) / static_cast<float>(count) - 0.5F), beside = from * (from - 2 * y);
+            const float from = height_ * ((static_cast<float>(i) + 0.5F) / static_cast<float>(count) - 0.5F),
+                        beside = from * (from - 2 * y);
             const float there = std::sqrt(max(range * range + beside, 1e-12F));
             const float phase = k * (lens(from) - beside / (there + range)), weight = range * range / (there * there);
             sum += weight * vec2{std::cos(phase), std::sin(phase)};
@@ -198,14 +199,15 @@ class elevation_field {
         spectral_value both;
         for (std::size_t f = 0; f < spectral_value::nodes; ++f)
             both.at[f] = std::sqrt(pi * range / wave_number_[f]) *
-                         complex_product(surface_integral(wave_number_[f], range, 0, 0), {0.70710678F, -0.70710678F}); // 1 / sqrt(j)
+                         complex_product(surface_integral(wave_number_[f], range, 0, 0),
+                                         {0.70710678F, -0.70710678F}); // 1 / sqrt(j)
         // The root is continuous in the range: it has the phase of E, within a quarter turn.
         const vec2 like = points_[i].at[middle];
         const spectral_value root = square_root(both);
         surfaces_[i] = (dot(root.at[middle], like) < 0 ? -1.0F : 1.0F) * root;
         // Beyond the shadow of the element the field is weak, and beyond two diffraction widths as well.
-        const float reach = height_ * (0.5F + std::fabs(1 - range / focus_)) +
-                            4 * pi * range / (wave_number_[middle] * height_);
+        const float reach =
+            height_ * (0.5F + std::fabs(1 - range / focus_)) + 4 * pi * range / (wave_number_[middle] * height_);
         float sum = 0;
         for (int h = 0; h < speckle_heights; ++h) {
             const float y = reach * (static_cast<float>(h) + 0.5F) / speckle_heights;
@@ -240,7 +242,8 @@ class elevation_field {
                 return below >= 2 * count ? sums[2 * count] : (1 - part) * sums[below] + part * sums[below + 1];
             };
             const float half = 0.5F * (height_ - b) / step;
-            sum += complex_product(end(static_cast<float>(count) + half) - end(static_cast<float>(count) - half), {std::cos(phase), std::sin(phase)});
+            sum += complex_product(end(static_cast<float>(count) + half) - end(static_cast<float>(count) - half),
+                                   {std::cos(phase), std::sin(phase)});
         }
         const float root = 4 * step * step / std::sqrt(std::fabs(open)); // of both signs of b
         return open > 0 ? root * sum : root * vec2{-sum.y, sum.x};

@@ -34,12 +34,15 @@ struct wave_row {
 /// Of many sources or receivers, for a block of reflectors.
 class wave_table {
   public:
-    static constexpr std::size_t block = 1024; // reflectors; the rows of two tiles of elements fit into the second-level cache
+    static constexpr std::size_t block =
+        1024; // reflectors; the rows of two tiles of elements fit into the second-level cache
 
     static constexpr std::size_t together = max_simd_width; // reflectors
     static_assert(block % together == 0);
 
-    explicit wave_table(std::size_t rows) : values_(rows * row_size) { std::fill(values_.begin(), values_.end(), 0.0F); }
+    explicit wave_table(std::size_t rows) : values_(rows * row_size) {
+        std::fill(values_.begin(), values_.end(), 0.0F);
+    }
 
     wave_row operator[](std::size_t row) const {
         const float* const begin = values_.data() + row * row_size;

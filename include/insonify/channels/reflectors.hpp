@@ -32,15 +32,15 @@ namespace detail {
 
 /// One thing that returns sound: a scatterer, or a short piece of a surface.
 struct reflector {
-    vec2 place{0, 0};        ///< in the slice, of the probe: x and z, metres
-    float y = 0;             ///< out of the slice, metres
-    bool surface = false;    ///< a piece of a surface
-    vec2 normal{0, 0};       ///< of a surface in the slice, towards the array, of length at most 1
-    spectral_value root{};   ///< the root of what it returns: its scattering length; for a surface times metres
-    std::uint32_t before = 0, after = 0;           ///< media on the side of the array and behind a surface
+    vec2 place{0, 0};      ///< in the slice, of the probe: x and z, metres
+    float y = 0;           ///< out of the slice, metres
+    bool surface = false;  ///< a piece of a surface
+    vec2 normal{0, 0};     ///< of a surface in the slice, towards the array, of length at most 1
+    spectral_value root{}; ///< the root of what it returns: its scattering length; for a surface times metres
+    std::uint32_t before = 0, after = 0;               ///< media on the side of the array and behind a surface
     std::uint32_t object_before = 0, object_after = 0; ///< as in `layer`
-    float roughness = -1;    ///< of a surface, as in `layer`
-    float lost_slope = 0;    ///< attenuation from the nearest element and back: change with frequency, Np/Hz
+    float roughness = -1;                              ///< of a surface, as in `layer`
+    float lost_slope = 0; ///< attenuation from the nearest element and back: change with frequency, Np/Hz
 };
 
 /// What `trace_channels` fills the slice with lines by: parallel, or from an apex behind a curved face. A probe.
@@ -55,7 +55,8 @@ struct slice_lines {
     ray beam(float line) const {
         const float at = aperture_fraction(line, lines) * extent;
         if (radius == 0) return {.origin = {at, 0, 0}};
-        return {.origin = radius * vec3{std::sin(at), 0, std::cos(at) - 1}, .direction = {std::sin(at), 0, std::cos(at)}};
+        return {.origin = radius * vec3{std::sin(at), 0, std::cos(at) - 1},
+                .direction = {std::sin(at), 0, std::cos(at)}};
     }
     vec2 locate(vec2 p) const {
         if (radius == 0) return {line_at_fraction(p.x / extent, lines), p.y};
@@ -113,7 +114,8 @@ class reflector_search {
                      float bandwidth, float node_step, float depth, float opening)
         : body_{body}, places_{places}, at_{at}, model_{model}, depth_{depth}, step_of_nodes_{node_step} {
         const ray first = places[0], last = places[places.size() - 1];
-        const float turn = std::atan2(last.direction.x, last.direction.z) - std::atan2(first.direction.x, first.direction.z);
+        const float turn =
+            std::atan2(last.direction.x, last.direction.z) - std::atan2(first.direction.x, first.direction.z);
         const float width = length(last.origin - first.origin), beside = depth * std::tan(opening);
         const float wavelength = display_speed / frequency;
         lines_.frequency = frequency;
@@ -157,22 +159,23 @@ class reflector_search {
         // Lines closer than the field's covariance take scatterers of planes of their own.
         constexpr std::uint32_t max_planes = 64;
         std::uint32_t planes = 1;
-        while (planes < max_planes &&
-               field.covariance(static_cast<float>(planes) * lines_.width(depth_), 0.0F) > 0.01F)
+        while (planes < max_planes && field.covariance(static_cast<float>(planes) * lines_.width(depth_), 0.0F) > 0.01F)
             ++planes;
         const std::vector<float> fnumbers{fnumber};
-        frame_.aperture = {.fnumbers = fnumbers, .spacing = depth_, .elevation_fnumber = elevation_fnumber, .height = height};
+        frame_.aperture = {
+            .fnumbers = fnumbers, .spacing = depth_, .elevation_fnumber = elevation_fnumber, .height = height};
         frame_.frame_number = frame_number;
         line_driver<vec2> driver;
         line_grid<vec2> grid{lines_.lines, 1, depth_};
         line_grid<vec2>* const sink = &grid;
         std::vector<std::vector<scatterer_sink::one>> of_line(lines_.lines);
-        driver.emit_lines(policy, body_, probe_, frame_, field, straight_lines{.directions = 1}, 2e4F, {&sink, 1},
-                          [&](std::size_t, const line_task& task, view<vec2>) {
-                              traced_line line = task.line;
-                              line.plane = task.number % planes;
-                              static_cast<const field_model&>(field).emit(line, scatterer_sink{of_line[task.number], depth_});
-                          });
+        driver.emit_lines(
+            policy, body_, probe_, frame_, field, straight_lines{.directions = 1}, 2e4F, {&sink, 1},
+            [&](std::size_t, const line_task& task, view<vec2>) {
+                traced_line line = task.line;
+                line.plane = task.number % planes;
+                static_cast<const field_model&>(field).emit(line, scatterer_sink{of_line[task.number], depth_});
+            });
         for (std::uint32_t i = 0; i < lines_.lines; ++i) {
             const ray beam = lines_.beam(static_cast<float>(i));
             for (const auto& [distance, amplitude] : of_line[i]) {
@@ -218,9 +221,7 @@ class reflector_search {
             const std::size_t middle = (low + high) / 2;
             (right_of(middle) ? low : high) = middle;
         }
-        const auto distance = [&](std::size_t i) {
-            return length(vec2{places_[i].origin.x, places_[i].origin.z} - p);
-        };
+        const auto distance = [&](std::size_t i) { return length(vec2{places_[i].origin.x, places_[i].origin.z} - p); };
         return distance(low) <= distance(high) ? low : high;
     }
 
@@ -257,7 +258,8 @@ class reflector_search {
         constexpr float clearance = 3e-6F; // metres: beyond what touches
         const object_view* const front = top_at(seen, world - clearance * met.flat);
         const object_view* const behind = top_at(seen, world + clearance * met.flat);
-        const std::uint32_t before = front == nullptr ? 0 : front->medium, after = behind == nullptr ? 0 : behind->medium;
+        const std::uint32_t before = front == nullptr ? 0 : front->medium,
+                            after = behind == nullptr ? 0 : behind->medium;
         if (before == after) return;
         const object_view* const higher = front == nullptr    ? behind
                                           : behind == nullptr ? front
@@ -277,12 +279,14 @@ class reflector_search {
         // (j k / 2 pi) r dl, of which `root` is the root; of r it has the sign, and each element the size.
         const float wave_number = 2 * pi * lines_.frequency / seen.media[before].sound_speed;
         constexpr float steepest = 5.8F; // 80 degrees
-        const float reflected = model_.at_interface({seen.media[before], seen.media[after], met.cosine, lines_.frequency, one.roughness}).reflected;
+        const float reflected =
+            model_.at_interface({seen.media[before], seen.media[after], met.cosine, lines_.frequency, one.roughness})
+                .reflected;
         spectral_value whole{{0, std::copysign(weight * size * wave_number / (2 * pi), reflected)}};
         for (std::size_t i = 0; i < spectral_value::nodes; ++i)
             whole.at[i] *= 1 + spectral_value::steps(i) * step_of_nodes_ / lines_.frequency;
-        one.root = square_root(
-            whole * field.bent_surface(distance, -clamp(met.slope.y, -steepest, steepest), met.curvature.y));
+        one.root = square_root(whole *
+                               field.bent_surface(distance, -clamp(met.slope.y, -steepest, steepest), met.curvature.y));
         found.push_back(one);
         add_roughness(seen, field, one, met, weight * size, distance, segment, found);
     }
@@ -304,7 +308,8 @@ class reflector_search {
         const vec3 on_object = owner.at.local_point(at_.point({piece.place.x, 0, piece.place.y})) / step_;
         std::uint64_t place = owner.id;
         for (int axis = 0; axis < 3; ++axis)
-            place = hash_bits(place, static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(on_object[axis]))));
+            place =
+                hash_bits(place, static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(on_object[axis]))));
         reflector one = piece;
         one.root = spectral_value{square_root(std::sqrt(0.5F * power) * hash_normal(model_.seed, place))};
         one.normal = {0, 0};

@@ -22,9 +22,9 @@ namespace insonify::inline INSONIFY_ABI {
 /// Pixels in the slice plane of an array, at equal steps. Pixel (column, row) is at
 /// x = from.x + column * spacing, z = from.y + row * spacing.
 struct map_grid {
-    vec2 from{-20e-3F, 0};    ///< x and z of the first pixel in the frame of the probe, metres
-    float spacing = 0.2e-3F;  ///< metres
-    uvec2 size{200, 200};     ///< columns and rows
+    vec2 from{-20e-3F, 0};   ///< x and z of the first pixel in the frame of the probe, metres
+    float spacing = 0.2e-3F; ///< metres
+    uvec2 size{200, 200};    ///< columns and rows
 
     /// In the frame of the probe.
     vec3 at(std::uint32_t column, std::uint32_t row) const {
@@ -44,14 +44,14 @@ struct slice_strain {
 
 /// The truth behind channel data, pixel by pixel, row after row.
 struct tissue_maps {
-    map_grid grid{};                           ///< where the pixels are
-    std::vector<float> sound_speed{};          ///< m/s
-    std::vector<float> density{};              ///< kg/m^3
-    std::vector<float> attenuation{};          ///< dB/m at 1 MHz, one way
-    std::vector<float> attenuation_power{};    ///< exponent of the frequency
-    std::vector<label_id> labels{};            ///< the object, or `background_label`
-    std::vector<vec2> displacement{};          ///< of tissue from rest, x and z of the probe, metres
-    std::vector<slice_strain> strain{};        ///< of tissue
+    map_grid grid{};                        ///< where the pixels are
+    std::vector<float> sound_speed{};       ///< m/s
+    std::vector<float> density{};           ///< kg/m^3
+    std::vector<float> attenuation{};       ///< dB/m at 1 MHz, one way
+    std::vector<float> attenuation_power{}; ///< exponent of the frequency
+    std::vector<label_id> labels{};         ///< the object, or `background_label`
+    std::vector<vec2> displacement{};       ///< of tissue from rest, x and z of the probe, metres
+    std::vector<slice_strain> strain{};     ///< of tissue
 };
 
 /// What lies at each pixel of the slice plane of an array.
@@ -69,8 +69,7 @@ tissue_maps map_tissue(const Policy& policy, const scene& body, const pose& at, 
     if (count == 0 || count > std::size_t{1} << 26U)
         throw usage_error{"map_tissue: the grid has no pixels, or more than 2^26; set `size` to columns and rows"};
     check_length(grid.spacing, "spacing", max_scan_depth, "map_tissue");
-    if (!is_finite(grid.from.x) || !is_finite(grid.from.y))
-        throw usage_error{"map_tissue: `from` is not finite"};
+    if (!is_finite(grid.from.x) || !is_finite(grid.from.y)) throw usage_error{"map_tissue: `from` is not finite"};
     if (!is_rigid(at))
         throw geometry_error{"map_tissue: the pose is not a rigid transform; make it with look_at, or mend it with "
                              "orthonormalised"};
@@ -93,30 +92,30 @@ tissue_maps map_tissue(const Policy& policy, const scene& body, const pose& at, 
     maps.labels.resize(count);
     maps.displacement.resize(count);
     maps.strain.resize(count);
-    exec::for_each_block(any, grid.size.y, 1, 1e3F * static_cast<float>(grid.size.x), [&](std::size_t row, std::size_t) {
-        for (std::uint32_t column = 0; column < grid.size.x; ++column) {
-            const std::size_t i = row * grid.size.x + column;
-            const vec3 p = at.point(grid.at(column, static_cast<std::uint32_t>(row)));
-            const object_view* const one = detail::top_at(seen, p);
-            const medium& m = seen.media[one == nullptr ? 0 : one->medium];
-            maps.sound_speed[i] = m.sound_speed;
-            maps.density[i] = m.density;
-            maps.attenuation[i] = m.attenuation;
-            maps.attenuation_power[i] = m.attenuation_power;
-            maps.labels[i] = one == nullptr ? background_label : one->id;
-            const std::size_t place =
-                one == nullptr ? 0 : 1 + static_cast<std::size_t>(one - seen.objects.data());
-            if (place >= displaced.size() || displaced[place].nodes.empty()) continue;
-            const pose of_object = one == nullptr ? pose{} : one->at;
-            const vec3 local = of_object.local_point(p);
-            const vec3 moved = at.local_direction(of_object.direction(local - displaced[place].rest(local)));
-            maps.displacement[i] = {moved.x, moved.z};
-            // From the gradient of rest by now to that of now by rest, in axes of the probe.
-            const mat3 to_object = transpose(of_object.rotation) * at.rotation;
-            const mat3 stretch = inverse(transpose(to_object) * displaced[place].gradient(local) * to_object);
-            maps.strain[i] = {stretch[0][0] - 1, stretch[2][2] - 1, 0.5F * (stretch[2][0] + stretch[0][2])};
-        }
-    });
+    exec::for_each_block(
+        any, grid.size.y, 1, 1e3F * static_cast<float>(grid.size.x), [&](std::size_t row, std::size_t) {
+            for (std::uint32_t column = 0; column < grid.size.x; ++column) {
+                const std::size_t i = row * grid.size.x + column;
+                const vec3 p = at.point(grid.at(column, static_cast<std::uint32_t>(row)));
+                const object_view* const one = detail::top_at(seen, p);
+                const medium& m = seen.media[one == nullptr ? 0 : one->medium];
+                maps.sound_speed[i] = m.sound_speed;
+                maps.density[i] = m.density;
+                maps.attenuation[i] = m.attenuation;
+                maps.attenuation_power[i] = m.attenuation_power;
+                maps.labels[i] = one == nullptr ? background_label : one->id;
+                const std::size_t place = one == nullptr ? 0 : 1 + static_cast<std::size_t>(one - seen.objects.data());
+                if (place >= displaced.size() || displaced[place].nodes.empty()) continue;
+                const pose of_object = one == nullptr ? pose{} : one->at;
+                const vec3 local = of_object.local_point(p);
+                const vec3 moved = at.local_direction(of_object.direction(local - displaced[place].rest(local)));
+                maps.displacement[i] = {moved.x, moved.z};
+                // From the gradient of rest by now to that of now by rest, in axes of the probe.
+                const mat3 to_object = transpose(of_object.rotation) * at.rotation;
+                const mat3 stretch = inverse(transpose(to_object) * displaced[place].gradient(local) * to_object);
+                maps.strain[i] = {stretch[0][0] - 1, stretch[2][2] - 1, 0.5F * (stretch[2][0] + stretch[0][2])};
+            }
+        });
     return maps;
 }
 

@@ -29,34 +29,34 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// How channel data are made.
 struct channel_settings {
-    float depth = 0.04F;          ///< to be recorded, metres
-    float sampling_frequency = 0; ///< of RF, hertz; 0: four times the carrier
+    float depth = 0.04F;           ///< to be recorded, metres
+    float sampling_frequency = 0;  ///< of RF, hertz; 0: four times the carrier
     float opening = 30 * pi / 180; ///< beyond the ends of the array: the slice that is covered, radians
-    bool speckle = true;          ///< scatterers of tissue
-    bool surfaces = true;         ///< echoes of surfaces
+    bool speckle = true;           ///< scatterers of tissue
+    bool surfaces = true;          ///< echoes of surfaces
     /// Each transmit is one wave front instead of the sum of the waves of all elements: faster, without the waves from
     /// the ends of the aperture.
     bool wave_fronts = false;
     float noise_level_db = no_level_db; ///< of electronic noise, independent from element to element, rms; 0 dB is 1
     std::uint32_t noise_seed = 1;       ///< selects its realization
-    std::uint32_t frame = 0; ///< number of the frame: noise and the speckle of flowing media change with it
-    std::uint64_t max_memory = std::uint64_t{4} << 30U;   ///< bytes, of what is returned and of what it takes
-    std::span<const point_scatterer> points{};            ///< scatterers of one's own, beside those of tissue
+    std::uint32_t frame = 0;            ///< number of the frame: noise and the speckle of flowing media change with it
+    std::uint64_t max_memory = std::uint64_t{4} << 30U; ///< bytes, of what is returned and of what it takes
+    std::span<const point_scatterer> points{};          ///< scatterers of one's own, beside those of tissue
 };
 
 namespace detail {
 
 /// Sampling of a record.
 struct record_plan {
-    float rate = 0;             // of RF, hertz
-    std::uint32_t samples = 0;  // of RF
-    std::uint32_t halves = 2;   // RF samples for each two complex ones: 2^n or 3 * 2^n
-    std::uint32_t margin = 0;   // complex samples before time 0
-    std::uint32_t length = 0;   // complex samples with margins
-    std::size_t transform = 0;  // length of the transform of them
-    float sigma_time = 0;       // of the pulse's envelope, s
-    float sigma_frequency = 0;  // of its amplitude spectrum, hertz
-    float node_step = 0;        // see `spectral_value`, hertz
+    float rate = 0;            // of RF, hertz
+    std::uint32_t samples = 0; // of RF
+    std::uint32_t halves = 2;  // RF samples for each two complex ones: 2^n or 3 * 2^n
+    std::uint32_t margin = 0;  // complex samples before time 0
+    std::uint32_t length = 0;  // complex samples with margins
+    std::size_t transform = 0; // length of the transform of them
+    float sigma_time = 0;      // of the pulse's envelope, s
+    float sigma_frequency = 0; // of its amplitude spectrum, hertz
+    float node_step = 0;       // see `spectral_value`, hertz
 
     float complex_rate() const { return 2 * rate / static_cast<float>(halves); }
 };
@@ -138,18 +138,20 @@ class channel_tracer {
         const std::uint64_t bytes = channels * record_.samples * sizeof(float) +
                                     pairs * record_.length * (sizeof(vec2) + floats_per_wave * sizeof(float));
         if (bytes > settings_.max_memory)
-            throw usage_error{joined({"trace_channels: ", std::to_string(out.transmits), " transmits of ",
-                                      std::to_string(elements_), " elements, ", std::to_string(record_.samples),
-                                      " samples each, take ", number_text(1e-9F * static_cast<float>(bytes)),
-                                      " GB, more than `max_memory` (", number_text(1e-9F * static_cast<float>(settings_.max_memory)),
-                                      " GB); lower depth, transmits or elements, or raise it"})};
+            throw usage_error{
+                joined({"trace_channels: ", std::to_string(out.transmits), " transmits of ", std::to_string(elements_),
+                        " elements, ", std::to_string(record_.samples), " samples each, take ",
+                        number_text(1e-9F * static_cast<float>(bytes)), " GB, more than `max_memory` (",
+                        number_text(1e-9F * static_cast<float>(settings_.max_memory)),
+                        " GB); lower depth, transmits or elements, or raise it"})};
         out.values.assign(channels * record_.samples, 0.0F);
     }
 
     template <class Policy>
     void find_reflectors(const Policy& policy, float fnumber, const channel_data& out) {
-        reflector_search<Model> search{body_,          out.places,        at_, model_, frequency_, out.bandwidth, record_.node_step,
-                                       settings_.depth, settings_.opening};
+        reflector_search<Model> search{
+            body_,           out.places,       at_, model_, frequency_, out.bandwidth, record_.node_step,
+            settings_.depth, settings_.opening};
         float highest = 0, lateral = 0;
         std::vector<reflector>& all = reflectors_;
         for (const point_scatterer& one : settings_.points) {
@@ -171,19 +173,18 @@ class channel_tracer {
         const auto loss = [&](const medium& m, float frequency) { return model_.loss(m, frequency); };
         fans_.assign(policy, body_, out.places, at_, frequency_, reach, loss, passed);
         speed_ = fans_.speed_at_face(elements_ / 2);
-        field_.assign(policy, frequency_, record_.node_step, height_, out.elevation_focus, speed_, reach,
-                      highest);
+        field_.assign(policy, frequency_, record_.node_step, height_, out.elevation_focus, speed_, reach, highest);
         if (settings_.speckle)
-            search.add_speckle(policy, speckle_strength(fnumber, out.elevation_focus), fnumber,
-                               out.elevation_focus / height_, settings_.frame, height_,
-                               [&](float depth) { return field_.speckle_height(depth); }, all);
+            search.add_speckle(
+                policy, speckle_strength(fnumber, out.elevation_focus), fnumber, out.elevation_focus / height_,
+                settings_.frame, height_, [&](float depth) { return field_.speckle_height(depth); }, all);
         if (settings_.surfaces) search.add_surfaces(policy, field_, all);
 
         // In zones of attenuation, then in blocks that are small in space, so that each adds to few samples of a pair. The
         // reflectors of a block are shuffled: neighbours in memory then add to other samples.
         constexpr float step = 0.3F; // Np over a standard deviation of the spectrum; its square over 8 is neglected
-        const float strip = std::sqrt(settings_.depth * (aperture + settings_.depth) * static_cast<float>(wave_table::block) /
-                                      static_cast<float>(all.size() + 1));
+        const float strip = std::sqrt(settings_.depth * (aperture + settings_.depth) *
+                                      static_cast<float>(wave_table::block) / static_cast<float>(all.size() + 1));
         std::vector<std::uint32_t> zone_of(all.size()), strip_of(all.size());
         exec::for_each_block(policy, all.size(), 256, 100, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) {
@@ -191,8 +192,8 @@ class channel_tracer {
                 const element_fans::place at = fans_.find(nearest, all[i].place);
                 all[i].lost_slope = at.seen ? 2 * fans_.at_point(nearest, at).lost_slope : 0;
                 strip_of[i] = static_cast<std::uint32_t>(clamp(all[i].place.y / strip, 0, 1e6F));
-                zone_of[i] = static_cast<std::uint32_t>(
-                    clamp(all[i].lost_slope * record_.sigma_frequency / step, 0, 1000));
+                zone_of[i] =
+                    static_cast<std::uint32_t>(clamp(all[i].lost_slope * record_.sigma_frequency / step, 0, 1000));
             }
         });
         std::vector<std::uint32_t> order(all.size());
@@ -267,8 +268,8 @@ class channel_tracer {
         const float rate = record_.complex_rate(), step = rate / static_cast<float>(length);
         const float widest = min(0.5F * rate, 3.7F * record_.sigma_frequency); // -60 dB
         for (std::size_t i = 0; i < length; ++i) {
-            const float offset = step * (i < length / 2 ? static_cast<float>(i)
-                                                        : static_cast<float>(i) - static_cast<float>(length));
+            const float offset =
+                step * (i < length / 2 ? static_cast<float>(i) : static_cast<float>(i) - static_cast<float>(length));
             if (std::fabs(offset) > widest || frequency_ + offset <= 0) continue;
             const float x = offset / record_.sigma_frequency, turn = pi * offset / rate;
             const float sinc = std::fabs(turn) < 1e-3F ? 1.0F : std::sin(turn) / turn;
@@ -312,11 +313,12 @@ class channel_tracer {
             const float further = y * y / (std::sqrt(at.distance * at.distance + y * y) + at.distance);
             found.time += further * wave.time / at.distance;
         }
-        const spectral_value across = one.surface && one.normal != vec2{0, 0} ? field_.surface(wave.range)
-                                                                               : field_.point(std::sqrt(wave.range * wave.range + y * y), y);
+        const spectral_value across = one.surface && one.normal != vec2{0, 0}
+                                          ? field_.surface(wave.range)
+                                          : field_.point(std::sqrt(wave.range * wave.range + y * y), y);
         // sqrt(j k w / 2 pi h) sinc(k w sin t / 2) cos t: twice this, times a scattering length, is an echo.
         const float lost = wave.lost_slope - 0.5F * zone_slope;
-        const vec2 carrier = turned(0.125 - double{frequency_} * double{found.time}); // with sqrt(j)
+        const vec2 carrier = turned(0.125 - double{frequency_} * double{found.time});          // with sqrt(j)
         const float per_hertz = pi * width_ * at.sine / speed_, half = frequency_ * per_hertz, // k w sin t / 2
             step = record_.node_step * per_hertz;
         const float beyond = std::exp(-lost * record_.node_step);
@@ -343,8 +345,8 @@ class channel_tracer {
     void trace(const Policy& policy, channel_data& out) {
         media_ = {body_.media().begin(), body_.media().end()};
         for (std::size_t i = 0; i < spectral_value::nodes; ++i)
-            root_[i] = std::sqrt((frequency_ + spectral_value::steps(i) * record_.node_step) * width_ /
-                                 (speed_ * height_));
+            root_[i] =
+                std::sqrt((frequency_ + spectral_value::steps(i) * record_.node_step) * width_ / (speed_ * height_));
         const std::uint32_t sources = symmetric_ ? elements_ : out.transmits;
         const std::size_t count = band_.bins.size();
         const auto first_pair = [&](std::size_t source) { // of a source's pairs
@@ -353,8 +355,8 @@ class channel_tracer {
         const auto pair_of = [&](std::size_t source, std::size_t receiver) {
             return symmetric_ ? first_pair(source) + (receiver - source) : first_pair(source) + receiver;
         };
-        const std::size_t pairs = symmetric_ ? std::size_t{elements_} * (elements_ + 1) / 2
-                                             : std::size_t{sources} * elements_;
+        const std::size_t pairs =
+            symmetric_ ? std::size_t{elements_} * (elements_ + 1) / 2 : std::size_t{sources} * elements_;
         const std::size_t sum_size = std::size_t{record_.length} * floats_per_wave;
         large_array<vec2> spectra(pairs * count);
         std::fill(spectra.begin(), spectra.end(), vec2{0, 0});
@@ -370,17 +372,16 @@ class channel_tracer {
                                  });
             for (std::size_t block = own.begin; block < own.end; block += wave_table::block) {
                 const std::size_t size = std::min(wave_table::block, own.end - block),
-                                  padded = (size + wave_table::together - 1) / wave_table::together * wave_table::together;
-                exec::for_each_block(policy, elements_, 1, 100 * static_cast<float>(size),
-                                     [&](std::size_t element, std::size_t) {
-                                         for (std::size_t i = 0; i < size; ++i) {
-                                             const element_wave_at at = arrive(
-                                                 out, element, reflectors_[block + i], own.slope);
-                                             received.set(element, i, at.time, at.facing, at.wave);
-                                         }
-                                         for (std::size_t i = size; i < padded; ++i)
-                                             received.set(element, i, 0, 0, {});
-                                     });
+                                  padded =
+                                      (size + wave_table::together - 1) / wave_table::together * wave_table::together;
+                exec::for_each_block(
+                    policy, elements_, 1, 100 * static_cast<float>(size), [&](std::size_t element, std::size_t) {
+                        for (std::size_t i = 0; i < size; ++i) {
+                            const element_wave_at at = arrive(out, element, reflectors_[block + i], own.slope);
+                            received.set(element, i, at.time, at.facing, at.wave);
+                        }
+                        for (std::size_t i = size; i < padded; ++i) received.set(element, i, 0, 0, {});
+                    });
                 if (!symmetric_) send_wave_fronts(policy, out, received, size, padded, sent);
                 // In tiles of sources and receivers, whose waves stay in a cache.
                 constexpr std::uint32_t tile = 8;
@@ -449,8 +450,7 @@ class channel_tracer {
                 for (std::size_t k = 0; k < record_.samples; ++k) {
                     complex_block sample;
                     sample.store_from(batch_product(carrier[k], room[offset + k]));
-                    for (std::size_t i = begin; i < end; ++i)
-                        out.values[i * record_.samples + k] = sample.x[i - begin];
+                    for (std::size_t i = begin; i < end; ++i) out.values[i * record_.samples + k] = sample.x[i - begin];
                 }
             });
     }
@@ -474,8 +474,7 @@ class channel_tracer {
     }
 
     // Of as many pairs as there are lanes, or fewer.
-    void add_spectra(const float* sums, std::size_t pairs, float zone_slope, const fourier& transform,
-                     vec2* to) const {
+    void add_spectra(const float* sums, std::size_t pairs, float zone_slope, const fourier& transform, vec2* to) const {
         const std::size_t sum_size = std::size_t{record_.length} * floats_per_wave, count = band_.bins.size();
         std::vector<complex_batch> room(transform.size());
         for (std::size_t node = 0; node < spectral_value::nodes; ++node) {
@@ -506,50 +505,50 @@ class channel_tracer {
     void send_wave_fronts(const Policy& policy, const channel_data& out, const wave_table& of_elements,
                           std::size_t size, std::size_t padded, wave_table& sent) const {
         const float per_period = frequency_ / 3;
-        exec::for_each_block(policy, out.transmits, 1, 4 * static_cast<float>(size * elements_), [&](std::size_t t,
-                                                                                                     std::size_t) {
-            const transmit& one = out.sent[t];
-            std::vector<spectral_value> wave(size);
-            std::vector<vec2> moment(size, vec2{0, 0});
-            std::vector<float> first(size, FLT_MAX);
-            const auto each_element = [&](const auto& visit) {
-                for (std::size_t n = 0; n < elements_; ++n)
-                    if (one.weight(static_cast<std::uint32_t>(n)) != 0) visit(n, of_elements[n], one.delays[n]);
-            };
-            each_element([&](std::size_t, const wave_row& from, float delay) {
-                for (std::size_t i = 0; i < size; ++i)
-                    if (from.facing[i] > 0) first[i] = min(first[i], from.time[i] + delay);
-            });
-            each_element([&](std::size_t n, const wave_row& from, float delay) {
-                const vec2 delayed = one.weight(static_cast<std::uint32_t>(n)) *
-                                     turned(-double{frequency_} * double{delay});
+        exec::for_each_block(
+            policy, out.transmits, 1, 4 * static_cast<float>(size * elements_), [&](std::size_t t, std::size_t) {
+                const transmit& one = out.sent[t];
+                std::vector<spectral_value> wave(size);
+                std::vector<vec2> moment(size, vec2{0, 0});
+                std::vector<float> first(size, FLT_MAX);
+                const auto each_element = [&](const auto& visit) {
+                    for (std::size_t n = 0; n < elements_; ++n)
+                        if (one.weight(static_cast<std::uint32_t>(n)) != 0) visit(n, of_elements[n], one.delays[n]);
+                };
+                each_element([&](std::size_t, const wave_row& from, float delay) {
+                    for (std::size_t i = 0; i < size; ++i)
+                        if (from.facing[i] > 0) first[i] = min(first[i], from.time[i] + delay);
+                });
+                each_element([&](std::size_t n, const wave_row& from, float delay) {
+                    const vec2 delayed =
+                        one.weight(static_cast<std::uint32_t>(n)) * turned(-double{frequency_} * double{delay});
+                    for (std::size_t i = 0; i < size; ++i) {
+                        const float later = from.time[i] + delay - first[i], x = later * per_period;
+                        if (!(x < 1) || !(from.facing[i] > 0)) continue;
+                        const vec2 weighted = (1 - x * x) * (1 - x * x) * delayed;
+                        for (std::size_t k = 0; k < spectral_value::nodes; ++k)
+                            wave[i].at[k] += complex_product(weighted, from.at(i, k));
+                        moment[i] += later * complex_product(weighted, 0.5F * (from.at(i, 1) + from.at(i, 2)));
+                    }
+                });
                 for (std::size_t i = 0; i < size; ++i) {
-                    const float later = from.time[i] + delay - first[i], x = later * per_period;
-                    if (!(x < 1) || !(from.facing[i] > 0)) continue;
-                    const vec2 weighted = (1 - x * x) * (1 - x * x) * delayed;
+                    // -d phase / d omega of the sum is Re(moment / value); what is left of the moment turns it over
+                    // frequency.
+                    spectral_value& sum = wave[i];
+                    const vec2 middle = 0.5F * (sum.at[1] + sum.at[2]);
+                    const float power = dot(middle, middle);
+                    if (!(power > 0)) {
+                        sent.set(t, i, 0, 0, {});
+                        continue;
+                    }
+                    const float later = dot(moment[i], middle) / power;
+                    const vec2 left = 2 * pi * record_.node_step * (moment[i] - later * middle);
                     for (std::size_t k = 0; k < spectral_value::nodes; ++k)
-                        wave[i].at[k] += complex_product(weighted, from.at(i, k));
-                    moment[i] += later * complex_product(weighted, 0.5F * (from.at(i, 1) + from.at(i, 2)));
+                        sum.at[k] += spectral_value::steps(k) * vec2{left.y, -left.x};
+                    sent.set(t, i, first[i] + later, 0.5F, sum);
                 }
+                for (std::size_t i = size; i < padded; ++i) sent.set(t, i, 0, 0, {});
             });
-            for (std::size_t i = 0; i < size; ++i) {
-                // -d phase / d omega of the sum is Re(moment / value); what is left of the moment turns it over
-                // frequency.
-                spectral_value& sum = wave[i];
-                const vec2 middle = 0.5F * (sum.at[1] + sum.at[2]);
-                const float power = dot(middle, middle);
-                if (!(power > 0)) {
-                    sent.set(t, i, 0, 0, {});
-                    continue;
-                }
-                const float later = dot(moment[i], middle) / power;
-                const vec2 left = 2 * pi * record_.node_step * (moment[i] - later * middle);
-                for (std::size_t k = 0; k < spectral_value::nodes; ++k)
-                    sum.at[k] += spectral_value::steps(k) * vec2{left.y, -left.x};
-                sent.set(t, i, first[i] + later, 0.5F, sum);
-            }
-            for (std::size_t i = size; i < padded; ++i) sent.set(t, i, 0, 0, {});
-        });
     }
 
     template <class Policy>

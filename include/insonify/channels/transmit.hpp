@@ -106,14 +106,12 @@ std::vector<transmit> plane_waves(const Array& array, std::uint32_t count, float
                                           " rad; it must be at most 160 degrees: write 20_deg"})};
     std::vector<transmit> made;
     for (std::uint32_t k = 0; k < count; ++k) {
-        const float angle =
-            count == 1 ? 0.0F : spread * (static_cast<float>(k) / static_cast<float>(count - 1) - 0.5F);
+        const float angle = count == 1 ? 0.0F : spread * (static_cast<float>(k) / static_cast<float>(count - 1) - 0.5F);
         const vec3 direction{std::sin(angle), 0, std::cos(angle)};
         std::vector<float> times(array.elements);
         for (std::uint32_t i = 0; i < array.elements; ++i)
             times[i] = dot(array.element(i).origin, direction) / array.sound_speed;
-        made.push_back(
-            detail::fired_at(array, std::move(times), {.front = transmit::wave::plane, .angle = angle}));
+        made.push_back(detail::fired_at(array, std::move(times), {.front = transmit::wave::plane, .angle = angle}));
     }
     return made;
 }
@@ -134,8 +132,8 @@ std::vector<transmit> diverging_waves(const Array& array, std::span<const vec3> 
                                   "behind the face, such as {0, 0, -10_mm}"};
             times[i] = length(one.origin - source) / array.sound_speed;
         }
-        made.push_back(detail::fired_at(array, std::move(times),
-                                        {.front = transmit::wave::diverging, .source = source}));
+        made.push_back(
+            detail::fired_at(array, std::move(times), {.front = transmit::wave::diverging, .source = source}));
     }
     return made;
 }

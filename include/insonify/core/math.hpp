@@ -66,12 +66,17 @@ INSONIFY_FN constexpr float min(float a, float b) { return b < a ? b : a; }
 INSONIFY_FN constexpr float max(float a, float b) { return a < b ? b : a; }
 INSONIFY_FN constexpr float clamp(float value, float low, float high) { return min(max(value, low), high); }
 
+INSONIFY_FN constexpr vec2 min(vec2 a, vec2 b) { return {min(a.x, b.x), min(a.y, b.y)}; }
+INSONIFY_FN constexpr vec2 max(vec2 a, vec2 b) { return {max(a.x, b.x), max(a.y, b.y)}; }
 INSONIFY_FN constexpr vec3 min(vec3 a, vec3 b) { return {min(a.x, b.x), min(a.y, b.y), min(a.z, b.z)}; }
 INSONIFY_FN constexpr vec3 max(vec3 a, vec3 b) { return {max(a.x, b.x), max(a.y, b.y), max(a.z, b.z)}; }
 /// @}
 
 /// Componentwise absolute value.
+/// @{
+INSONIFY_FN inline vec2 abs(vec2 v) { return {std::fabs(v.x), std::fabs(v.y)}; }
 INSONIFY_FN inline vec3 abs(vec3 v) { return {std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)}; }
+/// @}
 
 namespace detail {
 
