@@ -21864,10 +21864,12 @@ class element_fans {
     /// @param reach   how far lines are followed, metres
     /// @param loss    loss(medium, frequency): attenuation there and back, dB/m
     /// @param passed  passed(before, after, cosine, roughness): factor on amplitude, there and back
+    /// @param strip   strip(distance): half height of the element's beam out of the slice, where its power falls to 1/e,
+    ///                metres: sound passes beside obstacles that are narrower, such as a needle
     /// @throws usage_error  for an element inside of bone, metal or gas
-    template <class Policy, class Loss, class Passed>
+    template <class Policy, class Loss, class Passed, class Strip>
     void assign(const Policy& policy, const scene& body, view<const ray> places, const pose& at, float frequency,
-                float reach, const Loss& loss, const Passed& passed) {
+                float reach, const Loss& loss, const Passed& passed, const Strip& strip) {
         constexpr float spacing = 0.3e-3F; // of neighbouring lines at their ends, metres
         lines_ = static_cast<std::uint32_t>(clamp(std::ceil(span * reach / spacing), 64, 1024));
         fans_.resize(places.size());
@@ -21885,7 +21887,7 @@ class element_fans {
             own.shape.origin.y = 0;
             layer_search search;
             const line_layers& found = search(exec::seq, body, own.shape, here, {.depth = reach}, reach, true);
-            blocked[i] = follow(found, frequency, loss, passed, own);
+            blocked[i] = follow(found, frequency, loss, passed, strip, own);
         });
         for (std::size_t i = 0; i < blocked.size(); ++i)
             if (blocked[i] != 0)
@@ -21997,51 +21999,79 @@ class element_fans {
                 of_a * a.lost_slope + of_b * b.lost_slope};
     }
 
+    // The wave at the beginning of a layer, from that in the layer before. @param entered  without what sound has met
+    static element_wave carried(const element_wave& before, element_wave entered) {
+        const float length = entered.begin - before.begin, sound = before.slowness;
+        const bool first = before.begin == 0; // the wave comes from the element itself
+        const float from_there =
+            length > 0 ? sound / length : FLT_MAX; // bend of a wave from the beginning of the layer
+        const arrived_wave end = wave_at(before, entered.begin);
+        const auto share = [&](float bend) {
+            return first ? 1 : from_there / max(bend + from_there, min_open * from_there);
+        };
+        entered.time = end.time;
+        entered.tilt = before.tilt * share(before.bend);
+        entered.bend = first ? from_there : before.bend * share(before.bend);
+        entered.bend_across = first ? from_there : before.bend_across * share(before.bend_across);
+        entered.spread = first ? entered.begin : before.spread / share(before.bend);
+        entered.spread_across = end.range;
+        entered.passed = before.passed;
+        entered.lost = before.lost + before.per_metre * length;
+        entered.lost_slope = before.lost_slope + before.slope_per_metre * length;
+        return entered;
+    }
+
     // Follows the wave along each line. @return whether the element lies inside of what blocks sound
-    template <class Loss, class Passed>
-    static bool follow(const line_layers& found, float frequency, const Loss& loss, const Passed& passed, fan& own) {
+    template <class Loss, class Passed, class Strip>
+    static bool follow(const line_layers& found, float frequency, const Loss& loss, const Passed& passed,
+                       const Strip& strip, fan& own) {
         own.waves.clear();
         own.ends.clear();
         const float beside = 1e-3F * frequency;
+        const auto medium_of = [&](const layer& here) {
+            const medium& m = found.media[here.medium];
+            constexpr float one_way = 0.115129255F / 2; // Np per dB there and back
+            return element_wave{
+                .begin = here.begin,
+                .slowness = 1 / m.sound_speed,
+                .per_metre = one_way * loss(m, frequency),
+                .slope_per_metre = one_way * (loss(m, frequency + beside) - loss(m, frequency - beside)) / (2 * beside),
+                .medium = here.medium,
+                .object = here.object};
+        };
+        const auto enter = [&](const element_wave& before, const layer& here) {
+            element_wave now = carried(before, medium_of(here));
+            if (here.medium == before.medium) return now;
+            const float change = before.slowness - now.slowness;
+            constexpr float steepest = 3; // beyond 72 degrees a surface is not plane as far as sound bends
+            now.tilt -= clamp(here.slope.x, -steepest, steepest) * change;
+            now.bend += clamp(here.curvature.x, -1e3F, 1e3F) * change;
+            now.bend_across += clamp(here.curvature.y, -1e3F, 1e3F) * change;
+            now.passed *= std::sqrt(
+                max(passed(found.media[before.medium], found.media[here.medium], here.cosine, here.roughness), 0));
+            return now;
+        };
         for (std::uint32_t line = 0; line < found.lines; ++line) {
-            element_wave before{};
-            for (const layer& here : found(line)) {
-                const medium& m = found.media[here.medium];
-                element_wave now{.begin = here.begin, .medium = here.medium, .object = here.object};
-                now.slowness = 1 / m.sound_speed;
-                constexpr float neper_per_db = 0.115129255F, one_way = 0.5F;
-                now.per_metre = one_way * neper_per_db * loss(m, frequency);
-                now.slope_per_metre =
-                    one_way * neper_per_db * (loss(m, frequency + beside) - loss(m, frequency - beside)) / (2 * beside);
-                if (here.begin == 0) {
-                    if (blocks_sound(m)) return true;
-                } else {
-                    const float length = here.begin - before.begin, sound = before.slowness;
-                    const bool first = before.begin == 0;
-                    const float m_bend = length > 0 ? sound / length : FLT_MAX; // of a wave from the layer's beginning
-                    const arrived_wave end = wave_at(before, here.begin);
-                    now.time = end.time;
-                    const float share = first ? 1 : m_bend / max(before.bend + m_bend, min_open * m_bend);
-                    const float share_across = first ? 1 : m_bend / max(before.bend_across + m_bend, min_open * m_bend);
-                    now.tilt = first ? 0 : before.tilt * share;
-                    now.bend = first ? m_bend : before.bend * share;
-                    now.bend_across = first ? m_bend : before.bend_across * share_across;
-                    now.spread = first ? here.begin : before.spread / share;
-                    now.spread_across = end.range;
-                    now.passed = before.passed;
-                    now.lost = before.lost + before.per_metre * length;
-                    now.lost_slope = before.lost_slope + before.slope_per_metre * length;
-                    if (here.medium != before.medium) {
-                        const float change = sound - now.slowness;
-                        constexpr float steepest = 3; // beyond 72 degrees a surface is not plane as far as sound bends
-                        now.tilt -= clamp(here.slope.x, -steepest, steepest) * change;
-                        now.bend += clamp(here.curvature.x, -1e3F, 1e3F) * change;
-                        now.bend_across += clamp(here.curvature.y, -1e3F, 1e3F) * change;
-                        now.passed *=
-                            std::sqrt(max(passed(found.media[before.medium], m, here.cosine, here.roughness), 0));
+            const view<const layer> layers = found(line);
+            if (blocks_sound(found.media[layers[0].medium])) return true;
+            element_wave before = medium_of(layers[0]), above = before; // in the last layer, and in the one before
+            own.waves.push_back(before);
+            for (std::size_t i = 1; i < layers.size(); ++i) {
+                element_wave now = enter(before, layers[i]);
+                const layer& obstacle = layers[i - 1];
+                if (i > 1 && obstacle.own_surfaces.x > 0 && obstacle.own_surfaces.y > 0) {
+                    // As along lines of pictures (`add_sound_beside`): by power, at the time of what passes beside it.
+                    element_wave around = enter(above, layers[i]);
+                    const float through = now.passed / max(around.passed, 1e-30F) * std::exp(around.lost - now.lost);
+                    const float power =
+                        through < 0.5F ? power_beside(obstacle, layers[i], strip(obstacle.begin)) : 0.0F;
+                    if (power > 0) {
+                        around.passed *= std::sqrt((1 - power) * through * through + power);
+                        now = around;
                     }
                 }
                 own.waves.push_back(now);
+                above = before;
                 before = now;
             }
             own.ends.push_back(static_cast<std::uint32_t>(own.waves.size()));
@@ -22469,6 +22499,7 @@ struct reflector {
     float y = 0;           ///< out of the slice, metres
     bool surface = false;  ///< a piece of a surface
     vec2 normal{0, 0};     ///< of a surface in the slice, towards the array, of length at most 1
+    vec2 nearest{0, 0};    ///< direction of the nearest element from a surface
     spectral_value root{}; ///< the root of what it returns: its scattering length; for a surface times metres
     std::uint32_t before = 0, after = 0;               ///< media on the side of the array and behind a surface
     std::uint32_t object_before = 0, object_after = 0; ///< as in `layer`
@@ -22704,6 +22735,7 @@ class reflector_search {
         reflector one{.place = {local.x + bulge.x, local.z + bulge.z},
                       .surface = true,
                       .normal = {normal.x, normal.z},
+                      .nearest = -vec2{apart.x, apart.z} / distance,
                       .before = before,
                       .after = after,
                       .object_before = front == nullptr ? ~0U : front->id,
@@ -22805,7 +22837,7 @@ namespace insonify::inline INSONIFY_ABI {
 struct channel_settings {
     float depth = 0.04F;           ///< to be recorded, metres
     float sampling_frequency = 0;  ///< of RF, hertz; 0: four times the carrier
-    float opening = 30 * pi / 180; ///< beyond the ends of the array: the slice that is covered, radians
+    float opening = 20 * pi / 180; ///< beyond the ends of the array: the slice that is covered, radians
     bool speckle = true;           ///< scatterers of tissue
     bool surfaces = true;          ///< echoes of surfaces
     /// Each transmit is one wave front instead of the sum of the waves of all elements: faster, without the waves from
@@ -22945,7 +22977,11 @@ class channel_tracer {
             return model_.at_interface({before, after, cosine, frequency_, roughness}).transmitted;
         };
         const auto loss = [&](const medium& m, float frequency) { return model_.loss(m, frequency); };
-        fans_.assign(policy, body_, out.places, at_, frequency_, reach, loss, passed);
+        const beam_model beam{.wavelength = display_speed / frequency_,
+                              .elevation_height = height_,
+                              .elevation_focus = out.elevation_focus};
+        const auto strip = [&](float distance) { return 1.4142136F * beam.elevation_sigma(distance); }; // one way
+        fans_.assign(policy, body_, out.places, at_, frequency_, reach, loss, passed, strip);
         speed_ = fans_.speed_at_face(elements_ / 2);
         field_.assign(policy, frequency_, record_.node_step, height_, out.elevation_focus, speed_, reach, highest);
         if (settings_.speckle)
@@ -22957,15 +22993,16 @@ class channel_tracer {
         // In zones of attenuation, then in blocks that are small in space, so that each adds to few samples of a pair. The
         // reflectors of a block are shuffled: neighbours in memory then add to other samples.
         constexpr float step = 0.3F; // Np over a standard deviation of the spectrum; its square over 8 is neglected
-        const float strip = std::sqrt(settings_.depth * (aperture + settings_.depth) *
-                                      static_cast<float>(wave_table::block) / static_cast<float>(all.size() + 1));
+        const float size_of_strip =
+            std::sqrt(settings_.depth * (aperture + settings_.depth) * static_cast<float>(wave_table::block) /
+                      static_cast<float>(all.size() + 1));
         std::vector<std::uint32_t> zone_of(all.size()), strip_of(all.size());
         exec::for_each_block(policy, all.size(), 256, 100, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) {
                 const std::size_t nearest = search.nearest_element(all[i].place);
                 const element_fans::place at = fans_.find(nearest, all[i].place);
                 all[i].lost_slope = at.seen ? 2 * fans_.at_point(nearest, at).lost_slope : 0;
-                strip_of[i] = static_cast<std::uint32_t>(clamp(all[i].place.y / strip, 0, 1e6F));
+                strip_of[i] = static_cast<std::uint32_t>(clamp(all[i].place.y / size_of_strip, 0, 1e6F));
                 zone_of[i] =
                     static_cast<std::uint32_t>(clamp(all[i].lost_slope * record_.sigma_frequency / step, 0, 1000));
             }
@@ -23049,9 +23086,11 @@ class channel_tracer {
             const float sinc = std::fabs(turn) < 1e-3F ? 1.0F : std::sin(turn) / turn;
             // exp(-t^2 / 2 s^2), of amplitude 1, has the spectrum sqrt(2 pi) s exp(-x^2 / 2); a transform sums samples.
             const float pulse = std::sqrt(2 * pi) * record_.sigma_time * std::exp(-0.5F * x * x) * rate;
+            // A transducer does not radiate at 0 Hz, where nothing is attenuated and a Gaussian would remain.
+            const float low = min(4 * (frequency_ + offset) / frequency_, 1), radiated = low * low * (3 - 2 * low);
             band_.bins.push_back(static_cast<std::uint32_t>(i));
             band_.offsets.push_back(offset);
-            band_.filter.push_back(pulse / (sinc * sinc * sinc) / static_cast<float>(length));
+            band_.filter.push_back(radiated * pulse / (sinc * sinc * sinc) / static_cast<float>(length));
         }
     }
 
@@ -23078,9 +23117,17 @@ class channel_tracer {
             if (!(cosine > 0)) return {};
             found.facing = 0.5F * cosine;
             const std::vector<medium>& media = media_;
-            const incidence met{media[one.before], media[one.after], min(cosine, 1), frequency_, one.roughness};
-            // The root of what both ways make of it.
-            amplitude *= std::sqrt(std::fabs(model_.at_interface(met).reflected) * model_.roughness.coherent(met));
+            // Between two elements the wave is reflected at half of the angle between them, seen from the surface; the
+            // nearest element stands for the other one. Roughness sees the angle to the surface itself.
+            const incidence between{media[one.before], media[one.after], clamp(dot(to, one.nearest), 0.2F, 1),
+                                    frequency_, one.roughness};
+            incidence met = between;
+            met.cosine = min(cosine, 1);
+            // Where the surface turns away, its share fades: an edge of the lit part would return a wave of its own.
+            constexpr float fading = 0.25F; // cosine, beyond 75 degrees
+            const float lit = min(cosine / fading, 1);
+            amplitude *= lit * lit * (3 - 2 * lit) * // the root of what both ways make of it
+                         std::sqrt(std::fabs(model_.at_interface(between).reflected) * model_.roughness.coherent(met));
         }
         const float y = one.y - out.places[element].origin.y;
         if (y != 0) { // the distance in space
@@ -23264,7 +23311,9 @@ class channel_tracer {
             std::fill(room.begin() + record_.length, room.end(), complex_batch{});
             transform.forward(room.data());
             for (std::size_t b = 0; b < count; ++b) {
-                const float share = spectral_value::weight(node, band_.offsets[b] / record_.node_step);
+                // Held beyond the nodes: a polynomial would grow without bound.
+                const float share =
+                    spectral_value::weight(node, clamp(band_.offsets[b] / record_.node_step, -2.5F, 2.5F));
                 const float factor = share * std::exp(-zone_slope * band_.offsets[b]) * band_.filter[b];
                 block.store_from(room[band_.bins[b]]);
                 for (std::size_t p = 0; p < pairs; ++p) to[p * count + b] += factor * vec2{block.x[p], block.y[p]};

@@ -199,7 +199,7 @@ TEST_CASE("channels: sound takes the fastest way through layers") {
     detail::element_fans fans;
     fans.assign(
         exec::par, body, places, pose{}, 7.6e6F, 60e-3F, [](const medium&, float) { return 0.0F; },
-        [](const medium&, const medium&, float, float) { return 1.0F; });
+        [](const medium&, const medium&, float, float) { return 1.0F; }, [](float) { return 1e-3F; });
     double worst = 0, straight = 0;
     for (std::uint32_t i = 0; i < 128; ++i)
         for (const vec2 p : {vec2{0, 20e-3F}, vec2{5e-3F, 30e-3F}}) {

@@ -2,7 +2,7 @@
 cmake_path(SET project NORMALIZE ${CMAKE_CURRENT_LIST_DIR}/../../include/..)
 string(REGEX REPLACE "/$" "" project ${project})
 set(pages README.md include/insonify/README.md)
-foreach(folder IN ITEMS core geometry execution bvh tissue acoustics probe scene tracing signal image doppler motion paper io)
+foreach(folder IN ITEMS core geometry execution bvh tissue acoustics probe scene tracing signal image channels doppler motion paper io)
     list(APPEND pages include/insonify/${folder}/README.md)
 endforeach()
 list(APPEND pages

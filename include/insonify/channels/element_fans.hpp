@@ -3,6 +3,7 @@
 
 #include <insonify/core/save_macros.hpp>
 
+#include <insonify/acoustics/follow_sound.hpp>
 #include <insonify/acoustics/layer.hpp>
 #include <insonify/acoustics/medium.hpp>
 #include <insonify/core/error.hpp>
@@ -85,10 +86,12 @@ class element_fans {
     /// @param reach   how far lines are followed, metres
     /// @param loss    loss(medium, frequency): attenuation there and back, dB/m
     /// @param passed  passed(before, after, cosine, roughness): factor on amplitude, there and back
+    /// @param strip   strip(distance): half height of the element's beam out of the slice, where its power falls to 1/e,
+    ///                metres: sound passes beside obstacles that are narrower, such as a needle
     /// @throws usage_error  for an element inside of bone, metal or gas
-    template <class Policy, class Loss, class Passed>
+    template <class Policy, class Loss, class Passed, class Strip>
     void assign(const Policy& policy, const scene& body, view<const ray> places, const pose& at, float frequency,
-                float reach, const Loss& loss, const Passed& passed) {
+                float reach, const Loss& loss, const Passed& passed, const Strip& strip) {
         constexpr float spacing = 0.3e-3F; // of neighbouring lines at their ends, metres
         lines_ = static_cast<std::uint32_t>(clamp(std::ceil(span * reach / spacing), 64, 1024));
         fans_.resize(places.size());
@@ -106,7 +109,7 @@ class element_fans {
             own.shape.origin.y = 0;
             layer_search search;
             const line_layers& found = search(exec::seq, body, own.shape, here, {.depth = reach}, reach, true);
-            blocked[i] = follow(found, frequency, loss, passed, own);
+            blocked[i] = follow(found, frequency, loss, passed, strip, own);
         });
         for (std::size_t i = 0; i < blocked.size(); ++i)
             if (blocked[i] != 0)
@@ -218,51 +221,79 @@ class element_fans {
                 of_a * a.lost_slope + of_b * b.lost_slope};
     }
 
+    // The wave at the beginning of a layer, from that in the layer before. @param entered  without what sound has met
+    static element_wave carried(const element_wave& before, element_wave entered) {
+        const float length = entered.begin - before.begin, sound = before.slowness;
+        const bool first = before.begin == 0; // the wave comes from the element itself
+        const float from_there =
+            length > 0 ? sound / length : FLT_MAX; // bend of a wave from the beginning of the layer
+        const arrived_wave end = wave_at(before, entered.begin);
+        const auto share = [&](float bend) {
+            return first ? 1 : from_there / max(bend + from_there, min_open * from_there);
+        };
+        entered.time = end.time;
+        entered.tilt = before.tilt * share(before.bend);
+        entered.bend = first ? from_there : before.bend * share(before.bend);
+        entered.bend_across = first ? from_there : before.bend_across * share(before.bend_across);
+        entered.spread = first ? entered.begin : before.spread / share(before.bend);
+        entered.spread_across = end.range;
+        entered.passed = before.passed;
+        entered.lost = before.lost + before.per_metre * length;
+        entered.lost_slope = before.lost_slope + before.slope_per_metre * length;
+        return entered;
+    }
+
     // Follows the wave along each line. @return whether the element lies inside of what blocks sound
-    template <class Loss, class Passed>
-    static bool follow(const line_layers& found, float frequency, const Loss& loss, const Passed& passed, fan& own) {
+    template <class Loss, class Passed, class Strip>
+    static bool follow(const line_layers& found, float frequency, const Loss& loss, const Passed& passed,
+                       const Strip& strip, fan& own) {
         own.waves.clear();
         own.ends.clear();
         const float beside = 1e-3F * frequency;
+        const auto medium_of = [&](const layer& here) {
+            const medium& m = found.media[here.medium];
+            constexpr float one_way = 0.115129255F / 2; // Np per dB there and back
+            return element_wave{
+                .begin = here.begin,
+                .slowness = 1 / m.sound_speed,
+                .per_metre = one_way * loss(m, frequency),
+                .slope_per_metre = one_way * (loss(m, frequency + beside) - loss(m, frequency - beside)) / (2 * beside),
+                .medium = here.medium,
+                .object = here.object};
+        };
+        const auto enter = [&](const element_wave& before, const layer& here) {
+            element_wave now = carried(before, medium_of(here));
+            if (here.medium == before.medium) return now;
+            const float change = before.slowness - now.slowness;
+            constexpr float steepest = 3; // beyond 72 degrees a surface is not plane as far as sound bends
+            now.tilt -= clamp(here.slope.x, -steepest, steepest) * change;
+            now.bend += clamp(here.curvature.x, -1e3F, 1e3F) * change;
+            now.bend_across += clamp(here.curvature.y, -1e3F, 1e3F) * change;
+            now.passed *= std::sqrt(
+                max(passed(found.media[before.medium], found.media[here.medium], here.cosine, here.roughness), 0));
+            return now;
+        };
         for (std::uint32_t line = 0; line < found.lines; ++line) {
-            element_wave before{};
-            for (const layer& here : found(line)) {
-                const medium& m = found.media[here.medium];
-                element_wave now{.begin = here.begin, .medium = here.medium, .object = here.object};
-                now.slowness = 1 / m.sound_speed;
-                constexpr float neper_per_db = 0.115129255F, one_way = 0.5F;
-                now.per_metre = one_way * neper_per_db * loss(m, frequency);
-                now.slope_per_metre =
-                    one_way * neper_per_db * (loss(m, frequency + beside) - loss(m, frequency - beside)) / (2 * beside);
-                if (here.begin == 0) {
-                    if (blocks_sound(m)) return true;
-                } else {
-                    const float length = here.begin - before.begin, sound = before.slowness;
-                    const bool first = before.begin == 0;
-                    const float m_bend = length > 0 ? sound / length : FLT_MAX; // of a wave from the layer's beginning
-                    const arrived_wave end = wave_at(before, here.begin);
-                    now.time = end.time;
-                    const float share = first ? 1 : m_bend / max(before.bend + m_bend, min_open * m_bend);
-                    const float share_across = first ? 1 : m_bend / max(before.bend_across + m_bend, min_open * m_bend);
-                    now.tilt = first ? 0 : before.tilt * share;
-                    now.bend = first ? m_bend : before.bend * share;
-                    now.bend_across = first ? m_bend : before.bend_across * share_across;
-                    now.spread = first ? here.begin : before.spread / share;
-                    now.spread_across = end.range;
-                    now.passed = before.passed;
-                    now.lost = before.lost + before.per_metre * length;
-                    now.lost_slope = before.lost_slope + before.slope_per_metre * length;
-                    if (here.medium != before.medium) {
-                        const float change = sound - now.slowness;
-                        constexpr float steepest = 3; // beyond 72 degrees a surface is not plane as far as sound bends
-                        now.tilt -= clamp(here.slope.x, -steepest, steepest) * change;
-                        now.bend += clamp(here.curvature.x, -1e3F, 1e3F) * change;
-                        now.bend_across += clamp(here.curvature.y, -1e3F, 1e3F) * change;
-                        now.passed *=
-                            std::sqrt(max(passed(found.media[before.medium], m, here.cosine, here.roughness), 0));
+            const view<const layer> layers = found(line);
+            if (blocks_sound(found.media[layers[0].medium])) return true;
+            element_wave before = medium_of(layers[0]), above = before; // in the last layer, and in the one before
+            own.waves.push_back(before);
+            for (std::size_t i = 1; i < layers.size(); ++i) {
+                element_wave now = enter(before, layers[i]);
+                const layer& obstacle = layers[i - 1];
+                if (i > 1 && obstacle.own_surfaces.x > 0 && obstacle.own_surfaces.y > 0) {
+                    // As along lines of pictures (`add_sound_beside`): by power, at the time of what passes beside it.
+                    element_wave around = enter(above, layers[i]);
+                    const float through = now.passed / max(around.passed, 1e-30F) * std::exp(around.lost - now.lost);
+                    const float power =
+                        through < 0.5F ? power_beside(obstacle, layers[i], strip(obstacle.begin)) : 0.0F;
+                    if (power > 0) {
+                        around.passed *= std::sqrt((1 - power) * through * through + power);
+                        now = around;
                     }
                 }
                 own.waves.push_back(now);
+                above = before;
                 before = now;
             }
             own.ends.push_back(static_cast<std::uint32_t>(own.waves.size()));

@@ -36,6 +36,7 @@ struct reflector {
     float y = 0;           ///< out of the slice, metres
     bool surface = false;  ///< a piece of a surface
     vec2 normal{0, 0};     ///< of a surface in the slice, towards the array, of length at most 1
+    vec2 nearest{0, 0};    ///< direction of the nearest element from a surface
     spectral_value root{}; ///< the root of what it returns: its scattering length; for a surface times metres
     std::uint32_t before = 0, after = 0;               ///< media on the side of the array and behind a surface
     std::uint32_t object_before = 0, object_after = 0; ///< as in `layer`
@@ -271,6 +272,7 @@ class reflector_search {
         reflector one{.place = {local.x + bulge.x, local.z + bulge.z},
                       .surface = true,
                       .normal = {normal.x, normal.z},
+                      .nearest = -vec2{apart.x, apart.z} / distance,
                       .before = before,
                       .after = after,
                       .object_before = front == nullptr ? ~0U : front->id,

@@ -17,6 +17,7 @@
 #include <insonify/core/random.hpp>
 #include <insonify/execution/policy.hpp>
 #include <insonify/scene/scene.hpp>
+#include <insonify/signal/pulse.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -31,7 +32,7 @@ namespace insonify::inline INSONIFY_ABI {
 struct channel_settings {
     float depth = 0.04F;           ///< to be recorded, metres
     float sampling_frequency = 0;  ///< of RF, hertz; 0: four times the carrier
-    float opening = 30 * pi / 180; ///< beyond the ends of the array: the slice that is covered, radians
+    float opening = 20 * pi / 180; ///< beyond the ends of the array: the slice that is covered, radians
     bool speckle = true;           ///< scatterers of tissue
     bool surfaces = true;          ///< echoes of surfaces
     /// Each transmit is one wave front instead of the sum of the waves of all elements: faster, without the waves from
@@ -171,7 +172,11 @@ class channel_tracer {
             return model_.at_interface({before, after, cosine, frequency_, roughness}).transmitted;
         };
         const auto loss = [&](const medium& m, float frequency) { return model_.loss(m, frequency); };
-        fans_.assign(policy, body_, out.places, at_, frequency_, reach, loss, passed);
+        const beam_model beam{.wavelength = display_speed / frequency_,
+                              .elevation_height = height_,
+                              .elevation_focus = out.elevation_focus};
+        const auto strip = [&](float distance) { return 1.4142136F * beam.elevation_sigma(distance); }; // one way
+        fans_.assign(policy, body_, out.places, at_, frequency_, reach, loss, passed, strip);
         speed_ = fans_.speed_at_face(elements_ / 2);
         field_.assign(policy, frequency_, record_.node_step, height_, out.elevation_focus, speed_, reach, highest);
         if (settings_.speckle)
@@ -183,15 +188,16 @@ class channel_tracer {
         // In zones of attenuation, then in blocks that are small in space, so that each adds to few samples of a pair. The
         // reflectors of a block are shuffled: neighbours in memory then add to other samples.
         constexpr float step = 0.3F; // Np over a standard deviation of the spectrum; its square over 8 is neglected
-        const float strip = std::sqrt(settings_.depth * (aperture + settings_.depth) *
-                                      static_cast<float>(wave_table::block) / static_cast<float>(all.size() + 1));
+        const float size_of_strip =
+            std::sqrt(settings_.depth * (aperture + settings_.depth) * static_cast<float>(wave_table::block) /
+                      static_cast<float>(all.size() + 1));
         std::vector<std::uint32_t> zone_of(all.size()), strip_of(all.size());
         exec::for_each_block(policy, all.size(), 256, 100, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) {
                 const std::size_t nearest = search.nearest_element(all[i].place);
                 const element_fans::place at = fans_.find(nearest, all[i].place);
                 all[i].lost_slope = at.seen ? 2 * fans_.at_point(nearest, at).lost_slope : 0;
-                strip_of[i] = static_cast<std::uint32_t>(clamp(all[i].place.y / strip, 0, 1e6F));
+                strip_of[i] = static_cast<std::uint32_t>(clamp(all[i].place.y / size_of_strip, 0, 1e6F));
                 zone_of[i] =
                     static_cast<std::uint32_t>(clamp(all[i].lost_slope * record_.sigma_frequency / step, 0, 1000));
             }
@@ -275,9 +281,11 @@ class channel_tracer {
             const float sinc = std::fabs(turn) < 1e-3F ? 1.0F : std::sin(turn) / turn;
             // exp(-t^2 / 2 s^2), of amplitude 1, has the spectrum sqrt(2 pi) s exp(-x^2 / 2); a transform sums samples.
             const float pulse = std::sqrt(2 * pi) * record_.sigma_time * std::exp(-0.5F * x * x) * rate;
+            // A transducer does not radiate at 0 Hz, where nothing is attenuated and a Gaussian would remain.
+            const float low = min(4 * (frequency_ + offset) / frequency_, 1), radiated = low * low * (3 - 2 * low);
             band_.bins.push_back(static_cast<std::uint32_t>(i));
             band_.offsets.push_back(offset);
-            band_.filter.push_back(pulse / (sinc * sinc * sinc) / static_cast<float>(length));
+            band_.filter.push_back(radiated * pulse / (sinc * sinc * sinc) / static_cast<float>(length));
         }
     }
 
@@ -304,9 +312,17 @@ class channel_tracer {
             if (!(cosine > 0)) return {};
             found.facing = 0.5F * cosine;
             const std::vector<medium>& media = media_;
-            const incidence met{media[one.before], media[one.after], min(cosine, 1), frequency_, one.roughness};
-            // The root of what both ways make of it.
-            amplitude *= std::sqrt(std::fabs(model_.at_interface(met).reflected) * model_.roughness.coherent(met));
+            // Between two elements the wave is reflected at half of the angle between them, seen from the surface; the
+            // nearest element stands for the other one. Roughness sees the angle to the surface itself.
+            const incidence between{media[one.before], media[one.after], clamp(dot(to, one.nearest), 0.2F, 1),
+                                    frequency_, one.roughness};
+            incidence met = between;
+            met.cosine = min(cosine, 1);
+            // Where the surface turns away, its share fades: an edge of the lit part would return a wave of its own.
+            constexpr float fading = 0.25F; // cosine, beyond 75 degrees
+            const float lit = min(cosine / fading, 1);
+            amplitude *= lit * lit * (3 - 2 * lit) * // the root of what both ways make of it
+                         std::sqrt(std::fabs(model_.at_interface(between).reflected) * model_.roughness.coherent(met));
         }
         const float y = one.y - out.places[element].origin.y;
         if (y != 0) { // the distance in space
@@ -490,7 +506,9 @@ class channel_tracer {
             std::fill(room.begin() + record_.length, room.end(), complex_batch{});
             transform.forward(room.data());
             for (std::size_t b = 0; b < count; ++b) {
-                const float share = spectral_value::weight(node, band_.offsets[b] / record_.node_step);
+                // Held beyond the nodes: a polynomial would grow without bound.
+                const float share =
+                    spectral_value::weight(node, clamp(band_.offsets[b] / record_.node_step, -2.5F, 2.5F));
                 const float factor = share * std::exp(-zone_slope * band_.offsets[b]) * band_.filter[b];
                 block.store_from(room[band_.bins[b]]);
                 for (std::size_t p = 0; p < pairs; ++p) to[p * count + b] += factor * vec2{block.x[p], block.y[p]};
