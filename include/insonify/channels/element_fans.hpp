@@ -86,8 +86,8 @@ class element_fans {
     /// @param reach   how far lines are followed, metres
     /// @param loss    loss(medium, frequency): attenuation there and back, dB/m
     /// @param passed  passed(before, after, cosine, roughness): factor on amplitude, there and back
-    /// @param strip   strip(distance): half height of the element's beam out of the slice, where its power falls to 1/e,
-    ///                metres: sound passes beside obstacles that are narrower, such as a needle
+    /// @param strip   strip(distance): half height of the element's beam out of the slice, where its power falls to
+    ///                1/e, metres: sound passes beside obstacles that are narrower, such as a needle
     /// @throws usage_error  for an element inside of bone, metal or gas
     template <class Policy, class Loss, class Passed, class Strip>
     void assign(const Policy& policy, const scene& body, view<const ray> places, const pose& at, float frequency,

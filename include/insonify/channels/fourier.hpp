@@ -34,8 +34,8 @@ INSONIFY_FN inline vec2 turned(double turns) {
     return {std::cos(2 * pi * part), std::sin(2 * pi * part)};
 }
 
-/// Discrete Fourier transforms of one length, of several sequences at once: sums over k of x[k] exp(-+ 2 pi i k m / n), not scaled.
-/// Source: Cooley & Tukey, An algorithm for the machine calculation of complex Fourier series, 1965.
+/// Discrete Fourier transforms of one length, of several sequences at once: sums over k of x[k] exp(-+ 2 pi i k m /
+/// n), not scaled. Source: Cooley & Tukey, An algorithm for the machine calculation of complex Fourier series, 1965.
 class fourier {
   public:
     /// @param length  2^k or 3 * 2^k
