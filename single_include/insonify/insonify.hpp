@@ -20719,8 +20719,8 @@ INSONIFY_FN inline vec2 turned(double turns) {
     return {std::cos(2 * pi * part), std::sin(2 * pi * part)};
 }
 
-/// Discrete Fourier transforms of one length, of several sequences at once: sums over k of x[k] exp(-+ 2 pi i k m / n), not scaled.
-/// Source: Cooley & Tukey, An algorithm for the machine calculation of complex Fourier series, 1965.
+/// Discrete Fourier transforms of one length, of several sequences at once: sums over k of x[k] exp(-+ 2 pi i k m /
+/// n), not scaled. Source: Cooley & Tukey, An algorithm for the machine calculation of complex Fourier series, 1965.
 class fourier {
   public:
     /// @param length  2^k or 3 * 2^k
@@ -21864,8 +21864,8 @@ class element_fans {
     /// @param reach   how far lines are followed, metres
     /// @param loss    loss(medium, frequency): attenuation there and back, dB/m
     /// @param passed  passed(before, after, cosine, roughness): factor on amplitude, there and back
-    /// @param strip   strip(distance): half height of the element's beam out of the slice, where its power falls to 1/e,
-    ///                metres: sound passes beside obstacles that are narrower, such as a needle
+    /// @param strip   strip(distance): half height of the element's beam out of the slice, where its power falls to
+    ///                1/e, metres: sound passes beside obstacles that are narrower, such as a needle
     /// @throws usage_error  for an element inside of bone, metal or gas
     template <class Policy, class Loss, class Passed, class Strip>
     void assign(const Policy& policy, const scene& body, view<const ray> places, const pose& at, float frequency,
@@ -22114,9 +22114,9 @@ struct spectral_value {
 
     /// Of a node from the carrier, in steps.
     static constexpr float steps(std::size_t node) { return static_cast<float>(node) - 1.5F; }
-    /// The step of frequency, hertz. Larger steps follow the ends of the band better, smaller ones the carrier: with 0.6
-    /// standard deviations of the pulse's spectrum, points and plates are within 0.14 dB and 0.5 ns of integrals over
-    /// the elements at the carrier, and the whole pulses of points at F/1 within 1.6 %.
+    /// The step of frequency, hertz. Larger steps follow the ends of the band better, smaller ones the carrier: with
+    /// 0.6 standard deviations of the pulse's spectrum, points and plates are within 0.14 dB and 0.5 ns of integrals
+    /// over the elements at the carrier, and the whole pulses of points at F/1 within 1.6 %.
     static constexpr float step(float sigma, float frequency) { return 0.6F * min(sigma, frequency); }
     /// Weight of a node at a frequency. @param x  from the carrier, in steps
     static float weight(std::size_t node, float x) {
@@ -22990,8 +22990,8 @@ class channel_tracer {
                 settings_.frame, height_, [&](float depth) { return field_.speckle_height(depth); }, all);
         if (settings_.surfaces) search.add_surfaces(policy, field_, all);
 
-        // In zones of attenuation, then in blocks that are small in space, so that each adds to few samples of a pair. The
-        // reflectors of a block are shuffled: neighbours in memory then add to other samples.
+        // In zones of attenuation, then in blocks that are small in space, so that each adds to few samples of a pair.
+        // The reflectors of a block are shuffled: neighbours in memory then add to other samples.
         constexpr float step = 0.3F; // Np over a standard deviation of the spectrum; its square over 8 is neglected
         const float size_of_strip =
             std::sqrt(settings_.depth * (aperture + settings_.depth) * static_cast<float>(wave_table::block) /
@@ -23036,8 +23036,9 @@ class channel_tracer {
         all = std::move(sorted);
     }
 
-    // Scattering lengths from levels of speckle: `medium::backscatter` states them for pictures, relative to a mirror that
-    // returns 1. Where an aperture of F-number F focuses, out of the slice with Fy, speckle of n scatterers a volume has
+    // Scattering lengths from levels of speckle: `medium::backscatter` states them for pictures, relative to a mirror
+    // that returns 1. Where an aperture of F-number F focuses, out of the slice with Fy, speckle of n scatterers a
+    // volume has
     //
     //     level^2 = n <L^2> integral |p|^2 dz  integral A^4 dx dy / (wavelength F Fy)^2,   A = 1 in the focus
     //
@@ -23241,7 +23242,7 @@ class channel_tracer {
             2 * static_cast<float>(longer + count * elements_), [&](std::size_t begin, std::size_t end) {
                 std::vector<complex_batch> room(longer);
                 std::vector<vec2> whole(count);
-                std::vector<complex_block> blocks(count, complex_block{});
+                std::vector<complex_block> batches(count, complex_block{});
                 for (std::size_t i = begin; i < end; ++i) {
                     const std::size_t number = i / elements_, m = i % elements_;
                     const transmit& one = out.sent[number];
@@ -23258,13 +23259,13 @@ class channel_tracer {
                         std::copy(own, own + count, whole.begin());
                     }
                     for (std::size_t b = 0; b < count; ++b) {
-                        blocks[b].x[i - begin] = whole[b].x;
-                        blocks[b].y[i - begin] = whole[b].y;
+                        batches[b].x[i - begin] = whole[b].x;
+                        batches[b].y[i - begin] = whole[b].y;
                     }
                 }
                 for (std::size_t b = 0; b < count; ++b) {
                     const std::size_t bin = band_.bins[b];
-                    room[bin < record_.transform / 2 ? bin : longer - (record_.transform - bin)] = blocks[b].loaded();
+                    room[bin < record_.transform / 2 ? bin : longer - (record_.transform - bin)] = batches[b].loaded();
                 }
                 back.inverse(room.data());
                 const std::size_t offset = std::size_t{record_.margin} * record_.halves / 2;
@@ -23322,8 +23323,8 @@ class channel_tracer {
     }
 
     // The wave front of each transmit at each reflector: what arrives within three periods of the first wave, which the
-    // elements around its origin send, at the time of the middle of its energy. The later waves of the others cancel, but
-    // for those from the ends of the aperture, which are left out.
+    // elements around its origin send, at the time of the middle of its energy. The later waves of the others cancel,
+    // but for those from the ends of the aperture, which are left out.
     template <class Policy>
     void send_wave_fronts(const Policy& policy, const channel_data& out, const wave_table& of_elements,
                           std::size_t size, std::size_t padded, wave_table& sent) const {
@@ -23409,7 +23410,8 @@ class channel_tracer {
 ///
 ///     const element_array array = presets::l11_5v_elements;
 ///     const channel_data received =
-///         trace_channels(exec::par_unseq, body, array, at, physical{}, plane_waves(array, 11, 20_deg), {.depth = 40_mm});
+///         trace_channels(exec::par_unseq, body, array, at, physical{}, plane_waves(array, 11, 20_deg), {.depth =
+/// 40_mm});
 ///
 /// Surfaces reflect by Kirchhoff's integral, tissue scatters as in pictures; travel times are those of Fermat's
 /// principle, attenuation follows frequency. What is missing: echoes that are reflected more than once.
@@ -23417,8 +23419,8 @@ class channel_tracer {
 /// @param at     array to world: x lateral, y elevation, z depth
 /// @param model  `physical`, with laws of its own or yours
 /// @param sent   the transmits
-/// @throws usage_error     for a scene that was not built, settings or transmits out of range, an element inside of what
-///                         blocks sound, or more memory than `max_memory`
+/// @throws usage_error     for a scene that was not built, settings or transmits out of range, an element inside of
+///                         what blocks sound, or more memory than `max_memory`
 /// @throws geometry_error  for a pose that is not rigid
 template <exec::policy Policy, element_transducer Array, detail::reflects_everything Model>
 channel_data trace_channels(const Policy& policy, const scene& body, const Array& array, const pose& at,
