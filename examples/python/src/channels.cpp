@@ -60,9 +60,8 @@ void set_points(settings_with_points& self, const point_arrays& given) {
 template <class Sample>
 using number_of = std::conditional_t<std::is_same_v<Sample, vec2>, std::complex<float>, float>;
 template <class Sample>
-using samples_given =
-    std::conditional_t<std::is_same_v<Sample, float>, float_array,
-                       py::array_t<std::complex<float>, py::array::c_style | py::array::forcecast>>;
+using samples_given = std::conditional_t<std::is_same_v<Sample, float>, float_array,
+                                         py::array_t<std::complex<float>, py::array::c_style | py::array::forcecast>>;
 
 /// Channel data of arrays, without the numbers beside them.
 /// @throws usage_error  for arrays of another shape
