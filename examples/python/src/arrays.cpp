@@ -1,6 +1,5 @@
 // Arrays, element by element, and what they transmit.
 #include "bindings.hpp"
-#include <algorithm>
 
 namespace insonify_python {
 

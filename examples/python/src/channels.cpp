@@ -1,8 +1,24 @@
 // Channel data: what each element of an array receives.
 #include "bindings.hpp"
+#include <algorithm>
 #include <complex>
+#include <cstddef>
 #include <cstring>
 #include <tuple>
+
+namespace insonify_python {
+
+/// Its type in signatures.
+struct transmit_tuple : py::tuple {
+    using py::tuple::tuple;
+};
+
+} // namespace insonify_python
+
+template <>
+struct pybind11::detail::handle_type_name<insonify_python::transmit_tuple> {
+    static constexpr auto name = const_name("tuple[insonify.transmit, ...]");
+};
 
 namespace insonify_python {
 
@@ -94,11 +110,11 @@ channel_grid<Sample> channels_of(const samples_given<Sample>& values, const std:
 
 /// References: what is changed in a transmit is changed in the data.
 template <class Sample>
-py::tuple sent_of(const py::object& self) {
+transmit_tuple sent_of(const py::object& self) {
     py::list all;
     for (transmit& each : py::cast<channel_grid<Sample>&>(self).sent)
         all.append(py::cast(&each, py::return_value_policy::reference_internal, self));
-    return {all};
+    return transmit_tuple{all};
 }
 
 template <class Sample>
