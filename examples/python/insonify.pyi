@@ -911,6 +911,7 @@ class presets:
     """Transducers, which are constants: copy.copy makes one that can be changed. Pairs of a probe and its settings for an examination: copies."""
     abdomen: tuple[convex_array, b_mode_settings]
     c5_2v: convex_array
+    c5_2v_elements: convex_element_array
     clinical_grey: grey_map
     heart: tuple[phased_array, b_mode_settings]
     @overload
@@ -924,9 +925,12 @@ class presets:
     def in_use(transducer: phased_array) -> phased_array: ...
     intravascular: tuple[radial_array, b_mode_settings]
     l11_5v: linear_array
+    l11_5v_elements: element_array
     l12_3v: linear_array
+    l12_3v_elements: element_array
     nerve_block: tuple[linear_array, b_mode_settings]
     p4_2v: phased_array
+    p4_2v_elements: element_array
     @overload
     @staticmethod
     def settings_for(probe: linear_array) -> b_mode_settings: ...
@@ -1055,6 +1059,144 @@ class scanner:
     @property
     def times(self) -> stage_times: ...
     def unfreeze(self) -> None: ...
+
+class element_array:
+    """Flat array, element by element: linear and phased arrays."""
+    def __init__(self, *, elements: int = ..., pitch: float = ..., element_width: float = ..., frequency: float = ..., height: float = ..., elevation_focus: float = ..., bandwidth: float = ..., sound_speed: float = ..., fnumber: float = ...) -> None: ...
+    bandwidth: float
+    def element(self, i: int) -> tuple[Vector, Vector]: ...
+    element_width: float
+    elements: int
+    elevation_focus: float
+    fnumber: float
+    frequency: float
+    height: float
+    pitch: float
+    sound_speed: float
+
+class convex_element_array:
+    """Array on an arc, element by element."""
+    def __init__(self, *, elements: int = ..., pitch: float = ..., element_width: float = ..., frequency: float = ..., height: float = ..., elevation_focus: float = ..., bandwidth: float = ..., sound_speed: float = ..., fnumber: float = ..., radius: float = ...) -> None: ...
+    bandwidth: float
+    def element(self, i: int) -> tuple[Vector, Vector]: ...
+    element_width: float
+    elements: int
+    elevation_focus: float
+    fnumber: float
+    frequency: float
+    height: float
+    pitch: float
+    radius: float
+    sound_speed: float
+
+class transmit:
+    """When each element fires, and how strongly."""
+    def __init__(self, *, delays: Sequence[float] = ..., weights: Sequence[float] = ..., front: str = ..., angle: float = ..., source: Vector = ..., origin: Vector = ...) -> None: ...
+    angle: float
+    delays: Sequence[float]
+    front: str
+    origin: Vector
+    source: Vector
+    weights: Sequence[float]
+
+class channel_settings:
+    """How channel data are made."""
+    def __init__(self, *, depth: float = ..., sampling_frequency: float = ..., opening: float = ..., speckle: bool = ..., surfaces: bool = ..., wave_fronts: bool = ..., noise_level_db: float = ..., noise_seed: int = ..., frame: int = ..., max_memory: int = ..., points: tuple[ArrayLike, ArrayLike] = ...) -> None: ...
+    depth: float
+    frame: int
+    max_memory: int
+    noise_level_db: float
+    noise_seed: int
+    opening: float
+    points: tuple[ArrayLike, ArrayLike]
+    sampling_frequency: float
+    speckle: bool
+    surfaces: bool
+    wave_fronts: bool
+
+class channel_data:
+    """RF of each element and transmit; 1 is the echo of a perfect mirror."""
+    def __init__(self, values: ArrayLike, sent: Sequence[transmit], places: ArrayLike, *, sampling_frequency: float, frequency: float, start: float = ..., bandwidth: float = ..., sound_speed: float = ..., pitch: float = ..., element_width: float = ..., height: float = ..., elevation_focus: float = ...) -> None: ...
+    bandwidth: float
+    element_width: float
+    @property
+    def elements(self) -> int: ...
+    elevation_focus: float
+    frequency: float
+    height: float
+    pitch: float
+    @property
+    def places(self) -> Array: ...
+    @property
+    def samples(self) -> int: ...
+    sampling_frequency: float
+    @property
+    def sent(self) -> tuple[transmit, ...]: ...
+    sound_speed: float
+    start: float
+    @property
+    def transmits(self) -> int: ...
+    @property
+    def values(self) -> Array: ...
+
+class iq_channel_data:
+    """Complex baseband of each element and transmit."""
+    def __init__(self, values: ArrayLike, sent: Sequence[transmit], places: ArrayLike, *, sampling_frequency: float, frequency: float, start: float = ..., bandwidth: float = ..., sound_speed: float = ..., pitch: float = ..., element_width: float = ..., height: float = ..., elevation_focus: float = ...) -> None: ...
+    bandwidth: float
+    element_width: float
+    @property
+    def elements(self) -> int: ...
+    elevation_focus: float
+    frequency: float
+    height: float
+    pitch: float
+    @property
+    def places(self) -> Array: ...
+    @property
+    def samples(self) -> int: ...
+    sampling_frequency: float
+    @property
+    def sent(self) -> tuple[transmit, ...]: ...
+    sound_speed: float
+    start: float
+    @property
+    def transmits(self) -> int: ...
+    @property
+    def values(self) -> Array: ...
+
+class beamform_settings:
+    """How channel data become lines."""
+    def __init__(self, *, fnumber: float = ..., window: str = ..., sound_speed: float = ...) -> None: ...
+    fnumber: float
+    sound_speed: float
+    window: str
+
+class map_grid:
+    """Pixels in the slice plane of an array, at equal steps."""
+    def __init__(self, *, from_: Vector = ..., spacing: float = ..., size: Vector = ...) -> None: ...
+    def at(self, column: int, row: int) -> Vector: ...
+    from_: Vector
+    size: Vector
+    spacing: float
+
+class tissue_maps:
+    """The truth behind channel data, pixel by pixel."""
+    @property
+    def attenuation(self) -> Array: ...
+    @property
+    def attenuation_power(self) -> Array: ...
+    @property
+    def density(self) -> Array: ...
+    @property
+    def displacement(self) -> Array: ...
+    @property
+    def grid(self) -> map_grid: ...
+    @property
+    def labels(self) -> Array: ...
+    @property
+    def sound_speed(self) -> Array: ...
+    @property
+    def strain(self) -> Array: ...
 
 class anatomy:
     """Regions of the body by code: closed, labelled meshes and views."""
@@ -1283,3 +1425,41 @@ def colour_overlay(grey: image, lines: flow_lines, probe: convex_array, settings
 def colour_overlay(grey: image, lines: flow_lines, probe: phased_array, settings: colour_overlay_settings = ..., *, policy: str = ...) -> colour_image: ...
 @overload
 def colour_overlay(grey: image, lines: flow_lines, probe: radial_array, settings: colour_overlay_settings = ..., *, policy: str = ...) -> colour_image: ...
+@overload
+def plane_waves(array: element_array, count: int, spread: float) -> list[transmit]: ...
+@overload
+def plane_waves(array: convex_element_array, count: int, spread: float) -> list[transmit]: ...
+@overload
+def diverging_waves(array: element_array, sources: ArrayLike) -> list[transmit]: ...
+@overload
+def diverging_waves(array: convex_element_array, sources: ArrayLike) -> list[transmit]: ...
+@overload
+def focused(array: element_array, points: ArrayLike, fnumber: float = ...) -> list[transmit]: ...
+@overload
+def focused(array: convex_element_array, points: ArrayLike, fnumber: float = ...) -> list[transmit]: ...
+@overload
+def full_synthetic_aperture(array: element_array) -> list[transmit]: ...
+@overload
+def full_synthetic_aperture(array: convex_element_array) -> list[transmit]: ...
+@overload
+def trace_channels(scene: scene, array: element_array, pose: pose, model: physical, sent: Sequence[transmit], settings: channel_settings = ..., *, policy: str = ...) -> channel_data: ...
+@overload
+def trace_channels(scene: scene, array: convex_element_array, pose: pose, model: physical, sent: Sequence[transmit], settings: channel_settings = ..., *, policy: str = ...) -> channel_data: ...
+def demodulate(received: channel_data, *, policy: str = ...) -> iq_channel_data: ...
+@overload
+def beamform(received: channel_data, probe: linear_array, grid: acquisition, settings: beamform_settings = ..., *, policy: str = ...) -> iq_lines: ...
+@overload
+def beamform(received: iq_channel_data, probe: linear_array, grid: acquisition, settings: beamform_settings = ..., *, policy: str = ...) -> iq_lines: ...
+@overload
+def beamform(received: channel_data, probe: convex_array, grid: acquisition, settings: beamform_settings = ..., *, policy: str = ...) -> iq_lines: ...
+@overload
+def beamform(received: iq_channel_data, probe: convex_array, grid: acquisition, settings: beamform_settings = ..., *, policy: str = ...) -> iq_lines: ...
+@overload
+def beamform(received: channel_data, probe: phased_array, grid: acquisition, settings: beamform_settings = ..., *, policy: str = ...) -> iq_lines: ...
+@overload
+def beamform(received: iq_channel_data, probe: phased_array, grid: acquisition, settings: beamform_settings = ..., *, policy: str = ...) -> iq_lines: ...
+@overload
+def beamform(received: channel_data, probe: radial_array, grid: acquisition, settings: beamform_settings = ..., *, policy: str = ...) -> iq_lines: ...
+@overload
+def beamform(received: iq_channel_data, probe: radial_array, grid: acquisition, settings: beamform_settings = ..., *, policy: str = ...) -> iq_lines: ...
+def map_tissue(scene: scene, pose: pose, grid: map_grid, *, policy: str = ...) -> tissue_maps: ...

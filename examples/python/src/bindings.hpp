@@ -315,6 +315,9 @@ void bind_doppler_convex_array(py::module_& module);
 void bind_doppler_phased_array(py::module_& module);
 void bind_doppler_radial_array(py::module_& module);
 void bind_anatomy(py::module_& module);
+void bind_arrays(py::module_& module);
+void bind_channels(py::module_& module);
+void bind_beamform(py::module_& module);
 
 } // namespace insonify_python
 

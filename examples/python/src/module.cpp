@@ -54,5 +54,8 @@ PYBIND11_MODULE(insonify, module) {
     bind_doppler_convex_array(module);
     bind_doppler_phased_array(module);
     bind_doppler_radial_array(module);
+    bind_arrays(module);
+    bind_channels(module);
+    bind_beamform(module);
     bind_anatomy(module);
 }

@@ -60,6 +60,14 @@ void bind_probes(py::module_& module) {
         .def_property_readonly_static("l12_3v", [](const py::object&) { return constant(presets::l12_3v); })
         .def_property_readonly_static("c5_2v", [](const py::object&) { return constant(presets::c5_2v); })
         .def_property_readonly_static("p4_2v", [](const py::object&) { return constant(presets::p4_2v); })
+        .def_property_readonly_static("l11_5v_elements",
+                                      [](const py::object&) { return constant(presets::l11_5v_elements); })
+        .def_property_readonly_static("l12_3v_elements",
+                                      [](const py::object&) { return constant(presets::l12_3v_elements); })
+        .def_property_readonly_static("c5_2v_elements",
+                                      [](const py::object&) { return constant(presets::c5_2v_elements); })
+        .def_property_readonly_static("p4_2v_elements",
+                                      [](const py::object&) { return constant(presets::p4_2v_elements); })
         .def_property_readonly_static("nerve_block", [](const py::object&) { return pair_of(presets::nerve_block); })
         .def_property_readonly_static("abdomen", [](const py::object&) { return pair_of(presets::abdomen); })
         .def_property_readonly_static("heart", [](const py::object&) { return pair_of(presets::heart); })

@@ -155,6 +155,27 @@ void draw_flow(writer& write) {
               .power);
 }
 
+void list_channels(writer& write) {
+    const scene body = phantom();
+    const element_array array{.elements = 24};
+    const std::vector<point_scatterer> points{{{1_mm, 0, 12_mm}, 0.1_mm}};
+    const channel_data received =
+        trace_channels(exec::par_unseq, body, array, pose{}, physical{}, plane_waves(array, 3, 10_deg),
+                       {.depth = 30_mm, .noise_level_db = -60, .points = points});
+    write(received.values);
+    write(demodulate(exec::par_unseq, received).values);
+    const convex_element_array bent{.elements = 12};
+    write(trace_channels(exec::par_unseq, body, bent, pose{}, physical{}, full_synthetic_aperture(bent),
+                         {.depth = 30_mm, .wave_fronts = true})
+              .values);
+    write(beamform(exec::par_unseq, received, linear_array{.lines = 32}, {.depth = 28_mm},
+                   {.fnumber = 1.5F, .window = aperture_window::hann})
+              .values);
+    const tissue_maps truth = map_tissue(exec::par_unseq, body, pose{}, {.spacing = 0.5_mm, .size = {40, 60}});
+    write(truth.sound_speed);
+    write(truth.labels);
+}
+
 /// The first view of each region, pressed.
 void draw_regions(writer& write) {
     for (const anatomy::region& region : anatomy::regions()) {
@@ -187,5 +208,6 @@ int main(int argc, char** argv) {
     if (wanted("layers")) list_layers(write);
     if (wanted("motion")) draw_motion(write);
     if (wanted("flow")) draw_flow(write);
+    if (wanted("channels")) list_channels(write);
     if (wanted("regions")) draw_regions(write);
 }

@@ -302,7 +302,7 @@ def test_the_page_lists_what_python_lacks():
     """Each public name of the pages that the table names is either in the module or in the table."""
     folder = pathlib.Path(__file__).resolve().parent.parent
     rows = re.findall(r"^\| \[\w+\]\((.+)#public-names\) \| (.+) \|$", (folder / "README.md").read_text(), re.M)
-    assert len(rows) == 10
+    assert len(rows) == 11
     for page, listed in rows:
         names = (folder / page).read_text().split("## Public names")[1].split("\n## ")[0]
         names = [name for name in re.findall(r"`(\w+)`", names) if name not in dir(us.scene)]
@@ -315,7 +315,7 @@ def test_the_lines_of_the_page_run(tmp_path):
     page = (pathlib.Path(__file__).resolve().parent.parent / "README.md").read_text()
     blocks = re.findall(r"```python\n(.*?)```", page, re.S)
     program, others = blocks[:-1], [blocks[0], blocks[-1]]
-    assert len(program) == 10 and "multiprocessing" in others[1]
+    assert len(program) == 11 and "multiprocessing" in others[1]
     for number, part in enumerate((program, others)):
         (tmp_path / f"page{number}.py").write_text("\n".join(part))
         subprocess.run([sys.executable, tmp_path / f"page{number}.py"], cwd=tmp_path, check=True)
