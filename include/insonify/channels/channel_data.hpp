@@ -49,9 +49,11 @@ struct channel_grid {
     }
     /// @}
 
+    /// The same samples of the same transmits at the same times.
     friend bool operator==(const channel_grid& a, const channel_grid& b) {
         return a.transmits == b.transmits && a.elements == b.elements && a.samples == b.samples &&
-               a.sampling_frequency == b.sampling_frequency && a.start == b.start && a.values == b.values;
+               a.sampling_frequency == b.sampling_frequency && a.start == b.start && a.frequency == b.frequency &&
+               a.sent == b.sent && a.values == b.values;
     }
 };
 

@@ -223,11 +223,11 @@ class elevation_field {
     vec2 surface_integral(float k, float range, float slope, float curvature) const {
         float open = 1 + curvature * range; // how fast the reflected wave diverges out of the slice
         if (std::fabs(open) < 0.05F) open = open < 0 ? -0.05F : 0.05F;
-        const int count = points(k, range); // of b on each side of 0; a is twice as fine
+        const int count = points(k, range), rows_of_a = 2 * count; // of b on each side of 0; a is twice as fine
         vec2 sums[2 * max_points + 1];
         sums[0] = {0, 0};
         const float step = height_ / static_cast<float>(2 * count);
-        for (int i = 0; i < 2 * count; ++i) {
+        for (int i = 0; i < rows_of_a; ++i) {
             const float a = (static_cast<float>(i - count) + 0.5F) * step, beside = a - slope * range;
             const float phase = k * (a * a / focus_ - a * a / range + beside * beside / (range * open));
             sums[i + 1] = sums[i] + vec2{std::cos(phase), std::sin(phase)};
@@ -239,7 +239,7 @@ class elevation_field {
             const auto end = [&](float rows) { // of the sum up to a fraction of a row
                 const auto below = static_cast<int>(rows);
                 const float part = rows - static_cast<float>(below);
-                return below >= 2 * count ? sums[2 * count] : (1 - part) * sums[below] + part * sums[below + 1];
+                return below >= rows_of_a ? sums[rows_of_a] : (1 - part) * sums[below] + part * sums[below + 1];
             };
             const float half = 0.5F * (height_ - b) / step;
             sum += complex_product(end(static_cast<float>(count) + half) - end(static_cast<float>(count) - half),
