@@ -8,21 +8,17 @@ import h5py
 import numpy as np
 
 
-def baseband(raw, rate, carrier):
-    """IQ, (n_ax, n_el), four times as dense, of RF or IQ, (n_ax, n_el, n_ch)."""
-    samples = len(raw)
-    spectrum = np.fft.fft(raw[..., 0] if raw.shape[-1] == 1 else raw[..., 0] + 1j * raw[..., 1], axis=0)
-    if raw.shape[-1] == 1:  # the analytic signal: twice the positive frequencies
-        spectrum[1 : (samples + 1) // 2] *= 2
-        spectrum[samples // 2 + 1 :] = 0
-    dense = np.zeros((4 * samples, raw.shape[1]), complex)
-    dense[: samples // 2 + 1] = spectrum[: samples // 2 + 1]
-    if raw.shape[-1] == 2:
-        dense[samples // 2 - samples + 1 :] = spectrum[samples // 2 + 1 :]
-    signal = 4 * np.fft.ifft(dense, axis=0)
-    if raw.shape[-1] == 1:
-        signal *= np.exp(-2j * np.pi * carrier * np.arange(4 * samples) / (4 * rate))[:, None]
-    return signal, 4 * rate
+def baseband(raw, rate, carrier, bandwidth):
+    """IQ, (4 n_ax, n_el), four times as dense, of the band of RF or IQ, (n_ax, n_el, n_ch)."""
+    samples, is_iq = len(raw), raw.shape[-1] == 2
+    spectrum = np.fft.fft(raw[..., 0] + 1j * raw[..., 1] if is_iq else 2 * raw[..., 0], axis=0)
+    from_carrier = np.fft.fftfreq(samples, 1 / rate) - (0 if is_iq else carrier)
+    spectrum[np.abs(from_carrier) > bandwidth * carrier] = 0  # negative frequencies of RF, and noise
+    half = samples // 2
+    spectrum = np.concatenate([spectrum[:half], np.zeros((3 * samples, raw.shape[1])), spectrum[half:]])
+    signal = 4 * np.fft.ifft(spectrum, axis=0)
+    time = np.arange(4 * samples) / (4 * rate)
+    return signal if is_iq else signal * np.exp(-2j * np.pi * carrier * time)[:, None]
 
 
 def arrival(points, elements, delays, weights, focus, angle, origin, speed):
@@ -45,19 +41,19 @@ def beamform(file, x, z, fnumber=1.5, frame=0, sound_speed=None):
     raw, scan = file["tracks/track_0/data/raw_data"], {k: v[()] for k, v in file["tracks/track_0/scan"].items()}
     elements, rate, carrier = file["probe/probe_geometry"][:], scan["sampling_frequency"], scan["center_frequency"]
     speed = sound_speed or scan["sound_speed"]
+    bandwidth = file["probe/probe_bandwidth_percent"][()] / 100
     points = np.stack(np.broadcast_arrays(x[None, :], 0.0, z[:, None]), axis=-1)
     away = [np.linalg.norm(points - element, axis=-1) for element in elements]
     image = np.zeros(points.shape[:-1], complex)
     for t in range(raw.shape[1]):
-        signals, dense_rate = baseband(raw[frame, t], rate, carrier)
+        signals = baseband(raw[frame, t], rate, carrier, bandwidth)
         sent = arrival(points, elements, scan["t0_delays"][t], scan["tx_apodizations"][t], scan["focus_distances"][t],
                        scan["polar_angles"][t], scan["transmit_origins"][t], speed)
         for e, element in enumerate(elements):
-            time = sent + away[e] / speed
-            place = (time - scan["initial_times"][t]) * dense_rate
-            signal = np.interp(place, np.arange(len(signals)), signals[:, e], left=0, right=0)
+            time = sent + away[e] / speed - scan["initial_times"][t]
+            signal = np.interp(4 * rate * time, np.arange(len(signals)), signals[:, e], left=0, right=0)
             receives = np.abs(points[..., 0] - element[0]) <= 0.5 * points[..., 2] / fnumber
-            image += receives * signal * np.exp(2j * np.pi * carrier * (time - scan["initial_times"][t]))
+            image += receives * signal * np.exp(2j * np.pi * carrier * time)
     return image
 
 
@@ -72,4 +68,4 @@ if __name__ == "__main__":
     plt.imshow(level - level.max(), "gray", vmin=-60, vmax=0, extent=[1e3 * x[0], 1e3 * x[-1], 1e3 * z[-1], 1e3 * z[0]])
     plt.xlabel("mm")
     plt.ylabel("mm")
-    plt.savefig(sys.argv[2], dpi=150)
+    plt.savefig(sys.argv[2], dpi=150, bbox_inches="tight")

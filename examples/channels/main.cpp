@@ -35,7 +35,8 @@ pose pose_of(const channels::options& chosen, const pose& usual) {
 
 /// Nine point scatterers in water, which scatter as much as a surface of some square millimetres.
 subject make_points() {
-    subject one{.title = "nine point scatterers in water", .body = scene{tissue::water}.build(exec::par)};
+    subject one{.title = "nine point scatterers in water",
+                .body = scene{medium{.density = 1000, .sound_speed = 1540}}.build(exec::par)};
     for (const float z : {10_mm, 20_mm, 30_mm})
         for (const float x : {-10_mm, 0.0F, 10_mm}) one.points.push_back({{x, 0, z}, 1_mm});
     return one;
@@ -50,9 +51,8 @@ subject load(const channels::options& chosen) {
         return one;
     }
     std::vector<std::string> notes;
-    subject one{.body = load_obj_scene(chosen.file,
-                                       {.unit = chosen.unit * 1_mm, .background = tissue_named(chosen.background)},
-                                       notes)};
+    subject one{.body = load_obj_scene(
+                    chosen.file, {.unit = chosen.unit * 1_mm, .background = tissue_named(chosen.background)}, notes)};
     check_anatomy(one.body, chosen.file, chosen.unit * 1_mm);
     one.body.build(exec::par);
     std::printf("%s\n", describe_anatomy(chosen.file, one.body, chosen.unit * 1_mm, notes).c_str());

@@ -138,7 +138,8 @@ std::vector<transmit> transmits_named(const std::string& text, const Array& arra
         return static_cast<float>(command_line::detail::number_of(word)) * 1_mm;
     };
     const auto angle_of = [&](const std::string& word) {
-        if (const std::string fault = command_line::number(0, 160)(word); !fault.empty()) throw fail("the angle " + fault);
+        if (const std::string fault = command_line::number(0, 160)(word); !fault.empty())
+            throw fail("the angle " + fault);
         return static_cast<float>(command_line::detail::number_of(word)) * 1_deg;
     };
     const auto fraction = [&](std::uint32_t i) { // -0.5 to 0.5, both ends included

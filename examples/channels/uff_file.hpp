@@ -25,8 +25,7 @@ class uff_writer {
         file_.set_numbers(path, "size", {1, static_cast<double>(count)});
         file_.set_numbers(path, "array", {is_array ? 1.0 : 0.0});
     }
-    void add_number(const std::string& path, const std::string& unit, float value,
-                    const std::string& type = "double") {
+    void add_number(const std::string& path, const std::string& unit, float value, const std::string& type = "double") {
         add_numbers(path, unit, {1, 1}, {value}, type);
     }
     void add_numbers(const std::string& path, const std::string& unit, const std::vector<hsize_t>& shape,
@@ -46,8 +45,8 @@ class uff_writer {
         add_number(path + "/elevation", "rad", 0);
     }
     /// Real, or the two parts of complex numbers.
-    std::vector<dataset::hdf5_file::piecewise_array> add_data(const std::string& path, const std::vector<hsize_t>& shape,
-                                                     std::uint32_t parts) {
+    std::vector<dataset::hdf5_file::piecewise_array> add_data(const std::string& path,
+                                                              const std::vector<hsize_t>& shape, std::uint32_t parts) {
         const auto add = [&](const std::string& name, bool imaginary) {
             auto made = file_.add_pieces({name, "", "1 is the echo of a perfect mirror"}, shape);
             describe(name, "single");
@@ -111,8 +110,9 @@ inline void add_probe(uff_writer& file, const channel_data& of) {
     file.add_point("channel_data/probe/origin", 0, 0);
     std::vector<float> rows[7]; // x y z theta phi width height
     for (const ray& one : of.places) {
-        const float values[7]{one.origin.x,     one.origin.y, one.origin.z, std::atan2(one.direction.x, one.direction.z),
-                              0, of.element_width, of.height};
+        const float values[7]{
+            one.origin.x,     one.origin.y, one.origin.z, std::atan2(one.direction.x, one.direction.z), 0,
+            of.element_width, of.height};
         for (int i = 0; i < 7; ++i) rows[i].push_back(values[i]);
     }
     std::vector<float> geometry;

@@ -166,8 +166,7 @@ inline void add_truth(hdf5_file& file, const recording& of, const channel_data& 
     for (int axis = 0; axis < 3; ++axis) {
         std::vector<float> values;
         for (std::uint32_t row = 0; row < grid.size.y; ++row)
-            for (std::uint32_t column = 0; column < grid.size.x; ++column)
-                values.push_back(grid.at(column, row)[axis]);
+            for (std::uint32_t column = 0; column < grid.size.x; ++column) values.push_back(grid.at(column, row)[axis]);
         axes.push_back(pack(values));
     }
     // A chunk for each index of the last axis of values.
@@ -181,16 +180,17 @@ inline void add_truth(hdf5_file& file, const recording& of, const channel_data& 
         std::vector<hsize_t> chunk = shape, points = shape;
         chunk[0] = 1;
         if (split) chunk.back() = 1;
-        file.add_packed({group + "/values", unit, text}, numbers, shape,
-                        chunk, [&](hsize_t) -> const auto& { return chunks; });
+        file.add_packed(
+            {group + "/values", unit, text}, numbers, shape, chunk, [&](hsize_t) -> const auto& { return chunks; });
         if (split)
             points.back() = 3;
         else
             points.push_back(3);
         chunk = points;
         chunk[0] = chunk.back() = 1;
-        file.add_packed({group + "/coordinates", "m", "x lateral, y elevation, z depth, in the frame of the probe"},
-                        number_type::real, points, chunk, [&](hsize_t) -> const auto& { return axes; });
+        file.add_packed(
+            {group + "/coordinates", "m", "x lateral, y elevation, z depth, in the frame of the probe"},
+            number_type::real, points, chunk, [&](hsize_t) -> const auto& { return axes; });
     };
     add_map("sos_map", "m/s", "sound speed of the tissue", number_type::real, {frames, rows, columns}, false,
             {pack(truth.sound_speed)});
