@@ -86,9 +86,9 @@ struct uff_wave {
 };
 
 /// USTB computes when a wave arrives at a point p, seconds after t0, as p * direction / c for a plane wave, and as
-/// (+-|p - source| + |source|) / c or, for sources more than 1 mm behind the origin, (|p - source| - |source|) / c. Except
-/// for single elements, t0 is when the wave passes the origin. The delay is that of the first sample, with
-/// `initial_time` that of all.
+/// (+-|p - source| + |source|) / c or, for sources more than 1 mm behind the origin, (|p - source| - |source|) / c
+/// (process/das.m). So t0 is when the wave passes the origin; of a single element, which has no such time, it is
+/// |source| / c before it fires. The delay is from t0 to the time at which `initial_time` counts from 0.
 inline uff_wave uff_wave_of(const transmit& one, const channel_data& of) {
     std::uint32_t first = 0;
     while (one.weight(first) == 0) ++first;

@@ -134,9 +134,10 @@ class hdf5_file {
     /// An attribute that is one number or several.
     void set_numbers(const std::string& path, const std::string& name, const std::vector<double>& values) {
         const handle object{H5Oopen(file_, path.c_str(), H5P_DEFAULT), H5Oclose, "make a file"};
-        const handle space = space_of(values.size() == 1 ? std::vector<hsize_t>{} : std::vector<hsize_t>{values.size()});
-        const handle attribute{
-            H5Acreate2(object, name.c_str(), H5T_IEEE_F64LE, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose, "make a file"};
+        const handle space =
+            space_of(values.size() == 1 ? std::vector<hsize_t>{} : std::vector<hsize_t>{values.size()});
+        const handle attribute{H5Acreate2(object, name.c_str(), H5T_IEEE_F64LE, space, H5P_DEFAULT, H5P_DEFAULT),
+                               H5Aclose, "make a file"};
         check(H5Awrite(attribute, H5T_NATIVE_DOUBLE, values.data()));
     }
 
