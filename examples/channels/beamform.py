@@ -13,7 +13,8 @@ def baseband(raw, rate, carrier, bandwidth):
     samples, is_iq = len(raw), raw.shape[-1] == 2
     spectrum = np.fft.fft(raw[..., 0] + 1j * raw[..., 1] if is_iq else 2 * raw[..., 0], axis=0)
     from_carrier = np.fft.fftfreq(samples, 1 / rate) - (0 if is_iq else carrier)
-    spectrum[np.abs(from_carrier) > bandwidth * carrier] = 0  # negative frequencies of RF, and noise
+    place = np.clip(np.abs(from_carrier) / (bandwidth * carrier), 0.5, 1)  # within the band of -6 dB: 0.5
+    spectrum *= np.sin(np.pi * place)[:, None] ** 2  # without negative frequencies of RF, and noise beyond the band
     half = samples // 2
     spectrum = np.concatenate([spectrum[:half], np.zeros((3 * samples, raw.shape[1])), spectrum[half:]])
     signal = 4 * np.fft.ifft(spectrum, axis=0)
