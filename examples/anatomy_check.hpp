@@ -6,6 +6,17 @@
 #include <string>
 #include <vector>
 
+/// A tissue of the library, as options name it.
+/// @throws insonify::usage_error  for an unknown name, with those that there are
+inline const insonify::medium& tissue_named(const std::string& name) {
+    std::string known;
+    for (const insonify::tissue::named_medium& one : insonify::tissue::all) {
+        if (one.name == name) return one.value;
+        known += std::string{known.empty() ? "" : ", "} + one.name;
+    }
+    throw insonify::usage_error{"there is no tissue '" + name + "'; known are " + known};
+}
+
 /// The size of a body, built or not.
 inline insonify::vec3 size_of(const insonify::scene& body) {
     insonify::aabb box;

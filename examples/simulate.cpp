@@ -99,15 +99,9 @@ subject load_region(const simulate_options& chosen) {
 }
 
 subject load_file(const simulate_options& chosen) {
-    const std::string named = chosen.background.value_or("deep_fat");
-    const std::optional<medium> background = tissue::find(named);
-    if (!background) {
-        std::string known;
-        for (const tissue::named_medium& each : tissue::all)
-            known += std::string{known.empty() ? "" : ", "} + each.name;
-        throw usage_error{"--background: there is no tissue '" + named + "'; known are " + known};
-    }
-    obj_settings settings{.unit = chosen.unit * 1_mm, .background = *background, .pennation = chosen.pennation * 1_deg};
+    obj_settings settings{.unit = chosen.unit * 1_mm,
+                          .background = tissue_named(chosen.background.value_or("deep_fat")),
+                          .pennation = chosen.pennation * 1_deg};
     if (chosen.repair) settings.repair = repair_settings{};
     std::vector<std::string> notes;
     subject one{.body = load_obj_scene(chosen.file, settings, notes),

@@ -131,6 +131,16 @@ class hdf5_file {
         set_text(object, name, text);
     }
 
+    /// An attribute that is one number or several.
+    void set_numbers(const std::string& path, const std::string& name, const std::vector<double>& values) {
+        const handle object{H5Oopen(file_, path.c_str(), H5P_DEFAULT), H5Oclose, "make a file"};
+        const handle space =
+            space_of(values.size() == 1 ? std::vector<hsize_t>{} : std::vector<hsize_t>{values.size()});
+        const handle attribute{H5Acreate2(object, name.c_str(), H5T_IEEE_F64LE, space, H5P_DEFAULT, H5P_DEFAULT),
+                               H5Aclose, "make a file"};
+        check(H5Awrite(attribute, H5T_NATIVE_DOUBLE, values.data()));
+    }
+
     /// Texts: one, or an array.
     void add_text(const array_name& name, const std::string& text) { add_texts(name, {text}, {}); }
     void add_texts(const array_name& name, const std::vector<std::string>& texts, const std::vector<hsize_t>& shape) {
@@ -153,6 +163,36 @@ class hdf5_file {
         check(H5Pset_fletcher32(how));
         const handle array = create_array(name, type, space_of(shape), how);
         check(H5Dwrite(array, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values));
+    }
+    /// An array of numbers that is written in pieces, each with a checksum.
+    class piecewise_array {
+      public:
+        /// @param first, second  place of the piece on the first two axes; it is whole on the others
+        void write(hsize_t first, hsize_t second, const std::vector<float>& values) const {
+            const handle space{H5Dget_space(array_), H5Sclose, "make a file"};
+            std::vector<hsize_t> start(shape_.size(), 0), count = shape_;
+            start[0] = first;
+            start[1] = second;
+            count[0] = count[1] = 1;
+            check(H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr));
+            const handle memory = space_of(count);
+            check(H5Dwrite(array_, H5T_NATIVE_FLOAT, memory, space, H5P_DEFAULT, values.data()));
+        }
+
+      private:
+        friend hdf5_file;
+        piecewise_array(handle array, const std::vector<hsize_t>& shape) : array_{std::move(array)}, shape_{shape} {}
+
+        handle array_;
+        std::vector<hsize_t> shape_;
+    };
+    piecewise_array add_pieces(const array_name& name, const std::vector<hsize_t>& shape) {
+        std::vector<hsize_t> chunk = shape;
+        chunk[0] = chunk[1] = 1;
+        const handle how = properties();
+        check(H5Pset_chunk(how, static_cast<int>(chunk.size()), chunk.data()));
+        check(H5Pset_fletcher32(how));
+        return {create_array(name, type_handle(number_type::real), space_of(shape), how), shape};
     }
     /// An array of packed chunks, one or several for each row.
     /// @param chunk   shape of one

@@ -35,16 +35,6 @@ inline std::string tissue_name(const medium& inside) {
     return "";
 }
 
-/// @throws usage_error  for an unknown name
-inline const medium& tissue_named(const std::string& name) {
-    std::string known;
-    for (const tissue::named_medium& one : tissue::all) {
-        if (one.name == name) return one.value;
-        known += std::string{known.empty() ? "" : ", "} + one.name;
-    }
-    throw usage_error{"there is no tissue '" + name + "'; known are " + known};
-}
-
 namespace detail {
 
 // Turned so that the side of the skin is at the top (-z), and moved so that the body begins at the depth 0, centred below the

@@ -1,0 +1,125 @@
+// Channel data of an OBJ file or of a phantom, as HDF5 in the layout of zea or of USTB. `channels --help` lists the
+// options.
+#define INSONIFY_IMPLEMENTATION
+#include <insonify/insonify.hpp>
+#include "../anatomy_check.hpp"
+#include "../dataset/file.hpp"
+#include "../nerve_block_phantom.hpp"
+#include "options.hpp"
+#include "recording.hpp"
+#include "uff_file.hpp"
+#include "zea_file.hpp"
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+using namespace insonify;
+
+namespace {
+
+struct subject {
+    std::string title{};
+    scene body{};
+    pose at{};
+    std::vector<point_scatterer> points{};
+};
+
+vec3 as_vector(const std::array<float, 3>& of) { return {of[0], of[1], of[2]}; }
+
+pose pose_of(const channels::options& chosen, const pose& usual) {
+    if (!chosen.from) return usual;
+    return look_at(1_mm * as_vector(*chosen.from), 1_mm * as_vector(*chosen.towards), as_vector(chosen.lateral));
+}
+
+/// Nine point scatterers in water, which scatter as much as a surface of some square millimetres.
+subject make_points() {
+    subject one{.title = "nine point scatterers in water",
+                .body = scene{medium{.density = 1000, .sound_speed = 1540}}.build(exec::par)};
+    for (const float z : {10_mm, 20_mm, 30_mm})
+        for (const float x : {-10_mm, 0.0F, 10_mm}) one.points.push_back({{x, 0, z}, 1_mm});
+    return one;
+}
+
+subject load(const channels::options& chosen) {
+    if (chosen.file.empty()) {
+        subject one = chosen.phantom == "points" ? make_points()
+                                                 : subject{.title = "the phantom of a nerve block",
+                                                           .body = nerve_block_phantom().build(exec::par)};
+        one.at = pose_of(chosen, pose{});
+        return one;
+    }
+    std::vector<std::string> notes;
+    subject one{.body = load_obj_scene(
+                    chosen.file, {.unit = chosen.unit * 1_mm, .background = tissue_named(chosen.background)}, notes)};
+    check_anatomy(one.body, chosen.file, chosen.unit * 1_mm);
+    one.body.build(exec::par);
+    std::printf("%s\n", describe_anatomy(chosen.file, one.body, chosen.unit * 1_mm, notes).c_str());
+    one.title = std::filesystem::path{chosen.file}.filename().string();
+    const aabb box = one.body.box();
+    const vec3 above{box.centre().x, box.lower.y - 10_mm, box.centre().z};
+    one.at = pose_of(chosen, chosen.from ? pose{} : look_at(above, box.centre(), {1, 0, 0}));
+    return one;
+}
+
+template <element_transducer Array>
+void run(const channels::options& chosen, const channels::named_array& named, const Array& array) {
+    const std::vector<transmit> sent = channels::transmits_named(chosen.transmits, array);
+    const subject one = load(chosen);
+    // Points are those of the array: they stay in front of it wherever it is.
+    std::vector<point_scatterer> points = one.points;
+    for (point_scatterer& each : points) each.position = one.at.point(each.position);
+    channel_settings settings{.depth = chosen.depth * 1_mm,
+                              .sampling_frequency = chosen.sampling_frequency * 1_MHz,
+                              .opening = named.opening_deg * 1_deg,
+                              .wave_fronts = chosen.wave_fronts,
+                              .noise_level_db = chosen.noise.value_or(no_level_db),
+                              .points = points};
+    const auto trace_one = [&](std::uint32_t frame) -> channels::frame_data {
+        const auto begin = std::chrono::steady_clock::now();
+        settings.frame = frame;
+        channel_data received = trace_channels(exec::par_unseq, one.body, array, one.at, physical{}, sent, settings);
+        const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
+        if (frame == 0)
+            std::printf("%s: %u transmits, %u elements, %u samples at %g MHz; %.2f s a frame\n", one.title.c_str(),
+                        received.transmits, received.elements, received.samples,
+                        static_cast<double>(received.sampling_frequency / 1_MHz), taken.count());
+        if (chosen.iq) return channels::thinned(demodulate(exec::par_unseq, received));
+        return {.received = std::move(received)};
+    };
+    const channels::recording made{.array = named,
+                                   .body = one.body,
+                                   .at = one.at,
+                                   .title = one.title,
+                                   .points = one.points,
+                                   .frames = chosen.frames,
+                                   .depth = settings.depth,
+                                   .trace_one = trace_one};
+    dataset::replace_file(chosen.output, chosen.format == "uff" ? channels::uff_file(made) : channels::zea_file(made));
+    std::printf("%s: %.1f MB\n", chosen.output.c_str(),
+                1e-6 * static_cast<double>(std::filesystem::file_size(chosen.output)));
+}
+
+/// A path that cannot be written is reported before the work starts.
+void check_output(const std::string& path) {
+    if (std::filesystem::is_directory(path))
+        throw io_error{"--output: '" + path + "' is a folder; name a file, such as channels.hdf5"};
+    const std::string trial = path + ".draft";
+    dataset::write_file(trial, "");
+    std::filesystem::remove(trial);
+}
+
+} // namespace
+
+int main(int count, char** arguments) {
+    channels::options chosen;
+    return command_line::run(
+        "channels", count, arguments, [&](CLI::App& app) { channels::add_options(app, chosen); },
+        [&] {
+            check_output(chosen.output);
+            const channels::named_array& named = channels::find_array(chosen.array);
+            std::visit([&](const auto& array) { run(chosen, named, array); }, named.elements);
+            return 0;
+        });
+}
