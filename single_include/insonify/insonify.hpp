@@ -20670,11 +20670,15 @@ namespace presets {
 
 // clang-format off
 
+/// Vessels, nerves, muscles: 128 elements with a pitch of 0.30 mm.
 inline constexpr element_array l11_5v_elements{};
+/// Superficial structures: 192 elements with a pitch of 0.20 mm.
 inline constexpr element_array l12_3v_elements{.elements = 192, .pitch = 0.20_mm, .element_width = 0.17_mm,
                                                .frequency = 7.54_MHz, .height = 5_mm, .elevation_focus = 20_mm,
                                                .bandwidth = 0.93F};
+/// Abdomen: 128 elements with a pitch of 0.508 mm on an arc with a radius of 49.57 mm.
 inline constexpr convex_element_array c5_2v_elements{};
+/// Heart: 64 elements with a pitch of 0.30 mm.
 inline constexpr element_array p4_2v_elements{.elements = 64, .pitch = 0.30_mm, .element_width = 0.25_mm,
                                               .frequency = 2.72_MHz, .height = 14_mm, .elevation_focus = 60_mm,
                                               .bandwidth = 0.74F};
@@ -21693,6 +21697,7 @@ struct map_grid {
     vec3 at(std::uint32_t column, std::uint32_t row) const {
         return {from.x + static_cast<float>(column) * spacing, 0, from.y + static_cast<float>(row) * spacing};
     }
+    /// Of pixels.
     std::size_t count() const { return std::size_t{size.x} * size.y; }
 };
 

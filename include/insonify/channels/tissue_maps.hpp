@@ -30,6 +30,7 @@ struct map_grid {
     vec3 at(std::uint32_t column, std::uint32_t row) const {
         return {from.x + static_cast<float>(column) * spacing, 0, from.y + static_cast<float>(row) * spacing};
     }
+    /// Of pixels.
     std::size_t count() const { return std::size_t{size.x} * size.y; }
 };
 
