@@ -22189,7 +22189,7 @@ class elevation_field {
         heights_ = max_height > 0 ? 2 + static_cast<std::size_t>(max_height / row()) : 1;
         points_.resize(ranges_ * heights_);
         surfaces_.resize(ranges_);
-        speckle_heights_.resize(ranges_);
+        tissue_.resize(ranges_);
         exec::for_each_block(policy, ranges_, 4, 4e4F * static_cast<float>(heights_),
                              [&](std::size_t begin, std::size_t end) {
                                  for (std::size_t i = begin; i < end; ++i) compute(i);
@@ -22212,10 +22212,12 @@ class elevation_field {
         const place at = place_of(range);
         return interpolated(surfaces_.data() + at.index, at.part);
     }
-    /// The height of tissue that scatterers in the slice plane stand for: the integral over y of |P / P(y = 0)|^4.
-    float speckle_height(float range) const {
+    /// What tissue returns from the height of the beam, over what a scatterer with `surface` of each element does: the
+    /// integral over y of |P / P0|^4 over |integral of E^2|^2, where P0 is P in the slice with E = 1; 1/m. In the slice
+    /// plane alone E changes fast with distance and frequency near the element, which scatterers at all heights do not.
+    float tissue(float range) const {
         const place at = place_of(range);
-        return (1 - at.part) * speckle_heights_[at.index] + at.part * speckle_heights_[at.index + 1];
+        return (1 - at.part) * tissue_[at.index] + at.part * tissue_[at.index + 1];
     }
 
     /// The integral over y of E^2 on a surface that slopes and curves out of the slice plane, relative to that on a
@@ -22242,7 +22244,7 @@ class elevation_field {
     static constexpr float per_logarithm = 48;                       // ranges of a table are 2 % apart
     static constexpr std::size_t middle = spectral_value::nodes / 2; // a frequency near the carrier
     static constexpr int min_points = 48, max_points = 512;          // of an element, for sums over its height
-    static constexpr int speckle_heights = 64;                       // over which |E|^4 is summed
+    static constexpr int heights_of_tissue = 64;                     // over which |E|^4 is summed
 
     struct place {
         std::size_t index;
@@ -22301,14 +22303,13 @@ class elevation_field {
         const float reach =
             height_ * (0.5F + std::fabs(1 - range / focus_)) + 4 * pi * range / (wave_number_[middle] * height_);
         float sum = 0;
-        for (int h = 0; h < speckle_heights; ++h) {
-            const float y = reach * (static_cast<float>(h) + 0.5F) / speckle_heights;
+        for (int h = 0; h < heights_of_tissue; ++h) {
+            const float y = reach * (static_cast<float>(h) + 0.5F) / heights_of_tissue;
             const float there = std::sqrt(range * range + y * y);
             const vec2 at = range / there * field(wave_number_[middle], there, y);
             sum += dot(at, at) * dot(at, at);
         }
-        const float power = dot(like, like);
-        speckle_heights_[i] = 2 * reach / speckle_heights * sum / max(power * power, 1e-30F);
+        tissue_[i] = 2 * reach / heights_of_tissue * sum / max(dot(both.at[middle], both.at[middle]), 1e-30F);
     }
 
     // Over a, then over b: see `bent_surface`, without its factor sqrt(pi r / j k).
@@ -22345,7 +22346,7 @@ class elevation_field {
     std::size_t ranges_ = 0, heights_ = 0;
     std::vector<spectral_value> points_{}; // by height, then by range
     std::vector<spectral_value> surfaces_{};
-    std::vector<float> speckle_heights_{};
+    std::vector<float> tissue_{};
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
@@ -22505,6 +22506,7 @@ struct reflector {
     vec2 place{0, 0};      ///< in the slice, of the probe: x and z, metres
     float y = 0;           ///< out of the slice, metres
     bool surface = false;  ///< a piece of a surface
+    bool tall = false;     ///< it is as high as the beam: all but points of one's own
     vec2 normal{0, 0};     ///< of a surface in the slice, towards the array, of length at most 1
     vec2 nearest{0, 0};    ///< direction of the nearest element from a surface
     spectral_value root{}; ///< the root of what it returns: its scattering length; for a surface times metres
@@ -22617,11 +22619,10 @@ class reflector_search {
     /// The scatterers of the model's field, as they are in pictures.
     /// @param strength   scattering length of a scatterer of amplitude 1 that stands for an area of 1 m^2 of the plane
     ///                   across its line: see `speckle_strength`
-    /// @param thickness  thickness(depth): of the tissue that the slice stands for, metres
-    template <class Policy, class Thickness>
+    /// @param across     across(depth): see `elevation_field::tissue`, 1/m
+    template <class Policy, class Across>
     void add_speckle(const Policy& policy, float strength, float fnumber, float elevation_fnumber,
-                     std::uint32_t frame_number, float height, const Thickness& thickness,
-                     std::vector<reflector>& found) {
+                     std::uint32_t frame_number, float height, const Across& across, std::vector<reflector>& found) {
         auto field = model_.with_boundary(transparent{}).with_attenuation(lossless{});
         field.timing = timing::uniform;
         field.shadow_floor_db = -FLT_MAX;
@@ -22651,8 +22652,9 @@ class reflector_search {
             const ray beam = lines_.beam(static_cast<float>(i));
             for (const auto& [distance, amplitude] : of_line[i]) {
                 const vec3 p = beam.origin + distance * beam.direction;
-                const float level = strength * std::sqrt(lines_.width(distance) * thickness(distance));
-                found.push_back({.place = {p.x, p.z}, .root = spectral_value{square_root(level * amplitude)}});
+                const float level = strength * std::sqrt(lines_.width(distance) * across(distance));
+                found.push_back(
+                    {.place = {p.x, p.z}, .tall = true, .root = spectral_value{square_root(level * amplitude)}});
             }
         }
     }
@@ -22741,6 +22743,7 @@ class reflector_search {
         const float own_roughness = seen.media[owner.medium].roughness;
         reflector one{.place = {local.x + bulge.x, local.z + bulge.z},
                       .surface = true,
+                      .tall = true,
                       .normal = {normal.x, normal.z},
                       .nearest = -vec2{apart.x, apart.z} / distance,
                       .before = before,
@@ -22774,7 +22777,7 @@ class reflector_search {
         if (!(rough > 1e-6F) || reflected == 0) return;
         const float power = reflected * reflected * rough *
                             scattered_back(is_hard(before) || is_hard(after), met.cosine) / pi * size *
-                            field.speckle_height(distance);
+                            field.tissue(distance);
         // Random numbers that stay where they are on the object, wherever the array is.
         const object_view& owner = seen.objects[segment.object];
         const vec3 on_object = owner.at.local_point(at_.point({piece.place.x, 0, piece.place.y})) / step_;
@@ -22994,7 +22997,7 @@ class channel_tracer {
         if (settings_.speckle)
             search.add_speckle(
                 policy, speckle_strength(fnumber, out.elevation_focus), fnumber, out.elevation_focus / height_,
-                settings_.frame, height_, [&](float depth) { return field_.speckle_height(depth); }, all);
+                settings_.frame, height_, [&](float depth) { return field_.tissue(depth); }, all);
         if (settings_.surfaces) search.add_surfaces(policy, field_, all);
 
         // In zones of attenuation, then in blocks that are small in space, so that each adds to few samples of a pair.
@@ -23077,8 +23080,8 @@ class channel_tracer {
             weights += weight;
         }
         const float wavelength = speed_ / frequency_, elevation_fnumber = focus / height_;
-        const float on_axis = length(field_.point(focus, 0).at[spectral_value::nodes / 2]) / height_;
-        const float across = field_.speckle_height(focus) * on_axis * on_axis * on_axis * on_axis;
+        const vec2 both = field_.surface(focus).at[spectral_value::nodes / 2];
+        const float across = field_.tissue(focus) * dot(both, both) * dot(both, both) / std::pow(height_, 4.0F);
         return elevation_fnumber * std::sqrt(wavelength * fnumber / (sum / weights * across));
     }
 
@@ -23142,9 +23145,8 @@ class channel_tracer {
             const float further = y * y / (std::sqrt(at.distance * at.distance + y * y) + at.distance);
             found.time += further * wave.time / at.distance;
         }
-        const spectral_value across = one.surface && one.normal != vec2{0, 0}
-                                          ? field_.surface(wave.range)
-                                          : field_.point(std::sqrt(wave.range * wave.range + y * y), y);
+        const spectral_value across =
+            one.tall ? field_.surface(wave.range) : field_.point(std::sqrt(wave.range * wave.range + y * y), y);
         // sqrt(j k w / 2 pi h) sinc(k w sin t / 2) cos t: twice this, times a scattering length, is an echo.
         const float lost = wave.lost_slope - 0.5F * zone_slope;
         const vec2 carrier = turned(0.125 - double{frequency_} * double{found.time});          // with sqrt(j)

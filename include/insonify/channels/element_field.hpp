@@ -97,7 +97,7 @@ class elevation_field {
         heights_ = max_height > 0 ? 2 + static_cast<std::size_t>(max_height / row()) : 1;
         points_.resize(ranges_ * heights_);
         surfaces_.resize(ranges_);
-        speckle_heights_.resize(ranges_);
+        tissue_.resize(ranges_);
         exec::for_each_block(policy, ranges_, 4, 4e4F * static_cast<float>(heights_),
                              [&](std::size_t begin, std::size_t end) {
                                  for (std::size_t i = begin; i < end; ++i) compute(i);
@@ -120,10 +120,12 @@ class elevation_field {
         const place at = place_of(range);
         return interpolated(surfaces_.data() + at.index, at.part);
     }
-    /// The height of tissue that scatterers in the slice plane stand for: the integral over y of |P / P(y = 0)|^4.
-    float speckle_height(float range) const {
+    /// What tissue returns from the height of the beam, over what a scatterer with `surface` of each element does: the
+    /// integral over y of |P / P0|^4 over |integral of E^2|^2, where P0 is P in the slice with E = 1; 1/m. In the slice
+    /// plane alone E changes fast with distance and frequency near the element, which scatterers at all heights do not.
+    float tissue(float range) const {
         const place at = place_of(range);
-        return (1 - at.part) * speckle_heights_[at.index] + at.part * speckle_heights_[at.index + 1];
+        return (1 - at.part) * tissue_[at.index] + at.part * tissue_[at.index + 1];
     }
 
     /// The integral over y of E^2 on a surface that slopes and curves out of the slice plane, relative to that on a
@@ -150,7 +152,7 @@ class elevation_field {
     static constexpr float per_logarithm = 48;                       // ranges of a table are 2 % apart
     static constexpr std::size_t middle = spectral_value::nodes / 2; // a frequency near the carrier
     static constexpr int min_points = 48, max_points = 512;          // of an element, for sums over its height
-    static constexpr int speckle_heights = 64;                       // over which |E|^4 is summed
+    static constexpr int heights_of_tissue = 64;                     // over which |E|^4 is summed
 
     struct place {
         std::size_t index;
@@ -209,14 +211,13 @@ class elevation_field {
         const float reach =
             height_ * (0.5F + std::fabs(1 - range / focus_)) + 4 * pi * range / (wave_number_[middle] * height_);
         float sum = 0;
-        for (int h = 0; h < speckle_heights; ++h) {
-            const float y = reach * (static_cast<float>(h) + 0.5F) / speckle_heights;
+        for (int h = 0; h < heights_of_tissue; ++h) {
+            const float y = reach * (static_cast<float>(h) + 0.5F) / heights_of_tissue;
             const float there = std::sqrt(range * range + y * y);
             const vec2 at = range / there * field(wave_number_[middle], there, y);
             sum += dot(at, at) * dot(at, at);
         }
-        const float power = dot(like, like);
-        speckle_heights_[i] = 2 * reach / speckle_heights * sum / max(power * power, 1e-30F);
+        tissue_[i] = 2 * reach / heights_of_tissue * sum / max(dot(both.at[middle], both.at[middle]), 1e-30F);
     }
 
     // Over a, then over b: see `bent_surface`, without its factor sqrt(pi r / j k).
@@ -253,7 +254,7 @@ class elevation_field {
     std::size_t ranges_ = 0, heights_ = 0;
     std::vector<spectral_value> points_{}; // by height, then by range
     std::vector<spectral_value> surfaces_{};
-    std::vector<float> speckle_heights_{};
+    std::vector<float> tissue_{};
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail

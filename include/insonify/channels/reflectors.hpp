@@ -35,6 +35,7 @@ struct reflector {
     vec2 place{0, 0};      ///< in the slice, of the probe: x and z, metres
     float y = 0;           ///< out of the slice, metres
     bool surface = false;  ///< a piece of a surface
+    bool tall = false;     ///< it is as high as the beam: all but points of one's own
     vec2 normal{0, 0};     ///< of a surface in the slice, towards the array, of length at most 1
     vec2 nearest{0, 0};    ///< direction of the nearest element from a surface
     spectral_value root{}; ///< the root of what it returns: its scattering length; for a surface times metres
@@ -147,11 +148,10 @@ class reflector_search {
     /// The scatterers of the model's field, as they are in pictures.
     /// @param strength   scattering length of a scatterer of amplitude 1 that stands for an area of 1 m^2 of the plane
     ///                   across its line: see `speckle_strength`
-    /// @param thickness  thickness(depth): of the tissue that the slice stands for, metres
-    template <class Policy, class Thickness>
+    /// @param across     across(depth): see `elevation_field::tissue`, 1/m
+    template <class Policy, class Across>
     void add_speckle(const Policy& policy, float strength, float fnumber, float elevation_fnumber,
-                     std::uint32_t frame_number, float height, const Thickness& thickness,
-                     std::vector<reflector>& found) {
+                     std::uint32_t frame_number, float height, const Across& across, std::vector<reflector>& found) {
         auto field = model_.with_boundary(transparent{}).with_attenuation(lossless{});
         field.timing = timing::uniform;
         field.shadow_floor_db = -FLT_MAX;
@@ -181,8 +181,9 @@ class reflector_search {
             const ray beam = lines_.beam(static_cast<float>(i));
             for (const auto& [distance, amplitude] : of_line[i]) {
                 const vec3 p = beam.origin + distance * beam.direction;
-                const float level = strength * std::sqrt(lines_.width(distance) * thickness(distance));
-                found.push_back({.place = {p.x, p.z}, .root = spectral_value{square_root(level * amplitude)}});
+                const float level = strength * std::sqrt(lines_.width(distance) * across(distance));
+                found.push_back(
+                    {.place = {p.x, p.z}, .tall = true, .root = spectral_value{square_root(level * amplitude)}});
             }
         }
     }
@@ -271,6 +272,7 @@ class reflector_search {
         const float own_roughness = seen.media[owner.medium].roughness;
         reflector one{.place = {local.x + bulge.x, local.z + bulge.z},
                       .surface = true,
+                      .tall = true,
                       .normal = {normal.x, normal.z},
                       .nearest = -vec2{apart.x, apart.z} / distance,
                       .before = before,
@@ -304,7 +306,7 @@ class reflector_search {
         if (!(rough > 1e-6F) || reflected == 0) return;
         const float power = reflected * reflected * rough *
                             scattered_back(is_hard(before) || is_hard(after), met.cosine) / pi * size *
-                            field.speckle_height(distance);
+                            field.tissue(distance);
         // Random numbers that stay where they are on the object, wherever the array is.
         const object_view& owner = seen.objects[segment.object];
         const vec3 on_object = owner.at.local_point(at_.point({piece.place.x, 0, piece.place.y})) / step_;

@@ -182,7 +182,7 @@ class channel_tracer {
         if (settings_.speckle)
             search.add_speckle(
                 policy, speckle_strength(fnumber, out.elevation_focus), fnumber, out.elevation_focus / height_,
-                settings_.frame, height_, [&](float depth) { return field_.speckle_height(depth); }, all);
+                settings_.frame, height_, [&](float depth) { return field_.tissue(depth); }, all);
         if (settings_.surfaces) search.add_surfaces(policy, field_, all);
 
         // In zones of attenuation, then in blocks that are small in space, so that each adds to few samples of a pair.
@@ -265,8 +265,8 @@ class channel_tracer {
             weights += weight;
         }
         const float wavelength = speed_ / frequency_, elevation_fnumber = focus / height_;
-        const float on_axis = length(field_.point(focus, 0).at[spectral_value::nodes / 2]) / height_;
-        const float across = field_.speckle_height(focus) * on_axis * on_axis * on_axis * on_axis;
+        const vec2 both = field_.surface(focus).at[spectral_value::nodes / 2];
+        const float across = field_.tissue(focus) * dot(both, both) * dot(both, both) / std::pow(height_, 4.0F);
         return elevation_fnumber * std::sqrt(wavelength * fnumber / (sum / weights * across));
     }
 
@@ -330,9 +330,8 @@ class channel_tracer {
             const float further = y * y / (std::sqrt(at.distance * at.distance + y * y) + at.distance);
             found.time += further * wave.time / at.distance;
         }
-        const spectral_value across = one.surface && one.normal != vec2{0, 0}
-                                          ? field_.surface(wave.range)
-                                          : field_.point(std::sqrt(wave.range * wave.range + y * y), y);
+        const spectral_value across =
+            one.tall ? field_.surface(wave.range) : field_.point(std::sqrt(wave.range * wave.range + y * y), y);
         // sqrt(j k w / 2 pi h) sinc(k w sin t / 2) cos t: twice this, times a scattering length, is an echo.
         const float lost = wave.lost_slope - 0.5F * zone_slope;
         const vec2 carrier = turned(0.125 - double{frequency_} * double{found.time});          // with sqrt(j)
