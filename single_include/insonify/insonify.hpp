@@ -23443,6 +23443,9 @@ channel_data trace_channels(const Policy& policy, const scene& body, const Array
     check_depth(settings.depth, "trace_channels");
     if (!is_finite(settings.opening) || !(settings.opening >= 0 && settings.opening <= 80 * pi / 180))
         throw usage_error{"trace_channels: `opening` must be 0 to 80 degrees: write 30_deg"};
+    if (!detail::is_number(settings.noise_level_db) || settings.noise_level_db > 100)
+        throw usage_error{
+            "trace_channels: `noise_level_db` must be at most 100 dB, such as -60; by default there is none"};
     if (sent.empty())
         throw usage_error{"trace_channels: there are no transmits; make some, as with plane_waves(array, 11, 20_deg)"};
     for (std::size_t i = 0; i < sent.size(); ++i) detail::check_transmit(sent[i], i, array.elements);

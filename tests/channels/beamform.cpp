@@ -16,9 +16,9 @@ using namespace insonify;
 namespace beamform_test {
 namespace {
 
-const medium water{.density = 1000, .sound_speed = 1540};
+const medium uniform_1540{.density = 1000, .sound_speed = 1540};
 
-vec2 brightest(const scan_lines& lines, const auto& probe) {
+vec2 brightest_point(const scan_lines& lines, const auto& probe) {
     std::uint32_t line = 0, sample = 0;
     for (std::uint32_t i = 0; i < lines.count; ++i)
         for (std::uint32_t k = 0; k < lines.samples; ++k)
@@ -29,10 +29,10 @@ vec2 brightest(const scan_lines& lines, const auto& probe) {
     return {at.x, at.z};
 }
 
-struct speckle {
+struct speckle_numbers {
     double level_db, snr, lateral, axial; // widths of the autocorrelation at half of its height, metres
 };
-speckle statistics(const iq_lines& lines, float from, float to, float spacing) {
+speckle_numbers speckle_of(const iq_lines& lines, float from, float to, float spacing) {
     const auto first = static_cast<std::uint32_t>(from / lines.depth * static_cast<float>(lines.samples)),
                last = static_cast<std::uint32_t>(to / lines.depth * static_cast<float>(lines.samples));
     double power = 0, mean = 0, count = 0;
@@ -72,16 +72,17 @@ speckle statistics(const iq_lines& lines, float from, float to, float spacing) {
 using namespace beamform_test;
 
 TEST_CASE("beamform: points are where they are, for every array and kind of transmit") {
-    const scene body = scene{water}.build(exec::par);
+    const scene body = scene{uniform_1540}.build(exec::par);
     const std::vector<point_scatterer> points{{{2_mm, 0, 18_mm}, 1e-3F}};
     const channel_settings settings{.depth = 25_mm, .points = points};
     const linear_array lines{.lines = 97, .width = 9.7_mm, .frequency = 7.6_MHz};
     const element_array flat{.elements = 48};
     const auto at = [&](const auto& array, const std::vector<transmit>& sent, const auto& probe) {
         const channel_data data = trace_channels(exec::par_unseq, body, array, pose{}, physical{}, sent, settings);
-        return brightest(envelope(exec::par_unseq, beamform(exec::par_unseq, data, probe,
-                                                            {.depth = 25_mm, .samples = 1250}, {.fnumber = 1.5F})),
-                         probe);
+        return brightest_point(
+            envelope(exec::par_unseq,
+                     beamform(exec::par_unseq, data, probe, {.depth = 25_mm, .samples = 1250}, {.fnumber = 1.5F})),
+            probe);
     };
     const std::vector<vec3> foci{{0, 0, 18_mm}, {2_mm, 0, 18_mm}}, sources{{0, 0, -10_mm}, {3_mm, 0, -10_mm}};
     std::vector<transmit> unknown = plane_waves(flat, 5, 10_deg);
@@ -105,7 +106,7 @@ TEST_CASE("beamform: points are where they are, for every array and kind of tran
 TEST_CASE("beamform: the level and width of a point, by closed forms") {
     element_array array{
         .elements = 64, .element_width = 0.05_mm, .bandwidth = 0.3F}; // elements radiate alike everywhere
-    const scene body = scene{water}.build(exec::par);
+    const scene body = scene{uniform_1540}.build(exec::par);
     const std::vector<point_scatterer> points{{{0, 0, 18_mm}, 1e-3F}};
     const channel_data data = trace_channels(exec::par_unseq, body, array, pose{}, physical{},
                                              full_synthetic_aperture(array), {.depth = 22_mm, .points = points});
@@ -143,10 +144,10 @@ TEST_CASE("beamform: speckle has the level of b_mode, and the statistics of a Ga
     const acquisition grid{.depth = 21_mm, .samples = 1344, .planes = 5};
     const channel_data data = trace_channels(exec::par_unseq, body, array, pose{}, physical{},
                                              full_synthetic_aperture(array), {.depth = 22_mm, .opening = 10_deg});
-    const speckle channels =
-        statistics(beamform(exec::par_unseq, data, lines, grid, {.fnumber = 2}), 16.5_mm, 19.5_mm, 7.2_mm / 96);
-    const speckle picture =
-        statistics(convolve(exec::par_unseq, trace(exec::par_unseq, body, lines, pose{}, physical{}, grid),
+    const speckle_numbers channels =
+        speckle_of(beamform(exec::par_unseq, data, lines, grid, {.fnumber = 2}), 16.5_mm, 19.5_mm, 7.2_mm / 96);
+    const speckle_numbers picture =
+        speckle_of(convolve(exec::par_unseq, trace(exec::par_unseq, body, lines, pose{}, physical{}, grid),
                             nominal_pulse(lines), lines),
                    16.5_mm, 19.5_mm, 7.2_mm / 96);
     MESSAGE("level ", channels.level_db, " dB, b_mode ", picture.level_db, "; SNR ", channels.snr, "; widths ",
@@ -164,7 +165,7 @@ TEST_CASE("beamform: what does not fit is named") {
     const linear_array lines{};
     CHECK_THROWS_AS(beamform(exec::seq, channel_data{}, lines, {}), usage_error);
     const element_array array{.elements = 4};
-    const scene body = scene{water}.build(exec::seq);
+    const scene body = scene{uniform_1540}.build(exec::seq);
     channel_data data =
         trace_channels(exec::seq, body, array, pose{}, physical{}, plane_waves(array, 1, 0), {.depth = 5_mm});
     CHECK_THROWS_AS(beamform(exec::seq, data, lines, {}, {.fnumber = 0}), usage_error);

@@ -14,28 +14,31 @@ namespace trace_channels_test {
 namespace {
 
 using complex = std::complex<double>;
-constexpr double turn = 6.283185307179586;
+constexpr double full_turn = 6.283185307179586;
 const complex j{0, 1};
 
 const element_array array{.elements = 24, .pitch = 0.3_mm, .element_width = 0.27_mm};
-const medium water{.density = 1000, .sound_speed = 1540};
+const medium medium_1540{.density = 1000, .sound_speed = 1540};
 
 // Spectrum of an RF record at a frequency over that of the pulse: what lies between the two.
 complex transfer(const channel_data& data, std::uint32_t transmit, std::uint32_t element, double frequency) {
     complex sum = 0;
     for (std::uint32_t k = 0; k < data.samples; ++k)
         sum += static_cast<double>(data(transmit, element, k)) *
-               std::exp(-j * turn * frequency * (k / static_cast<double>(data.sampling_frequency)));
+               std::exp(-j * full_turn * frequency * (k / static_cast<double>(data.sampling_frequency)));
     const double sigma = static_cast<double>(data.bandwidth * data.frequency) / 2.3548,
                  offset = (frequency - static_cast<double>(data.frequency)) / sigma;
-    const double pulse = std::sqrt(turn) / (turn * sigma) * std::exp(-0.5 * offset * offset) / 2; // of the real pulse
+    const double pulse =
+        std::sqrt(full_turn) / (full_turn * sigma) * std::exp(-0.5 * offset * offset) / 2; // of the real pulse
     return sum / static_cast<double>(data.sampling_frequency) / pulse;
 }
 
 // Rayleigh's integral over the face of an element with its lens, soft baffle.
-complex field(const element_array& of, std::uint32_t element, double x, double y, double z, double frequency) {
-    const double k = turn * frequency / static_cast<double>(of.sound_speed), w = static_cast<double>(of.element_width),
-                 h = static_cast<double>(of.height), focus = static_cast<double>(of.elevation_focus);
+complex element_field_at(const element_array& of, std::uint32_t element, double x, double y, double z,
+                         double frequency) {
+    const double k = full_turn * frequency / static_cast<double>(of.sound_speed),
+                 w = static_cast<double>(of.element_width), h = static_cast<double>(of.height),
+                 focus = static_cast<double>(of.elevation_focus);
     const double centre = static_cast<double>(of.element(element).origin.x);
     constexpr int across = 24, along = 160;
     complex sum = 0;
@@ -46,11 +49,11 @@ complex field(const element_array& of, std::uint32_t element, double x, double y
             const double lens = std::sqrt(focus * focus + from_y * from_y) - focus;
             sum += std::exp(j * k * (lens - r)) * z / (r * r);
         }
-    return j * k / turn * sum * (w / across) * (h / along);
+    return j * k / full_turn * sum * (w / across) * (h / along);
 }
 
-double decibels(complex ratio) { return 20 * std::log10(std::abs(ratio)); }
-double nanoseconds(complex ratio, double frequency) { return 1e9 * std::arg(ratio) / (turn * frequency); }
+double decibels_of(complex ratio) { return 20 * std::log10(std::abs(ratio)); }
+double nanoseconds(complex ratio, double frequency) { return 1e9 * std::arg(ratio) / (full_turn * frequency); }
 
 channel_data echoes(const scene& body, const element_array& of, const channel_settings& settings) {
     return trace_channels(exec::par_unseq, body, of, pose{}, physical{}, full_synthetic_aperture(of), settings);
@@ -62,30 +65,30 @@ channel_data echoes(const scene& body, const element_array& of, const channel_se
 using namespace trace_channels_test;
 
 TEST_CASE("channels: a point returns what Rayleigh's integral over the elements says") {
-    const scene body = scene{water}.build(exec::par);
+    const scene body = scene{medium_1540}.build(exec::par);
     const double f0 = static_cast<double>(array.frequency);
     for (const vec3 place : {vec3{0, 0, 20_mm}, vec3{2_mm, 0, 16_mm}, vec3{1_mm, 1.5_mm, 25_mm}}) {
         const std::vector<point_scatterer> points{{place, 1e-3F}};
         const channel_data data =
             echoes(body, array, {.depth = 30_mm, .sampling_frequency = 60.8_MHz, .points = points});
-        const double k = turn * f0 / 1540;
+        const double k = full_turn * f0 / 1540;
         double worst_db = 0, worst_ns = 0, worst_band = 0;
         for (const std::uint32_t n : {0U, 7U, 12U, 23U})
             for (const std::uint32_t m : {3U, 12U, 23U}) {
                 const auto expected = [&](double frequency) {
                     const auto p = [&](std::uint32_t element) {
-                        return field(array, element, static_cast<double>(place.x), static_cast<double>(place.y),
-                                     static_cast<double>(place.z), frequency);
+                        return element_field_at(array, element, static_cast<double>(place.x),
+                                                static_cast<double>(place.y), static_cast<double>(place.z), frequency);
                     };
-                    return 1e-3 * p(n) * p(m) * turn /
+                    return 1e-3 * p(n) * p(m) * full_turn /
                            (j * k * frequency / f0 * static_cast<double>(array.element_width * array.height));
                 };
                 const complex at_carrier = transfer(data, n, m, f0) / expected(f0);
-                worst_db = std::max(worst_db, std::fabs(decibels(at_carrier)));
+                worst_db = std::max(worst_db, std::fabs(decibels_of(at_carrier)));
                 worst_ns = std::max(worst_ns, std::fabs(nanoseconds(at_carrier, f0)));
                 for (const double frequency : {0.75 * f0, 1.25 * f0})
-                    worst_band = std::max(worst_band,
-                                          std::fabs(decibels(transfer(data, n, m, frequency) / expected(frequency))));
+                    worst_band = std::max(
+                        worst_band, std::fabs(decibels_of(transfer(data, n, m, frequency) / expected(frequency))));
             }
         MESSAGE("at x ", place.x * 1e3F, " y ", place.y * 1e3F, " z ", place.z * 1e3F, " mm: within ", worst_db,
                 " dB and ", worst_ns, " ns at the carrier, ", worst_band, " dB at 0.75 and 1.25 of it");
@@ -97,11 +100,11 @@ TEST_CASE("channels: a point returns what Rayleigh's integral over the elements 
 }
 
 TEST_CASE("channels: a plate returns Kirchhoff's integral over its surface") {
-    const double f0 = static_cast<double>(array.frequency), k = turn * f0 / 1540;
+    const double f0 = static_cast<double>(array.frequency), k = full_turn * f0 / 1540;
     for (const float degrees : {0.0F, 10.0F}) {
         const float tilt = degrees * pi / 180;
         const vec3 down{std::sin(tilt), 0, std::cos(tilt)}, along{std::cos(tilt), 0, -std::sin(tilt)};
-        scene body{water};
+        scene body{medium_1540};
         body.add(make_box({-100_mm, -100_mm, 0}, {100_mm, 100_mm, 30_mm}),
                  medium{.density = 1e12F, .sound_speed = 1540},
                  {.at = look_at({0, 0, 15_mm}, vec3{0, 0, 15_mm} + down, along)});
@@ -118,15 +121,15 @@ TEST_CASE("channels: a plate returns Kirchhoff's integral over its surface") {
             for (double s = -14e-3; s < 14e-3; s += step) {
                 const double x = s * static_cast<double>(along.x), z = 15e-3 + s * static_cast<double>(along.z);
                 const double end = std::max(0.0, std::fabs(s) - 8e-3) / 6e-3; // the ends fade: they must not reflect
-                const double weight = 0.5 + 0.5 * std::cos(turn / 2 * std::min(1.0, end));
+                const double weight = 0.5 + 0.5 * std::cos(full_turn / 2 * std::min(1.0, end));
                 for (double y = -3.5e-3; y < 3.5e-3; y += step_y)
-                    sum += weight * (outwards(n, x, z) + outwards(m, x, z)) * field(array, n, x, y, z, f0) *
-                           field(array, m, x, y, z, f0);
+                    sum += weight * (outwards(n, x, z) + outwards(m, x, z)) * element_field_at(array, n, x, y, z, f0) *
+                           element_field_at(array, m, x, y, z, f0);
             }
-            const complex expected = sum * step * step_y * j * k / (2 * turn) * turn /
+            const complex expected = sum * step * step_y * j * k / (2 * full_turn) * full_turn /
                                      (j * k * static_cast<double>(array.element_width * array.height));
             const complex ratio = transfer(data, n, m, f0) / expected;
-            worst_db = std::max(worst_db, std::fabs(decibels(ratio)));
+            worst_db = std::max(worst_db, std::fabs(decibels_of(ratio)));
             worst_ns = std::max(worst_ns, std::fabs(nanoseconds(ratio, f0)));
         }
         MESSAGE("tilted by ", degrees, " degrees: within ", worst_db, " dB, ", worst_ns, " ns");
@@ -192,7 +195,7 @@ TEST_CASE("channels: a transmit is the sum of its elements, each delayed") {
 
 TEST_CASE("channels: sound takes the fastest way through layers") {
     scene body{medium{.density = 1000, .sound_speed = 1450}};
-    body.add(make_box({-60_mm, -60_mm, 10_mm}, {60_mm, 60_mm, 100_mm}), water);
+    body.add(make_box({-60_mm, -60_mm, 10_mm}, {60_mm, 60_mm, 100_mm}), medium_1540);
     body.build(exec::par);
     std::vector<ray> places;
     for (std::uint32_t i = 0; i < 128; ++i) places.push_back(presets::l11_5v_elements.element(i));
@@ -235,14 +238,15 @@ TEST_CASE("channels: attenuation follows frequency") {
     };
     const channel_data without = through(0), with = through(50); // 0.5 dB/(cm MHz)
     for (const double megahertz : {4.6, 6.0, 7.6, 9.0, 10.6}) {
-        const double lost = decibels(transfer(with, 0, 0, megahertz * 1e6) / transfer(without, 0, 0, megahertz * 1e6));
+        const double lost =
+            decibels_of(transfer(with, 0, 0, megahertz * 1e6) / transfer(without, 0, 0, megahertz * 1e6));
         CHECK(lost == doctest::Approx(-2 * 0.5 * 3 * megahertz).epsilon(0.01));
     }
 }
 
 TEST_CASE("channels: wave fronts are faster sums without the waves from the ends of the aperture") {
     const element_array wide{.elements = 64};
-    scene body{water};
+    scene body{medium_1540};
     body.build(exec::par);
     const std::vector<point_scatterer> points{{{1_mm, 0, 15_mm}, 1e-3F}};
     const auto sent = plane_waves(wide, 3, 10_deg);
@@ -268,7 +272,7 @@ TEST_CASE("channels: wave fronts are faster sums without the waves from the ends
 }
 
 TEST_CASE("channels: noise is independent from element to element, and absent unless asked for") {
-    scene body{water};
+    scene body{medium_1540};
     body.build(exec::par);
     CHECK_FALSE(std::any_of(echoes(body, array, {.depth = 10_mm}).values.begin(),
                             echoes(body, array, {.depth = 10_mm}).values.end(), [](float v) { return v != 0; }));
@@ -295,6 +299,7 @@ TEST_CASE("channels: what cannot be traced is named") {
     CHECK_THROWS_AS(trace(scene{}.build(exec::seq), array, {}, {}), usage_error);
     CHECK_THROWS_AS(trace(body, array, sent, {.depth = 40}), usage_error);
     CHECK_THROWS_AS(trace(body, array, sent, {.sampling_frequency = 10_MHz}), usage_error);
+    CHECK_THROWS_AS(trace(body, array, sent, {.noise_level_db = std::nanf("")}), usage_error);
     CHECK_THROWS_AS(trace(body, array, sent, {.max_memory = 1000}), usage_error);
     CHECK_THROWS_AS(trace(body, {.elements = 0}, sent, {}), usage_error);
     CHECK_THROWS_AS(trace(body, {.pitch = 0.2_mm}, sent, {}), usage_error);
