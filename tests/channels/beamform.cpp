@@ -131,6 +131,30 @@ TEST_CASE("beamform: the level and width of a point, by closed forms") {
     }
 }
 
+TEST_CASE("beamform: a mirror in the focus, less what the ends of the aperture and the sides of the elements lose") {
+    scene body{uniform_1540};
+    body.add(make_box({-60_mm, -60_mm, 18_mm}, {60_mm, 60_mm, 30_mm}), medium{.density = 1e12F, .sound_speed = 1540});
+    body.build(exec::par);
+    const element_array array{.elements = 48};
+    const channel_data data = trace_channels(exec::par_unseq, body, array, pose{}, physical{},
+                                             full_synthetic_aperture(array), {.depth = 20_mm, .opening = 45_deg});
+    const linear_array lines{.lines = 1, .width = 0.1_mm, .frequency = 7.6_MHz};
+    const scan_lines seen = envelope(
+        exec::par_unseq, beamform(exec::par_unseq, data, lines, {.depth = 20_mm, .samples = 2000}, {.fnumber = 2}));
+    float peak = 0;
+    for (const float one : seen.values) peak = std::max(peak, one);
+    // Of apertures whose mirror image passes the focus, the ends lose sqrt(2 wavelength z) / (pi D) exp(i pi / 4) each way:
+    // D = 9 mm in the slice, and 5 mm out of it.
+    const auto ends = [](double width) {
+        const double lost = std::sqrt(2 * 1540 / 7.6e6 * 18e-3) / (3.14159 * width) * std::sqrt(0.5);
+        return 20 * std::log10(std::hypot(1 - lost, lost));
+    };
+    const double level = 20 * std::log10(static_cast<double>(peak));
+    MESSAGE("mirror at F/2: ", level, " dB; what the ends lose: ", ends(9e-3) + ends(5e-3));
+    CHECK(level < ends(9e-3) + ends(5e-3));       // and the elements radiate less to the sides,
+    CHECK(level > ends(9e-3) + ends(5e-3) - 1.8); // by up to 1.8 dB at 14 degrees
+}
+
 TEST_CASE("beamform: speckle has the level of b_mode, and the statistics of a Gaussian field") {
     const element_array array{.elements = 64};
     scene body{medium{.density = 1000, .sound_speed = 1540, .backscatter = 1}};

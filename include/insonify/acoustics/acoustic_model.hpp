@@ -76,7 +76,7 @@ class echo_line {
 
     /// Adds one echo at a displayed depth, metres. Echoes beyond the ends of the line are dropped.
     INSONIFY_FN void add(float depth, vec2 amplitude) const {
-        const vec2 value = product(amplitude, phase(depth));
+        const vec2 value = detail::complex_product(amplitude, phase(depth));
         const float position = clamp(depth * per_spacing_ - 0.5F, -2.0F, static_cast<float>(samples_.size()) + 1.0F);
         const float below = std::floor(position), weight = position - below;
         add_pair(static_cast<std::uint32_t>(static_cast<std::int32_t>(below)), (1 - weight) * value, weight * value);
@@ -122,11 +122,11 @@ class echo_line {
         vec2 factor = ratio * phase(run.step);
         for (int known = 1; known < width; known *= 2) {
             for (int i = 0; i < known; ++i) {
-                const vec2 next = product({carrier[0][i], carrier[1][i]}, factor);
+                const vec2 next = detail::complex_product({carrier[0][i], carrier[1][i]}, factor);
                 carrier[0][known + i] = next.x;
                 carrier[1][known + i] = next.y;
             }
-            factor = product(factor, factor);
+            factor = detail::complex_product(factor, factor);
         }
         floats carrier_x = load<width>(carrier[0]), carrier_y = load<width>(carrier[1]);
         const auto last = static_cast<std::uint32_t>(samples_.size()) - 1;
@@ -162,8 +162,6 @@ class echo_line {
     }
 
   private:
-    INSONIFY_FN static vec2 product(vec2 a, vec2 b) { return {a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x}; }
-
     INSONIFY_FN vec2 phase(float depth) const {
         const double cycles = cycles_ * static_cast<double>(depth);
         const auto fraction = static_cast<float>(cycles - std::floor(cycles));

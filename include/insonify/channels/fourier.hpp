@@ -13,8 +13,6 @@
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
-INSONIFY_FN constexpr vec2 complex_product(vec2 a, vec2 b) { return {a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x}; }
-
 /// Complex numbers, one in each lane.
 struct complex_batch {
     static constexpr std::size_t width = max_simd_width;

@@ -100,8 +100,8 @@ class channel_tracer {
 
   private:
     void plan(channel_data& out) {
-        const float bandwidth = out.bandwidth, fastest = out.sound_speed;
-        record_.rate = settings_.sampling_frequency > 0 ? settings_.sampling_frequency : 4 * frequency_;
+        const float bandwidth = out.bandwidth;
+        record_.rate = settings_.sampling_frequency != 0 ? settings_.sampling_frequency : 4 * frequency_;
         if (!is_finite(record_.rate) || !(record_.rate >= frequency_ * (2 + bandwidth)) || !(record_.rate <= 1e10F))
             throw usage_error{joined({"trace_channels: sampling_frequency is ", number_text(1e-6F * record_.rate),
                                       " MHz; the band of the array ends at ",
@@ -120,8 +120,9 @@ class channel_tracer {
             for (std::uint32_t i = 0; i < elements_; ++i)
                 if (one.weight(i) != 0) max_delay = max(max_delay, one.delays[i]);
         const float aperture = length(out.places.back().origin - out.places.front().origin);
-        reach_ = std::sqrt(settings_.depth * settings_.depth + aperture * aperture);
-        const float seconds = (settings_.depth + reach_) / fastest + max_delay;
+        // From below one end of the array to the other.
+        const float longest = std::sqrt(settings_.depth * settings_.depth + aperture * aperture);
+        const float seconds = (settings_.depth + longest) / out.sound_speed + max_delay;
         record_.samples = static_cast<std::uint32_t>(std::ceil(seconds * record_.rate));
         const float rate = record_.complex_rate();
         record_.margin = 4 + 2 * static_cast<std::uint32_t>(std::ceil(3 * record_.sigma_time * rate)); // even
@@ -585,7 +586,7 @@ class channel_tracer {
     pose at_;
     const Model& model_;
     const channel_settings& settings_;
-    float frequency_ = 0, width_ = 0, height_ = 0, speed_ = display_speed, reach_ = 0;
+    float frequency_ = 0, width_ = 0, height_ = 0, speed_ = display_speed;
     float root_[spectral_value::nodes] = {}; // sqrt(k w / 2 pi h) of an element
     std::uint32_t elements_ = 0;
     bool symmetric_ = true;

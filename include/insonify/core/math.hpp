@@ -85,6 +85,9 @@ INSONIFY_FN INSONIFY_INLINE bool is_number(float value) {
     return (__builtin_bit_cast(std::uint32_t, value) & 0x7FFFFFFFU) <= 0x7F800000U;
 }
 
+/// The product of two complex numbers.
+INSONIFY_FN constexpr vec2 complex_product(vec2 a, vec2 b) { return {a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x}; }
+
 /// Two axes that form an orthonormal basis with a direction.
 /// Source: Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 2017.
 struct orthonormal_basis {

@@ -223,7 +223,8 @@ class compensated_echoes {
                                   of_line);
             if (in_planes > 0) {
                 const vec2 nearest = out_of_slice.to_nearest();
-                repeat(first + nearest.y, in_planes * product(of_line, of_planes(one.depth, out_of_slice, nearest.x)));
+                repeat(first + nearest.y,
+                       in_planes * complex_product(of_line, of_planes(one.depth, out_of_slice, nearest.x)));
             }
         };
         if (in_lines < 1)
@@ -340,8 +341,6 @@ class compensated_echoes {
     }
 
     INSONIFY_FN static float square(float x) { return x * x; }
-    INSONIFY_FN static vec2 product(vec2 a, vec2 b) { return {a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x}; }
-
     echo_line echoes_;
     line_kernels kernels_;
     float frequency_;

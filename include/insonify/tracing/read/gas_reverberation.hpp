@@ -167,7 +167,6 @@ iq_lines add_gas_reverberation(const Policy& policy, iq_lines echoes, const line
         const auto turn = static_cast<float>(cycles - std::floor(cycles)) * 2 * pi;
         return vec2{std::cos(turn), -std::sin(turn)};
     };
-    const auto product = [](vec2 a, vec2 b) { return vec2{a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x}; };
     exec::for_each_block(policy, echoes.count, 8, 2e4F, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             detail::gas_surface<Model> gas{found(static_cast<std::uint32_t>(i)), found.media, pulse, model};
@@ -193,10 +192,10 @@ iq_lines add_gas_reverberation(const Policy& policy, iq_lines echoes, const line
                         max(abs(vec2{1, 1} + 2 * (gas.shown - depth) * gas.curvature), vec2{min_spread});
                     const float level =
                         mirrored * amplitude_of_decibels(-gas.twice_from_db(depth)) / std::sqrt(spread.x * spread.y);
-                    line[k] += level * product(vec2{line[from].x, -line[from].y}, twice_deeper);
+                    line[k] += level * detail::complex_product(vec2{line[from].x, -line[from].y}, twice_deeper);
                 }
                 const std::int64_t from = k - surface;
-                line[k] += (from < above ? 2 : 1) * repeated * product(line[from], once_deeper);
+                line[k] += (from < above ? 2 : 1) * repeated * detail::complex_product(line[from], once_deeper);
             }
         }
     });
