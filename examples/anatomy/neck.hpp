@@ -180,8 +180,8 @@ struct neck_builder : builder {
                     points.push_back({under(x, y, -height), 0.08_mm + 0.9_mm * of.muscle * thick});
                 }
             if (side < 0) // so that the upper side stays the upper one
-                for (std::uint32_t row = 0; row < rows; ++row)
-                    std::reverse(points.begin() + row * columns, points.begin() + (row + 1) * columns);
+                for (std::size_t row = 0; row < points.size(); row += columns)
+                    std::reverse(&points[row], &points[row] + columns);
             add(make_sheet(points, columns), media::platysma, 1, sided(side, "platysma"), "fat");
         }
     }

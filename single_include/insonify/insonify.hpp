@@ -24526,11 +24526,26 @@ struct implicit_settings {
 
 namespace detail {
 
+/// A reference to a function of any type, so that the lattice is compiled once.
+class implicit_function {
+  public:
+    template <class Function>
+    explicit implicit_function(const Function& function)
+        : of_{&function}, call_{[](const void* of, vec3 p) { return (*static_cast<const Function*>(of))(p); }} {}
+
+    float operator()(vec3 p) const { return call_(of_, p); }
+
+  private:
+    const void* of_;
+    float (*call_)(const void*, vec3);
+};
+
 /// A body-centred cubic lattice: the corners of cubes, and their middles. Four tetrahedra surround the line between the
 /// middles of two cubes that share a face; all are congruent.
 class implicit_lattice {
   public:
-    implicit_lattice(const aabb& box, float cell) : box_{box}, cell_{cell} {
+    implicit_lattice(const aabb& box, float cell, implicit_function function)
+        : box_{box}, cell_{cell}, function_{function} {
         constexpr double max_points = 1 << 27;
         double points = 2;
         for (int axis = 0; axis < 3; ++axis) {
@@ -24552,24 +24567,17 @@ class implicit_lattice {
     }
 
     /// The mesh of {f < 0}, f the function within the box and positive outside.
-    template <class Function>
-    mesh surface_of(const Function& function, float max_slope) {
-        const auto value_at = [&](vec3 p) -> float {
-            const vec3 outside = max(box_.lower - p, p - box_.upper);
-            const float border = max(max(outside.x, outside.y), outside.z);
-            return border >= 0 ? max(border, 1e-6F * cell_) : max(value_of(function, p), border);
-        };
+    mesh surface(float max_slope) {
         values_.assign(2 * middles_, cell_);
         for (std::uint32_t z = 0; z < count_.z; z += coarse)
             for (std::uint32_t y = 0; y < count_.y; y += coarse)
-                for (std::uint32_t x = 0; x < count_.x; x += coarse)
-                    sample(function, value_at, {x, y, z}, coarse, max_slope);
+                for (std::uint32_t x = 0; x < count_.x; x += coarse) sample({x, y, z}, coarse, max_slope);
 
         slots_.assign(2 * middles_, none);
         for (std::uint32_t z = 0; z + 1 < count_.z; ++z)
             for (std::uint32_t y = 0; y + 1 < count_.y; ++y)
                 for (std::uint32_t x = 0; x + 1 < count_.x; ++x) cut_cube({x, y, z});
-        for (std::size_t i = 0; i < cuts_.size(); ++i) result_.positions.push_back(vertex_of(value_at, cuts_[i]));
+        for (std::size_t i = 0; i < cuts_.size(); ++i) result_.positions.push_back(vertex_of(cuts_[i]));
         return std::move(result_);
     }
 
@@ -24589,19 +24597,22 @@ class implicit_lattice {
         return origin_ + cell_ * (at + vec3{middle ? 0.5F : 0.0F});
     }
 
-    template <class Function>
-    static float value_of(const Function& function, vec3 p) {
-        const float value = static_cast<float>(function(p));
+    float value_of(vec3 p) const {
+        const float value = function_(p);
         if (!is_finite(value))
             throw geometry_error{
                 joined({"mesh_implicit: the function gives NaN or an infinite value at {", number_text(p.x), ", ",
                         number_text(p.y), ", ", number_text(p.z), "}; it must be finite in the whole box"})};
         return value;
     }
+    float value_at(vec3 p) const {
+        const vec3 outside = max(box_.lower - p, p - box_.upper);
+        const float border = max(max(outside.x, outside.y), outside.z);
+        return border >= 0 ? max(border, 1e-6F * cell_) : max(value_of(p), border);
+    }
 
     // The function at all points of a block of cubes; where no surface is near, that in its middle.
-    template <class Function, class Value>
-    void sample(const Function& function, const Value& value_at, uvec3 first, std::uint32_t size, float max_slope) {
+    void sample(uvec3 first, std::uint32_t size, float max_slope) {
         if (first.x >= count_.x || first.y >= count_.y || first.z >= count_.z) return;
         const uvec3 end{std::min(first.x + size, count_.x), std::min(first.y + size, count_.y),
                         std::min(first.z + size, count_.z)};
@@ -24610,7 +24621,7 @@ class implicit_lattice {
             const float radius = 0.8660254F * static_cast<float>(size) + 3;
             const vec3 middle = origin_ + cell_ * (vec3{first} + vec3{0.5F * static_cast<float>(size)});
             const vec3 inside = max(box_.lower, min(box_.upper, middle));
-            const float extent = radius * cell_ + length(middle - inside), value = value_of(function, inside);
+            const float extent = radius * cell_ + length(middle - inside), value = value_of(inside);
             // What is negative ends at the border of the box, which is then sampled.
             const vec3 to_border = min(middle - box_.lower, box_.upper - middle);
             const bool border_is_far = min(min(to_border.x, to_border.y), to_border.z) > extent;
@@ -24627,7 +24638,7 @@ class implicit_lattice {
             if (size > fine) {
                 const std::uint32_t half = size / 2;
                 for (std::uint32_t i = 0; i < 8; ++i)
-                    sample(function, value_at, first + half * uvec3{i & 1U, i >> 1U & 1U, i >> 2U}, half, max_slope);
+                    sample(first + half * uvec3{i & 1U, i >> 1U & 1U, i >> 2U}, half, max_slope);
                 return;
             }
         }
@@ -24743,8 +24754,7 @@ class implicit_lattice {
         return slope;
     }
     // A step of Newton's method from the edge to the surface, along the slope of the sampled values.
-    template <class Value>
-    vec3 vertex_of(const Value& value_at, cut edge) const {
+    vec3 vertex_of(cut edge) const {
         constexpr float max_step = 0.3F; // of a cell
         const float part = part_of(edge);
         const vec3 a = position_of(edge.from), b = position_of(edge.to), start = a + part * (b - a);
@@ -24758,6 +24768,7 @@ class implicit_lattice {
 
     aabb box_;
     float cell_ = 1;
+    implicit_function function_;
     uvec3 count_{0, 0, 0}; // of the corners of cubes; as many middles are stored, of which the last are not used
     vec3 origin_{0, 0, 0};
     std::size_t step_[3] = {};
@@ -24801,7 +24812,8 @@ mesh mesh_implicit(const Function& function, const aabb& box, float cell, const 
     if (!(settings.max_slope >= 0) || !is_finite(settings.max_slope))
         throw geometry_error{"mesh_implicit: `max_slope` is " + detail::number_text(settings.max_slope) +
                              "; it must be 0 (unknown) or a bound of the slope, such as 1 for distances"};
-    return detail::implicit_lattice{box, cell}.surface_of(function, settings.max_slope);
+    const auto called = [&function](vec3 p) { return static_cast<float>(function(p)); };
+    return detail::implicit_lattice{box, cell, detail::implicit_function{called}}.surface(settings.max_slope);
 }
 
 } // namespace insonify::inline INSONIFY_ABI

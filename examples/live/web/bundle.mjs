@@ -1,6 +1,8 @@
-// Bundles the page's scripts with what they use of three.js, without shaders of materials that the page does not have:
+// Bundles the page's scripts with what they use of three.js, without shaders of materials that the page does not have, and
+// without JSON, which it neither writes nor reads:
 // node bundle.mjs MODULES PAGE OUTPUT
 import { createRequire } from "node:module";
+import fs from "node:fs";
 import path from "node:path";
 
 const [modules, page, output] = process.argv.slice(2);
@@ -17,6 +19,8 @@ export class WebGLUniformsGroups {}
 export class WebGLOutput {}
 export class WebGLEnvironments { get() { return null; } dispose() {} }
 export class WebGLMorphtargets {}`;
+const json_methods = /^\t(to|from)JSON\([\s\S]*?^\t}$/gm;
+const with_json = /three.src.(cameras|core|lights|materials|math|objects|scenes|textures)..*\.js$/;
 const unused_shaders = /(meshphysical|meshphong|meshtoon|meshmatcap|meshnormal|distance|depth|shadow|sprite|points|equirect|linedashed|vsm)\.glsl\.js$/;
 
 await build({
@@ -32,6 +36,7 @@ await build({
         setup({ onLoad }) {
             onLoad({ filter: unused_chunks }, () => ({ contents: 'export default ""' }));
             onLoad({ filter: unused_modules }, () => ({ contents: absent }));
+            onLoad({ filter: with_json }, ({ path: file }) => ({ contents: fs.readFileSync(file, "utf8").replace(json_methods, "") }));
             onLoad({ filter: unused_shaders }, () => ({ contents: 'export const vertex = "", fragment = ""' }));
         },
     }],
