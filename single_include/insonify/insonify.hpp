@@ -1739,6 +1739,20 @@ INSONIFY_FN INSONIFY_INLINE bit_lanes<N> select_bits(const lane_mask<N>& mask, c
     return raw_bits<N>(select(mask, raw_floats<N>(a), raw_floats<N>(b)));
 }
 
+/// The upper half of the lanes before the lower one.
+template <int N>
+INSONIFY_FN INSONIFY_INLINE lanes<N> swapped_halves(const lanes<N>& a) {
+    if constexpr (N == 8 && detail::register_width >= N) {
+        const auto bits = __builtin_bit_cast(bit_lanes<N>, a);
+        return __builtin_bit_cast(lanes<N>, __builtin_shufflevector(bits, bits, 4, 5, 6, 7, 0, 1, 2, 3));
+    } else {
+        float each[N + N / 2];
+        store(a, each);
+        std::memcpy(each + N, each, N / 2 * sizeof *each);
+        return load<N>(each + N / 2);
+    }
+}
+
 /// Highest bit set for infinities and NaN. Tests the bits, so it holds under -ffast-math; several results combine by |.
 template <int N>
 INSONIFY_FN INSONIFY_INLINE bit_lanes<N> not_finite(const lanes<N>& floats) {
@@ -20720,11 +20734,32 @@ INSONIFY_FN inline vec2 turned(double turns) {
     return {std::cos(2 * pi * part), std::sin(2 * pi * part)};
 }
 
+/// Cosine (x) and sine (y) of 2 pi times each lane, within 1e-7 for numbers of turns within +-0.5.
+template <int N>
+struct turned_lanes {
+    lanes<N> x, y;
+
+    explicit turned_lanes(const lanes<N>& turns) {
+        const lanes<N> quarter(0.25F), size = abs(turns);
+        const lanes<N> y_of_positive = sine(quarter - abs(size - quarter));
+        x = sine(quarter - size);
+        y = select(turns < lanes<N>(0.0F), -y_of_positive, y_of_positive);
+    }
+
+  private:
+    static lanes<N> sine(const lanes<N>& turns) { // of turns within +-0.25, by its series
+        const lanes<N> a = lanes<N>(2 * pi) * turns;
+        return a *
+               polynomial<N>(a * a, -2.5052108e-8F, 2.7557319e-6F, -1.9841270e-4F, 8.3333333e-3F, -1.6666667e-1F, 1.0F);
+    }
+};
+
 /// Discrete Fourier transforms of one length, of several sequences at once: sums over k of x[k] exp(-+ 2 pi i k m /
-/// n), not scaled. Source: Cooley & Tukey, An algorithm for the machine calculation of complex Fourier series, 1965.
+/// n), not scaled. Source: Stockham's form of the fast transform, in Van Loan, Computational Frameworks for the Fast
+/// Fourier Transform, 1992, section 1.7.
 class fourier {
   public:
-    /// @param length  2^k or 3 * 2^k
+    /// @param length  2^k 3^m
     explicit fourier(std::size_t length) : length_{length}, factors_(length) {
         for (std::size_t i = 0; i < length; ++i)
             factors_[i] = turned(-static_cast<double>(i) / static_cast<double>(length));
@@ -20732,9 +20767,15 @@ class fourier {
 
     std::size_t size() const { return length_; }
 
-    /// In place; a sequence in each lane.
-    void forward(complex_batch* values) const { transform<false>(values); }
-    void inverse(complex_batch* values) const { transform<true>(values); }
+    /// In place, of a sequence in each lane. @param room  as many values, which are overwritten
+    /// @{
+    void forward(std::vector<complex_batch>& values, std::vector<complex_batch>& room) const {
+        transform<false>(values, room);
+    }
+    void inverse(std::vector<complex_batch>& values, std::vector<complex_batch>& room) const {
+        transform<true>(values, room);
+    }
+    /// @}
 
   private:
     template <bool Inverse>
@@ -20743,38 +20784,46 @@ class fourier {
     }
 
     template <bool Inverse>
-    void transform(complex_batch* values) const {
-        if (length_ % 3 != 0) return transform_power<Inverse>(values, length_);
-        // Every third value, from the first three on, by itself; then together.
-        const std::size_t third = length_ / 3;
-        std::vector<complex_batch> parts(length_);
-        for (std::size_t i = 0; i < length_; ++i) parts[i % 3 * third + i / 3] = values[i];
-        for (std::size_t part = 0; part < 3; ++part) transform_power<Inverse>(parts.data() + part * third, third);
-        for (std::size_t k = 0; k < length_; ++k) {
-            const std::size_t m = k % third;
-            values[k] = parts[m] + batch_product(factor<Inverse>(k), parts[third + m]) +
-                        batch_product(factor<Inverse>(2 * k % length_), parts[2 * third + m]);
+    void transform(std::vector<complex_batch>& values, std::vector<complex_batch>& room) const {
+        std::size_t stride = 1;
+        for (std::size_t left = length_; left > 1;) {
+            const std::size_t radix = left % 4 == 0 ? 4 : left % 3 == 0 ? 3 : 2, parts = left / radix;
+            for (std::size_t part = 0; part < parts; ++part) {
+                const vec2 first = factor<Inverse>(part * stride),
+                           second = factor<Inverse>(2 * part * stride % length_),
+                           third = factor<Inverse>(3 * part * stride % length_);
+                const complex_batch* from = values.data() + part * stride;
+                complex_batch* to = room.data() + radix * part * stride;
+                for (std::size_t i = 0; i < stride; ++i, ++from, ++to) {
+                    const auto in = [&](std::size_t k) { return from[k * parts * stride]; };
+                    if (radix == 4) {
+                        const complex_batch even = in(0) + in(2), odd = in(0) - in(2), other = in(1) + in(3),
+                                            turn = quarter_turned<Inverse>(in(1) - in(3));
+                        to[0] = even + other;
+                        to[stride] = batch_product(first, odd + turn);
+                        to[2 * stride] = batch_product(second, even - other);
+                        to[3 * stride] = batch_product(third, odd - turn);
+                    } else if (radix == 3) {
+                        const complex_batch others = in(1) + in(2), middle = in(0) - batch_product({0.5F, 0}, others),
+                                            turn =
+                                                batch_product({0.8660254F, 0}, quarter_turned<Inverse>(in(1) - in(2)));
+                        to[0] = in(0) + others;
+                        to[stride] = batch_product(first, middle + turn);
+                        to[2 * stride] = batch_product(second, middle - turn);
+                    } else {
+                        to[0] = in(0) + in(1);
+                        to[stride] = batch_product(first, in(0) - in(1));
+                    }
+                }
+            }
+            values.swap(room);
+            left = parts;
+            stride *= radix;
         }
     }
-
     template <bool Inverse>
-    void transform_power(complex_batch* values, std::size_t length) const {
-        for (std::size_t i = 1, reversed = 0; i < length; ++i) {
-            std::size_t bit = length / 2;
-            for (; (reversed & bit) != 0; bit /= 2) reversed ^= bit;
-            reversed ^= bit;
-            if (i < reversed) std::swap(values[i], values[reversed]);
-        }
-        for (std::size_t half = 1; half < length; half *= 2) {
-            const std::size_t step = length_ / (2 * half);
-            for (std::size_t begin = 0; begin < length; begin += 2 * half)
-                for (std::size_t k = 0; k < half; ++k) {
-                    const complex_batch low = values[begin + k],
-                                        high = batch_product(factor<Inverse>(k * step), values[begin + half + k]);
-                    values[begin + k] = low + high;
-                    values[begin + half + k] = low - high;
-                }
-        }
+    static complex_batch quarter_turned(const complex_batch& a) { // by -i, or by i
+        return Inverse ? complex_batch{-a.y, a.x} : complex_batch{a.y, -a.x};
     }
 
     std::size_t length_;
@@ -20792,11 +20841,15 @@ struct complex_block {
     }
 };
 
-/// The shortest power of two that is not below a number.
+/// The shortest even length of transforms that is not below a number.
 constexpr std::size_t transform_length(std::size_t values) {
-    std::size_t length = 1;
-    while (length < values) length *= 2;
-    return length;
+    std::size_t shortest = 0;
+    for (const std::size_t odd : {1U, 3U, 9U}) {
+        std::size_t length = 2 * odd;
+        while (length < values) length *= 2;
+        if (shortest == 0 || length < shortest) shortest = length;
+    }
+    return shortest;
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
@@ -21114,20 +21167,20 @@ iq_channel_data demodulate(const Policy& policy, const channel_data& received) {
     constexpr std::size_t together = detail::complex_batch::width;
     exec::for_each_block(detail::any_policy<false>{policy}, channels, together, 10 * static_cast<float>(length),
                          [&](std::size_t begin, std::size_t end) {
-                             std::vector<detail::complex_batch> room(length);
+                             std::vector<detail::complex_batch> values(length), room(length);
                              detail::complex_block block{};
                              for (std::size_t k = 0; k < samples; ++k) {
                                  for (std::size_t i = begin; i < end; ++i)
                                      block.x[i - begin] = received.values[i * samples + k];
-                                 room[k] = block.loaded();
+                                 values[k] = block.loaded();
                              }
-                             transform.forward(room.data());
+                             transform.forward(values, room);
                              // Twice the positive frequencies, none of the negative ones.
-                             for (std::size_t m = 1; m < length / 2; ++m) room[m] = room[m] + room[m];
-                             for (std::size_t m = length / 2 + 1; m < length; ++m) room[m] = {};
-                             transform.inverse(room.data());
+                             for (std::size_t m = 1; m < length / 2; ++m) values[m] = values[m] + values[m];
+                             for (std::size_t m = length / 2 + 1; m < length; ++m) values[m] = {};
+                             transform.inverse(values, room);
                              for (std::size_t k = 0; k < samples; ++k) {
-                                 block.store_from(detail::batch_product(carrier[k], room[k]));
+                                 block.store_from(detail::batch_product(carrier[k], values[k]));
                                  for (std::size_t i = begin; i < end; ++i)
                                      out.values[i * samples + k] = {block.x[i - begin], block.y[i - begin]};
                              }
@@ -21792,6 +21845,10 @@ tissue_maps map_tissue(const Policy& policy, const scene& body, const pose& at, 
 #define INSONIFY_CHANNELS_TRACE_CHANNELS_HPP
 
 
+#ifndef INSONIFY_CHANNELS_ARRIVING_WAVES_HPP
+#define INSONIFY_CHANNELS_ARRIVING_WAVES_HPP
+
+
 #ifndef INSONIFY_CHANNELS_ELEMENT_FANS_HPP
 #define INSONIFY_CHANNELS_ELEMENT_FANS_HPP
 
@@ -21814,15 +21871,18 @@ struct element_fan {
     float direction = 0; ///< of the element's normal, from z towards x, radians
     float span = 1;      ///< from the first to the last line, radians
 
-    float angle(float line) const { return direction + (line / static_cast<float>(lines - 1) - 0.5F) * span; }
+    // Lines are equal steps of the tangent of half their angle apart: points are located without an arc tangent.
+    float end() const { return std::tan(0.25F * span); }
+    float angle(float line) const {
+        return direction + 2 * std::atan((2 * line / static_cast<float>(lines - 1) - 1) * end());
+    }
     ray beam(float line) const {
         return {.origin = origin, .direction = {std::sin(angle(line)), 0, std::cos(angle(line))}};
     }
     vec2 locate(vec2 p) const {
         const vec2 to{p.x - origin.x, p.y - origin.z};
-        return {(std::remainder(std::atan2(to.x, to.y) - direction, 2 * pi) / span + 0.5F) *
-                    static_cast<float>(lines - 1),
-                length(to)};
+        const float angle = std::remainder(std::atan2(to.x, to.y) - direction, 2 * pi);
+        return {0.5F * (std::tan(0.5F * angle) / end() + 1) * static_cast<float>(lines - 1), length(to)};
     }
     void check() const {}
 };
@@ -21853,12 +21913,14 @@ struct element_wave {
     std::uint32_t object = ~0U;
 };
 
-/// The wave of an element at a point.
+/// The wave of an element at a point. Its amplitude is passed exp(-lost) / sqrt(spread * range), 1/m.
 struct arrived_wave {
     float time = 0;       ///< s
-    float amplitude = 0;  ///< 1 / m
-    float range = 0;      ///< that of a uniform medium with the same curvature out of the slice, metres
-    float lost_slope = 0; ///< Np/Hz
+    float passed = 0;     ///< factor on amplitude of the interfaces on the way; 0: nothing arrives
+    float lost = 0;       ///< attenuation at the carrier, Np
+    float spread = 1;     ///< the distance, in a uniform medium, metres
+    float range = 1;      ///< the same out of the slice, metres
+    float lost_slope = 0; ///< change of attenuation with frequency, Np/Hz
 };
 
 /// Layers of every element's lines, with what sound does on the way.
@@ -21874,9 +21936,17 @@ class element_fans {
     template <class Policy, class Loss, class Passed, class Strip>
     void assign(const Policy& policy, const scene& body, view<const ray> places, const pose& at, float frequency,
                 float reach, const Loss& loss, const Passed& passed, const Strip& strip) {
-        constexpr float spacing = 0.3e-3F; // of neighbouring lines at their ends, metres
-        lines_ = static_cast<std::uint32_t>(clamp(std::ceil(span * reach / spacing), 64, 1024));
+        constexpr float spacing = 0.3e-3F; // of neighbouring lines at their ends, at most, metres
+        lines_ = static_cast<std::uint32_t>(clamp(std::ceil(4 * std::tan(0.25F * span) * reach / spacing), 64, 1024));
         fans_.resize(places.size());
+        for (std::vector<float>* const each : {&origin_x_, &origin_z_, &normal_x_, &normal_z_})
+            each->assign(places.size() + max_simd_width, 0.0F); // in whole registers
+        for (std::size_t i = 0; i < places.size(); ++i) {
+            origin_x_[i] = places[i].origin.x;
+            origin_z_[i] = places[i].origin.z;
+            normal_x_[i] = places[i].direction.x;
+            normal_z_[i] = places[i].direction.z;
+        }
         std::vector<std::uint8_t> blocked(places.size(), 0);
         exec::for_each_block(policy, places.size(), 1, 3e5F, [&](std::size_t i, std::size_t) {
             fan& own = fans_[i];
@@ -21900,68 +21970,72 @@ class element_fans {
                                           "move the array, or the object"})};
     }
 
-    /// Where a point lies among the lines of an element.
-    struct place {
-        std::uint32_t line = 0; ///< the point lies between this one and the next
-        float part = 0;         ///< 0 on this one, 1 on the next
-        float distance = 0;     ///< from the element, metres
-        float sine = 0;         ///< of the angle to the element's normal
-        float cosine = 0;
-        bool seen = false; ///< by the fan
+    /// Where a point lies among the lines of N elements.
+    template <int N>
+    struct located {
+        lanes<N> line{0.0F};     ///< between two; negative: the element does not see the point
+        lanes<N> distance{0.0F}; ///< from the element, metres
+        lanes<N> sine{0.0F};     ///< of the angle to the element's normal
+        lanes<N> cosine{0.0F};
     };
-    place find(std::size_t element, vec2 p) const {
-        const element_fan& shape = fans_[element].shape;
-        const vec2 to{p.x - shape.origin.x, p.y - shape.origin.z};
-        place found;
-        found.distance = std::sqrt(dot(to, to));
-        const float along_x = std::sin(shape.direction), along_z = std::cos(shape.direction);
-        if (!(found.distance > 1e-6F)) return found;
-        found.sine = (to.x * along_z - to.y * along_x) / found.distance;
-        found.cosine = (to.x * along_x + to.y * along_z) / found.distance;
-        const float angle = std::atan2(found.sine, found.cosine);
-        const float line = (angle / span + 0.5F) * static_cast<float>(lines_ - 1);
-        if (!(line >= 0 && line < static_cast<float>(lines_ - 1))) return found;
-        found.line = static_cast<std::uint32_t>(line);
-        found.part = line - static_cast<float>(found.line);
-        found.seen = true;
+    /// @param first  of the elements; those beyond the last one have places without meaning
+    template <int N>
+    located<N> find(std::size_t first, vec2 p) const {
+        using floats = lanes<N>;
+        const auto row = [first](const std::vector<float>& of) { return load<N>(of.data() + first); };
+        const floats x = floats(p.x) - row(origin_x_), z = floats(p.y) - row(origin_z_);
+        const floats along_x = row(normal_x_), along_z = row(normal_z_);
+        located<N> found;
+        found.distance = sqrt(x * x + z * z);
+        const floats per_metre = floats(1.0F) / max(found.distance, floats(1e-6F));
+        found.sine = (x * along_z - z * along_x) * per_metre;
+        found.cosine = (x * along_x + z * along_z) * per_metre;
+        const floats tangent = found.sine / max(floats(1.0F) + found.cosine, floats(1e-3F)); // of half the angle
+        const float middle = 0.5F * static_cast<float>(lines_ - 1);
+        const floats line = floats(middle) + floats(middle / std::tan(0.25F * span)) * tangent;
+        const auto seen = floats(0.0F) <= line && line < floats(2 * middle) && floats(1e-6F) < found.distance;
+        found.line = select(seen, line, floats(-1.0F));
         return found;
     }
 
-    /// The wave at a point inside of a medium.
-    arrived_wave at_point(std::size_t element, const place& at) const {
+    /// The wave at a point inside of a medium. @param line, distance  see `located`
+    arrived_wave at_point(std::size_t element, float line, float distance) const {
         const fan& own = fans_[element];
-        const auto one = [&](std::uint32_t line) {
-            const view<const element_wave> waves = own.line(line);
+        const auto first = static_cast<std::uint32_t>(line);
+        const auto one = [&](std::uint32_t on) {
+            const view<const element_wave> waves = own.line(on);
             std::size_t i = waves.size() - 1;
-            while (i > 0 && waves[i].begin > at.distance) --i;
-            return wave_at(waves[i], at.distance);
+            while (i > 0 && waves[i].begin > distance) --i;
+            return wave_at(waves[i], distance);
         };
-        return mixed(one(at.line), 1 - at.part, one(at.line + 1), at.part);
+        return mixed(one(first), one(first + 1), line - static_cast<float>(first));
     }
     /// The wave in front of a surface of two objects, of which lines know where they cross it.
     /// @param before, after  the objects on this side and behind it
-    arrived_wave at_surface(std::size_t element, const place& at, std::uint32_t before, std::uint32_t after) const {
+    arrived_wave at_surface(std::size_t element, float line, float distance, std::uint32_t before,
+                            std::uint32_t after) const {
         const fan& own = fans_[element];
+        const auto first = static_cast<std::uint32_t>(line);
+        const float part = line - static_cast<float>(first);
         // Neighbouring lines meet a steep surface at other distances; beyond this one, it is another part of it.
-        const float near = 1e-3F + 0.1F * at.distance;
+        const float near = 1e-3F + 0.1F * distance;
         bool found[2] = {};
         arrived_wave wave[2];
-        for (int i = 0; i < 2; ++i) {
-            const view<const element_wave> waves = own.line(at.line + static_cast<std::uint32_t>(i));
+        for (std::uint32_t i = 0; i < 2; ++i) {
+            const view<const element_wave> waves = own.line(first + i);
             float nearest = near;
             for (std::size_t k = 1; k < waves.size(); ++k) {
-                const float apart = std::fabs(waves[k].begin - at.distance);
+                const float apart = std::fabs(waves[k].begin - distance);
                 if (waves[k - 1].object != before || waves[k].object != after || !(apart < nearest)) continue;
                 nearest = apart;
                 found[i] = true;
-                wave[i] = wave_at(waves[k - 1], at.distance);
+                wave[i] = wave_at(waves[k - 1], distance);
             }
         }
-        if (found[0] && found[1]) return mixed(wave[0], 1 - at.part, wave[1], at.part);
+        if (found[0] && found[1]) return mixed(wave[0], wave[1], part);
         if (!found[0] && !found[1]) return {};
-        const int seen = found[0] ? 0 : 1;
-        arrived_wave alone = wave[seen];
-        alone.amplitude *= found[0] ? 1 - at.part : at.part;
+        arrived_wave alone = found[0] ? wave[0] : wave[1];
+        alone.passed *= found[0] ? 1 - part : part;
         return alone;
     }
 
@@ -21984,23 +22058,23 @@ class element_fans {
 
     static arrived_wave wave_at(const element_wave& from, float distance) {
         const float length = distance - from.begin, sound = from.slowness;
-        float time = from.time + length * sound;
+        const float lost = from.lost + from.per_metre * length, slope = from.lost_slope + from.slope_per_metre * length;
+        if (from.begin == 0) return {length * sound, 1, lost, distance, distance, slope};
         const float open = 1 + from.bend * length / sound, open_across = 1 + from.bend_across * length / sound;
+        float time = from.time + length * sound;
         // tilt^2 / (2 (bend + m)) with m = slowness / length
         if (length > 0 && open > min_open) time -= 0.5F * from.tilt * from.tilt * length / (sound * open);
-        const float spread = from.begin == 0 ? distance : from.spread * max(open, min_open);
-        const float across = from.begin == 0 ? distance : from.spread_across * max(open_across, min_open);
-        return {.time = time,
-                .amplitude = from.passed * std::exp(-(from.lost + from.per_metre * length)) /
-                             std::sqrt(max(spread * across, 1e-10F)),
-                .range = across,
-                .lost_slope = from.lost_slope + from.slope_per_metre * length};
+        return {
+            time, from.passed, lost, from.spread * max(open, min_open), from.spread_across * max(open_across, min_open),
+            slope};
     }
     static constexpr float min_open = 0.1F; // near a caustic, amplitudes grow no further
 
-    static arrived_wave mixed(const arrived_wave& a, float of_a, const arrived_wave& b, float of_b) {
-        return {of_a * a.time + of_b * b.time, of_a * a.amplitude + of_b * b.amplitude, of_a * a.range + of_b * b.range,
-                of_a * a.lost_slope + of_b * b.lost_slope};
+    // Between two lines: a at part 0, b at 1.
+    static arrived_wave mixed(const arrived_wave& a, const arrived_wave& b, float part) {
+        const auto mix = [part](float from, float to) { return from + part * (to - from); };
+        return {mix(a.time, b.time),     mix(a.passed, b.passed), mix(a.lost, b.lost),
+                mix(a.spread, b.spread), mix(a.range, b.range),   mix(a.lost_slope, b.lost_slope)};
     }
 
     // The wave at the beginning of a layer, from that in the layer before. @param entered  without what sound has met
@@ -22085,6 +22159,7 @@ class element_fans {
 
     std::uint32_t lines_ = 2;
     std::vector<fan> fans_{};
+    std::vector<float> origin_x_{}, origin_z_{}, normal_x_{}, normal_z_{}; // of the elements
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
@@ -22110,42 +22185,63 @@ class element_fans {
 /// Source: Rayleigh's integral with a pressure-release baffle; Kirchhoff's approximation of the surface.
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// A complex amplitude at four frequencies around the carrier, equal steps apart. Between them it is taken as a
-/// polynomial of degree three.
+/// A complex amplitude at four frequencies around the carrier, equal steps apart, from the lowest on. Between them it is
+/// taken as a polynomial of degree three.
 struct spectral_value {
-    static constexpr std::size_t nodes = 4;
-    vec2 at[nodes] = {}; ///< from the lowest frequency on
+    static constexpr int nodes = 4;
+    lanes<nodes> x{0.0F}, y{0.0F};
 
     /// Of a node from the carrier, in steps.
-    static constexpr float steps(std::size_t node) { return static_cast<float>(node) - 1.5F; }
+    static constexpr float steps(int node) { return static_cast<float>(node) - 1.5F; }
+    static lanes<nodes> steps() {
+        return each_lane<nodes>([](int node) { return steps(node); });
+    }
     /// The step of frequency, hertz. Larger steps follow the ends of the band better, smaller ones the carrier:
     /// `tests/channels/trace_channels.cpp` prints how well this one does both.
     static constexpr float step(float sigma, float frequency) { return 0.6F * min(sigma, frequency); }
     /// Weight of a node at a frequency. @param x  from the carrier, in steps
-    static float weight(std::size_t node, float x) {
+    static float weight(int node, float x) {
         float product = 1;
-        for (std::size_t i = 0; i < nodes; ++i)
+        for (int i = 0; i < nodes; ++i)
             if (i != node) product *= (x - steps(i)) / (steps(node) - steps(i));
         return product;
     }
 
-    spectral_value() = default;
-    explicit spectral_value(vec2 everywhere) : at{everywhere, everywhere, everywhere, everywhere} {}
+    /// With value(node) at each.
+    template <class Value>
+    static spectral_value each(const Value& value) {
+        float real[nodes], imaginary[nodes];
+        for (int i = 0; i < nodes; ++i) {
+            const vec2 own = value(i);
+            real[i] = own.x;
+            imaginary[i] = own.y;
+        }
+        return {load<nodes>(real), load<nodes>(imaginary)};
+    }
+    static spectral_value everywhere(vec2 value) { return {lanes<nodes>(value.x), lanes<nodes>(value.y)}; }
+
+    vec2 at(int node) const {
+        float real[nodes], imaginary[nodes];
+        store(x, real);
+        store(y, imaginary);
+        return {real[node], imaginary[node]};
+    }
+    /// Between the nodes on both sides of the carrier.
+    vec2 at_carrier() const { return 0.5F * (at(nodes / 2 - 1) + at(nodes / 2)); }
 
     friend spectral_value operator*(const spectral_value& a, const spectral_value& b) {
-        spectral_value product;
-        for (std::size_t i = 0; i < nodes; ++i) product.at[i] = complex_product(a.at[i], b.at[i]);
-        return product;
+        return {a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x};
     }
-    friend spectral_value operator*(float factor, spectral_value value) {
-        for (vec2& one : value.at) one *= factor;
-        return value;
+    friend spectral_value operator*(const lanes<nodes>& factor, const spectral_value& value) {
+        return {factor * value.x, factor * value.y};
     }
-    friend spectral_value operator+(spectral_value a, const spectral_value& b) {
-        for (std::size_t i = 0; i < nodes; ++i) a.at[i] += b.at[i];
-        return a;
-    }
+    friend spectral_value operator+(const spectral_value& a, const spectral_value& b) { return {a.x + b.x, a.y + b.y}; }
 };
+
+/// Between two values: a at part 0, b at 1.
+inline spectral_value mixed(const spectral_value& a, const spectral_value& b, float part) {
+    return lanes<spectral_value::nodes>(1 - part) * a + lanes<spectral_value::nodes>(part) * b;
+}
 
 /// The root whose real part is not negative.
 inline vec2 square_root(vec2 of) {
@@ -22155,11 +22251,11 @@ inline vec2 square_root(vec2 of) {
 }
 /// The same at all frequencies, continuous over them.
 inline spectral_value square_root(const spectral_value& of) {
-    spectral_value root;
-    for (std::size_t i = 0; i < spectral_value::nodes; ++i) root.at[i] = square_root(of.at[i]);
-    for (std::size_t i = 1; i < spectral_value::nodes; ++i)
-        if (dot(root.at[i], root.at[i - 1]) < 0) root.at[i] = -root.at[i];
-    return root;
+    vec2 before{0, 0};
+    return spectral_value::each([&](int node) {
+        const vec2 root = square_root(of.at(node));
+        return before = dot(root, before) < 0 ? -root : root;
+    });
 }
 
 /// The part of the field out of the slice plane, of an element of height h with a lens focused at F, by the distance r
@@ -22179,7 +22275,7 @@ class elevation_field {
                 float max_range, float max_height) {
         height_ = height;
         focus_ = focus;
-        for (std::size_t i = 0; i < spectral_value::nodes; ++i)
+        for (int i = 0; i < spectral_value::nodes; ++i)
             wave_number_[i] = 2 * pi * (frequency + spectral_value::steps(i) * step) / speed;
         ranges_ = 2 + static_cast<std::size_t>(std::log(max(max_range, 2 * min_range) / min_range) * per_logarithm);
         heights_ = max_height > 0 ? 2 + static_cast<std::size_t>(max_height / row()) : 1;
@@ -22192,27 +22288,35 @@ class elevation_field {
                              });
     }
 
-    /// E of a point. @param range  from the middle of the element, in space
-    spectral_value point(float range, float y) const {
-        const place at = place_of(range);
+    /// Where ranges lie in the tables: for the next two. @param range  from the middle of the element, in space
+    template <int N>
+    lanes<N> position(const lanes<N>& range) const {
+        const lanes<N> octaves = logarithm_of_two<N>(range * lanes<N>(1 / min_range));
+        return min(max(octaves * lanes<N>(0.69314718F * per_logarithm), lanes<N>(0.0F)),
+                   lanes<N>(static_cast<float>(ranges_ - 1)));
+    }
+    float position(float range) const { return sum(position<1>(lanes<1>(range))); }
+    /// E of a point.
+    spectral_value point(float position, float y) const {
+        const place at = place_of(position);
         if (heights_ == 1) return interpolated(points_.data() + at.index, at.part);
         const float rows = std::fabs(y) / row();
         const auto below = static_cast<std::size_t>(min(rows, static_cast<float>(heights_ - 2)));
         const float part = rows - static_cast<float>(below);
         if (part > 1) return {}; // beyond the highest point that was announced
         const spectral_value* const low = points_.data() + below * ranges_ + at.index;
-        return (1 - part) * interpolated(low, at.part) + part * interpolated(low + ranges_, at.part);
+        return mixed(interpolated(low, at.part), interpolated(low + ranges_, at.part), part);
     }
     /// The root of the integral over y of E^2: of each of two elements to a surface that is straight out of the slice.
-    spectral_value surface(float range) const {
-        const place at = place_of(range);
+    spectral_value surface(float position) const {
+        const place at = place_of(position);
         return interpolated(surfaces_.data() + at.index, at.part);
     }
     /// What tissue returns from the height of the beam, over what a scatterer with `surface` of each element does: the
     /// integral over y of |P / P0|^4 over |integral of E^2|^2, where P0 is P in the slice with E = 1; 1/m. In the slice
     /// plane alone E changes fast with distance and frequency near the element, which scatterers at all heights do not.
     float tissue(float range) const {
-        const place at = place_of(range);
+        const place at = place_of(position(range));
         return (1 - at.part) * tissue_[at.index] + at.part * tissue_[at.index + 1];
     }
 
@@ -22225,22 +22329,20 @@ class elevation_field {
     ///
     /// and those over a and b are sums.
     spectral_value bent_surface(float range, float slope, float curvature) const {
-        if (std::fabs(slope) < 1e-4F && std::fabs(curvature) * range < 1e-3F) return spectral_value{{1, 0}};
-        spectral_value ratio;
-        for (std::size_t i = 0; i < spectral_value::nodes; ++i) {
+        if (std::fabs(slope) < 1e-4F && std::fabs(curvature) * range < 1e-3F) return spectral_value::everywhere({1, 0});
+        return spectral_value::each([&](int i) {
             const vec2 bent = surface_integral(wave_number_[i], range, slope, curvature),
                        straight = surface_integral(wave_number_[i], range, 0, 0);
-            ratio.at[i] = complex_product(bent, {straight.x, -straight.y}) / max(dot(straight, straight), 1e-30F);
-        }
-        return ratio;
+            return complex_product(bent, {straight.x, -straight.y}) / max(dot(straight, straight), 1e-30F);
+        });
     }
 
   private:
-    static constexpr float min_range = 1e-3F;                        // metres
-    static constexpr float per_logarithm = 48;                       // ranges of a table are 2 % apart
-    static constexpr std::size_t middle = spectral_value::nodes / 2; // a frequency near the carrier
-    static constexpr int min_points = 48, max_points = 512;          // of an element, for sums over its height
-    static constexpr int heights_of_tissue = 64;                     // over which |E|^4 is summed
+    static constexpr float min_range = 1e-3F;                // metres
+    static constexpr float per_logarithm = 48;               // ranges of a table are 2 % apart
+    static constexpr int middle = spectral_value::nodes / 2; // a frequency near the carrier
+    static constexpr int min_points = 48, max_points = 512;  // of an element, for sums over its height
+    static constexpr int heights_of_tissue = 64;             // over which |E|^4 is summed
 
     struct place {
         std::size_t index;
@@ -22254,15 +22356,11 @@ class elevation_field {
         return static_cast<int>(clamp(0.5F * k * height_ * height_ / range, min_points, max_points));
     }
 
-    place place_of(float range) const {
-        const float at =
-            clamp(per_logarithm * std::log(max(range, min_range) / min_range), 0, static_cast<float>(ranges_ - 2));
-        const auto index = static_cast<std::size_t>(at);
-        return {index, min(at - static_cast<float>(index), 1)};
+    place place_of(float position) const {
+        const auto index = static_cast<std::size_t>(min(position, static_cast<float>(ranges_ - 2)));
+        return {index, position - static_cast<float>(index)};
     }
-    static spectral_value interpolated(const spectral_value* from, float part) {
-        return (1 - part) * from[0] + part * from[1];
-    }
+    static spectral_value interpolated(const spectral_value* from, float part) { return mixed(from[0], from[1], part); }
 
     float lens(float y) const { return y * y / (std::sqrt(focus_ * focus_ + y * y) + focus_); }
 
@@ -22282,19 +22380,19 @@ class elevation_field {
     void compute(std::size_t i) {
         const float range = range_at(i);
         for (std::size_t h = 0; h < heights_; ++h) {
-            spectral_value& own = points_[h * ranges_ + i];
-            for (std::size_t f = 0; f < spectral_value::nodes; ++f)
-                own.at[f] = field(wave_number_[f], range, min(static_cast<float>(h) * row(), 0.95F * range));
+            const float y = min(static_cast<float>(h) * row(), 0.95F * range);
+            points_[h * ranges_ + i] =
+                spectral_value::each([&](int node) { return field(wave_number_[node], range, y); });
         }
-        spectral_value both;
-        for (std::size_t f = 0; f < spectral_value::nodes; ++f)
-            both.at[f] = std::sqrt(pi * range / wave_number_[f]) *
-                         complex_product(surface_integral(wave_number_[f], range, 0, 0),
-                                         {0.70710678F, -0.70710678F}); // 1 / sqrt(j)
+        const auto both = spectral_value::each([&](int node) {
+            return std::sqrt(pi * range / wave_number_[node]) *
+                   complex_product(surface_integral(wave_number_[node], range, 0, 0),
+                                   {0.70710678F, -0.70710678F}); // 1 / sqrt(j)
+        });
         // The root is continuous in the range: it has the phase of E, within a quarter turn.
-        const vec2 like = points_[i].at[middle];
         const spectral_value root = square_root(both);
-        surfaces_[i] = (dot(root.at[middle], like) < 0 ? -1.0F : 1.0F) * root;
+        const float sign = dot(root.at(middle), points_[i].at(middle)) < 0 ? -1.0F : 1.0F;
+        surfaces_[i] = lanes<spectral_value::nodes>(sign) * root;
         // Beyond the shadow of the element the field is weak, and beyond two diffraction widths as well.
         const float reach =
             height_ * (0.5F + std::fabs(1 - range / focus_)) + 4 * pi * range / (wave_number_[middle] * height_);
@@ -22305,7 +22403,7 @@ class elevation_field {
             const vec2 at = range / there * field(wave_number_[middle], there, y);
             sum += dot(at, at) * dot(at, at);
         }
-        tissue_[i] = 2 * reach / heights_of_tissue * sum / max(dot(both.at[middle], both.at[middle]), 1e-30F);
+        tissue_[i] = 2 * reach / heights_of_tissue * sum / max(dot(both.at(middle), both.at(middle)), 1e-30F);
     }
 
     // Over a, then over b: see `bent_surface`, without its factor sqrt(pi r / j k).
@@ -22360,118 +22458,101 @@ class elevation_field {
 /// Sums over reflectors of what goes from one source by a reflector to one receiver.
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// One sample of a sum, or one wave: a complex value at each frequency.
+/// One sample of a sum, or one wave: a complex value at each frequency, real parts before imaginary parts.
 inline constexpr std::size_t floats_per_wave = 2 * spectral_value::nodes;
+using wave_lanes = lanes<floats_per_wave>;
 
-/// What arrives at reflectors, from one source or at one receiver: a row of a `wave_table`.
-struct wave_row {
-    const float* time;    ///< s
-    const float* facing;  ///< share of the obliquity: 1/2 of a point, cos / 2 of a surface
-    const float* wave;    ///< with the phase of the carrier by the travel time: x, y at each frequency
-    const float* swapped; ///< the same: y, x
-
-    vec2 at(std::size_t i, std::size_t node) const {
-        const float* const own = wave + floats_per_wave * i + 2 * node;
-        return {own[0], own[1]};
-    }
-};
-
-/// Of many sources or receivers, for a block of reflectors.
+/// What arrives at each of a block of reflectors, from every source or at every receiver.
 class wave_table {
   public:
     static constexpr std::size_t block =
-        1024; // reflectors; the rows of two tiles of elements fit into the second-level cache
+        2048; // reflectors; the waves of two tiles of elements fit into the second-level cache
+    static constexpr float never = 1e3F; // s: the time of what does not arrive
+    static_assert(block % max_simd_width == 0);
 
-    static constexpr std::size_t together = max_simd_width; // reflectors
-    static_assert(block % together == 0);
-
-    explicit wave_table(std::size_t rows) : values_(rows * row_size) {
+    explicit wave_table(std::size_t columns) : columns_{columns}, values_(columns * column_size) {
         std::fill(values_.begin(), values_.end(), 0.0F);
     }
 
-    wave_row operator[](std::size_t row) const {
-        const float* const begin = values_.data() + row * row_size;
-        return {begin, begin + block, begin + 2 * block, begin + (2 + floats_per_wave) * block};
-    }
-    void set(std::size_t row, std::size_t i, float time, float facing, const spectral_value& wave) {
-        float* const begin = values_.data() + row * row_size;
-        begin[i] = time;
-        begin[block + i] = facing;
-        float *const to = begin + 2 * block + floats_per_wave * i, *const swapped = to + floats_per_wave * block;
-        for (std::size_t k = 0; k < spectral_value::nodes; ++k) {
-            to[2 * k] = swapped[2 * k + 1] = wave.at[k].x;
-            to[2 * k + 1] = swapped[2 * k] = wave.at[k].y;
-        }
-    }
+    /// Of one source or receiver at all reflectors, in whole registers.
+    /// @{
+    const float* time(std::size_t column) const { return values_.data() + column * column_size; } ///< s
+    /// Share of the obliquity: 1/2 of a point, cos / 2 of a surface.
+    const float* facing(std::size_t column) const { return time(column) + block; }
+    /// The waves, with the phase of the carrier by the travel time; each is followed by the same times the imaginary unit.
+    const float* waves(std::size_t column) const { return time(column) + 2 * block; }
+    /// @}
 
-  private:
-    static constexpr std::size_t row_size = (2 + 2 * floats_per_wave) * block;
-    large_array<float> values_; // aligned to cache lines
-};
-
-/// One source, ready to be multiplied with receivers: x, x and -y, y at each frequency.
-class source_waves {
-  public:
-    void assign(const wave_row& from, std::size_t count) {
-        time_ = from.time;
-        facing_ = from.facing;
-        real_.resize(floats_per_wave * count);
-        imaginary_.resize(floats_per_wave * count);
-        std::fill(real_.begin(), real_.end(), 0.0F);
-        std::fill(imaginary_.begin(), imaginary_.end(), 0.0F);
-        for (std::size_t i = 0; i < count; ++i)
-            for (std::size_t k = 0; k < spectral_value::nodes; ++k) {
-                const std::size_t at = floats_per_wave * i + 2 * k;
-                real_[at] = real_[at + 1] = from.wave[at];
-                imaginary_[at + 1] = from.wave[at + 1];
-                imaginary_[at] = -from.wave[at + 1];
-            }
+    void set(std::size_t column, std::size_t reflector, float time, float facing, const spectral_value& wave) {
+        float* const own = values_.data() + column * column_size;
+        own[reflector] = time;
+        own[block + reflector] = facing;
+        float* const to = own + 2 * block + floats_per_wave * reflector;
+        store(wave.x, to);
+        store(wave.y, to + spectral_value::nodes);
     }
-
-    /// Adds the echoes of a block of reflectors at a receiver to complex samples at baseband: each is a delta at its
-    /// travel time, spread over three samples by a quadratic B-spline, whose spectrum sinc^3 is divided out later.
-    /// @param count   reflectors, a multiple of `wave_table::together`
-    /// @param rate    samples a second
-    /// @param margin  of samples before time 0
-    /// @param sums    `samples` times `floats_per_wave`
-    void add(const wave_row& b, std::size_t count, float rate, float margin, float* sums, std::uint32_t samples) const {
-        constexpr int width = max_simd_width;
-        using floats = lanes<width>;
-        using wave_lanes = lanes<floats_per_wave>;
-        const floats last(static_cast<float>(samples - 4)), half(0.5F);
-        for (std::size_t first = 0; first < count; first += width) {
-            const auto row = [&](const float* of) { return load<width>(of + first); };
-            const floats place = (row(time_) + row(b.time)) * floats(rate) + floats(margin - 0.5F);
-            const floats within = min(max(place, floats(0.0F)), last);
-            const bit_lanes<width> below = floor_bits<width>(within); // the middle one of three follows it
-            const floats facing = select(within == place, row(facing_) + row(b.facing), floats(0.0F));
-            const floats u = within - floats_of<width>(below), v = floats(1.0F) - u;
-            float weight[3][width];
-            store(facing * half * v * v, weight[0]);
-            store(facing * (half + u * v), weight[1]);
-            store(facing * half * u * u, weight[2]);
-            std::uint32_t sample[width];
-            store_bits<width>(below, sample);
-            for (std::size_t i = 0; i < width; ++i) {
-                const std::size_t at = floats_per_wave * (first + i);
-                const auto wave = [&](const float* of) { return load<floats_per_wave>(of + at); };
-                const wave_lanes value = wave(real_.data()) * wave(b.wave) + wave(imaginary_.data()) * wave(b.swapped);
-                float* const to = sums + floats_per_wave * sample[i];
-                const auto tap = [&](std::size_t k) {
-                    return load<floats_per_wave>(to + floats_per_wave * k) + wave_lanes(weight[k][i]) * value;
-                };
-                const wave_lanes before = tap(0), here = tap(1), after = tap(2);
-                store(before, to);
-                store(here, to + floats_per_wave);
-                store(after, to + 2 * floats_per_wave);
-            }
-        }
+    /// Nothing arrives.
+    void clear(std::size_t column, std::size_t reflector) { set(column, reflector, never, 0, {}); }
+    void clear(std::size_t reflector) {
+        for (std::size_t i = 0; i < columns_; ++i) clear(i, reflector);
     }
 
   private:
-    const float *time_ = nullptr, *facing_ = nullptr;
-    large_array<float> real_{}, imaginary_{};
+    static constexpr std::size_t column_size = (2 + floats_per_wave) * block;
+    std::size_t columns_;
+    large_array<float> values_; // source after source; aligned to cache lines
 };
+
+/// Adds the echoes of a block of reflectors from a source to a receiver to complex samples at baseband. Each is a delta at
+/// its travel time, spread over three samples by a quadratic B-spline, whose spectrum sinc^3 is divided out later.
+/// @param count    of the reflectors; nothing arrives at those beyond it in the last register
+/// @param rate     samples a second
+/// @param margin   of samples before time 0
+/// @param sum      `samples` times `floats_per_wave`
+inline void add_echoes(const wave_table& sent, std::size_t source, const wave_table& received, std::size_t receiver,
+                       std::size_t count, float rate, float margin, float* sum, std::uint32_t samples) {
+    constexpr int width = max_simd_width;
+    using floats = lanes<width>;
+    const floats last(static_cast<float>(samples - 4)), half(0.5F);
+    const auto imaginary = wave_lanes(spectral_value::nodes - 0.5F) <
+                           each_lane<floats_per_wave>([](int lane) { return static_cast<float>(lane); });
+    const float *const sent_waves = sent.waves(source), *const received_waves = received.waves(receiver);
+    for (std::size_t first = 0; first < count; first += width) {
+        const auto both = [first](const float* a, const float* b) {
+            return load<width>(a + first) + load<width>(b + first);
+        };
+        const floats place = both(sent.time(source), received.time(receiver)) * floats(rate) + floats(margin - 0.5F);
+        const floats within = min(max(place, floats(0.0F)), last);
+        const bit_lanes<width> below = floor_bits<width>(within); // the middle one of three follows it
+        const floats share =
+            select(within == place, both(sent.facing(source), received.facing(receiver)), floats(0.0F));
+        const floats u = within - floats_of<width>(below), v = floats(1.0F) - u;
+        float weight[3][width];
+        store(share * half * v * v, weight[0]);
+        store(share * (half + u * v), weight[1]);
+        store(share * half * u * u, weight[2]);
+        std::uint32_t sample[width];
+        store_bits<width>(below, sample);
+        wave_lanes value[width];
+        for (std::size_t i = 0; i < width; ++i) {
+            const std::size_t at = floats_per_wave * (first + i);
+            const wave_lanes a = load<floats_per_wave>(sent_waves + at), a_swapped = swapped_halves<floats_per_wave>(a),
+                             b = load<floats_per_wave>(received_waves + at);
+            value[i] = select(imaginary, a_swapped, a) * b +
+                       select(imaginary, a, -a_swapped) * swapped_halves<floats_per_wave>(b);
+        }
+        for (std::size_t i = 0; i < width; ++i) {
+            float* const to = sum + floats_per_wave * std::size_t{sample[i]};
+            const auto tap = [&](std::size_t k) {
+                return load<floats_per_wave>(to + floats_per_wave * k) + wave_lanes(weight[k][i]) * value[i];
+            };
+            const wave_lanes before = tap(0), here = tap(1), after = tap(2);
+            store(before, to);
+            store(here, to + floats_per_wave);
+            store(after, to + 2 * floats_per_wave);
+        }
+    }
+}
 
 } // namespace insonify::inline INSONIFY_ABI::detail
 
@@ -22649,8 +22730,9 @@ class reflector_search {
             for (const auto& [distance, amplitude] : of_line[i]) {
                 const vec3 p = beam.origin + distance * beam.direction;
                 const float level = strength * std::sqrt(lines_.width(distance) * across(distance));
-                found.push_back(
-                    {.place = {p.x, p.z}, .tall = true, .root = spectral_value{square_root(level * amplitude)}});
+                found.push_back({.place = {p.x, p.z},
+                                 .tall = true,
+                                 .root = spectral_value::everywhere(square_root(level * amplitude))});
             }
         }
     }
@@ -22753,9 +22835,10 @@ class reflector_search {
         const float reflected =
             model_.at_interface({seen.media[before], seen.media[after], met.cosine, lines_.frequency, one.roughness})
                 .reflected;
-        spectral_value whole{{0, std::copysign(weight * size * wave_number / (2 * pi), reflected)}};
-        for (std::size_t i = 0; i < spectral_value::nodes; ++i)
-            whole.at[i] *= 1 + spectral_value::steps(i) * step_of_nodes_ / lines_.frequency;
+        const float at_carrier = std::copysign(weight * size * wave_number / (2 * pi), reflected);
+        const auto whole = spectral_value::each([&](int node) {
+            return vec2{0, at_carrier * (1 + spectral_value::steps(node) * step_of_nodes_ / lines_.frequency)};
+        });
         one.root = square_root(whole *
                                field.bent_surface(distance, -clamp(met.slope.y, -steepest, steepest), met.curvature.y));
         found.push_back(one);
@@ -22782,7 +22865,7 @@ class reflector_search {
             place =
                 hash_bits(place, static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(on_object[axis]))));
         reflector one = piece;
-        one.root = spectral_value{square_root(std::sqrt(0.5F * power) * hash_normal(model_.seed, place))};
+        one.root = spectral_value::everywhere(square_root(std::sqrt(0.5F * power) * hash_normal(model_.seed, place)));
         one.normal = {0, 0};
         found.push_back(one);
     }
@@ -22826,6 +22909,276 @@ class reflector_search {
 
 } // namespace detail
 } // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// The face of the elements of an array, and the frequencies at which waves are computed.
+struct radiating_face {
+    float frequency = 1e6F; ///< of the carrier, hertz
+    float node_step = 1e5F; ///< see `spectral_value`, hertz
+    float width = 0;        ///< metres
+    float height = 0;       ///< metres
+    float speed = 1540;     ///< of sound in front of it, m/s
+};
+
+/// What arrives from every element at a reflector, times the root of what the reflector returns.
+template <class Model>
+class arriving_waves {
+  public:
+    arriving_waves(view<const ray> places, const element_fans& fans, const elevation_field& field,
+                   view<const medium> media, const Model& model, const radiating_face& face)
+        : places_{places}, fans_{fans}, field_{field}, media_{media}, model_{model}, face_{face} {
+        // sqrt(k w / 2 pi h) sinc(k w sin t / 2): twice this, times a scattering length, is an echo.
+        for (int entry = 0; entry <= sines + 1; ++entry)
+            for (int node = 0; node < spectral_value::nodes; ++node) {
+                const float frequency = face.frequency + spectral_value::steps(node) * face.node_step;
+                const float half = pi * frequency * face.width / face.speed * static_cast<float>(entry) / sines;
+                radiated_[entry * spectral_value::nodes + node] =
+                    std::sqrt(frequency * face.width / (face.speed * face.height)) *
+                    (half < 1e-3F ? 1.0F : std::sin(half) / half);
+            }
+        for (const ray& one : places) heights_.push_back(one.origin.y);
+        heights_.resize(places.size() + max_simd_width, 0.0F);
+    }
+
+    /// @param zone_slope  attenuation there and back that is applied later: change with frequency, Np/Hz
+    /// @param place       of the reflector in `to`
+    void find(const reflector& one, float zone_slope, wave_table& to, std::size_t place) const {
+        constexpr int width = max_simd_width;
+        using floats = lanes<width>;
+        const auto elements = static_cast<int>(places_.size());
+        for (int first = 0; first < elements; first += width) {
+            const auto at = fans_.template find<width>(static_cast<std::size_t>(first), one.place);
+            several<width> arrived;
+            store(at.line, arrived.line);
+            store(at.distance, arrived.distance);
+            store(at.cosine, arrived.cosine);
+            const int count = std::min(width, elements - first);
+            for (int k = 0; k < count; ++k) arrive(one, static_cast<std::size_t>(first + k), k, arrived);
+
+            const floats distance = max(at.distance, floats(1e-6F)), range = load<width>(arrived.range);
+            // Near the element the distance to most of its face is longer: there 1 / r would grow without bound.
+            const floats amplitude = load<width>(arrived.factor) * at.cosine * distance *
+                                     power_of_two<width>(load<width>(arrived.lost) * floats(-1.4426950F)) /
+                                     sqrt(max(load<width>(arrived.spread) * range, floats(1e-10F)) *
+                                          (distance * distance + floats(face_.width * face_.width)));
+            const floats y = floats(one.y) - load<width>(heights_.data() + first), square = y * y;
+            const floats further = square / (sqrt(distance * distance + square) + distance); // the distance in space
+            const floats time = load<width>(arrived.time) * (floats(1.0F) + further / distance);
+            const floats frequency(-face_.frequency), eighth(0.125F); // of a turn: sqrt(j)
+            const floats whole = floats_of<width>(floor_bits<width>(frequency * time + eighth + floats(0.5F)));
+            const turned_lanes<width> carrier{multiply_add(frequency, time, eighth - whole)};
+            const floats position = field_.position<width>(one.tall ? range : sqrt(range * range + square));
+            store(time, arrived.time);
+            store(amplitude, arrived.factor);
+            store(carrier.x, arrived.carrier_x);
+            store(carrier.y, arrived.carrier_y);
+            store(position, arrived.position);
+            store(abs(at.sine) * floats(static_cast<float>(sines)), arrived.sine);
+            for (int k = 0; k < count; ++k) {
+                const auto column = static_cast<std::size_t>(first + k);
+                if (!(arrived.factor[k] > 0)) {
+                    to.clear(column, place);
+                    continue;
+                }
+                const spectral_value across = one.tall ? field_.surface(arrived.position[k])
+                                                       : field_.point(arrived.position[k], one.y - heights_[column]);
+                const spectral_value wave =
+                    spectral_value::everywhere({arrived.carrier_x[k], arrived.carrier_y[k]}) * (across * one.root);
+                const float lost = arrived.lost_slope[k] - 0.5F * zone_slope;
+                lanes<spectral_value::nodes> face =
+                    radiated(arrived.sine[k]) * lanes<spectral_value::nodes>(arrived.factor[k]);
+                if (lost != 0)
+                    face = face * power_of_two<spectral_value::nodes>(
+                                      lanes<spectral_value::nodes>(-1.4426950F * lost * face_.node_step) *
+                                      spectral_value::steps());
+                to.set(column, place, arrived.time[k], arrived.facing[k], face * wave);
+            }
+        }
+    }
+
+  private:
+    static constexpr int sines = 256; // of a table, over which sinc is linear within 2e-5
+
+    template <int N>
+    struct several {
+        float line[N], distance[N], cosine[N], sine[N];
+        float time[N] = {}, factor[N] = {}, facing[N] = {};
+        float lost[N] = {}, spread[N] = {}, range[N] = {}, lost_slope[N] = {};
+        float carrier_x[N], carrier_y[N], position[N];
+    };
+
+    lanes<spectral_value::nodes> radiated(float sine) const {
+        const int entry = std::min(static_cast<int>(sine), sines);
+        const float part = sine - static_cast<float>(entry);
+        const float* const from = radiated_ + entry * spectral_value::nodes;
+        return lanes<spectral_value::nodes>(1 - part) * load<spectral_value::nodes>(from) +
+               lanes<spectral_value::nodes>(part) * load<spectral_value::nodes>(from + spectral_value::nodes);
+    }
+
+    // What the layers make of the wave of one element; its factor stays 0 where nothing arrives.
+    template <int N>
+    void arrive(const reflector& one, std::size_t element, int k, several<N>& at) const {
+        if (!(at.line[k] >= 0) || !(at.cosine[k] > 0)) return;
+        const arrived_wave wave =
+            one.surface ? fans_.at_surface(element, at.line[k], at.distance[k], one.object_before, one.object_after)
+                        : fans_.at_point(element, at.line[k], at.distance[k]);
+        at.time[k] = wave.time;
+        at.lost[k] = wave.lost;
+        at.spread[k] = wave.spread;
+        at.range[k] = wave.range;
+        at.lost_slope[k] = wave.lost_slope;
+        at.facing[k] = 0.5F;
+        at.factor[k] = wave.passed;
+        if (!one.surface || one.normal == vec2{0, 0} || !(wave.passed > 0)) return;
+        const ray& face = places_[element];
+        const vec2 to = (vec2{face.origin.x, face.origin.z} - one.place) / at.distance[k];
+        const float cosine = dot(to, one.normal);
+        if (!(cosine > 0)) {
+            at.factor[k] = 0;
+            return;
+        }
+        at.facing[k] = 0.5F * cosine;
+        // Between two elements the wave is reflected at half of the angle between them, seen from the surface; the
+        // nearest element stands for the other one. Roughness sees the angle to the surface itself.
+        const incidence between{media_[one.before], media_[one.after], clamp(dot(to, one.nearest), 0.2F, 1),
+                                face_.frequency, one.roughness};
+        incidence met = between;
+        met.cosine = min(cosine, 1);
+        // Where the surface turns away, its share fades: an edge of the lit part would return a wave of its own.
+        constexpr float fading = 0.25F; // cosine, beyond 75 degrees
+        const float lit = min(cosine / fading, 1);
+        at.factor[k] *= lit * lit * (3 - 2 * lit) * // the root of what both ways make of it
+                        std::sqrt(std::fabs(model_.at_interface(between).reflected) * model_.roughness.coherent(met));
+    }
+
+    view<const ray> places_;
+    const element_fans& fans_;
+    const elevation_field& field_;
+    view<const medium> media_;
+    const Model& model_;
+    radiating_face face_;
+    std::vector<float> heights_{};                             // y of the elements, metres
+    float radiated_[(sines + 2) * spectral_value::nodes] = {}; // at sines, at each node
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+
+#endif
+#ifndef INSONIFY_CHANNELS_WAVE_FRONTS_HPP
+#define INSONIFY_CHANNELS_WAVE_FRONTS_HPP
+
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// The wave front of each transmit at reflectors: what arrives within three periods of the first wave, which the elements
+/// around its origin send, at the time of the middle of its energy. The later waves of the others cancel, but for those
+/// from the ends of the aperture, which are left out.
+class wave_fronts {
+  public:
+    /// @param frequency  of the carrier, hertz
+    /// @param node_step  see `spectral_value`, hertz
+    wave_fronts(view<const transmit> sent, std::size_t elements, float frequency, float node_step)
+        : elements_{elements}, columns_{(elements + width - 1) / width * width}, frequency_{frequency}, node_step_{
+                                                                                                            node_step} {
+        for (const transmit& one : sent) {
+            front& own = fronts_.emplace_back();
+            own.delay.assign(columns_, wave_table::never);
+            own.x.assign(columns_, 0.0F);
+            own.y.assign(columns_, 0.0F);
+            for (std::uint32_t n = 0; n < elements; ++n) {
+                if (one.weight(n) == 0) continue;
+                const vec2 delayed = one.weight(n) * turned(-double{frequency} * double{one.delays[n]});
+                own.delay[n] = one.delays[n];
+                own.x[n] = delayed.x;
+                own.y[n] = delayed.y;
+            }
+        }
+    }
+
+    /// @param of_elements  what arrives from each element
+    /// @param place        of the reflector in both tables
+    void find(const wave_table& of_elements, wave_table& sent, std::size_t place) const {
+        std::vector<float> waves(floats_per_wave * columns_, 0.0F), times(columns_, wave_table::never); // by part first
+        for (std::size_t n = 0; n < elements_; ++n) {
+            times[n] = of_elements.time(n)[place];
+            const float* const one = of_elements.waves(n) + floats_per_wave * place;
+            for (std::size_t part = 0; part < floats_per_wave; ++part) waves[part * columns_ + n] = one[part];
+        }
+        for (std::size_t t = 0; t < fronts_.size(); ++t) send(fronts_[t], times, waves, sent, t, place);
+    }
+
+  private:
+    static constexpr int width = max_simd_width;
+    static constexpr int nodes = spectral_value::nodes;
+    using floats = lanes<width>;
+
+    struct front {
+        std::vector<float> delay{}, x{}, y{}; // of each element: s; its weight with the phase of its delay
+    };
+
+    void send(const front& own, const std::vector<float>& times, const std::vector<float>& waves, wave_table& sent,
+              std::size_t column, std::size_t place) const {
+        const auto arrival = [&](std::size_t n) {
+            return load<width>(times.data() + n) + load<width>(own.delay.data() + n);
+        };
+        floats earliest(wave_table::never);
+        for (std::size_t n = 0; n < columns_; n += width) earliest = min(earliest, arrival(n));
+        const float first = reduce_min(earliest);
+        if (!(first < wave_table::never)) return sent.clear(column, place);
+        floats x[nodes], y[nodes], moment_x(0.0F), moment_y(0.0F);
+        for (int k = 0; k < nodes; ++k) x[k] = y[k] = floats(0.0F);
+        for (std::size_t n = 0; n < columns_; n += width) {
+            const floats later = arrival(n) - floats(first), part = later * floats(frequency_ / 3);
+            const auto near = part < floats(1.0F);
+            if (bits_of(near) == 0) continue;
+            const floats window = floats(1.0F) - part * part, weight = select(near, window * window, floats(0.0F));
+            const floats real = weight * load<width>(own.x.data() + n),
+                         imaginary = weight * load<width>(own.y.data() + n);
+            floats middle_x(0.0F), middle_y(0.0F);
+            for (int k = 0; k < nodes; ++k) {
+                const float* const from = waves.data() + static_cast<std::size_t>(k) * columns_ + n;
+                const floats a = load<width>(from), b = load<width>(from + nodes * columns_);
+                const floats here_x = real * a - imaginary * b, here_y = real * b + imaginary * a;
+                x[k] = x[k] + here_x;
+                y[k] = y[k] + here_y;
+                if (k != nodes / 2 - 1 && k != nodes / 2) continue;
+                middle_x = middle_x + here_x;
+                middle_y = middle_y + here_y;
+            }
+            const floats half_later = select(near, floats(0.5F) * later, floats(0.0F));
+            moment_x = moment_x + half_later * middle_x;
+            moment_y = moment_y + half_later * middle_y;
+        }
+        // -d phase / d omega of the sum is Re(moment / value); what is left of the moment turns it over frequency.
+        const auto wave = spectral_value::each([&](int k) { return vec2{sum(x[k]), sum(y[k])}; });
+        const vec2 moment{sum(moment_x), sum(moment_y)}, middle = wave.at_carrier();
+        const float power = dot(middle, middle);
+        if (!(power > 0)) return sent.clear(column, place);
+        const float later = dot(moment, middle) / power;
+        const vec2 left = 2 * pi * node_step_ * (moment - later * middle);
+        sent.set(column, place, first + later, 0.5F,
+                 wave + spectral_value::steps() * spectral_value::everywhere({left.y, -left.x}));
+    }
+
+    std::size_t elements_, columns_;
+    float frequency_, node_step_;
+    std::vector<front> fronts_{};
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
 
 
 #endif
@@ -22974,7 +23327,7 @@ class channel_tracer {
             if (!(local.z > 0)) continue; // behind the face
             highest = max(highest, std::fabs(local.y));
             lateral = max(lateral, length(local - out.places[search.nearest_element({local.x, local.z})].origin));
-            const spectral_value root{square_root(vec2{one.scattering_length, 0})};
+            const auto root = spectral_value::everywhere(square_root(vec2{one.scattering_length, 0}));
             all.push_back({.place = {local.x, local.z}, .y = local.y, .root = root});
         }
         for (const ray& one : out.places) highest = max(highest, std::fabs(one.origin.y));
@@ -22998,7 +23351,6 @@ class channel_tracer {
         if (settings_.surfaces) search.add_surfaces(policy, field_, all);
 
         // In zones of attenuation, then in blocks that are small in space, so that each adds to few samples of a pair.
-        // The reflectors of a block are shuffled: neighbours in memory then add to other samples.
         constexpr float step = 0.3F; // Np over a standard deviation of the spectrum; its square over 8 is neglected
         const float size_of_strip =
             std::sqrt(settings_.depth * (aperture + settings_.depth) * static_cast<float>(wave_table::block) /
@@ -23007,8 +23359,9 @@ class channel_tracer {
         exec::for_each_block(policy, all.size(), 256, 100, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) {
                 const std::size_t nearest = search.nearest_element(all[i].place);
-                const element_fans::place at = fans_.find(nearest, all[i].place);
-                all[i].lost_slope = at.seen ? 2 * fans_.at_point(nearest, at).lost_slope : 0;
+                const auto at = fans_.find<1>(nearest, all[i].place);
+                const float line = sum(at.line), distance = sum(at.distance);
+                all[i].lost_slope = line >= 0 ? 2 * fans_.at_point(nearest, line, distance).lost_slope : 0;
                 strip_of[i] = static_cast<std::uint32_t>(clamp(all[i].place.y / size_of_strip, 0, 1e6F));
                 zone_of[i] =
                     static_cast<std::uint32_t>(clamp(all[i].lost_slope * record_.sigma_frequency / step, 0, 1000));
@@ -23032,12 +23385,7 @@ class channel_tracer {
                 sum += static_cast<double>(all[order[end]].lost_slope);
             zones_.push_back({sorted.size(), sorted.size() + (end - begin),
                               static_cast<float>(sum / static_cast<double>(end - begin))});
-            for (std::size_t block = begin; block < end; block += wave_table::block) {
-                const std::size_t size = std::min(wave_table::block, end - block);
-                for (std::size_t i = size; i > 1; --i)
-                    std::swap(order[block + i - 1], order[block + hash_bits(block, i) % i]);
-                for (std::size_t i = 0; i < size; ++i) sorted.push_back(all[order[block + i]]);
-            }
+            for (std::size_t i = begin; i < end; ++i) sorted.push_back(all[order[i]]);
             begin = end;
         }
         all = std::move(sorted);
@@ -23055,7 +23403,7 @@ class channel_tracer {
     float speckle_strength(float fnumber, float focus) const {
         constexpr int places = 64;
         float sum = 0, weights = 0;
-        for (std::size_t node = 0; node < spectral_value::nodes; ++node) {
+        for (int node = 0; node < spectral_value::nodes; ++node) {
             const float x = spectral_value::steps(node) * record_.node_step / record_.sigma_frequency;
             const float frequency = frequency_ + spectral_value::steps(node) * record_.node_step;
             float radiated[places];
@@ -23077,7 +23425,7 @@ class channel_tracer {
             weights += weight;
         }
         const float wavelength = speed_ / frequency_, elevation_fnumber = focus / height_;
-        const vec2 both = field_.surface(focus).at[spectral_value::nodes / 2];
+        const vec2 both = field_.surface(field_.position(focus)).at(spectral_value::nodes / 2);
         const float across = field_.tissue(focus) * dot(both, both) * dot(both, both) / std::pow(height_, 4.0F);
         return elevation_fnumber * std::sqrt(wavelength * fnumber / (sum / weights * across));
     }
@@ -23102,68 +23450,6 @@ class channel_tracer {
         }
     }
 
-    // What arrives from an element at a reflector.
-    struct element_wave_at {
-        float time = 0, facing = 0; // facing 0: nothing arrives
-        spectral_value wave{};
-    };
-    element_wave_at arrive(const channel_data& out, std::size_t element, const reflector& one, float zone_slope) const {
-        element_wave_at found;
-        const element_fans::place at = fans_.find(element, one.place);
-        if (!at.seen || !(at.cosine > 0)) return found;
-        const arrived_wave wave = one.surface ? fans_.at_surface(element, at, one.object_before, one.object_after)
-                                              : fans_.at_point(element, at);
-        if (!(wave.amplitude > 0)) return found;
-        found.time = wave.time;
-        found.facing = 0.5F;
-        // Near the element the distance to most of its face is longer: there 1 / r would grow without bound.
-        float amplitude = wave.amplitude * at.distance / std::sqrt(at.distance * at.distance + width_ * width_);
-        if (one.surface && one.normal != vec2{0, 0}) {
-            const ray& face = out.places[element];
-            const vec2 to = (vec2{face.origin.x, face.origin.z} - one.place) / at.distance;
-            const float cosine = dot(to, one.normal);
-            if (!(cosine > 0)) return {};
-            found.facing = 0.5F * cosine;
-            const std::vector<medium>& media = media_;
-            // Between two elements the wave is reflected at half of the angle between them, seen from the surface; the
-            // nearest element stands for the other one. Roughness sees the angle to the surface itself.
-            const incidence between{media[one.before], media[one.after], clamp(dot(to, one.nearest), 0.2F, 1),
-                                    frequency_, one.roughness};
-            incidence met = between;
-            met.cosine = min(cosine, 1);
-            // Where the surface turns away, its share fades: an edge of the lit part would return a wave of its own.
-            constexpr float fading = 0.25F; // cosine, beyond 75 degrees
-            const float lit = min(cosine / fading, 1);
-            amplitude *= lit * lit * (3 - 2 * lit) * // the root of what both ways make of it
-                         std::sqrt(std::fabs(model_.at_interface(between).reflected) * model_.roughness.coherent(met));
-        }
-        const float y = one.y - out.places[element].origin.y;
-        if (y != 0) { // the distance in space
-            const float further = y * y / (std::sqrt(at.distance * at.distance + y * y) + at.distance);
-            found.time += further * wave.time / at.distance;
-        }
-        const spectral_value across =
-            one.tall ? field_.surface(wave.range) : field_.point(std::sqrt(wave.range * wave.range + y * y), y);
-        // sqrt(j k w / 2 pi h) sinc(k w sin t / 2) cos t: twice this, times a scattering length, is an echo.
-        const float lost = wave.lost_slope - 0.5F * zone_slope;
-        const vec2 carrier = turned(0.125 - double{frequency_} * double{found.time});          // with sqrt(j)
-        const float per_hertz = pi * width_ * at.sine / speed_, half = frequency_ * per_hertz, // k w sin t / 2
-            step = record_.node_step * per_hertz;
-        const float beyond = std::exp(-lost * record_.node_step);
-        const vec2 turn{std::cos(step), std::sin(step)};
-        vec2 turning{std::cos(half - 1.5F * step), std::sin(half - 1.5F * step)}; // at the lowest frequency
-        float left = 1 / (beyond * std::sqrt(beyond));
-        for (std::size_t i = 0; i < spectral_value::nodes; ++i) {
-            const float angle = half + spectral_value::steps(i) * step;
-            const float sinc = std::fabs(angle) < 1e-3F ? 1.0F : turning.y / angle;
-            const float face = root_[i] * at.cosine * sinc * amplitude * left;
-            turning = complex_product(turning, turn);
-            left *= beyond;
-            found.wave.at[i] = complex_product(face * carrier, complex_product(across.at[i], one.root.at[i]));
-        }
-        return found;
-    }
-
     struct zone {
         std::size_t begin, end; // reflectors
         float slope;            // mean attenuation there and back: change with frequency, Np/Hz
@@ -23171,10 +23457,8 @@ class channel_tracer {
 
     template <class Policy>
     void trace(const Policy& policy, channel_data& out) {
-        media_ = {body_.media().begin(), body_.media().end()};
-        for (std::size_t i = 0; i < spectral_value::nodes; ++i)
-            root_[i] =
-                std::sqrt((frequency_ + spectral_value::steps(i) * record_.node_step) * width_ / (speed_ * height_));
+        const arriving_waves<Model> waves{
+            out.places, fans_, field_, body_.media(), model_, {frequency_, record_.node_step, width_, height_, speed_}};
         const std::uint32_t sources = symmetric_ ? elements_ : out.transmits;
         const std::size_t count = band_.bins.size();
         const auto first_pair = [&](std::size_t source) { // of a source's pairs
@@ -23190,6 +23474,7 @@ class channel_tracer {
         std::fill(spectra.begin(), spectra.end(), vec2{0, 0});
         large_array<float> sums(pairs * sum_size);
         wave_table received{elements_}, sent{symmetric_ ? 0 : sources};
+        const wave_fronts fronts{out.sent, elements_, frequency_, record_.node_step};
         const fourier transform{record_.transform};
         const float rate = record_.complex_rate(), margin = static_cast<float>(record_.margin);
         for (const zone& own : zones_) {
@@ -23199,41 +23484,38 @@ class channel_tracer {
                                                sums.begin() + static_cast<std::ptrdiff_t>(end * sum_size), 0.0F);
                                  });
             for (std::size_t block = own.begin; block < own.end; block += wave_table::block) {
-                const std::size_t size = std::min(wave_table::block, own.end - block),
-                                  padded =
-                                      (size + wave_table::together - 1) / wave_table::together * wave_table::together;
-                exec::for_each_block(
-                    policy, elements_, 1, 100 * static_cast<float>(size), [&](std::size_t element, std::size_t) {
-                        for (std::size_t i = 0; i < size; ++i) {
-                            const element_wave_at at = arrive(out, element, reflectors_[block + i], own.slope);
-                            received.set(element, i, at.time, at.facing, at.wave);
-                        }
-                        for (std::size_t i = size; i < padded; ++i) received.set(element, i, 0, 0, {});
-                    });
-                if (!symmetric_) send_wave_fronts(policy, out, received, size, padded, sent);
+                const std::size_t size = std::min(wave_table::block, own.end - block);
+                const std::size_t padded = (size + max_simd_width - 1) / max_simd_width * max_simd_width;
+                exec::for_each_block(policy, padded, 8, 30 * static_cast<float>(elements_),
+                                     [&](std::size_t begin, std::size_t end) {
+                                         for (std::size_t i = begin; i < end; ++i) {
+                                             if (i < size)
+                                                 waves.find(reflectors_[block + i], own.slope, received, i);
+                                             else
+                                                 received.clear(i);
+                                             if (!symmetric_) fronts.find(received, sent, i);
+                                         }
+                                     });
                 // In tiles of sources and receivers, whose waves stay in a cache.
                 constexpr std::uint32_t tile = 8;
                 const std::uint32_t source_tiles = (sources + tile - 1) / tile,
                                     receiver_tiles = (elements_ + tile - 1) / tile;
-                exec::for_each_block(
-                    policy, std::size_t{source_tiles} * receiver_tiles, 1, 3 * tile * tile * static_cast<float>(size),
-                    [&](std::size_t number, std::size_t) {
-                        const std::size_t first_source = number / receiver_tiles * tile,
-                                          first = number % receiver_tiles * tile;
-                        const std::size_t last = std::min<std::size_t>(first + tile, elements_);
-                        if (symmetric_ && last <= first_source) return;
-                        source_waves one;
-                        for (std::size_t n = first_source; n < first_source + tile && n < sources; ++n) {
-                            one.assign(symmetric_ ? received[n] : sent[n], padded);
-                            for (std::size_t m = symmetric_ ? std::max(first, n) : first; m < last; ++m)
-                                one.add(received[m], padded, rate, margin, sums.data() + pair_of(n, m) * sum_size,
-                                        record_.length);
-                        }
-                    });
+                exec::for_each_block(policy, std::size_t{source_tiles} * receiver_tiles, 1,
+                                     3 * tile * tile * static_cast<float>(size), [&](std::size_t number, std::size_t) {
+                                         const std::size_t first_source = number / receiver_tiles * tile,
+                                                           first = number % receiver_tiles * tile;
+                                         for (std::size_t n = first_source; n < first_source + tile && n < sources; ++n)
+                                             for (std::size_t m = symmetric_ ? std::max(first, n) : first;
+                                                  m < first + tile && m < elements_; ++m)
+                                                 add_echoes(symmetric_ ? received : sent, n, received, m, size, rate,
+                                                            margin, sums.data() + pair_of(n, m) * sum_size,
+                                                            record_.length);
+                                     });
             }
-            exec::for_each_block(policy, pairs, complex_batch::width, 20 * static_cast<float>(record_.transform),
+            const std::vector<float> weights = weights_of(own.slope);
+            exec::for_each_block(policy, pairs, pairs_together, 80 * static_cast<float>(record_.transform),
                                  [&](std::size_t begin, std::size_t end) {
-                                     add_spectra(sums.data() + begin * sum_size, end - begin, own.slope, transform,
+                                     add_spectra(sums.data() + begin * sum_size, end - begin, weights, transform,
                                                  spectra.data() + begin * count);
                                  });
         }
@@ -23246,7 +23528,7 @@ class channel_tracer {
         exec::for_each_block(
             policy, std::size_t{out.transmits} * elements_, complex_batch::width,
             2 * static_cast<float>(longer + count * elements_), [&](std::size_t begin, std::size_t end) {
-                std::vector<complex_batch> room(longer);
+                std::vector<complex_batch> values(longer), room(longer);
                 std::vector<vec2> whole(count);
                 std::vector<complex_block> batches(count, complex_block{});
                 for (std::size_t i = begin; i < end; ++i) {
@@ -23271,13 +23553,14 @@ class channel_tracer {
                 }
                 for (std::size_t b = 0; b < count; ++b) {
                     const std::size_t bin = band_.bins[b];
-                    room[bin < record_.transform / 2 ? bin : longer - (record_.transform - bin)] = batches[b].loaded();
+                    values[bin < record_.transform / 2 ? bin : longer - (record_.transform - bin)] =
+                        batches[b].loaded();
                 }
-                back.inverse(room.data());
+                back.inverse(values, room);
                 const std::size_t offset = std::size_t{record_.margin} * record_.halves / 2;
                 for (std::size_t k = 0; k < record_.samples; ++k) {
                     complex_block sample;
-                    sample.store_from(batch_product(carrier[k], room[offset + k]));
+                    sample.store_from(batch_product(carrier[k], values[offset + k]));
                     for (std::size_t i = begin; i < end; ++i) out.values[i * record_.samples + k] = sample.x[i - begin];
                 }
             });
@@ -23301,84 +23584,46 @@ class channel_tracer {
         }
     }
 
-    // Of as many pairs as there are lanes, or fewer.
-    void add_spectra(const float* sums, std::size_t pairs, float zone_slope, const fourier& transform, vec2* to) const {
-        const std::size_t sum_size = std::size_t{record_.length} * floats_per_wave, count = band_.bins.size();
-        std::vector<complex_batch> room(transform.size());
-        for (std::size_t node = 0; node < spectral_value::nodes; ++node) {
-            complex_block block{};
-            for (std::size_t k = 0; k < record_.length; ++k) {
-                for (std::size_t p = 0; p < pairs; ++p) {
-                    const float* const sample = sums + p * sum_size + floats_per_wave * k + 2 * node;
-                    block.x[p] = sample[0];
-                    block.y[p] = sample[1];
-                }
-                room[k] = block.loaded();
-            }
-            std::fill(room.begin() + record_.length, room.end(), complex_batch{});
-            transform.forward(room.data());
-            for (std::size_t b = 0; b < count; ++b) {
-                // Held beyond the nodes: a polynomial would grow without bound.
-                const float share =
-                    spectral_value::weight(node, clamp(band_.offsets[b] / record_.node_step, -2.5F, 2.5F));
-                const float factor = share * std::exp(-zone_slope * band_.offsets[b]) * band_.filter[b];
-                block.store_from(room[band_.bins[b]]);
-                for (std::size_t p = 0; p < pairs; ++p) to[p * count + b] += factor * vec2{block.x[p], block.y[p]};
-            }
+    // A node of a pair in each lane.
+    static constexpr int nodes = spectral_value::nodes;
+    static constexpr std::size_t pairs_together = complex_batch::width / nodes;
+
+    // The share of each node in the spectrum of a pair, at each frequency of the band, filtered.
+    std::vector<float> weights_of(float zone_slope) const {
+        std::vector<float> weights;
+        for (std::size_t b = 0; b < band_.bins.size(); ++b) {
+            const float filter = std::exp(-zone_slope * band_.offsets[b]) * band_.filter[b];
+            // Held beyond the nodes: a polynomial would grow without bound.
+            const float place = clamp(band_.offsets[b] / record_.node_step, -2.5F, 2.5F);
+            for (int node = 0; node < nodes; ++node) weights.push_back(filter * spectral_value::weight(node, place));
         }
+        return weights;
     }
 
-    // The wave front of each transmit at each reflector: what arrives within three periods of the first wave, which the
-    // elements around its origin send, at the time of the middle of its energy. The later waves of the others cancel,
-    // but for those from the ends of the aperture, which are left out.
-    template <class Policy>
-    void send_wave_fronts(const Policy& policy, const channel_data& out, const wave_table& of_elements,
-                          std::size_t size, std::size_t padded, wave_table& sent) const {
-        const float per_period = frequency_ / 3;
-        exec::for_each_block(
-            policy, out.transmits, 1, 4 * static_cast<float>(size * elements_), [&](std::size_t t, std::size_t) {
-                const transmit& one = out.sent[t];
-                std::vector<spectral_value> wave(size);
-                std::vector<vec2> moment(size, vec2{0, 0});
-                std::vector<float> first(size, FLT_MAX);
-                const auto each_element = [&](const auto& visit) {
-                    for (std::size_t n = 0; n < elements_; ++n)
-                        if (one.weight(static_cast<std::uint32_t>(n)) != 0) visit(n, of_elements[n], one.delays[n]);
-                };
-                each_element([&](std::size_t, const wave_row& from, float delay) {
-                    for (std::size_t i = 0; i < size; ++i)
-                        if (from.facing[i] > 0) first[i] = min(first[i], from.time[i] + delay);
-                });
-                each_element([&](std::size_t n, const wave_row& from, float delay) {
-                    const vec2 delayed =
-                        one.weight(static_cast<std::uint32_t>(n)) * turned(-double{frequency_} * double{delay});
-                    for (std::size_t i = 0; i < size; ++i) {
-                        const float later = from.time[i] + delay - first[i], x = later * per_period;
-                        if (!(x < 1) || !(from.facing[i] > 0)) continue;
-                        const vec2 weighted = (1 - x * x) * (1 - x * x) * delayed;
-                        for (std::size_t k = 0; k < spectral_value::nodes; ++k)
-                            wave[i].at[k] += complex_product(weighted, from.at(i, k));
-                        moment[i] += later * complex_product(weighted, 0.5F * (from.at(i, 1) + from.at(i, 2)));
-                    }
-                });
-                for (std::size_t i = 0; i < size; ++i) {
-                    // -d phase / d omega of the sum is Re(moment / value); what is left of the moment turns it over
-                    // frequency.
-                    spectral_value& sum = wave[i];
-                    const vec2 middle = 0.5F * (sum.at[1] + sum.at[2]);
-                    const float power = dot(middle, middle);
-                    if (!(power > 0)) {
-                        sent.set(t, i, 0, 0, {});
-                        continue;
-                    }
-                    const float later = dot(moment[i], middle) / power;
-                    const vec2 left = 2 * pi * record_.node_step * (moment[i] - later * middle);
-                    for (std::size_t k = 0; k < spectral_value::nodes; ++k)
-                        sum.at[k] += spectral_value::steps(k) * vec2{left.y, -left.x};
-                    sent.set(t, i, first[i] + later, 0.5F, sum);
+    // @param pairs  at most `pairs_together`
+    void add_spectra(const float* sums, std::size_t pairs, const std::vector<float>& weights, const fourier& transform,
+                     vec2* to) const {
+        const std::size_t sum_size = std::size_t{record_.length} * floats_per_wave, count = band_.bins.size();
+        std::vector<complex_batch> values(transform.size()), room(transform.size());
+        complex_block block{};
+        for (std::size_t k = 0; k < record_.length; ++k) {
+            for (std::size_t p = 0; p < pairs; ++p) {
+                const float* const sample = sums + p * sum_size + floats_per_wave * k;
+                std::copy(sample, sample + nodes, block.x + nodes * p);
+                std::copy(sample + nodes, sample + 2 * nodes, block.y + nodes * p);
+            }
+            values[k] = block.loaded();
+        }
+        transform.forward(values, room);
+        for (std::size_t b = 0; b < count; ++b) {
+            block.store_from(values[band_.bins[b]]);
+            for (std::size_t p = 0; p < pairs; ++p)
+                for (int node = 0; node < nodes; ++node) {
+                    const std::size_t lane = nodes * p + static_cast<std::size_t>(node);
+                    to[p * count + b] +=
+                        weights[nodes * b + static_cast<std::size_t>(node)] * vec2{block.x[lane], block.y[lane]};
                 }
-                for (std::size_t i = size; i < padded; ++i) sent.set(t, i, 0, 0, {});
-            });
+        }
     }
 
     template <class Policy>
@@ -23398,14 +23643,12 @@ class channel_tracer {
     const Model& model_;
     const channel_settings& settings_;
     float frequency_ = 0, width_ = 0, height_ = 0, speed_ = display_speed;
-    float root_[spectral_value::nodes] = {}; // sqrt(k w / 2 pi h) of an element
     std::uint32_t elements_ = 0;
     bool symmetric_ = true;
     record_plan record_{};
     band band_{};
     element_fans fans_{};
     elevation_field field_{};
-    std::vector<medium> media_{};
     std::vector<reflector> reflectors_{};
     std::vector<zone> zones_{};
 };

@@ -63,6 +63,12 @@ TEST_CASE("lanes do what floats do, one by one") {
     simd_test::check<8>();
 }
 
+TEST_CASE("the halves of lanes change places") {
+    float swapped[8];
+    store(swapped_halves<8>(each_lane<8>([](int i) { return static_cast<float>(i); })), swapped);
+    for (int i = 0; i < 8; ++i) CHECK(swapped[i] == static_cast<float>((i + 4) % 8));
+}
+
 TEST_CASE("a difference of products has the sign of the exact one where a fused multiply-add exists") {
     if constexpr (!detail::has_fma) return;
     const float a = 1 + 0x1p-12F, b = 1 - 0x1p-12F; // a b = 1 - 2^-24, which rounds to 1

@@ -126,20 +126,20 @@ iq_channel_data demodulate(const Policy& policy, const channel_data& received) {
     constexpr std::size_t together = detail::complex_batch::width;
     exec::for_each_block(detail::any_policy<false>{policy}, channels, together, 10 * static_cast<float>(length),
                          [&](std::size_t begin, std::size_t end) {
-                             std::vector<detail::complex_batch> room(length);
+                             std::vector<detail::complex_batch> values(length), room(length);
                              detail::complex_block block{};
                              for (std::size_t k = 0; k < samples; ++k) {
                                  for (std::size_t i = begin; i < end; ++i)
                                      block.x[i - begin] = received.values[i * samples + k];
-                                 room[k] = block.loaded();
+                                 values[k] = block.loaded();
                              }
-                             transform.forward(room.data());
+                             transform.forward(values, room);
                              // Twice the positive frequencies, none of the negative ones.
-                             for (std::size_t m = 1; m < length / 2; ++m) room[m] = room[m] + room[m];
-                             for (std::size_t m = length / 2 + 1; m < length; ++m) room[m] = {};
-                             transform.inverse(room.data());
+                             for (std::size_t m = 1; m < length / 2; ++m) values[m] = values[m] + values[m];
+                             for (std::size_t m = length / 2 + 1; m < length; ++m) values[m] = {};
+                             transform.inverse(values, room);
                              for (std::size_t k = 0; k < samples; ++k) {
-                                 block.store_from(detail::batch_product(carrier[k], room[k]));
+                                 block.store_from(detail::batch_product(carrier[k], values[k]));
                                  for (std::size_t i = begin; i < end; ++i)
                                      out.values[i * samples + k] = {block.x[i - begin], block.y[i - begin]};
                              }

@@ -10,6 +10,7 @@
 #include <insonify/core/math.hpp>
 #include <insonify/core/view.hpp>
 #include <insonify/execution/policy.hpp>
+#include <insonify/execution/simd.hpp>
 #include <insonify/geometry/pose.hpp>
 #include <insonify/geometry/ray.hpp>
 #include <insonify/scene/scene.hpp>
@@ -32,15 +33,18 @@ struct element_fan {
     float direction = 0; ///< of the element's normal, from z towards x, radians
     float span = 1;      ///< from the first to the last line, radians
 
-    float angle(float line) const { return direction + (line / static_cast<float>(lines - 1) - 0.5F) * span; }
+    // Lines are equal steps of the tangent of half their angle apart: points are located without an arc tangent.
+    float end() const { return std::tan(0.25F * span); }
+    float angle(float line) const {
+        return direction + 2 * std::atan((2 * line / static_cast<float>(lines - 1) - 1) * end());
+    }
     ray beam(float line) const {
         return {.origin = origin, .direction = {std::sin(angle(line)), 0, std::cos(angle(line))}};
     }
     vec2 locate(vec2 p) const {
         const vec2 to{p.x - origin.x, p.y - origin.z};
-        return {(std::remainder(std::atan2(to.x, to.y) - direction, 2 * pi) / span + 0.5F) *
-                    static_cast<float>(lines - 1),
-                length(to)};
+        const float angle = std::remainder(std::atan2(to.x, to.y) - direction, 2 * pi);
+        return {0.5F * (std::tan(0.5F * angle) / end() + 1) * static_cast<float>(lines - 1), length(to)};
     }
     void check() const {}
 };
@@ -71,12 +75,14 @@ struct element_wave {
     std::uint32_t object = ~0U;
 };
 
-/// The wave of an element at a point.
+/// The wave of an element at a point. Its amplitude is passed exp(-lost) / sqrt(spread * range), 1/m.
 struct arrived_wave {
     float time = 0;       ///< s
-    float amplitude = 0;  ///< 1 / m
-    float range = 0;      ///< that of a uniform medium with the same curvature out of the slice, metres
-    float lost_slope = 0; ///< Np/Hz
+    float passed = 0;     ///< factor on amplitude of the interfaces on the way; 0: nothing arrives
+    float lost = 0;       ///< attenuation at the carrier, Np
+    float spread = 1;     ///< the distance, in a uniform medium, metres
+    float range = 1;      ///< the same out of the slice, metres
+    float lost_slope = 0; ///< change of attenuation with frequency, Np/Hz
 };
 
 /// Layers of every element's lines, with what sound does on the way.
@@ -92,9 +98,17 @@ class element_fans {
     template <class Policy, class Loss, class Passed, class Strip>
     void assign(const Policy& policy, const scene& body, view<const ray> places, const pose& at, float frequency,
                 float reach, const Loss& loss, const Passed& passed, const Strip& strip) {
-        constexpr float spacing = 0.3e-3F; // of neighbouring lines at their ends, metres
-        lines_ = static_cast<std::uint32_t>(clamp(std::ceil(span * reach / spacing), 64, 1024));
+        constexpr float spacing = 0.3e-3F; // of neighbouring lines at their ends, at most, metres
+        lines_ = static_cast<std::uint32_t>(clamp(std::ceil(4 * std::tan(0.25F * span) * reach / spacing), 64, 1024));
         fans_.resize(places.size());
+        for (std::vector<float>* const each : {&origin_x_, &origin_z_, &normal_x_, &normal_z_})
+            each->assign(places.size() + max_simd_width, 0.0F); // in whole registers
+        for (std::size_t i = 0; i < places.size(); ++i) {
+            origin_x_[i] = places[i].origin.x;
+            origin_z_[i] = places[i].origin.z;
+            normal_x_[i] = places[i].direction.x;
+            normal_z_[i] = places[i].direction.z;
+        }
         std::vector<std::uint8_t> blocked(places.size(), 0);
         exec::for_each_block(policy, places.size(), 1, 3e5F, [&](std::size_t i, std::size_t) {
             fan& own = fans_[i];
@@ -118,68 +132,72 @@ class element_fans {
                                           "move the array, or the object"})};
     }
 
-    /// Where a point lies among the lines of an element.
-    struct place {
-        std::uint32_t line = 0; ///< the point lies between this one and the next
-        float part = 0;         ///< 0 on this one, 1 on the next
-        float distance = 0;     ///< from the element, metres
-        float sine = 0;         ///< of the angle to the element's normal
-        float cosine = 0;
-        bool seen = false; ///< by the fan
+    /// Where a point lies among the lines of N elements.
+    template <int N>
+    struct located {
+        lanes<N> line{0.0F};     ///< between two; negative: the element does not see the point
+        lanes<N> distance{0.0F}; ///< from the element, metres
+        lanes<N> sine{0.0F};     ///< of the angle to the element's normal
+        lanes<N> cosine{0.0F};
     };
-    place find(std::size_t element, vec2 p) const {
-        const element_fan& shape = fans_[element].shape;
-        const vec2 to{p.x - shape.origin.x, p.y - shape.origin.z};
-        place found;
-        found.distance = std::sqrt(dot(to, to));
-        const float along_x = std::sin(shape.direction), along_z = std::cos(shape.direction);
-        if (!(found.distance > 1e-6F)) return found;
-        found.sine = (to.x * along_z - to.y * along_x) / found.distance;
-        found.cosine = (to.x * along_x + to.y * along_z) / found.distance;
-        const float angle = std::atan2(found.sine, found.cosine);
-        const float line = (angle / span + 0.5F) * static_cast<float>(lines_ - 1);
-        if (!(line >= 0 && line < static_cast<float>(lines_ - 1))) return found;
-        found.line = static_cast<std::uint32_t>(line);
-        found.part = line - static_cast<float>(found.line);
-        found.seen = true;
+    /// @param first  of the elements; those beyond the last one have places without meaning
+    template <int N>
+    located<N> find(std::size_t first, vec2 p) const {
+        using floats = lanes<N>;
+        const auto row = [first](const std::vector<float>& of) { return load<N>(of.data() + first); };
+        const floats x = floats(p.x) - row(origin_x_), z = floats(p.y) - row(origin_z_);
+        const floats along_x = row(normal_x_), along_z = row(normal_z_);
+        located<N> found;
+        found.distance = sqrt(x * x + z * z);
+        const floats per_metre = floats(1.0F) / max(found.distance, floats(1e-6F));
+        found.sine = (x * along_z - z * along_x) * per_metre;
+        found.cosine = (x * along_x + z * along_z) * per_metre;
+        const floats tangent = found.sine / max(floats(1.0F) + found.cosine, floats(1e-3F)); // of half the angle
+        const float middle = 0.5F * static_cast<float>(lines_ - 1);
+        const floats line = floats(middle) + floats(middle / std::tan(0.25F * span)) * tangent;
+        const auto seen = floats(0.0F) <= line && line < floats(2 * middle) && floats(1e-6F) < found.distance;
+        found.line = select(seen, line, floats(-1.0F));
         return found;
     }
 
-    /// The wave at a point inside of a medium.
-    arrived_wave at_point(std::size_t element, const place& at) const {
+    /// The wave at a point inside of a medium. @param line, distance  see `located`
+    arrived_wave at_point(std::size_t element, float line, float distance) const {
         const fan& own = fans_[element];
-        const auto one = [&](std::uint32_t line) {
-            const view<const element_wave> waves = own.line(line);
+        const auto first = static_cast<std::uint32_t>(line);
+        const auto one = [&](std::uint32_t on) {
+            const view<const element_wave> waves = own.line(on);
             std::size_t i = waves.size() - 1;
-            while (i > 0 && waves[i].begin > at.distance) --i;
-            return wave_at(waves[i], at.distance);
+            while (i > 0 && waves[i].begin > distance) --i;
+            return wave_at(waves[i], distance);
         };
-        return mixed(one(at.line), 1 - at.part, one(at.line + 1), at.part);
+        return mixed(one(first), one(first + 1), line - static_cast<float>(first));
     }
     /// The wave in front of a surface of two objects, of which lines know where they cross it.
     /// @param before, after  the objects on this side and behind it
-    arrived_wave at_surface(std::size_t element, const place& at, std::uint32_t before, std::uint32_t after) const {
+    arrived_wave at_surface(std::size_t element, float line, float distance, std::uint32_t before,
+                            std::uint32_t after) const {
         const fan& own = fans_[element];
+        const auto first = static_cast<std::uint32_t>(line);
+        const float part = line - static_cast<float>(first);
         // Neighbouring lines meet a steep surface at other distances; beyond this one, it is another part of it.
-        const float near = 1e-3F + 0.1F * at.distance;
+        const float near = 1e-3F + 0.1F * distance;
         bool found[2] = {};
         arrived_wave wave[2];
-        for (int i = 0; i < 2; ++i) {
-            const view<const element_wave> waves = own.line(at.line + static_cast<std::uint32_t>(i));
+        for (std::uint32_t i = 0; i < 2; ++i) {
+            const view<const element_wave> waves = own.line(first + i);
             float nearest = near;
             for (std::size_t k = 1; k < waves.size(); ++k) {
-                const float apart = std::fabs(waves[k].begin - at.distance);
+                const float apart = std::fabs(waves[k].begin - distance);
                 if (waves[k - 1].object != before || waves[k].object != after || !(apart < nearest)) continue;
                 nearest = apart;
                 found[i] = true;
-                wave[i] = wave_at(waves[k - 1], at.distance);
+                wave[i] = wave_at(waves[k - 1], distance);
             }
         }
-        if (found[0] && found[1]) return mixed(wave[0], 1 - at.part, wave[1], at.part);
+        if (found[0] && found[1]) return mixed(wave[0], wave[1], part);
         if (!found[0] && !found[1]) return {};
-        const int seen = found[0] ? 0 : 1;
-        arrived_wave alone = wave[seen];
-        alone.amplitude *= found[0] ? 1 - at.part : at.part;
+        arrived_wave alone = found[0] ? wave[0] : wave[1];
+        alone.passed *= found[0] ? 1 - part : part;
         return alone;
     }
 
@@ -202,23 +220,23 @@ class element_fans {
 
     static arrived_wave wave_at(const element_wave& from, float distance) {
         const float length = distance - from.begin, sound = from.slowness;
-        float time = from.time + length * sound;
+        const float lost = from.lost + from.per_metre * length, slope = from.lost_slope + from.slope_per_metre * length;
+        if (from.begin == 0) return {length * sound, 1, lost, distance, distance, slope};
         const float open = 1 + from.bend * length / sound, open_across = 1 + from.bend_across * length / sound;
+        float time = from.time + length * sound;
         // tilt^2 / (2 (bend + m)) with m = slowness / length
         if (length > 0 && open > min_open) time -= 0.5F * from.tilt * from.tilt * length / (sound * open);
-        const float spread = from.begin == 0 ? distance : from.spread * max(open, min_open);
-        const float across = from.begin == 0 ? distance : from.spread_across * max(open_across, min_open);
-        return {.time = time,
-                .amplitude = from.passed * std::exp(-(from.lost + from.per_metre * length)) /
-                             std::sqrt(max(spread * across, 1e-10F)),
-                .range = across,
-                .lost_slope = from.lost_slope + from.slope_per_metre * length};
+        return {
+            time, from.passed, lost, from.spread * max(open, min_open), from.spread_across * max(open_across, min_open),
+            slope};
     }
     static constexpr float min_open = 0.1F; // near a caustic, amplitudes grow no further
 
-    static arrived_wave mixed(const arrived_wave& a, float of_a, const arrived_wave& b, float of_b) {
-        return {of_a * a.time + of_b * b.time, of_a * a.amplitude + of_b * b.amplitude, of_a * a.range + of_b * b.range,
-                of_a * a.lost_slope + of_b * b.lost_slope};
+    // Between two lines: a at part 0, b at 1.
+    static arrived_wave mixed(const arrived_wave& a, const arrived_wave& b, float part) {
+        const auto mix = [part](float from, float to) { return from + part * (to - from); };
+        return {mix(a.time, b.time),     mix(a.passed, b.passed), mix(a.lost, b.lost),
+                mix(a.spread, b.spread), mix(a.range, b.range),   mix(a.lost_slope, b.lost_slope)};
     }
 
     // The wave at the beginning of a layer, from that in the layer before. @param entered  without what sound has met
@@ -303,6 +321,7 @@ class element_fans {
 
     std::uint32_t lines_ = 2;
     std::vector<fan> fans_{};
+    std::vector<float> origin_x_{}, origin_z_{}, normal_x_{}, normal_z_{}; // of the elements
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail

@@ -6,6 +6,7 @@
 #include <insonify/channels/fourier.hpp>
 #include <insonify/core/math.hpp>
 #include <insonify/execution/policy.hpp>
+#include <insonify/execution/simd.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -21,42 +22,63 @@
 /// Source: Rayleigh's integral with a pressure-release baffle; Kirchhoff's approximation of the surface.
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// A complex amplitude at four frequencies around the carrier, equal steps apart. Between them it is taken as a
-/// polynomial of degree three.
+/// A complex amplitude at four frequencies around the carrier, equal steps apart, from the lowest on. Between them it is
+/// taken as a polynomial of degree three.
 struct spectral_value {
-    static constexpr std::size_t nodes = 4;
-    vec2 at[nodes] = {}; ///< from the lowest frequency on
+    static constexpr int nodes = 4;
+    lanes<nodes> x{0.0F}, y{0.0F};
 
     /// Of a node from the carrier, in steps.
-    static constexpr float steps(std::size_t node) { return static_cast<float>(node) - 1.5F; }
+    static constexpr float steps(int node) { return static_cast<float>(node) - 1.5F; }
+    static lanes<nodes> steps() {
+        return each_lane<nodes>([](int node) { return steps(node); });
+    }
     /// The step of frequency, hertz. Larger steps follow the ends of the band better, smaller ones the carrier:
     /// `tests/channels/trace_channels.cpp` prints how well this one does both.
     static constexpr float step(float sigma, float frequency) { return 0.6F * min(sigma, frequency); }
     /// Weight of a node at a frequency. @param x  from the carrier, in steps
-    static float weight(std::size_t node, float x) {
+    static float weight(int node, float x) {
         float product = 1;
-        for (std::size_t i = 0; i < nodes; ++i)
+        for (int i = 0; i < nodes; ++i)
             if (i != node) product *= (x - steps(i)) / (steps(node) - steps(i));
         return product;
     }
 
-    spectral_value() = default;
-    explicit spectral_value(vec2 everywhere) : at{everywhere, everywhere, everywhere, everywhere} {}
+    /// With value(node) at each.
+    template <class Value>
+    static spectral_value each(const Value& value) {
+        float real[nodes], imaginary[nodes];
+        for (int i = 0; i < nodes; ++i) {
+            const vec2 own = value(i);
+            real[i] = own.x;
+            imaginary[i] = own.y;
+        }
+        return {load<nodes>(real), load<nodes>(imaginary)};
+    }
+    static spectral_value everywhere(vec2 value) { return {lanes<nodes>(value.x), lanes<nodes>(value.y)}; }
+
+    vec2 at(int node) const {
+        float real[nodes], imaginary[nodes];
+        store(x, real);
+        store(y, imaginary);
+        return {real[node], imaginary[node]};
+    }
+    /// Between the nodes on both sides of the carrier.
+    vec2 at_carrier() const { return 0.5F * (at(nodes / 2 - 1) + at(nodes / 2)); }
 
     friend spectral_value operator*(const spectral_value& a, const spectral_value& b) {
-        spectral_value product;
-        for (std::size_t i = 0; i < nodes; ++i) product.at[i] = complex_product(a.at[i], b.at[i]);
-        return product;
+        return {a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x};
     }
-    friend spectral_value operator*(float factor, spectral_value value) {
-        for (vec2& one : value.at) one *= factor;
-        return value;
+    friend spectral_value operator*(const lanes<nodes>& factor, const spectral_value& value) {
+        return {factor * value.x, factor * value.y};
     }
-    friend spectral_value operator+(spectral_value a, const spectral_value& b) {
-        for (std::size_t i = 0; i < nodes; ++i) a.at[i] += b.at[i];
-        return a;
-    }
+    friend spectral_value operator+(const spectral_value& a, const spectral_value& b) { return {a.x + b.x, a.y + b.y}; }
 };
+
+/// Between two values: a at part 0, b at 1.
+inline spectral_value mixed(const spectral_value& a, const spectral_value& b, float part) {
+    return lanes<spectral_value::nodes>(1 - part) * a + lanes<spectral_value::nodes>(part) * b;
+}
 
 /// The root whose real part is not negative.
 inline vec2 square_root(vec2 of) {
@@ -66,11 +88,11 @@ inline vec2 square_root(vec2 of) {
 }
 /// The same at all frequencies, continuous over them.
 inline spectral_value square_root(const spectral_value& of) {
-    spectral_value root;
-    for (std::size_t i = 0; i < spectral_value::nodes; ++i) root.at[i] = square_root(of.at[i]);
-    for (std::size_t i = 1; i < spectral_value::nodes; ++i)
-        if (dot(root.at[i], root.at[i - 1]) < 0) root.at[i] = -root.at[i];
-    return root;
+    vec2 before{0, 0};
+    return spectral_value::each([&](int node) {
+        const vec2 root = square_root(of.at(node));
+        return before = dot(root, before) < 0 ? -root : root;
+    });
 }
 
 /// The part of the field out of the slice plane, of an element of height h with a lens focused at F, by the distance r
@@ -90,7 +112,7 @@ class elevation_field {
                 float max_range, float max_height) {
         height_ = height;
         focus_ = focus;
-        for (std::size_t i = 0; i < spectral_value::nodes; ++i)
+        for (int i = 0; i < spectral_value::nodes; ++i)
             wave_number_[i] = 2 * pi * (frequency + spectral_value::steps(i) * step) / speed;
         ranges_ = 2 + static_cast<std::size_t>(std::log(max(max_range, 2 * min_range) / min_range) * per_logarithm);
         heights_ = max_height > 0 ? 2 + static_cast<std::size_t>(max_height / row()) : 1;
@@ -103,27 +125,35 @@ class elevation_field {
                              });
     }
 
-    /// E of a point. @param range  from the middle of the element, in space
-    spectral_value point(float range, float y) const {
-        const place at = place_of(range);
+    /// Where ranges lie in the tables: for the next two. @param range  from the middle of the element, in space
+    template <int N>
+    lanes<N> position(const lanes<N>& range) const {
+        const lanes<N> octaves = logarithm_of_two<N>(range * lanes<N>(1 / min_range));
+        return min(max(octaves * lanes<N>(0.69314718F * per_logarithm), lanes<N>(0.0F)),
+                   lanes<N>(static_cast<float>(ranges_ - 1)));
+    }
+    float position(float range) const { return sum(position<1>(lanes<1>(range))); }
+    /// E of a point.
+    spectral_value point(float position, float y) const {
+        const place at = place_of(position);
         if (heights_ == 1) return interpolated(points_.data() + at.index, at.part);
         const float rows = std::fabs(y) / row();
         const auto below = static_cast<std::size_t>(min(rows, static_cast<float>(heights_ - 2)));
         const float part = rows - static_cast<float>(below);
         if (part > 1) return {}; // beyond the highest point that was announced
         const spectral_value* const low = points_.data() + below * ranges_ + at.index;
-        return (1 - part) * interpolated(low, at.part) + part * interpolated(low + ranges_, at.part);
+        return mixed(interpolated(low, at.part), interpolated(low + ranges_, at.part), part);
     }
     /// The root of the integral over y of E^2: of each of two elements to a surface that is straight out of the slice.
-    spectral_value surface(float range) const {
-        const place at = place_of(range);
+    spectral_value surface(float position) const {
+        const place at = place_of(position);
         return interpolated(surfaces_.data() + at.index, at.part);
     }
     /// What tissue returns from the height of the beam, over what a scatterer with `surface` of each element does: the
     /// integral over y of |P / P0|^4 over |integral of E^2|^2, where P0 is P in the slice with E = 1; 1/m. In the slice
     /// plane alone E changes fast with distance and frequency near the element, which scatterers at all heights do not.
     float tissue(float range) const {
-        const place at = place_of(range);
+        const place at = place_of(position(range));
         return (1 - at.part) * tissue_[at.index] + at.part * tissue_[at.index + 1];
     }
 
@@ -136,22 +166,20 @@ class elevation_field {
     ///
     /// and those over a and b are sums.
     spectral_value bent_surface(float range, float slope, float curvature) const {
-        if (std::fabs(slope) < 1e-4F && std::fabs(curvature) * range < 1e-3F) return spectral_value{{1, 0}};
-        spectral_value ratio;
-        for (std::size_t i = 0; i < spectral_value::nodes; ++i) {
+        if (std::fabs(slope) < 1e-4F && std::fabs(curvature) * range < 1e-3F) return spectral_value::everywhere({1, 0});
+        return spectral_value::each([&](int i) {
             const vec2 bent = surface_integral(wave_number_[i], range, slope, curvature),
                        straight = surface_integral(wave_number_[i], range, 0, 0);
-            ratio.at[i] = complex_product(bent, {straight.x, -straight.y}) / max(dot(straight, straight), 1e-30F);
-        }
-        return ratio;
+            return complex_product(bent, {straight.x, -straight.y}) / max(dot(straight, straight), 1e-30F);
+        });
     }
 
   private:
-    static constexpr float min_range = 1e-3F;                        // metres
-    static constexpr float per_logarithm = 48;                       // ranges of a table are 2 % apart
-    static constexpr std::size_t middle = spectral_value::nodes / 2; // a frequency near the carrier
-    static constexpr int min_points = 48, max_points = 512;          // of an element, for sums over its height
-    static constexpr int heights_of_tissue = 64;                     // over which |E|^4 is summed
+    static constexpr float min_range = 1e-3F;                // metres
+    static constexpr float per_logarithm = 48;               // ranges of a table are 2 % apart
+    static constexpr int middle = spectral_value::nodes / 2; // a frequency near the carrier
+    static constexpr int min_points = 48, max_points = 512;  // of an element, for sums over its height
+    static constexpr int heights_of_tissue = 64;             // over which |E|^4 is summed
 
     struct place {
         std::size_t index;
@@ -165,15 +193,11 @@ class elevation_field {
         return static_cast<int>(clamp(0.5F * k * height_ * height_ / range, min_points, max_points));
     }
 
-    place place_of(float range) const {
-        const float at =
-            clamp(per_logarithm * std::log(max(range, min_range) / min_range), 0, static_cast<float>(ranges_ - 2));
-        const auto index = static_cast<std::size_t>(at);
-        return {index, min(at - static_cast<float>(index), 1)};
+    place place_of(float position) const {
+        const auto index = static_cast<std::size_t>(min(position, static_cast<float>(ranges_ - 2)));
+        return {index, position - static_cast<float>(index)};
     }
-    static spectral_value interpolated(const spectral_value* from, float part) {
-        return (1 - part) * from[0] + part * from[1];
-    }
+    static spectral_value interpolated(const spectral_value* from, float part) { return mixed(from[0], from[1], part); }
 
     float lens(float y) const { return y * y / (std::sqrt(focus_ * focus_ + y * y) + focus_); }
 
@@ -193,19 +217,19 @@ class elevation_field {
     void compute(std::size_t i) {
         const float range = range_at(i);
         for (std::size_t h = 0; h < heights_; ++h) {
-            spectral_value& own = points_[h * ranges_ + i];
-            for (std::size_t f = 0; f < spectral_value::nodes; ++f)
-                own.at[f] = field(wave_number_[f], range, min(static_cast<float>(h) * row(), 0.95F * range));
+            const float y = min(static_cast<float>(h) * row(), 0.95F * range);
+            points_[h * ranges_ + i] =
+                spectral_value::each([&](int node) { return field(wave_number_[node], range, y); });
         }
-        spectral_value both;
-        for (std::size_t f = 0; f < spectral_value::nodes; ++f)
-            both.at[f] = std::sqrt(pi * range / wave_number_[f]) *
-                         complex_product(surface_integral(wave_number_[f], range, 0, 0),
-                                         {0.70710678F, -0.70710678F}); // 1 / sqrt(j)
+        const auto both = spectral_value::each([&](int node) {
+            return std::sqrt(pi * range / wave_number_[node]) *
+                   complex_product(surface_integral(wave_number_[node], range, 0, 0),
+                                   {0.70710678F, -0.70710678F}); // 1 / sqrt(j)
+        });
         // The root is continuous in the range: it has the phase of E, within a quarter turn.
-        const vec2 like = points_[i].at[middle];
         const spectral_value root = square_root(both);
-        surfaces_[i] = (dot(root.at[middle], like) < 0 ? -1.0F : 1.0F) * root;
+        const float sign = dot(root.at(middle), points_[i].at(middle)) < 0 ? -1.0F : 1.0F;
+        surfaces_[i] = lanes<spectral_value::nodes>(sign) * root;
         // Beyond the shadow of the element the field is weak, and beyond two diffraction widths as well.
         const float reach =
             height_ * (0.5F + std::fabs(1 - range / focus_)) + 4 * pi * range / (wave_number_[middle] * height_);
@@ -216,7 +240,7 @@ class elevation_field {
             const vec2 at = range / there * field(wave_number_[middle], there, y);
             sum += dot(at, at) * dot(at, at);
         }
-        tissue_[i] = 2 * reach / heights_of_tissue * sum / max(dot(both.at[middle], both.at[middle]), 1e-30F);
+        tissue_[i] = 2 * reach / heights_of_tissue * sum / max(dot(both.at(middle), both.at(middle)), 1e-30F);
     }
 
     // Over a, then over b: see `bent_surface`, without its factor sqrt(pi r / j k).

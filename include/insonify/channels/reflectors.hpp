@@ -182,8 +182,9 @@ class reflector_search {
             for (const auto& [distance, amplitude] : of_line[i]) {
                 const vec3 p = beam.origin + distance * beam.direction;
                 const float level = strength * std::sqrt(lines_.width(distance) * across(distance));
-                found.push_back(
-                    {.place = {p.x, p.z}, .tall = true, .root = spectral_value{square_root(level * amplitude)}});
+                found.push_back({.place = {p.x, p.z},
+                                 .tall = true,
+                                 .root = spectral_value::everywhere(square_root(level * amplitude))});
             }
         }
     }
@@ -286,9 +287,10 @@ class reflector_search {
         const float reflected =
             model_.at_interface({seen.media[before], seen.media[after], met.cosine, lines_.frequency, one.roughness})
                 .reflected;
-        spectral_value whole{{0, std::copysign(weight * size * wave_number / (2 * pi), reflected)}};
-        for (std::size_t i = 0; i < spectral_value::nodes; ++i)
-            whole.at[i] *= 1 + spectral_value::steps(i) * step_of_nodes_ / lines_.frequency;
+        const float at_carrier = std::copysign(weight * size * wave_number / (2 * pi), reflected);
+        const auto whole = spectral_value::each([&](int node) {
+            return vec2{0, at_carrier * (1 + spectral_value::steps(node) * step_of_nodes_ / lines_.frequency)};
+        });
         one.root = square_root(whole *
                                field.bent_surface(distance, -clamp(met.slope.y, -steepest, steepest), met.curvature.y));
         found.push_back(one);
@@ -315,7 +317,7 @@ class reflector_search {
             place =
                 hash_bits(place, static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(on_object[axis]))));
         reflector one = piece;
-        one.root = spectral_value{square_root(std::sqrt(0.5F * power) * hash_normal(model_.seed, place))};
+        one.root = spectral_value::everywhere(square_root(std::sqrt(0.5F * power) * hash_normal(model_.seed, place)));
         one.normal = {0, 0};
         found.push_back(one);
     }

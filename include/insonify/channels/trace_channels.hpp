@@ -5,6 +5,7 @@
 
 #include <insonify/acoustics/physical.hpp>
 #include <insonify/bvh/large_array.hpp>
+#include <insonify/channels/arriving_waves.hpp>
 #include <insonify/channels/channel_data.hpp>
 #include <insonify/channels/element_array.hpp>
 #include <insonify/channels/element_fans.hpp>
@@ -13,6 +14,7 @@
 #include <insonify/channels/pair_sums.hpp>
 #include <insonify/channels/reflectors.hpp>
 #include <insonify/channels/transmit.hpp>
+#include <insonify/channels/wave_fronts.hpp>
 #include <insonify/core/error.hpp>
 #include <insonify/core/random.hpp>
 #include <insonify/execution/policy.hpp>
@@ -163,7 +165,7 @@ class channel_tracer {
             if (!(local.z > 0)) continue; // behind the face
             highest = max(highest, std::fabs(local.y));
             lateral = max(lateral, length(local - out.places[search.nearest_element({local.x, local.z})].origin));
-            const spectral_value root{square_root(vec2{one.scattering_length, 0})};
+            const auto root = spectral_value::everywhere(square_root(vec2{one.scattering_length, 0}));
             all.push_back({.place = {local.x, local.z}, .y = local.y, .root = root});
         }
         for (const ray& one : out.places) highest = max(highest, std::fabs(one.origin.y));
@@ -187,7 +189,6 @@ class channel_tracer {
         if (settings_.surfaces) search.add_surfaces(policy, field_, all);
 
         // In zones of attenuation, then in blocks that are small in space, so that each adds to few samples of a pair.
-        // The reflectors of a block are shuffled: neighbours in memory then add to other samples.
         constexpr float step = 0.3F; // Np over a standard deviation of the spectrum; its square over 8 is neglected
         const float size_of_strip =
             std::sqrt(settings_.depth * (aperture + settings_.depth) * static_cast<float>(wave_table::block) /
@@ -196,8 +197,9 @@ class channel_tracer {
         exec::for_each_block(policy, all.size(), 256, 100, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) {
                 const std::size_t nearest = search.nearest_element(all[i].place);
-                const element_fans::place at = fans_.find(nearest, all[i].place);
-                all[i].lost_slope = at.seen ? 2 * fans_.at_point(nearest, at).lost_slope : 0;
+                const auto at = fans_.find<1>(nearest, all[i].place);
+                const float line = sum(at.line), distance = sum(at.distance);
+                all[i].lost_slope = line >= 0 ? 2 * fans_.at_point(nearest, line, distance).lost_slope : 0;
                 strip_of[i] = static_cast<std::uint32_t>(clamp(all[i].place.y / size_of_strip, 0, 1e6F));
                 zone_of[i] =
                     static_cast<std::uint32_t>(clamp(all[i].lost_slope * record_.sigma_frequency / step, 0, 1000));
@@ -221,12 +223,7 @@ class channel_tracer {
                 sum += static_cast<double>(all[order[end]].lost_slope);
             zones_.push_back({sorted.size(), sorted.size() + (end - begin),
                               static_cast<float>(sum / static_cast<double>(end - begin))});
-            for (std::size_t block = begin; block < end; block += wave_table::block) {
-                const std::size_t size = std::min(wave_table::block, end - block);
-                for (std::size_t i = size; i > 1; --i)
-                    std::swap(order[block + i - 1], order[block + hash_bits(block, i) % i]);
-                for (std::size_t i = 0; i < size; ++i) sorted.push_back(all[order[block + i]]);
-            }
+            for (std::size_t i = begin; i < end; ++i) sorted.push_back(all[order[i]]);
             begin = end;
         }
         all = std::move(sorted);
@@ -244,7 +241,7 @@ class channel_tracer {
     float speckle_strength(float fnumber, float focus) const {
         constexpr int places = 64;
         float sum = 0, weights = 0;
-        for (std::size_t node = 0; node < spectral_value::nodes; ++node) {
+        for (int node = 0; node < spectral_value::nodes; ++node) {
             const float x = spectral_value::steps(node) * record_.node_step / record_.sigma_frequency;
             const float frequency = frequency_ + spectral_value::steps(node) * record_.node_step;
             float radiated[places];
@@ -266,7 +263,7 @@ class channel_tracer {
             weights += weight;
         }
         const float wavelength = speed_ / frequency_, elevation_fnumber = focus / height_;
-        const vec2 both = field_.surface(focus).at[spectral_value::nodes / 2];
+        const vec2 both = field_.surface(field_.position(focus)).at(spectral_value::nodes / 2);
         const float across = field_.tissue(focus) * dot(both, both) * dot(both, both) / std::pow(height_, 4.0F);
         return elevation_fnumber * std::sqrt(wavelength * fnumber / (sum / weights * across));
     }
@@ -291,68 +288,6 @@ class channel_tracer {
         }
     }
 
-    // What arrives from an element at a reflector.
-    struct element_wave_at {
-        float time = 0, facing = 0; // facing 0: nothing arrives
-        spectral_value wave{};
-    };
-    element_wave_at arrive(const channel_data& out, std::size_t element, const reflector& one, float zone_slope) const {
-        element_wave_at found;
-        const element_fans::place at = fans_.find(element, one.place);
-        if (!at.seen || !(at.cosine > 0)) return found;
-        const arrived_wave wave = one.surface ? fans_.at_surface(element, at, one.object_before, one.object_after)
-                                              : fans_.at_point(element, at);
-        if (!(wave.amplitude > 0)) return found;
-        found.time = wave.time;
-        found.facing = 0.5F;
-        // Near the element the distance to most of its face is longer: there 1 / r would grow without bound.
-        float amplitude = wave.amplitude * at.distance / std::sqrt(at.distance * at.distance + width_ * width_);
-        if (one.surface && one.normal != vec2{0, 0}) {
-            const ray& face = out.places[element];
-            const vec2 to = (vec2{face.origin.x, face.origin.z} - one.place) / at.distance;
-            const float cosine = dot(to, one.normal);
-            if (!(cosine > 0)) return {};
-            found.facing = 0.5F * cosine;
-            const std::vector<medium>& media = media_;
-            // Between two elements the wave is reflected at half of the angle between them, seen from the surface; the
-            // nearest element stands for the other one. Roughness sees the angle to the surface itself.
-            const incidence between{media[one.before], media[one.after], clamp(dot(to, one.nearest), 0.2F, 1),
-                                    frequency_, one.roughness};
-            incidence met = between;
-            met.cosine = min(cosine, 1);
-            // Where the surface turns away, its share fades: an edge of the lit part would return a wave of its own.
-            constexpr float fading = 0.25F; // cosine, beyond 75 degrees
-            const float lit = min(cosine / fading, 1);
-            amplitude *= lit * lit * (3 - 2 * lit) * // the root of what both ways make of it
-                         std::sqrt(std::fabs(model_.at_interface(between).reflected) * model_.roughness.coherent(met));
-        }
-        const float y = one.y - out.places[element].origin.y;
-        if (y != 0) { // the distance in space
-            const float further = y * y / (std::sqrt(at.distance * at.distance + y * y) + at.distance);
-            found.time += further * wave.time / at.distance;
-        }
-        const spectral_value across =
-            one.tall ? field_.surface(wave.range) : field_.point(std::sqrt(wave.range * wave.range + y * y), y);
-        // sqrt(j k w / 2 pi h) sinc(k w sin t / 2) cos t: twice this, times a scattering length, is an echo.
-        const float lost = wave.lost_slope - 0.5F * zone_slope;
-        const vec2 carrier = turned(0.125 - double{frequency_} * double{found.time});          // with sqrt(j)
-        const float per_hertz = pi * width_ * at.sine / speed_, half = frequency_ * per_hertz, // k w sin t / 2
-            step = record_.node_step * per_hertz;
-        const float beyond = std::exp(-lost * record_.node_step);
-        const vec2 turn{std::cos(step), std::sin(step)};
-        vec2 turning{std::cos(half - 1.5F * step), std::sin(half - 1.5F * step)}; // at the lowest frequency
-        float left = 1 / (beyond * std::sqrt(beyond));
-        for (std::size_t i = 0; i < spectral_value::nodes; ++i) {
-            const float angle = half + spectral_value::steps(i) * step;
-            const float sinc = std::fabs(angle) < 1e-3F ? 1.0F : turning.y / angle;
-            const float face = root_[i] * at.cosine * sinc * amplitude * left;
-            turning = complex_product(turning, turn);
-            left *= beyond;
-            found.wave.at[i] = complex_product(face * carrier, complex_product(across.at[i], one.root.at[i]));
-        }
-        return found;
-    }
-
     struct zone {
         std::size_t begin, end; // reflectors
         float slope;            // mean attenuation there and back: change with frequency, Np/Hz
@@ -360,10 +295,8 @@ class channel_tracer {
 
     template <class Policy>
     void trace(const Policy& policy, channel_data& out) {
-        media_ = {body_.media().begin(), body_.media().end()};
-        for (std::size_t i = 0; i < spectral_value::nodes; ++i)
-            root_[i] =
-                std::sqrt((frequency_ + spectral_value::steps(i) * record_.node_step) * width_ / (speed_ * height_));
+        const arriving_waves<Model> waves{
+            out.places, fans_, field_, body_.media(), model_, {frequency_, record_.node_step, width_, height_, speed_}};
         const std::uint32_t sources = symmetric_ ? elements_ : out.transmits;
         const std::size_t count = band_.bins.size();
         const auto first_pair = [&](std::size_t source) { // of a source's pairs
@@ -379,6 +312,7 @@ class channel_tracer {
         std::fill(spectra.begin(), spectra.end(), vec2{0, 0});
         large_array<float> sums(pairs * sum_size);
         wave_table received{elements_}, sent{symmetric_ ? 0 : sources};
+        const wave_fronts fronts{out.sent, elements_, frequency_, record_.node_step};
         const fourier transform{record_.transform};
         const float rate = record_.complex_rate(), margin = static_cast<float>(record_.margin);
         for (const zone& own : zones_) {
@@ -388,41 +322,38 @@ class channel_tracer {
                                                sums.begin() + static_cast<std::ptrdiff_t>(end * sum_size), 0.0F);
                                  });
             for (std::size_t block = own.begin; block < own.end; block += wave_table::block) {
-                const std::size_t size = std::min(wave_table::block, own.end - block),
-                                  padded =
-                                      (size + wave_table::together - 1) / wave_table::together * wave_table::together;
-                exec::for_each_block(
-                    policy, elements_, 1, 100 * static_cast<float>(size), [&](std::size_t element, std::size_t) {
-                        for (std::size_t i = 0; i < size; ++i) {
-                            const element_wave_at at = arrive(out, element, reflectors_[block + i], own.slope);
-                            received.set(element, i, at.time, at.facing, at.wave);
-                        }
-                        for (std::size_t i = size; i < padded; ++i) received.set(element, i, 0, 0, {});
-                    });
-                if (!symmetric_) send_wave_fronts(policy, out, received, size, padded, sent);
+                const std::size_t size = std::min(wave_table::block, own.end - block);
+                const std::size_t padded = (size + max_simd_width - 1) / max_simd_width * max_simd_width;
+                exec::for_each_block(policy, padded, 8, 30 * static_cast<float>(elements_),
+                                     [&](std::size_t begin, std::size_t end) {
+                                         for (std::size_t i = begin; i < end; ++i) {
+                                             if (i < size)
+                                                 waves.find(reflectors_[block + i], own.slope, received, i);
+                                             else
+                                                 received.clear(i);
+                                             if (!symmetric_) fronts.find(received, sent, i);
+                                         }
+                                     });
                 // In tiles of sources and receivers, whose waves stay in a cache.
                 constexpr std::uint32_t tile = 8;
                 const std::uint32_t source_tiles = (sources + tile - 1) / tile,
                                     receiver_tiles = (elements_ + tile - 1) / tile;
-                exec::for_each_block(
-                    policy, std::size_t{source_tiles} * receiver_tiles, 1, 3 * tile * tile * static_cast<float>(size),
-                    [&](std::size_t number, std::size_t) {
-                        const std::size_t first_source = number / receiver_tiles * tile,
-                                          first = number % receiver_tiles * tile;
-                        const std::size_t last = std::min<std::size_t>(first + tile, elements_);
-                        if (symmetric_ && last <= first_source) return;
-                        source_waves one;
-                        for (std::size_t n = first_source; n < first_source + tile && n < sources; ++n) {
-                            one.assign(symmetric_ ? received[n] : sent[n], padded);
-                            for (std::size_t m = symmetric_ ? std::max(first, n) : first; m < last; ++m)
-                                one.add(received[m], padded, rate, margin, sums.data() + pair_of(n, m) * sum_size,
-                                        record_.length);
-                        }
-                    });
+                exec::for_each_block(policy, std::size_t{source_tiles} * receiver_tiles, 1,
+                                     3 * tile * tile * static_cast<float>(size), [&](std::size_t number, std::size_t) {
+                                         const std::size_t first_source = number / receiver_tiles * tile,
+                                                           first = number % receiver_tiles * tile;
+                                         for (std::size_t n = first_source; n < first_source + tile && n < sources; ++n)
+                                             for (std::size_t m = symmetric_ ? std::max(first, n) : first;
+                                                  m < first + tile && m < elements_; ++m)
+                                                 add_echoes(symmetric_ ? received : sent, n, received, m, size, rate,
+                                                            margin, sums.data() + pair_of(n, m) * sum_size,
+                                                            record_.length);
+                                     });
             }
-            exec::for_each_block(policy, pairs, complex_batch::width, 20 * static_cast<float>(record_.transform),
+            const std::vector<float> weights = weights_of(own.slope);
+            exec::for_each_block(policy, pairs, pairs_together, 80 * static_cast<float>(record_.transform),
                                  [&](std::size_t begin, std::size_t end) {
-                                     add_spectra(sums.data() + begin * sum_size, end - begin, own.slope, transform,
+                                     add_spectra(sums.data() + begin * sum_size, end - begin, weights, transform,
                                                  spectra.data() + begin * count);
                                  });
         }
@@ -435,7 +366,7 @@ class channel_tracer {
         exec::for_each_block(
             policy, std::size_t{out.transmits} * elements_, complex_batch::width,
             2 * static_cast<float>(longer + count * elements_), [&](std::size_t begin, std::size_t end) {
-                std::vector<complex_batch> room(longer);
+                std::vector<complex_batch> values(longer), room(longer);
                 std::vector<vec2> whole(count);
                 std::vector<complex_block> batches(count, complex_block{});
                 for (std::size_t i = begin; i < end; ++i) {
@@ -460,13 +391,14 @@ class channel_tracer {
                 }
                 for (std::size_t b = 0; b < count; ++b) {
                     const std::size_t bin = band_.bins[b];
-                    room[bin < record_.transform / 2 ? bin : longer - (record_.transform - bin)] = batches[b].loaded();
+                    values[bin < record_.transform / 2 ? bin : longer - (record_.transform - bin)] =
+                        batches[b].loaded();
                 }
-                back.inverse(room.data());
+                back.inverse(values, room);
                 const std::size_t offset = std::size_t{record_.margin} * record_.halves / 2;
                 for (std::size_t k = 0; k < record_.samples; ++k) {
                     complex_block sample;
-                    sample.store_from(batch_product(carrier[k], room[offset + k]));
+                    sample.store_from(batch_product(carrier[k], values[offset + k]));
                     for (std::size_t i = begin; i < end; ++i) out.values[i * record_.samples + k] = sample.x[i - begin];
                 }
             });
@@ -490,84 +422,46 @@ class channel_tracer {
         }
     }
 
-    // Of as many pairs as there are lanes, or fewer.
-    void add_spectra(const float* sums, std::size_t pairs, float zone_slope, const fourier& transform, vec2* to) const {
-        const std::size_t sum_size = std::size_t{record_.length} * floats_per_wave, count = band_.bins.size();
-        std::vector<complex_batch> room(transform.size());
-        for (std::size_t node = 0; node < spectral_value::nodes; ++node) {
-            complex_block block{};
-            for (std::size_t k = 0; k < record_.length; ++k) {
-                for (std::size_t p = 0; p < pairs; ++p) {
-                    const float* const sample = sums + p * sum_size + floats_per_wave * k + 2 * node;
-                    block.x[p] = sample[0];
-                    block.y[p] = sample[1];
-                }
-                room[k] = block.loaded();
-            }
-            std::fill(room.begin() + record_.length, room.end(), complex_batch{});
-            transform.forward(room.data());
-            for (std::size_t b = 0; b < count; ++b) {
-                // Held beyond the nodes: a polynomial would grow without bound.
-                const float share =
-                    spectral_value::weight(node, clamp(band_.offsets[b] / record_.node_step, -2.5F, 2.5F));
-                const float factor = share * std::exp(-zone_slope * band_.offsets[b]) * band_.filter[b];
-                block.store_from(room[band_.bins[b]]);
-                for (std::size_t p = 0; p < pairs; ++p) to[p * count + b] += factor * vec2{block.x[p], block.y[p]};
-            }
+    // A node of a pair in each lane.
+    static constexpr int nodes = spectral_value::nodes;
+    static constexpr std::size_t pairs_together = complex_batch::width / nodes;
+
+    // The share of each node in the spectrum of a pair, at each frequency of the band, filtered.
+    std::vector<float> weights_of(float zone_slope) const {
+        std::vector<float> weights;
+        for (std::size_t b = 0; b < band_.bins.size(); ++b) {
+            const float filter = std::exp(-zone_slope * band_.offsets[b]) * band_.filter[b];
+            // Held beyond the nodes: a polynomial would grow without bound.
+            const float place = clamp(band_.offsets[b] / record_.node_step, -2.5F, 2.5F);
+            for (int node = 0; node < nodes; ++node) weights.push_back(filter * spectral_value::weight(node, place));
         }
+        return weights;
     }
 
-    // The wave front of each transmit at each reflector: what arrives within three periods of the first wave, which the
-    // elements around its origin send, at the time of the middle of its energy. The later waves of the others cancel,
-    // but for those from the ends of the aperture, which are left out.
-    template <class Policy>
-    void send_wave_fronts(const Policy& policy, const channel_data& out, const wave_table& of_elements,
-                          std::size_t size, std::size_t padded, wave_table& sent) const {
-        const float per_period = frequency_ / 3;
-        exec::for_each_block(
-            policy, out.transmits, 1, 4 * static_cast<float>(size * elements_), [&](std::size_t t, std::size_t) {
-                const transmit& one = out.sent[t];
-                std::vector<spectral_value> wave(size);
-                std::vector<vec2> moment(size, vec2{0, 0});
-                std::vector<float> first(size, FLT_MAX);
-                const auto each_element = [&](const auto& visit) {
-                    for (std::size_t n = 0; n < elements_; ++n)
-                        if (one.weight(static_cast<std::uint32_t>(n)) != 0) visit(n, of_elements[n], one.delays[n]);
-                };
-                each_element([&](std::size_t, const wave_row& from, float delay) {
-                    for (std::size_t i = 0; i < size; ++i)
-                        if (from.facing[i] > 0) first[i] = min(first[i], from.time[i] + delay);
-                });
-                each_element([&](std::size_t n, const wave_row& from, float delay) {
-                    const vec2 delayed =
-                        one.weight(static_cast<std::uint32_t>(n)) * turned(-double{frequency_} * double{delay});
-                    for (std::size_t i = 0; i < size; ++i) {
-                        const float later = from.time[i] + delay - first[i], x = later * per_period;
-                        if (!(x < 1) || !(from.facing[i] > 0)) continue;
-                        const vec2 weighted = (1 - x * x) * (1 - x * x) * delayed;
-                        for (std::size_t k = 0; k < spectral_value::nodes; ++k)
-                            wave[i].at[k] += complex_product(weighted, from.at(i, k));
-                        moment[i] += later * complex_product(weighted, 0.5F * (from.at(i, 1) + from.at(i, 2)));
-                    }
-                });
-                for (std::size_t i = 0; i < size; ++i) {
-                    // -d phase / d omega of the sum is Re(moment / value); what is left of the moment turns it over
-                    // frequency.
-                    spectral_value& sum = wave[i];
-                    const vec2 middle = 0.5F * (sum.at[1] + sum.at[2]);
-                    const float power = dot(middle, middle);
-                    if (!(power > 0)) {
-                        sent.set(t, i, 0, 0, {});
-                        continue;
-                    }
-                    const float later = dot(moment[i], middle) / power;
-                    const vec2 left = 2 * pi * record_.node_step * (moment[i] - later * middle);
-                    for (std::size_t k = 0; k < spectral_value::nodes; ++k)
-                        sum.at[k] += spectral_value::steps(k) * vec2{left.y, -left.x};
-                    sent.set(t, i, first[i] + later, 0.5F, sum);
+    // @param pairs  at most `pairs_together`
+    void add_spectra(const float* sums, std::size_t pairs, const std::vector<float>& weights, const fourier& transform,
+                     vec2* to) const {
+        const std::size_t sum_size = std::size_t{record_.length} * floats_per_wave, count = band_.bins.size();
+        std::vector<complex_batch> values(transform.size()), room(transform.size());
+        complex_block block{};
+        for (std::size_t k = 0; k < record_.length; ++k) {
+            for (std::size_t p = 0; p < pairs; ++p) {
+                const float* const sample = sums + p * sum_size + floats_per_wave * k;
+                std::copy(sample, sample + nodes, block.x + nodes * p);
+                std::copy(sample + nodes, sample + 2 * nodes, block.y + nodes * p);
+            }
+            values[k] = block.loaded();
+        }
+        transform.forward(values, room);
+        for (std::size_t b = 0; b < count; ++b) {
+            block.store_from(values[band_.bins[b]]);
+            for (std::size_t p = 0; p < pairs; ++p)
+                for (int node = 0; node < nodes; ++node) {
+                    const std::size_t lane = nodes * p + static_cast<std::size_t>(node);
+                    to[p * count + b] +=
+                        weights[nodes * b + static_cast<std::size_t>(node)] * vec2{block.x[lane], block.y[lane]};
                 }
-                for (std::size_t i = size; i < padded; ++i) sent.set(t, i, 0, 0, {});
-            });
+        }
     }
 
     template <class Policy>
@@ -587,14 +481,12 @@ class channel_tracer {
     const Model& model_;
     const channel_settings& settings_;
     float frequency_ = 0, width_ = 0, height_ = 0, speed_ = display_speed;
-    float root_[spectral_value::nodes] = {}; // sqrt(k w / 2 pi h) of an element
     std::uint32_t elements_ = 0;
     bool symmetric_ = true;
     record_plan record_{};
     band band_{};
     element_fans fans_{};
     elevation_field field_{};
-    std::vector<medium> media_{};
     std::vector<reflector> reflectors_{};
     std::vector<zone> zones_{};
 };

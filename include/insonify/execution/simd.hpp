@@ -435,6 +435,20 @@ INSONIFY_FN INSONIFY_INLINE bit_lanes<N> select_bits(const lane_mask<N>& mask, c
     return raw_bits<N>(select(mask, raw_floats<N>(a), raw_floats<N>(b)));
 }
 
+/// The upper half of the lanes before the lower one.
+template <int N>
+INSONIFY_FN INSONIFY_INLINE lanes<N> swapped_halves(const lanes<N>& a) {
+    if constexpr (N == 8 && detail::register_width >= N) {
+        const auto bits = __builtin_bit_cast(bit_lanes<N>, a);
+        return __builtin_bit_cast(lanes<N>, __builtin_shufflevector(bits, bits, 4, 5, 6, 7, 0, 1, 2, 3));
+    } else {
+        float each[N + N / 2];
+        store(a, each);
+        std::memcpy(each + N, each, N / 2 * sizeof *each);
+        return load<N>(each + N / 2);
+    }
+}
+
 /// Highest bit set for infinities and NaN. Tests the bits, so it holds under -ffast-math; several results combine by |.
 template <int N>
 INSONIFY_FN INSONIFY_INLINE bit_lanes<N> not_finite(const lanes<N>& floats) {
