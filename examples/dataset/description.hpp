@@ -20,12 +20,14 @@ struct description {
     std::uint32_t samples = 100;
     std::uint32_t size = 256; ///< columns and rows
     std::string output = "dataset";
-    std::string format = "hdf5"; ///< hdf5 or png
-    std::uint32_t part = 32;     ///< samples in each file
-    bool iq = false;             ///< store IQ and envelope, too
-    bool no_truth = false;       ///< store no maps but the labels
-    bool plan = false;           ///< print what would be done
-    bool verify = false;         ///< check the parts that there are
+    std::string format = "hdf5";           ///< hdf5 or png
+    std::uint32_t part = 32;               ///< samples in each file
+    bool iq = false;                       ///< store IQ and envelope, too
+    std::string channels{};                ///< array whose channel data are stored, too; empty: none
+    std::string transmits = "plane:11:20"; ///< of it
+    bool no_truth = false;                 ///< store no maps but the labels
+    bool plan = false;                     ///< print what would be done
+    bool verify = false;                   ///< check the parts that there are
 
     std::vector<std::string> anatomy{};    ///< names of regions, and OBJ files; none: all regions
     std::vector<std::string> views{};      ///< of the regions; none: all
@@ -80,6 +82,8 @@ struct description {
         counted("--samples", samples, 1, 1'000'000'000);
         counted("--size", size, 16, 4096);
         counted("--part", part, 1, 8192); // they are in memory until they are written
+        if (!channels.empty() && format == "png")
+            throw usage_error{"--channels: PNG files have no place for them; use --format hdf5"};
         counted("--lines", lines, 8, 1024);
         counted("--looks", looks, 1, 31);
         within("--scale", scale, 0.1F, 10);

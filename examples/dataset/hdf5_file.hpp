@@ -38,6 +38,10 @@ class handle {
 /// HDF5 prints its own messages unless it is told not to, in each thread.
 inline void keep_hdf5_quiet() { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
 
+/// The version of zea whose layout files have: the one with tracks and a group for the probe.
+inline constexpr const char* zea_version = "0.1.8";
+inline const std::string no_unit = "–";
+
 /// What the numbers of an array are.
 enum class number_type { byte, boolean, whole, real };
 

@@ -2,6 +2,7 @@
 #define INSONIFY_DATASET_HDF5_PART_HPP
 
 #include <insonify/core/version.hpp>
+#include "../channels/scan_groups.hpp"
 #include "layout.hpp"
 #include <string>
 #include <vector>
@@ -9,23 +10,8 @@
 /// Parts as HDF5, and the file that stands for all of them.
 namespace dataset {
 
-/// The version of zea whose layout the files have.
-inline constexpr const char* zea_version = "0.1.8";
-
 inline const array_name present_name{"insonify/present", no_unit,
                                      "1 where there is a sample; 0: its part is missing or damaged"};
-
-/// The kinds of probes in a dataset, as zea calls them.
-inline std::vector<std::string> probe_types(const description& d, const anatomies& all) {
-    std::vector<std::string> found;
-    for (std::size_t i = 0; i < all.size(); ++i)
-        for (const anatomy::view& seen : all[i].views()) {
-            constexpr const char* types[] = {"linear", "curved", "phased"};
-            const char* type = types[array_of(d, seen).index()];
-            if (std::find(found.begin(), found.end(), type) == found.end()) found.emplace_back(type);
-        }
-    return found;
-}
 
 /// Groups, texts and links: what a part and the whole have in common.
 /// @param add_arrays  called when the groups exist, before the links
@@ -35,7 +21,9 @@ void add_content(hdf5_file& file, const description& d, const layout& arrays, co
     file.set_text("zea_version", zea_version);
     file.set_text("us_machine", "insonify " + std::to_string(INSONIFY_VERSION));
     file.set_text("description", "simulated ultrasound images, with ground truth");
-    if (const std::vector<std::string> types = probe_types(d, all); types.size() == 1) {
+    if (const auto& recorded = arrays.recorded()) {
+        channels::add_probe(file, recorded->array(), recorded->like());
+    } else if (const std::vector<std::string> types = probe_types(d, all); types.size() == 1) {
         file.add_group("probe", "the array; what varies is in insonify");
         file.add_text({"probe/name", no_unit, "of the array"}, types[0] + " array");
         file.add_text({"probe/type", no_unit, "linear, curved or phased"}, types[0]);
@@ -48,6 +36,7 @@ void add_content(hdf5_file& file, const description& d, const layout& arrays, co
     file.add_group("tracks", "the samples are the frames of one track");
     file.add_group("tracks/track_0", "a frame for each sample");
     file.add_group("tracks/track_0/data", "images, labels and signals");
+    if (const auto& recorded = arrays.recorded()) channels::add_scan(file, recorded->like());
     for (const array_name& map : arrays.maps()) {
         file.add_group(map.path, map.description);
         file.add_text({map.path + "/unit", no_unit, "of the values"}, map.unit);

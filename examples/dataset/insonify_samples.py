@@ -33,15 +33,17 @@ class samples(collections.abc.Sequence):
     numbers     what varied, and all else in the group `insonify`, by name
     with truth  incidence, transmitted, depth: float32, rows x columns
     with iq     complex64, samples x lines
+    with channels   raw_data: float32, transmits x samples x elements
 
     Files are opened in each process by itself, so that the workers of a loader may share a `samples`.
     """
 
-    def __init__(self, folder, truth=False, iq=False):
+    def __init__(self, folder, truth=False, iq=False, channels=False):
         path = pathlib.Path(folder)
         self.path = path / "dataset.h5" if path.is_dir() else path
         self.maps = ["incidence", "transmitted", "depth"] if truth else []
         self.iq = iq
+        self.channels = channels
         self._file, self._process = None, None
         with h5py.File(self.path) as file:
             present = file["insonify/present"][:] == 1
@@ -50,10 +52,10 @@ class samples(collections.abc.Sequence):
             self.label_names = [name.decode() for name in file["data/segmentation/labels"][:]]
             names = {name: [text.decode() for text in array[:]] for name, array in file["insonify"].items() if array.dtype.kind == "O"}
             self.anatomies, self.views, self.parameter_names = (names.get(name, []) for name in ("anatomies", "views", "parameter_names"))
-            needed = self.maps + (["beamformed_data"] if iq else [])
+            needed = self.maps + (["beamformed_data"] if iq else []) + (["raw_data"] if channels else [])
             lacking = [name for name in needed if name not in file["data"]]
             if lacking:
-                raise ValueError(f"{self.path} has no {', '.join(lacking)}: it was made with --no-truth, or without --iq")
+                raise ValueError(f"{self.path} has no {', '.join(lacking)}: it was made with --no-truth, or without --iq or --channels")
             self._numbers = [name for name, array in file["insonify"].items() if array.shape[:1] == present.shape and array.dtype.kind == "f" and name not in ("label_media", "parameters")]
 
     def __len__(self):
@@ -79,6 +81,8 @@ class samples(collections.abc.Sequence):
             found[name] = data[name]["values"][row]
         if self.iq:
             found["iq"] = np.ascontiguousarray(data["beamformed_data/values"][row]).view(np.complex64)[..., 0]
+        if self.channels:
+            found["raw_data"] = data["raw_data"][row][..., 0]
         return found
 
     def batches(self, size, seed=None):

@@ -13,8 +13,6 @@
 /// in the group `insonify`, says how a sample came about.
 namespace dataset {
 
-inline const std::string no_unit = "–";
-
 /// Numbers of a sample: one, or an array.
 struct fact {
     array_name name;
@@ -56,10 +54,12 @@ struct whole_fact {
 
 class layout {
   public:
-    layout(const description& d, const anatomies& all) : d_{d}, samples_{dataset::line_samples(d, all)} {
+    layout(const description& d, const anatomies& all)
+        : d_{d}, samples_{dataset::line_samples(d, all)}, recorded_{acquisition_of(d, all)} {
         add_numbers(all);
         add_records(all);
         add_maps(all);
+        if (recorded_) add_channels();
     }
 
     /// Numbers that floats cannot represent.
@@ -79,6 +79,8 @@ class layout {
     const std::vector<array_name>& maps() const { return maps_; }
     /// Coordinates that several maps share: a path, and what it is another name of.
     const std::vector<std::pair<std::string, std::string>>& links() const { return links_; }
+    /// The channel data that there are, if there are.
+    const std::optional<acquisition>& recorded() const { return recorded_; }
     /// Samples of each line of IQ.
     std::uint32_t line_samples() const { return samples_; }
     /// The first facts are numbers that options give, and that vary.
@@ -100,6 +102,7 @@ class layout {
         one.incidence = one.transmitted = one.depth = {};
         one.iq = {};
         one.beams = {};
+        one.channels = {};
     }
 
     static constexpr const char *image_path = "tracks/track_0/data/image/values", *label_path = "insonify/label";
@@ -368,6 +371,17 @@ class layout {
                 });
         share_coordinates("beamformed_data", "envelope_data");
     }
+    void add_channels() {
+        const channel_data& like = recorded_->like();
+        arrays_.push_back({{"tracks/track_0/data/raw_data", no_unit,
+                            "RF of each element; 1 is the echo of a perfect mirror. The envelope of an echo peaks at "
+                            "its travel time"},
+                           number_type::real,
+                           {like.transmits, like.samples, like.elements, 1},
+                           false,
+                           nan,
+                           [](const record& one) { return std::vector<packed_chunk>{dataset::pack(one.channels)}; }});
+    }
     // Depth by depth.
     template <class Visit>
     static void for_each_echo(const iq_lines& echoes, const Visit& visit) {
@@ -377,6 +391,7 @@ class layout {
 
     const description& d_;
     std::uint32_t samples_; // of a line of echoes
+    std::optional<acquisition> recorded_;
     std::vector<fact> facts_{};
     std::vector<packed_array> arrays_{};
     std::vector<array_name> maps_{};

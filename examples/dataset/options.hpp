@@ -189,6 +189,13 @@ inline std::vector<described_option> add_options(CLI::App& app, description& d) 
     option("format", d.format, "HDF5 files, or PNG files beside JSON files")->check(CLI::IsMember({"hdf5", "png"}));
     option("part", d.part, "Samples in each part, 1 to 8192; a part is in memory until it is written as a whole");
     flag("iq", d.iq, "Store envelope and IQ along the lines, too");
+    option("channels", d.channels,
+           "Store RF of each element, too, of an array where the probe is: l11_5v, l12_3v (linear), c5_2v (convex), "
+           "p4_2v (phased); without: none")
+        ->check(CLI::IsMember({"l11_5v", "l12_3v", "c5_2v", "p4_2v"}));
+    option("transmits", d.transmits,
+           "Of --channels: plane:COUNT:ANGLE, diverging:COUNT:ANGLE:LENGTH, focused:COUNT:DEPTH, "
+           "focused:COUNT:DEPTH:ANGLE or fsa");
     flag("no-truth", d.no_truth, "Store no incidence, transmission and depth of each pixel, only its label");
     command("plan", d.plan, "Print what varies, how long it takes and how large it will be, and write nothing");
     command("verify", d.verify,

@@ -1,6 +1,7 @@
 #ifndef INSONIFY_DATASET_RENDER_HPP
 #define INSONIFY_DATASET_RENDER_HPP
 
+#include "acquisition.hpp"
 #include "hdf5_file.hpp"
 #include "specimen.hpp"
 #include <optional>
@@ -36,16 +37,9 @@ struct record {
     std::vector<float> incidence{}, transmitted{}, depth{};
     iq_lines iq{};                                   ///< on the lines of the probe
     std::vector<ray> beams{};                        ///< those lines
+    std::vector<float> channels{};                   ///< transmits x samples x elements
     std::vector<std::vector<packed_chunk>> packed{}; ///< the arrays of `layout`, once they are compressed
 };
-
-/// The kind of probe that `--probe` replaces that of a view by.
-inline any_array array_of(const description& d, const anatomy::view& seen) {
-    if (d.probe == "linear") return linear_array{};
-    if (d.probe == "convex") return convex_array{};
-    if (d.probe == "phased") return phased_array{};
-    return seen.probe;
-}
 
 /// Calls visit(probe) with the probe of a sample.
 template <class Visit>
@@ -100,7 +94,8 @@ iq_lines own_echoes(const scanner<Probe>& machine) {
 
 /// Draws a sample with one thread: others draw other samples.
 template <transducer Probe>
-record render(const Probe& probe, const description& d, const anatomies& all, const specimen& of, sample s) {
+record render(const Probe& probe, const description& d, const anatomies& all,
+              const std::optional<acquisition>& recorded, const specimen& of, sample s) {
     placement placed = place(d, all, of, probe, s);
     const scene& body = placed.body;
     const pose& at = placed.at;
@@ -135,6 +130,8 @@ record render(const Probe& probe, const description& d, const anatomies& all, co
     for (std::uint32_t line = 0; line < drawn.iq.count; ++line)
         drawn.beams.push_back(probe.beam(static_cast<float>(line)));
 
+    if (recorded) drawn.channels = recorded->record(body, at, s.number);
+
     // About one sample for each row of the image, so that no surface falls between two.
     const label_settings maps{.depth = how.depth, .samples = d.size, .grid = label_settings::depth_grid::displayed};
     const auto truth = ground_truth(exec::unseq, body, probe, at, maps);
@@ -158,26 +155,28 @@ record render(const Probe& probe, const description& d, const anatomies& all, co
     return drawn;
 }
 
-inline record render(const description& d, const anatomies& all, const specimen& of, const spot& at) {
+inline record render(const description& d, const anatomies& all, const std::optional<acquisition>& recorded,
+                     const specimen& of, const spot& at) {
     const anatomy::view& seen = of.views[at.view];
     const sample s = draw_sample(d, at, seen);
-    return with_probe(d, seen, s, [&](const auto& probe) { return render(probe, d, all, of, s); });
+    return with_probe(d, seen, s, [&](const auto& probe) { return render(probe, d, all, recorded, of, s); });
 }
 
 /// Draws samples one after the other, and keeps the body for the next.
 class renderer {
   public:
-    renderer(const description& d, const anatomies& all) : d_{d}, all_{all} {}
+    renderer(const description& d, const anatomies& all) : d_{d}, all_{all}, recorded_{acquisition_of(d, all)} {}
 
     record operator()(std::uint32_t number) {
         const spot at = all_.place_of(number);
         if (!of_ || !anatomies::share_body(of_->at, at)) of_ = make_specimen(d_, all_, at);
-        return render(d_, all_, *of_, at);
+        return render(d_, all_, recorded_, *of_, at);
     }
 
   private:
     const description& d_;
     const anatomies& all_;
+    std::optional<acquisition> recorded_;
     std::optional<specimen> of_{};
 };
 

@@ -22590,7 +22590,7 @@ struct reflector {
     std::uint32_t before = 0, after = 0;               ///< media on the side of the array and behind a surface
     std::uint32_t object_before = 0, object_after = 0; ///< as in `layer`
     float roughness = -1;                              ///< of a surface, as in `layer`
-    float lost_slope = 0; ///< attenuation from the nearest element and back: change with frequency, Np/Hz
+    float lost_slope = 0; ///< attenuation there and back, on the way where it is least: change with frequency, Np/Hz
 };
 
 /// What `trace_channels` fills the slice with lines by: parallel, or from an apex behind a curved face. A probe.
@@ -23351,20 +23351,27 @@ class channel_tracer {
         if (settings_.surfaces) search.add_surfaces(policy, field_, all);
 
         // In zones of attenuation, then in blocks that are small in space, so that each adds to few samples of a pair.
-        constexpr float step = 0.3F; // Np over a standard deviation of the spectrum; its square over 8 is neglected
+        constexpr float last_zone = 12; // which returns less than -90 dB, of a carrier three deviations from 0 Hz
+        constexpr float step = 0.3F;    // Np over a standard deviation of the spectrum; its square over 8 is neglected
         const float size_of_strip =
             std::sqrt(settings_.depth * (aperture + settings_.depth) * static_cast<float>(wave_table::block) /
                       static_cast<float>(all.size() + 1));
         std::vector<std::uint32_t> zone_of(all.size()), strip_of(all.size());
         exec::for_each_block(policy, all.size(), 256, 100, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) {
-                const std::size_t nearest = search.nearest_element(all[i].place);
-                const auto at = fans_.find<1>(nearest, all[i].place);
-                const float line = sum(at.line), distance = sum(at.distance);
-                all[i].lost_slope = line >= 0 ? 2 * fans_.at_point(nearest, line, distance).lost_slope : 0;
+                // By the least of some elements: what others see through bone is of no account.
+                float least = FLT_MAX;
+                const auto see = [&](std::size_t element) {
+                    const auto at = fans_.find<1>(element, all[i].place);
+                    const float line = sum(at.line);
+                    if (line >= 0) least = min(least, 2 * fans_.at_point(element, line, sum(at.distance)).lost_slope);
+                };
+                see(search.nearest_element(all[i].place));
+                for (std::size_t k = 1; k < 8; k += 2) see(k * elements_ / 8);
+                all[i].lost_slope = least < FLT_MAX ? least : 0;
                 strip_of[i] = static_cast<std::uint32_t>(clamp(all[i].place.y / size_of_strip, 0, 1e6F));
                 zone_of[i] =
-                    static_cast<std::uint32_t>(clamp(all[i].lost_slope * record_.sigma_frequency / step, 0, 1000));
+                    static_cast<std::uint32_t>(clamp(all[i].lost_slope * record_.sigma_frequency / step, 0, last_zone));
             }
         });
         std::vector<std::uint32_t> order(all.size());

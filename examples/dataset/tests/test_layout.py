@@ -4,9 +4,9 @@ import json
 import h5py
 import numpy as np
 import pytest
-from helpers import PLAIN, SMALL, STRAIGHT, labels_of, run, whole_of, write_balls
+from helpers import PLAIN, SMALL, STRAIGHT, TINY, labels_of, run, whole_of, write_balls
 
-from insonify_samples import pose
+from insonify_samples import pose, samples
 
 TEXT = h5py.string_dtype()
 
@@ -191,3 +191,38 @@ def test_what_was_done_can_be_recovered(tmp_path):
             off = np.linalg.norm(of_file - [0, 0, 0.040], axis=1) - 0.015
             print(f"scale {about['scale'][row]:.2f}, bend {about['bend'][row]:.1f} mm: {1e3 * np.abs(off).max():.2f} mm from the surface at most")
             assert np.abs(off).max() < 0.4e-3
+
+
+def test_channels_are_those_of_an_array_where_the_probe_is(tmp_path):
+    channels = ["--probe", "phased", "--channels", "p4_2v", "--transmits", "plane:3:20", "--depth", "20..30"]
+    run(tmp_path, *TINY, *channels)
+    with whole_of(tmp_path) as file:
+        track = file["tracks/track_0"]
+        raw, scan, probe = track["data/raw_data"], track["scan"], file["probe"]
+        frames, transmits, length, elements, parts = raw.shape
+        assert raw.dtype == np.float32 and (frames, transmits, elements, parts) == (2, 3, 64, 1)
+        assert raw.attrs["unit"] and raw.attrs["description"]
+        for name in ("t0_delays", "tx_apodizations"):
+            assert scan[name].shape == (transmits, elements), name
+        for name in ("initial_times", "focus_distances", "polar_angles", "azimuth_angles"):
+            assert scan[name].shape == (transmits,), name
+        assert scan["transmit_origins"].shape == (transmits, 3) and probe["probe_geometry"].shape == (elements, 3)
+        np.testing.assert_allclose(np.degrees(scan["polar_angles"][:]), [-10, 0, 10], atol=1e-4)
+        assert probe["type"][()] == b"phased" and scan["sampling_frequency"][()] == 4 * scan["center_frequency"][()]
+        # As long as the deepest image, there and back.
+        assert length / scan["sampling_frequency"][()] > 2 * 0.030 / 1540
+        values = raw[:]
+        assert np.isfinite(values).all() and np.abs(values).max(axis=(1, 2, 3, 4)).min() > 1e-4
+        assert np.abs(values[0] - values[1]).max() > 1e-4
+    one = samples(tmp_path / "out", channels=True)[1]
+    np.testing.assert_array_equal(one["raw_data"], values[1, ..., 0])
+
+
+def test_channels_of_another_kind_or_place_are_refused(tmp_path):
+    for options, sentence in {
+        ("--channels", "c5_2v", "--probe", "linear"): "--channels: c5_2v is a curved array, but there are linear probes",
+        ("--channels", "l11_5v", "--format", "png"): "--channels: PNG files have no place for them; use --format hdf5",
+        ("--channels", "l11_5v", "--transmits", "plane:0:3"): "--transmits: 'plane:0:3': the count 0",
+    }.items():
+        done = run(tmp_path, *TINY, *options, check=False)
+        assert done.returncode == 1 and sentence in done.stderr and not list(tmp_path.iterdir())

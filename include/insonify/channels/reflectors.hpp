@@ -42,7 +42,7 @@ struct reflector {
     std::uint32_t before = 0, after = 0;               ///< media on the side of the array and behind a surface
     std::uint32_t object_before = 0, object_after = 0; ///< as in `layer`
     float roughness = -1;                              ///< of a surface, as in `layer`
-    float lost_slope = 0; ///< attenuation from the nearest element and back: change with frequency, Np/Hz
+    float lost_slope = 0; ///< attenuation there and back, on the way where it is least: change with frequency, Np/Hz
 };
 
 /// What `trace_channels` fills the slice with lines by: parallel, or from an apex behind a curved face. A probe.
