@@ -22459,7 +22459,7 @@ class elevation_field {
 namespace insonify::inline INSONIFY_ABI::detail {
 
 /// One sample of a sum, or one wave: a complex value at each frequency, real parts before imaginary parts.
-inline constexpr std::size_t floats_per_wave = 2 * spectral_value::nodes;
+inline constexpr std::size_t floats_per_wave = std::size_t{2} * spectral_value::nodes;
 using wave_lanes = lanes<floats_per_wave>;
 
 /// What arrives at each of a block of reflectors, from every source or at every receiver.
@@ -22953,15 +22953,14 @@ class arriving_waves {
     void find(const reflector& one, float zone_slope, wave_table& to, std::size_t place) const {
         constexpr int width = max_simd_width;
         using floats = lanes<width>;
-        const auto elements = static_cast<int>(places_.size());
-        for (int first = 0; first < elements; first += width) {
-            const auto at = fans_.template find<width>(static_cast<std::size_t>(first), one.place);
+        for (std::size_t first = 0; first < places_.size(); first += width) {
+            const auto at = fans_.template find<width>(first, one.place);
             several<width> arrived;
             store(at.line, arrived.line);
             store(at.distance, arrived.distance);
             store(at.cosine, arrived.cosine);
-            const int count = std::min(width, elements - first);
-            for (int k = 0; k < count; ++k) arrive(one, static_cast<std::size_t>(first + k), k, arrived);
+            const std::size_t count = std::min<std::size_t>(width, places_.size() - first);
+            for (std::size_t k = 0; k < count; ++k) arrive(one, first + k, k, arrived);
 
             const floats distance = max(at.distance, floats(1e-6F)), range = load<width>(arrived.range);
             // Near the element the distance to most of its face is longer: there 1 / r would grow without bound.
@@ -22982,8 +22981,8 @@ class arriving_waves {
             store(carrier.y, arrived.carrier_y);
             store(position, arrived.position);
             store(abs(at.sine) * floats(static_cast<float>(sines)), arrived.sine);
-            for (int k = 0; k < count; ++k) {
-                const auto column = static_cast<std::size_t>(first + k);
+            for (std::size_t k = 0; k < count; ++k) {
+                const std::size_t column = first + k;
                 if (!(arrived.factor[k] > 0)) {
                     to.clear(column, place);
                     continue;
@@ -23016,7 +23015,7 @@ class arriving_waves {
     };
 
     lanes<spectral_value::nodes> radiated(float sine) const {
-        const int entry = std::min(static_cast<int>(sine), sines);
+        const auto entry = std::min(static_cast<std::size_t>(sine), std::size_t{sines});
         const float part = sine - static_cast<float>(entry);
         const float* const from = radiated_ + entry * spectral_value::nodes;
         return lanes<spectral_value::nodes>(1 - part) * load<spectral_value::nodes>(from) +
@@ -23025,7 +23024,7 @@ class arriving_waves {
 
     // What the layers make of the wave of one element; its factor stays 0 where nothing arrives.
     template <int N>
-    void arrive(const reflector& one, std::size_t element, int k, several<N>& at) const {
+    void arrive(const reflector& one, std::size_t element, std::size_t k, several<N>& at) const {
         if (!(at.line[k] >= 0) || !(at.cosine[k] > 0)) return;
         const arrived_wave wave =
             one.surface ? fans_.at_surface(element, at.line[k], at.distance[k], one.object_before, one.object_after)
@@ -23592,7 +23591,7 @@ class channel_tracer {
     }
 
     // A node of a pair in each lane.
-    static constexpr int nodes = spectral_value::nodes;
+    static constexpr std::size_t nodes = spectral_value::nodes;
     static constexpr std::size_t pairs_together = complex_batch::width / nodes;
 
     // The share of each node in the spectrum of a pair, at each frequency of the band, filtered.
@@ -23602,7 +23601,8 @@ class channel_tracer {
             const float filter = std::exp(-zone_slope * band_.offsets[b]) * band_.filter[b];
             // Held beyond the nodes: a polynomial would grow without bound.
             const float place = clamp(band_.offsets[b] / record_.node_step, -2.5F, 2.5F);
-            for (int node = 0; node < nodes; ++node) weights.push_back(filter * spectral_value::weight(node, place));
+            for (int node = 0; node < spectral_value::nodes; ++node)
+                weights.push_back(filter * spectral_value::weight(node, place));
         }
         return weights;
     }
@@ -23625,11 +23625,9 @@ class channel_tracer {
         for (std::size_t b = 0; b < count; ++b) {
             block.store_from(values[band_.bins[b]]);
             for (std::size_t p = 0; p < pairs; ++p)
-                for (int node = 0; node < nodes; ++node) {
-                    const std::size_t lane = nodes * p + static_cast<std::size_t>(node);
+                for (std::size_t node = 0; node < nodes; ++node)
                     to[p * count + b] +=
-                        weights[nodes * b + static_cast<std::size_t>(node)] * vec2{block.x[lane], block.y[lane]};
-                }
+                        weights[nodes * b + node] * vec2{block.x[nodes * p + node], block.y[nodes * p + node]};
         }
     }
 

@@ -53,15 +53,14 @@ class arriving_waves {
     void find(const reflector& one, float zone_slope, wave_table& to, std::size_t place) const {
         constexpr int width = max_simd_width;
         using floats = lanes<width>;
-        const auto elements = static_cast<int>(places_.size());
-        for (int first = 0; first < elements; first += width) {
-            const auto at = fans_.template find<width>(static_cast<std::size_t>(first), one.place);
+        for (std::size_t first = 0; first < places_.size(); first += width) {
+            const auto at = fans_.template find<width>(first, one.place);
             several<width> arrived;
             store(at.line, arrived.line);
             store(at.distance, arrived.distance);
             store(at.cosine, arrived.cosine);
-            const int count = std::min(width, elements - first);
-            for (int k = 0; k < count; ++k) arrive(one, static_cast<std::size_t>(first + k), k, arrived);
+            const std::size_t count = std::min<std::size_t>(width, places_.size() - first);
+            for (std::size_t k = 0; k < count; ++k) arrive(one, first + k, k, arrived);
 
             const floats distance = max(at.distance, floats(1e-6F)), range = load<width>(arrived.range);
             // Near the element the distance to most of its face is longer: there 1 / r would grow without bound.
@@ -82,8 +81,8 @@ class arriving_waves {
             store(carrier.y, arrived.carrier_y);
             store(position, arrived.position);
             store(abs(at.sine) * floats(static_cast<float>(sines)), arrived.sine);
-            for (int k = 0; k < count; ++k) {
-                const auto column = static_cast<std::size_t>(first + k);
+            for (std::size_t k = 0; k < count; ++k) {
+                const std::size_t column = first + k;
                 if (!(arrived.factor[k] > 0)) {
                     to.clear(column, place);
                     continue;
@@ -116,7 +115,7 @@ class arriving_waves {
     };
 
     lanes<spectral_value::nodes> radiated(float sine) const {
-        const int entry = std::min(static_cast<int>(sine), sines);
+        const auto entry = std::min(static_cast<std::size_t>(sine), std::size_t{sines});
         const float part = sine - static_cast<float>(entry);
         const float* const from = radiated_ + entry * spectral_value::nodes;
         return lanes<spectral_value::nodes>(1 - part) * load<spectral_value::nodes>(from) +
@@ -125,7 +124,7 @@ class arriving_waves {
 
     // What the layers make of the wave of one element; its factor stays 0 where nothing arrives.
     template <int N>
-    void arrive(const reflector& one, std::size_t element, int k, several<N>& at) const {
+    void arrive(const reflector& one, std::size_t element, std::size_t k, several<N>& at) const {
         if (!(at.line[k] >= 0) || !(at.cosine[k] > 0)) return;
         const arrived_wave wave =
             one.surface ? fans_.at_surface(element, at.line[k], at.distance[k], one.object_before, one.object_after)

@@ -15,7 +15,7 @@
 namespace insonify::inline INSONIFY_ABI::detail {
 
 /// One sample of a sum, or one wave: a complex value at each frequency, real parts before imaginary parts.
-inline constexpr std::size_t floats_per_wave = 2 * spectral_value::nodes;
+inline constexpr std::size_t floats_per_wave = std::size_t{2} * spectral_value::nodes;
 using wave_lanes = lanes<floats_per_wave>;
 
 /// What arrives at each of a block of reflectors, from every source or at every receiver.

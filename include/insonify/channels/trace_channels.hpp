@@ -430,7 +430,7 @@ class channel_tracer {
     }
 
     // A node of a pair in each lane.
-    static constexpr int nodes = spectral_value::nodes;
+    static constexpr std::size_t nodes = spectral_value::nodes;
     static constexpr std::size_t pairs_together = complex_batch::width / nodes;
 
     // The share of each node in the spectrum of a pair, at each frequency of the band, filtered.
@@ -440,7 +440,8 @@ class channel_tracer {
             const float filter = std::exp(-zone_slope * band_.offsets[b]) * band_.filter[b];
             // Held beyond the nodes: a polynomial would grow without bound.
             const float place = clamp(band_.offsets[b] / record_.node_step, -2.5F, 2.5F);
-            for (int node = 0; node < nodes; ++node) weights.push_back(filter * spectral_value::weight(node, place));
+            for (int node = 0; node < spectral_value::nodes; ++node)
+                weights.push_back(filter * spectral_value::weight(node, place));
         }
         return weights;
     }
@@ -463,11 +464,9 @@ class channel_tracer {
         for (std::size_t b = 0; b < count; ++b) {
             block.store_from(values[band_.bins[b]]);
             for (std::size_t p = 0; p < pairs; ++p)
-                for (int node = 0; node < nodes; ++node) {
-                    const std::size_t lane = nodes * p + static_cast<std::size_t>(node);
+                for (std::size_t node = 0; node < nodes; ++node)
                     to[p * count + b] +=
-                        weights[nodes * b + static_cast<std::size_t>(node)] * vec2{block.x[lane], block.y[lane]};
-                }
+                        weights[nodes * b + node] * vec2{block.x[nodes * p + node], block.y[nodes * p + node]};
         }
     }
 
