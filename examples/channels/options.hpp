@@ -37,6 +37,9 @@ struct options {
     std::string output = "channels.hdf5";
 };
 
+/// The arrays that --array names: see `find_array`.
+inline const std::vector<std::string> array_names{"l11_5v", "l12_3v", "c5_2v", "p4_2v"};
+
 /// Declares the options and where their values are stored.
 inline void add_options(CLI::App& app, options& into) {
     using namespace command_line;
@@ -67,7 +70,7 @@ inline void add_options(CLI::App& app, options& into) {
                        "direction of the array, with --from (1,0,0)")
         ->needs(from);
     add(app, "--array", into.array, "NAME", "l11_5v, l12_3v: linear; c5_2v: convex; p4_2v: phased (l11_5v)")
-        ->check(CLI::IsMember({"l11_5v", "l12_3v", "c5_2v", "p4_2v"}));
+        ->check(CLI::IsMember(array_names));
     add(app, "--transmits", into.transmits, "KIND",
         "plane:COUNT:ANGLE, plane waves spread over an angle; diverging:COUNT:ANGLE:LENGTH, from so far behind the "
         "face; focused:COUNT:DEPTH, beams side by side; focused:COUNT:DEPTH:ANGLE, beams from the middle of the face; "

@@ -2,6 +2,7 @@
 #define INSONIFY_DATASET_OPTIONS_HPP
 
 #include "../anatomy/regions.hpp"
+#include "../channels/options.hpp"
 #include "description.hpp"
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -192,7 +193,7 @@ inline std::vector<described_option> add_options(CLI::App& app, description& d) 
     option("channels", d.channels,
            "Store RF of each element, too, of an array where the probe is: l11_5v, l12_3v (linear), c5_2v (convex), "
            "p4_2v (phased); without: none")
-        ->check(CLI::IsMember({"l11_5v", "l12_3v", "c5_2v", "p4_2v"}));
+        ->check(CLI::IsMember(channels::array_names));
     option("transmits", d.transmits,
            "Of --channels: plane:COUNT:ANGLE, diverging:COUNT:ANGLE:LENGTH, focused:COUNT:DEPTH, "
            "focused:COUNT:DEPTH:ANGLE or fsa");

@@ -272,6 +272,38 @@ TEST_CASE("channels: wave fronts are faster sums without the waves from the ends
     }
 }
 
+TEST_CASE("channels: at the edge of a shadow, sound arrives when it does beside it") {
+    constexpr medium bone_like{.density = 1000, .sound_speed = 3000, .attenuation = 1};
+    scene body{medium_1540};
+    body.add(make_box({0, -60_mm, 10_mm}, {60_mm, 60_mm, 15_mm}), bone_like);
+    body.build(exec::par);
+    const std::vector<ray> places{{.origin = {0, 0, 0}, .direction = {0, 0, 1}}};
+    detail::element_fans fans;
+    fans.assign(
+        exec::par, body, places, pose{}, 7.6e6F, 60e-3F,
+        [](const medium& m, float f) {
+            return m.sound_speed > 2000 ? 4e5F * f / 7.6e6F : 0.0F;
+        }, // 1000 dB in 5 mm, one way
+        [](const medium&, const medium&, float, float) { return 1.0F; }, [](float) { return 1e-6F; });
+    std::uint32_t shaded = 0, mixed = 0;
+    for (std::uint32_t i = 0; i <= 200; ++i) {
+        const vec2 p{(static_cast<float>(i) * 0.01F - 1) * 1_mm, 30_mm};
+        const auto at = fans.find<1>(0, p);
+        const float line = sum(at.line), distance = sum(at.distance);
+        const detail::arrived_wave wave = fans.at_point(0, line, distance);
+        const float arrives = wave.passed * std::exp(-wave.lost); // the share of the lines beside the shadow
+        if (arrives < 1e-4F) {
+            ++shaded;
+            continue;
+        }
+        mixed += arrives < 0.99F ? 1 : 0;
+        CHECK(wave.time == doctest::Approx(static_cast<double>(distance) / 1540).epsilon(1e-6));
+        CHECK(wave.lost_slope == 0);
+    }
+    CHECK(shaded > 50);
+    CHECK(mixed > 10); // points between a line in the shadow and one beside it
+}
+
 TEST_CASE("channels: noise is independent from element to element, and absent unless asked for") {
     scene body{medium_1540};
     body.build(exec::par);

@@ -232,11 +232,23 @@ class element_fans {
     }
     static constexpr float min_open = 0.1F; // near a caustic, amplitudes grow no further
 
-    // Between two lines: a at part 0, b at 1.
+    // Between two lines, a at part 0 and b at 1, by their shares of the amplitude: where one of them runs through bone, the
+    // other one says when sound arrives.
     static arrived_wave mixed(const arrived_wave& a, const arrived_wave& b, float part) {
-        const auto mix = [part](float from, float to) { return from + part * (to - from); };
-        return {mix(a.time, b.time),     mix(a.passed, b.passed), mix(a.lost, b.lost),
-                mix(a.spread, b.spread), mix(a.range, b.range),   mix(a.lost_slope, b.lost_slope)};
+        const float least = min(a.lost, b.lost);
+        const auto left = [least](const arrived_wave& one) {
+            return one.lost == least ? one.passed : one.passed * std::exp(least - one.lost);
+        };
+        const float of_a = (1 - part) * left(a), of_b = part * left(b), passed = of_a + of_b;
+        if (!(passed > 0)) return {};
+        const float share = of_b / passed;
+        const auto mix = [share](float from, float to) { return from + share * (to - from); };
+        return {mix(a.time, b.time),
+                passed,
+                least,
+                mix(a.spread, b.spread),
+                mix(a.range, b.range),
+                mix(a.lost_slope, b.lost_slope)};
     }
 
     // The wave at the beginning of a layer, from that in the layer before. @param entered  without what sound has met
