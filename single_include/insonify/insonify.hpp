@@ -23321,7 +23321,7 @@ class channel_tracer {
                         number_text(1e-9F * static_cast<float>(bytes)), " GB, more than `max_memory` (",
                         number_text(1e-9F * static_cast<float>(settings_.max_memory)),
                         " GB); lower depth, transmits or elements, or raise it"})};
-        out.values.assign(channels * record_.samples, 0.0F);
+        out.values.assign(static_cast<std::size_t>(channels) * record_.samples, 0.0F);
     }
 
     template <class Policy>
