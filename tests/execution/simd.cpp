@@ -63,10 +63,20 @@ TEST_CASE("lanes do what floats do, one by one") {
     simd_test::check<8>();
 }
 
-TEST_CASE("the halves of lanes change places") {
-    float swapped[8];
-    store(swapped_halves<8>(each_lane<8>([](int i) { return static_cast<float>(i); })), swapped);
-    for (int i = 0; i < 8; ++i) CHECK(swapped[i] == static_cast<float>((i + 4) % 8));
+TEST_CASE("complex numbers in pairs of lanes are multiplied") {
+    const auto check = [](auto width) {
+        constexpr int n = decltype(width)::value;
+        const auto a = each_lane<n>([](int i) { return static_cast<float>(i + 1); });
+        const auto b = each_lane<n>([](int i) { return static_cast<float>(3 - 2 * i); });
+        float products[n];
+        store(complex_products<n>(a, b), products);
+        for (int i = 0; i < n; i += 2) {
+            const auto number = [i](const auto& of) { return std::complex<float>{of[i], of[i + 1]}; };
+            CHECK(number(products) == number(a) * number(b)); // of small whole numbers: exact
+        }
+    };
+    check(std::integral_constant<int, 4>{});
+    check(std::integral_constant<int, max_simd_width>{});
 }
 
 TEST_CASE("a difference of products has the sign of the exact one where a fused multiply-add exists") {

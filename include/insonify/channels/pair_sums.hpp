@@ -14,7 +14,7 @@
 /// Sums over reflectors of what goes from one source by a reflector to one receiver.
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// One sample of a sum, or one wave: a complex value at each frequency, real parts before imaginary parts.
+/// One sample of a sum, or one wave: a complex value at each frequency.
 inline constexpr std::size_t floats_per_wave = std::size_t{2} * spectral_value::nodes;
 using wave_lanes = lanes<floats_per_wave>;
 
@@ -34,18 +34,23 @@ class wave_table {
     /// @{
     const float* time(std::size_t column) const { return values_.data() + column * column_size; } ///< s
     /// Share of the obliquity: 1/2 of a point, cos / 2 of a surface.
-    const float* facing(std::size_t column) const { return time(column) + block; }
-    /// The waves, with the phase of the carrier by the travel time; each is followed by the same times the imaginary unit.
-    const float* waves(std::size_t column) const { return time(column) + 2 * block; }
+    const float* facing(std::size_t column) const { return time(column) + row; }
+    /// The waves, with the phase of the carrier by the travel time.
+    const float* waves(std::size_t column) const { return time(column) + 2 * row; }
     /// @}
 
     void set(std::size_t column, std::size_t reflector, float time, float facing, const spectral_value& wave) {
         float* const own = values_.data() + column * column_size;
         own[reflector] = time;
-        own[block + reflector] = facing;
-        float* const to = own + 2 * block + floats_per_wave * reflector;
-        store(wave.x, to);
-        store(wave.y, to + spectral_value::nodes);
+        own[row + reflector] = facing;
+        float* const to = own + 2 * row + floats_per_wave * reflector;
+        float x[spectral_value::nodes], y[spectral_value::nodes];
+        store(wave.x, x);
+        store(wave.y, y);
+        for (std::size_t k = 0; k < spectral_value::nodes; ++k) {
+            to[2 * k] = x[k];
+            to[2 * k + 1] = y[k];
+        }
     }
     /// Nothing arrives.
     void clear(std::size_t column, std::size_t reflector) { set(column, reflector, never, 0, {}); }
@@ -54,7 +59,8 @@ class wave_table {
     }
 
   private:
-    static constexpr std::size_t column_size = (2 + floats_per_wave) * block;
+    // A cache line more than a power of two, so that the waves of one reflector do not all lie in the same set of a cache.
+    static constexpr std::size_t row = block + 16, column_size = 2 * row + floats_per_wave * block + 16;
     std::size_t columns_;
     large_array<float> values_; // source after source; aligned to cache lines
 };
@@ -66,12 +72,10 @@ class wave_table {
 /// @param margin   of samples before time 0
 /// @param sum      `samples` times `floats_per_wave`
 inline void add_echoes(const wave_table& sent, std::size_t source, const wave_table& received, std::size_t receiver,
-                       std::size_t count, float rate, float margin, float* sum, std::uint32_t samples) {
+                       std::size_t count, float rate, float margin, float* sum, const float* next, std::uint32_t samples) {
     constexpr int width = max_simd_width;
     using floats = lanes<width>;
     const floats last(static_cast<float>(samples - 4)), half(0.5F);
-    const auto imaginary = wave_lanes(spectral_value::nodes - 0.5F) <
-                           each_lane<floats_per_wave>([](int lane) { return static_cast<float>(lane); });
     const float *const sent_waves = sent.waves(source), *const received_waves = received.waves(receiver);
     for (std::size_t first = 0; first < count; first += width) {
         const auto both = [first](const float* a, const float* b) {
@@ -89,18 +93,18 @@ inline void add_echoes(const wave_table& sent, std::size_t source, const wave_ta
         store(share * half * u * u, weight[2]);
         std::uint32_t sample[width];
         store_bits<width>(below, sample);
-        wave_lanes value[width];
-        for (std::size_t i = 0; i < width; ++i) {
-            const std::size_t at = floats_per_wave * (first + i);
-            const wave_lanes a = load<floats_per_wave>(sent_waves + at), a_swapped = swapped_halves<floats_per_wave>(a),
-                             b = load<floats_per_wave>(received_waves + at);
-            value[i] = select(imaginary, a_swapped, a) * b +
-                       select(imaginary, a, -a_swapped) * swapped_halves<floats_per_wave>(b);
+        float values[floats_per_wave * width];
+        for (std::size_t i = 0; i < floats_per_wave * width; i += width) {
+            const std::size_t at = floats_per_wave * first + i;
+            store(complex_products<width>(load<width>(sent_waves + at), load<width>(received_waves + at)), values + i);
         }
         for (std::size_t i = 0; i < width; ++i) {
-            float* const to = sum + floats_per_wave * std::size_t{sample[i]};
+            const std::size_t at = floats_per_wave * std::size_t{sample[i]};
+            float* const to = sum + at;
+            prefetch(next + at); // it adds to the same samples
+            const wave_lanes value = load<floats_per_wave>(values + floats_per_wave * i);
             const auto tap = [&](std::size_t k) {
-                return load<floats_per_wave>(to + floats_per_wave * k) + wave_lanes(weight[k][i]) * value[i];
+                return load<floats_per_wave>(to + floats_per_wave * k) + wave_lanes(weight[k][i]) * value;
             };
             const wave_lanes before = tap(0), here = tap(1), after = tap(2);
             store(before, to);

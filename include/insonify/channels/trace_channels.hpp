@@ -353,7 +353,7 @@ class channel_tracer {
                                              for (std::size_t m = symmetric_ ? std::max(first, n) : first;
                                                   m < first + tile && m < elements_; ++m)
                                                  add_echoes(symmetric_ ? received : sent, n, received, m, size, rate,
-                                                            margin, sums.data() + pair_of(n, m) * sum_size,
+                                                            margin, sums.data() + pair_of(n, m) * sum_size, sums.data() + (pair_of(n, m)+(m+1<first+tile&&m+1<elements_?1:0)) * sum_size,
                                                             record_.length);
                                      });
             }
@@ -455,8 +455,10 @@ class channel_tracer {
         for (std::size_t k = 0; k < record_.length; ++k) {
             for (std::size_t p = 0; p < pairs; ++p) {
                 const float* const sample = sums + p * sum_size + floats_per_wave * k;
-                std::copy(sample, sample + nodes, block.x + nodes * p);
-                std::copy(sample + nodes, sample + 2 * nodes, block.y + nodes * p);
+                for (std::size_t node = 0; node < nodes; ++node) {
+                    block.x[nodes * p + node] = sample[2 * node];
+                    block.y[nodes * p + node] = sample[2 * node + 1];
+                }
             }
             values[k] = block.loaded();
         }

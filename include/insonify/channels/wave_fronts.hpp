@@ -48,7 +48,7 @@ class wave_fronts {
         for (std::size_t n = 0; n < elements_; ++n) {
             times[n] = of_elements.time(n)[place];
             const float* const one = of_elements.waves(n) + floats_per_wave * place;
-            for (std::size_t part = 0; part < floats_per_wave; ++part) waves[part * columns_ + n] = one[part];
+            for (std::size_t part = 0; part < floats_per_wave; ++part) waves[(part % 2 * nodes + part / 2) * columns_ + n] = one[part];
         }
         for (std::size_t t = 0; t < fronts_.size(); ++t) send(fronts_[t], times, waves, sent, t, place);
     }

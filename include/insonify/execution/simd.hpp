@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <utility>
 #if defined(INSONIFY_STD_SIMD)
 #include <experimental/simd>
 #endif
@@ -435,18 +436,30 @@ INSONIFY_FN INSONIFY_INLINE bit_lanes<N> select_bits(const lane_mask<N>& mask, c
     return raw_bits<N>(select(mask, raw_floats<N>(a), raw_floats<N>(b)));
 }
 
-/// The upper half of the lanes before the lower one.
+#if !defined(INSONIFY_NO_SIMD)
+namespace detail {
+template <class Lanes, class Bits, int... Lane>
+INSONIFY_FN INSONIFY_INLINE Lanes multiply_pairs(const Lanes& factor, const Bits& a, const Bits& b,
+                                                   std::integer_sequence<int, Lane...>) {
+    constexpr Bits sign{(Lane % 2 == 0 ? 0x80000000U : 0U)...};
+    const auto real = __builtin_bit_cast(Lanes, __builtin_shufflevector(a, a, (Lane & ~1)...)),
+               imaginary = __builtin_bit_cast(Lanes, __builtin_shufflevector(a, a, (Lane | 1)...) ^ sign),
+               swapped = __builtin_bit_cast(Lanes, __builtin_shufflevector(b, b, (Lane ^ 1)...));
+    return multiply_add(real, factor, imaginary * swapped);
+}
+} // namespace detail
+#endif
+
+/// Products of complex numbers, each in two lanes: its real part, then its imaginary part.
 template <int N>
-INSONIFY_FN INSONIFY_INLINE lanes<N> swapped_halves(const lanes<N>& a) {
-    if constexpr (N == 8 && detail::register_width >= N) {
-        const auto bits = __builtin_bit_cast(bit_lanes<N>, a);
-        return __builtin_bit_cast(lanes<N>, __builtin_shufflevector(bits, bits, 4, 5, 6, 7, 0, 1, 2, 3));
-    } else {
-        float each[N + N / 2];
-        store(a, each);
-        std::memcpy(each + N, each, N / 2 * sizeof *each);
-        return load<N>(each + N / 2);
-    }
+INSONIFY_FN INSONIFY_INLINE lanes<N> complex_products(const lanes<N>& a, const lanes<N>& b) {
+#if defined(INSONIFY_NO_SIMD)
+    return each_lane<N>([&](int i) {
+        return i % 2 == 0 ? a[i] * b[i] - a[i + 1] * b[i + 1] : a[i - 1] * b[i] + a[i] * b[i - 1];
+    });
+#else
+    return detail::multiply_pairs(b, raw_bits<N>(a), raw_bits<N>(b), std::make_integer_sequence<int, N>{});
+#endif
 }
 
 /// Highest bit set for infinities and NaN. Tests the bits, so it holds under -ffast-math; several results combine by |.
