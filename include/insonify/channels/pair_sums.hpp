@@ -24,7 +24,8 @@ class wave_table {
     static constexpr std::size_t block =
         2048; // reflectors; the waves of two tiles of elements fit into the second-level cache
     static constexpr float never = 1e3F; // s: the time of what does not arrive
-    static_assert(block % max_simd_width == 0);
+    static constexpr std::size_t group = 64; // reflectors are added in whole groups
+    static_assert(block % group == 0 && group % max_simd_width == 0);
 
     explicit wave_table(std::size_t columns) : columns_{columns}, values_(columns * column_size) {
         std::fill(values_.begin(), values_.end(), 0.0F);
@@ -67,38 +68,41 @@ class wave_table {
 
 /// Adds the echoes of a block of reflectors from a source to a receiver to complex samples at baseband. Each is a delta at
 /// its travel time, spread over three samples by a quadratic B-spline, whose spectrum sinc^3 is divided out later.
-/// @param count    of the reflectors; nothing arrives at those beyond it in the last register
+/// @param count    of the reflectors; nothing arrives at those beyond it in the last group
 /// @param rate     samples a second
 /// @param margin   of samples before time 0
 /// @param sum      `samples` times `floats_per_wave`
 inline void add_echoes(const wave_table& sent, std::size_t source, const wave_table& received, std::size_t receiver,
                        std::size_t count, float rate, float margin, float* sum, const float* next, std::uint32_t samples) {
     constexpr int width = max_simd_width;
+    constexpr std::size_t group = wave_table::group;
     using floats = lanes<width>;
     const floats last(static_cast<float>(samples - 4)), half(0.5F);
     const float *const sent_waves = sent.waves(source), *const received_waves = received.waves(receiver);
-    for (std::size_t first = 0; first < count; first += width) {
-        const auto both = [first](const float* a, const float* b) {
-            return load<width>(a + first) + load<width>(b + first);
-        };
-        const floats place = both(sent.time(source), received.time(receiver)) * floats(rate) + floats(margin - 0.5F);
-        const floats within = min(max(place, floats(0.0F)), last);
-        const bit_lanes<width> below = floor_bits<width>(within); // the middle one of three follows it
-        const floats share =
-            select(within == place, both(sent.facing(source), received.facing(receiver)), floats(0.0F));
-        const floats u = within - floats_of<width>(below), v = floats(1.0F) - u;
-        float weight[3][width];
-        store(share * half * v * v, weight[0]);
-        store(share * (half + u * v), weight[1]);
-        store(share * half * u * u, weight[2]);
-        std::uint32_t sample[width];
-        store_bits<width>(below, sample);
-        float values[floats_per_wave * width];
-        for (std::size_t i = 0; i < floats_per_wave * width; i += width) {
+    for (std::size_t first = 0; first < count; first += group) {
+        float weight[3][group], values[floats_per_wave * group];
+        std::uint32_t sample[group];
+        for (std::size_t i = 0; i < group; i += width) {
+            const auto both = [at = first + i](const float* a, const float* b) {
+                return load<width>(a + at) + load<width>(b + at);
+            };
+            const floats place =
+                both(sent.time(source), received.time(receiver)) * floats(rate) + floats(margin - 0.5F);
+            const floats within = min(max(place, floats(0.0F)), last);
+            const bit_lanes<width> below = bits_of_whole<width>(within); // the middle one of three follows it
+            const floats share =
+                select(within == place, both(sent.facing(source), received.facing(receiver)), floats(0.0F));
+            const floats u = within - floats_of<width>(below), v = floats(1.0F) - u;
+            store(share * half * v * v, weight[0] + i);
+            store(share * (half + u * v), weight[1] + i);
+            store(share * half * u * u, weight[2] + i);
+            store_bits<width>(below, sample + i);
+        }
+        for (std::size_t i = 0; i < floats_per_wave * group; i += width) {
             const std::size_t at = floats_per_wave * first + i;
             store(complex_products<width>(load<width>(sent_waves + at), load<width>(received_waves + at)), values + i);
         }
-        for (std::size_t i = 0; i < width; ++i) {
+        for (std::size_t i = 0; i < group; ++i) {
             const std::size_t at = floats_per_wave * std::size_t{sample[i]};
             float* const to = sum + at;
             prefetch(next + at); // it adds to the same samples

@@ -330,7 +330,7 @@ class channel_tracer {
                                  });
             for (std::size_t block = own.begin; block < own.end; block += wave_table::block) {
                 const std::size_t size = std::min(wave_table::block, own.end - block);
-                const std::size_t padded = (size + max_simd_width - 1) / max_simd_width * max_simd_width;
+                const std::size_t padded = (size + wave_table::group - 1) / wave_table::group * wave_table::group;
                 exec::for_each_block(policy, padded, 8, 30 * static_cast<float>(elements_),
                                      [&](std::size_t begin, std::size_t end) {
                                          for (std::size_t i = begin; i < end; ++i) {
