@@ -50,10 +50,10 @@ class arriving_waves {
 
     /// @param zone_slope  attenuation there and back that is applied later: change with frequency, Np/Hz
     /// @param place       of the reflector in `to`
-    void find(const reflector& one, float zone_slope, wave_table& to, std::size_t place) const {
+    void find(const reflector* reflectors, std::size_t count_, float zone_slope, wave_table& to, std::size_t place_) const {
         constexpr int width = max_simd_width;
         using floats = lanes<width>;
-        for (std::size_t first = 0; first < places_.size(); first += width) {
+        for (std::size_t first = 0; first < places_.size(); first += width) for (std::size_t r=0; r<count_; ++r) { const reflector& one = reflectors[r]; const std::size_t place = place_+r;
             const auto at = fans_.template find<width>(first, one.place);
             several<width> arrived;
             store(at.line, arrived.line);

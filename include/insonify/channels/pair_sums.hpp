@@ -81,7 +81,7 @@ inline void add_echoes(const wave_table& sent, std::size_t source, const wave_ta
     const float *const sent_waves = sent.waves(source), *const received_waves = received.waves(receiver);
     for (std::size_t first = 0; first < count; first += group) {
         float weight[3][group], values[floats_per_wave * group];
-        std::uint32_t sample[group];
+        std::uint32_t sample[group], heard = 0;
         for (std::size_t i = 0; i < group; i += width) {
             const auto both = [at = first + i](const float* a, const float* b) {
                 return load<width>(a + at) + load<width>(b + at);
@@ -90,14 +90,16 @@ inline void add_echoes(const wave_table& sent, std::size_t source, const wave_ta
                 both(sent.time(source), received.time(receiver)) * floats(rate) + floats(margin - 0.5F);
             const floats within = min(max(place, floats(0.0F)), last);
             const bit_lanes<width> below = bits_of_whole<width>(within); // the middle one of three follows it
-            const floats share =
-                select(within == place, both(sent.facing(source), received.facing(receiver)), floats(0.0F));
+            const auto inside = within == place;
+            heard |= bits_of(inside);
+            const floats share = select(inside, both(sent.facing(source), received.facing(receiver)), floats(0.0F));
             const floats u = within - floats_of<width>(below), v = floats(1.0F) - u;
             store(share * half * v * v, weight[0] + i);
             store(share * (half + u * v), weight[1] + i);
             store(share * half * u * u, weight[2] + i);
             store_bits<width>(below, sample + i);
         }
+        if (heard == 0) continue;
         for (std::size_t i = 0; i < floats_per_wave * group; i += width) {
             const std::size_t at = floats_per_wave * first + i;
             store(complex_products<width>(load<width>(sent_waves + at), load<width>(received_waves + at)), values + i);

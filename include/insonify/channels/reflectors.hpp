@@ -41,9 +41,23 @@ struct reflector {
     spectral_value root{}; ///< the root of what it returns: its scattering length; for a surface times metres
     std::uint32_t before = 0, after = 0;               ///< media on the side of the array and behind a surface
     std::uint32_t object_before = 0, object_after = 0; ///< as in `layer`
-    float roughness = -1;                              ///< of a surface, as in `layer`
-    float lost_slope = 0; ///< attenuation there and back, on the way where it is least: change with frequency, Np/Hz
+    float roughness = -1; ///< of a surface, as in `layer`
 };
+
+/// Number of the element that is nearest to a point of the slice.
+inline std::size_t nearest_element(view<const ray> places, vec2 p) {
+    std::size_t low = 0, high = places.size() - 1;
+    const auto right_of = [&](std::size_t i) { // of the normal of an element
+        const ray& one = places[i];
+        return (p.x - one.origin.x) * one.direction.z - (p.y - one.origin.z) * one.direction.x > 0;
+    };
+    while (high - low > 1) {
+        const std::size_t middle = (low + high) / 2;
+        (right_of(middle) ? low : high) = middle;
+    }
+    const auto distance = [&](std::size_t i) { return length(vec2{places[i].origin.x, places[i].origin.z} - p); };
+    return distance(low) <= distance(high) ? low : high;
+}
 
 /// What `trace_channels` fills the slice with lines by: parallel, or from an apex behind a curved face. A probe.
 struct slice_lines {
@@ -213,21 +227,6 @@ class reflector_search {
         for (const std::vector<reflector>& some : of_block) found.insert(found.end(), some.begin(), some.end());
     }
 
-    /// Number of the element that is nearest to a point of the slice.
-    std::size_t nearest_element(vec2 p) const {
-        std::size_t low = 0, high = places_.size() - 1;
-        const auto right_of = [&](std::size_t i) { // of the normal of an element
-            const ray& one = places_[i];
-            return (p.x - one.origin.x) * one.direction.z - (p.y - one.origin.z) * one.direction.x > 0;
-        };
-        while (high - low > 1) {
-            const std::size_t middle = (low + high) / 2;
-            (right_of(middle) ? low : high) = middle;
-        }
-        const auto distance = [&](std::size_t i) { return length(vec2{places_[i].origin.x, places_[i].origin.z} - p); };
-        return distance(low) <= distance(high) ? low : high;
-    }
-
   private:
     void add_segment(const scene_view& seen, const elevation_field& field, const cut_segment& segment,
                      const pose& upright, std::vector<reflector>& found) const {
@@ -250,7 +249,7 @@ class reflector_search {
         if (!(on_lines.y > 0 && on_lines.y < depth_)) return;
         const float weight = taper(on_lines);
         if (!(weight > 0)) return;
-        const ray& nearest = places_[nearest_element(flat)];
+        const ray& nearest = places_[nearest_element(places_, flat)];
         const vec3 apart = vec3{local.x, 0, local.z} - vec3{nearest.origin.x, 0, nearest.origin.z};
         const float distance = length(apart);
         if (!(distance > 1e-6F)) return;

@@ -15,6 +15,7 @@
 #include <insonify/channels/reflectors.hpp>
 #include <insonify/channels/transmit.hpp>
 #include <insonify/channels/wave_fronts.hpp>
+#include <insonify/channels/zones.hpp>
 #include <insonify/core/error.hpp>
 #include <insonify/core/random.hpp>
 #include <insonify/execution/policy.hpp>
@@ -164,7 +165,7 @@ class channel_tracer {
                 throw usage_error{"trace_channels: a point scatterer is not finite; check `points`"};
             if (!(local.z > 0)) continue; // behind the face
             highest = max(highest, std::fabs(local.y));
-            lateral = max(lateral, length(local - out.places[search.nearest_element({local.x, local.z})].origin));
+            lateral = max(lateral, length(local - out.places[nearest_element(out.places, {local.x, local.z})].origin));
             const auto root = spectral_value::everywhere(square_root(vec2{one.scattering_length, 0}));
             all.push_back({.place = {local.x, local.z}, .y = local.y, .root = root});
         }
@@ -188,52 +189,7 @@ class channel_tracer {
                 settings_.frame, height_, [&](float depth) { return field_.tissue(depth); }, all);
         if (settings_.surfaces) search.add_surfaces(policy, field_, all);
 
-        // In zones of attenuation, then in blocks that are small in space, so that each adds to few samples of a pair.
-        constexpr float last_zone = 12; // which returns less than -90 dB, of a carrier three deviations from 0 Hz
-        constexpr float step = 0.3F;    // Np over a standard deviation of the spectrum; its square over 8 is neglected
-        const float size_of_strip =
-            std::sqrt(settings_.depth * (aperture + settings_.depth) * static_cast<float>(wave_table::block) /
-                      static_cast<float>(all.size() + 1));
-        std::vector<std::uint32_t> zone_of(all.size()), strip_of(all.size());
-        exec::for_each_block(policy, all.size(), 256, 100, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) {
-                // By the least of some elements: what others see through bone is of no account.
-                float least = FLT_MAX;
-                const auto see = [&](std::size_t element) {
-                    const auto at = fans_.find<1>(element, all[i].place);
-                    const float line = sum(at.line);
-                    if (line >= 0) least = min(least, 2 * fans_.at_point(element, line, sum(at.distance)).lost_slope);
-                };
-                see(search.nearest_element(all[i].place));
-                for (std::size_t k = 1; k < 8; k += 2) see(k * elements_ / 8);
-                all[i].lost_slope = least < FLT_MAX ? least : 0;
-                strip_of[i] = static_cast<std::uint32_t>(clamp(all[i].place.y / size_of_strip, 0, 1e6F));
-                zone_of[i] =
-                    static_cast<std::uint32_t>(clamp(all[i].lost_slope * record_.sigma_frequency / step, 0, last_zone));
-            }
-        });
-        std::vector<std::uint32_t> order(all.size());
-        for (std::uint32_t i = 0; i < order.size(); ++i) order[i] = i;
-        std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-            if (zone_of[a] != zone_of[b]) return zone_of[a] < zone_of[b];
-            if (strip_of[a] != strip_of[b]) return strip_of[a] < strip_of[b];
-            if (all[a].place.x != all[b].place.x) return all[a].place.x < all[b].place.x;
-            return a < b;
-        });
-        std::vector<reflector> sorted;
-        sorted.reserve(all.size());
-        for (std::size_t begin = 0; begin < order.size();) {
-            const std::uint32_t own = zone_of[order[begin]];
-            std::size_t end = begin;
-            double sum = 0;
-            for (; end < order.size() && zone_of[order[end]] == own; ++end)
-                sum += static_cast<double>(all[order[end]].lost_slope);
-            zones_.push_back({sorted.size(), sorted.size() + (end - begin),
-                              static_cast<float>(sum / static_cast<double>(end - begin))});
-            for (std::size_t i = begin; i < end; ++i) sorted.push_back(all[order[i]]);
-            begin = end;
-        }
-        all = std::move(sorted);
+        zones_ = zone_order::sort(policy, all, fans_, out.places, record_.sigma_frequency);
     }
 
     // Scattering lengths from levels of speckle: `medium::backscatter` states them for pictures, relative to a mirror
@@ -295,11 +251,6 @@ class channel_tracer {
         }
     }
 
-    struct zone {
-        std::size_t begin, end; // reflectors
-        float slope;            // mean attenuation there and back: change with frequency, Np/Hz
-    };
-
     template <class Policy>
     void trace(const Policy& policy, channel_data& out) {
         const arriving_waves<Model> waves{
@@ -331,15 +282,12 @@ class channel_tracer {
             for (std::size_t block = own.begin; block < own.end; block += wave_table::block) {
                 const std::size_t size = std::min(wave_table::block, own.end - block);
                 const std::size_t padded = (size + wave_table::group - 1) / wave_table::group * wave_table::group;
-                exec::for_each_block(policy, padded, 8, 30 * static_cast<float>(elements_),
+                exec::for_each_block(policy, padded, 64, 30 * static_cast<float>(elements_),
                                      [&](std::size_t begin, std::size_t end) {
-                                         for (std::size_t i = begin; i < end; ++i) {
-                                             if (i < size)
-                                                 waves.find(reflectors_[block + i], own.slope, received, i);
-                                             else
-                                                 received.clear(i);
-                                             if (!symmetric_) fronts.find(received, sent, i);
-                                         }
+                                         const std::size_t last = std::min(end, size);
+                                         if (begin < last) waves.find(reflectors_.data() + block + begin, last - begin, own.slope, received, begin);
+                                         for (std::size_t i = std::max(begin, last); i < end; ++i) received.clear(i);
+                                         if (!symmetric_) for (std::size_t i = begin; i < end; ++i) fronts.find(received, sent, i);
                                      });
                 // In tiles of sources and receivers, whose waves stay in a cache.
                 constexpr std::uint32_t tile = 8;
@@ -353,7 +301,7 @@ class channel_tracer {
                                              for (std::size_t m = symmetric_ ? std::max(first, n) : first;
                                                   m < first + tile && m < elements_; ++m)
                                                  add_echoes(symmetric_ ? received : sent, n, received, m, size, rate,
-                                                            margin, sums.data() + pair_of(n, m) * sum_size, sums.data() + (pair_of(n, m)+(m+1<first+tile&&m+1<elements_?1:0)) * sum_size,
+                                                            margin, sums.data() + pair_of(n, m) * sum_size, sums.data() + pair_of(n, std::min<std::size_t>(m + 1, elements_ - 1)) * sum_size,
                                                             record_.length);
                                      });
             }
