@@ -48,58 +48,60 @@ class arriving_waves {
         heights_.resize(places.size() + max_simd_width, 0.0F);
     }
 
+    /// From as many elements as `max_simd_width`, or those that are left.
     /// @param zone_slope  attenuation there and back that is applied later: change with frequency, Np/Hz
+    /// @param first       the first of the elements
     /// @param place       of the reflector in `to`
-    void find(const reflector* reflectors, std::size_t count_, float zone_slope, wave_table& to, std::size_t place_) const {
+    template <int Nodes>
+    void find(const reflector& one, float zone_slope, std::size_t first, wave_table<Nodes>& to,
+              std::size_t place) const {
         constexpr int width = max_simd_width;
         using floats = lanes<width>;
-        for (std::size_t first = 0; first < places_.size(); first += width) for (std::size_t r=0; r<count_; ++r) { const reflector& one = reflectors[r]; const std::size_t place = place_+r;
-            const auto at = fans_.template find<width>(first, one.place);
-            several<width> arrived;
-            store(at.line, arrived.line);
-            store(at.distance, arrived.distance);
-            store(at.cosine, arrived.cosine);
-            const std::size_t count = std::min<std::size_t>(width, places_.size() - first);
-            for (std::size_t k = 0; k < count; ++k) arrive(one, first + k, k, arrived);
+        const auto at = fans_.template find<width>(first, one.place);
+        several<width> arrived;
+        store(at.line, arrived.line);
+        store(at.distance, arrived.distance);
+        store(at.cosine, arrived.cosine);
+        const std::size_t count = std::min<std::size_t>(width, places_.size() - first);
+        for (std::size_t k = 0; k < count; ++k) arrive(one, first + k, k, arrived);
 
-            const floats distance = max(at.distance, floats(1e-6F)), range = load<width>(arrived.range);
-            // Near the element the distance to most of its face is longer: there 1 / r would grow without bound.
-            const floats amplitude = load<width>(arrived.factor) * at.cosine * distance *
-                                     power_of_two<width>(load<width>(arrived.lost) * floats(-1.4426950F)) /
-                                     sqrt(max(load<width>(arrived.spread) * range, floats(1e-10F)) *
-                                          (distance * distance + floats(face_.width * face_.width)));
-            const floats y = floats(one.y) - load<width>(heights_.data() + first), square = y * y;
-            const floats further = square / (sqrt(distance * distance + square) + distance); // the distance in space
-            const floats time = load<width>(arrived.time) * (floats(1.0F) + further / distance);
-            const floats frequency(-face_.frequency), eighth(0.125F); // of a turn: sqrt(j)
-            const floats whole = floats_of<width>(floor_bits<width>(frequency * time + eighth + floats(0.5F)));
-            const turned_lanes<width> carrier{multiply_add(frequency, time, eighth - whole)};
-            const floats position = field_.position<width>(one.tall ? range : sqrt(range * range + square));
-            store(time, arrived.time);
-            store(amplitude, arrived.factor);
-            store(carrier.x, arrived.carrier_x);
-            store(carrier.y, arrived.carrier_y);
-            store(position, arrived.position);
-            store(abs(at.sine) * floats(static_cast<float>(sines)), arrived.sine);
-            for (std::size_t k = 0; k < count; ++k) {
-                const std::size_t column = first + k;
-                if (!(arrived.factor[k] > 0)) {
-                    to.clear(column, place);
-                    continue;
-                }
-                const spectral_value across = one.tall ? field_.surface(arrived.position[k])
-                                                       : field_.point(arrived.position[k], one.y - heights_[column]);
-                const spectral_value wave =
-                    spectral_value::everywhere({arrived.carrier_x[k], arrived.carrier_y[k]}) * (across * one.root);
-                const float lost = arrived.lost_slope[k] - 0.5F * zone_slope;
-                lanes<spectral_value::nodes> face =
-                    radiated(arrived.sine[k]) * lanes<spectral_value::nodes>(arrived.factor[k]);
-                if (lost != 0)
-                    face = face * power_of_two<spectral_value::nodes>(
-                                      lanes<spectral_value::nodes>(-1.4426950F * lost * face_.node_step) *
-                                      spectral_value::steps());
-                to.set(column, place, arrived.time[k], arrived.facing[k], face * wave);
+        const floats distance = max(at.distance, floats(1e-6F)), range = load<width>(arrived.range);
+        // Near the element the distance to most of its face is longer: there 1 / r would grow without bound.
+        const floats amplitude = load<width>(arrived.factor) * at.cosine * distance *
+                                 power_of_two<width>(load<width>(arrived.lost) * floats(-1.4426950F)) /
+                                 sqrt(max(load<width>(arrived.spread) * range, floats(1e-10F)) *
+                                      (distance * distance + floats(face_.width * face_.width)));
+        const floats y = floats(one.y) - load<width>(heights_.data() + first), square = y * y;
+        const floats further = square / (sqrt(distance * distance + square) + distance); // the distance in space
+        const floats time = load<width>(arrived.time) * (floats(1.0F) + further / distance);
+        const floats frequency(-face_.frequency), eighth(0.125F); // of a turn: sqrt(j)
+        const floats whole = floats_of<width>(floor_bits<width>(frequency * time + eighth + floats(0.5F)));
+        const turned_lanes<width> carrier{multiply_add(frequency, time, eighth - whole)};
+        const floats position = field_.position<width>(one.tall ? range : sqrt(range * range + square));
+        store(time, arrived.time);
+        store(amplitude, arrived.factor);
+        store(carrier.x, arrived.carrier_x);
+        store(carrier.y, arrived.carrier_y);
+        store(position, arrived.position);
+        store(abs(at.sine) * floats(static_cast<float>(sines)), arrived.sine);
+        for (std::size_t k = 0; k < count; ++k) {
+            const std::size_t column = first + k;
+            if (!(arrived.factor[k] > 0)) {
+                to.clear(column, place);
+                continue;
             }
+            const spectral_value across = one.tall ? field_.surface(arrived.position[k])
+                                                   : field_.point(arrived.position[k], one.y - heights_[column]);
+            const spectral_value wave =
+                spectral_value::everywhere({arrived.carrier_x[k], arrived.carrier_y[k]}) * (across * one.root);
+            const float lost = arrived.lost_slope[k] - 0.5F * zone_slope;
+            lanes<spectral_value::nodes> face =
+                radiated(arrived.sine[k]) * lanes<spectral_value::nodes>(arrived.factor[k]);
+            if (lost != 0)
+                face = face * power_of_two<spectral_value::nodes>(
+                                  lanes<spectral_value::nodes>(-1.4426950F * lost * face_.node_step) *
+                                  spectral_value::steps());
+            (face * wave).template store_middle<Nodes>(to.set(column, place, arrived.time[k], arrived.facing[k]));
         }
     }
 

@@ -165,10 +165,10 @@ class element_fans {
         const fan& own = fans_[element];
         const auto first = static_cast<std::uint32_t>(line);
         const auto one = [&](std::uint32_t on) {
-            const view<const element_wave> waves = own.line(on);
-            std::size_t i = waves.size() - 1;
-            while (i > 0 && waves[i].begin > distance) --i;
-            return wave_at(waves[i], distance);
+            const std::uint32_t begin = own.begin_of(on);
+            std::uint32_t i = own.ends[on] - 1;
+            while (i > begin && own.begins[i] > distance) --i;
+            return wave_at(own.waves[i], distance);
         };
         return mixed(one(first), one(first + 1), line - static_cast<float>(first));
     }
@@ -210,11 +210,12 @@ class element_fans {
     struct fan {
         element_fan shape{};
         std::vector<element_wave> waves{};
+        std::vector<float> begins{};       // of waves, together: what is searched
         std::vector<std::uint32_t> ends{}; // of each line, in `waves`
 
+        std::uint32_t begin_of(std::uint32_t line) const { return line == 0 ? 0 : ends[line - 1]; }
         view<const element_wave> line(std::uint32_t i) const {
-            const std::uint32_t begin = i == 0 ? 0 : ends[i - 1];
-            return {waves.data() + begin, ends[i] - begin};
+            return {waves.data() + begin_of(i), ends[i] - begin_of(i)};
         }
     };
 
@@ -328,6 +329,8 @@ class element_fans {
             }
             own.ends.push_back(static_cast<std::uint32_t>(own.waves.size()));
         }
+        own.begins.clear();
+        for (const element_wave& one : own.waves) own.begins.push_back(one.begin);
         return false;
     }
 

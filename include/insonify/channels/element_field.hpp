@@ -36,11 +36,13 @@ struct spectral_value {
     /// The step of frequency, hertz. Larger steps follow the ends of the band better, smaller ones the carrier:
     /// `tests/channels/trace_channels.cpp` prints how well this one does both.
     static constexpr float step(float sigma, float frequency) { return 0.6F * min(sigma, frequency); }
-    /// Weight of a node at a frequency. @param x  from the carrier, in steps
-    static float weight(int node, float x) {
+    /// Weight of one of some nodes in the middle at a frequency. @param x  from the carrier, in steps
+    static float weight(int node, int of, float x) {
         float product = 1;
-        for (int i = 0; i < nodes; ++i)
-            if (i != node) product *= (x - steps(i)) / (steps(node) - steps(i));
+        for (int i = 0; i < of; ++i)
+            if (i != node)
+                product *=
+                    (x - static_cast<float>(i) + 0.5F * static_cast<float>(of - 1)) / static_cast<float>(node - i);
         return product;
     }
 
@@ -62,6 +64,17 @@ struct spectral_value {
         store(x, real);
         store(y, imaginary);
         return {real[node], imaginary[node]};
+    }
+    /// Some nodes in the middle: real and imaginary part of each. @tparam Some  2, or all
+    template <int Some>
+    void store_middle(float* to) const {
+        float real[nodes], imaginary[nodes];
+        store(x, real);
+        store(y, imaginary);
+        for (int k = 0; k < Some; ++k) {
+            to[2 * k] = real[(nodes - Some) / 2 + k];
+            to[2 * k + 1] = imaginary[(nodes - Some) / 2 + k];
+        }
     }
     /// Between the nodes on both sides of the carrier.
     vec2 at_carrier() const { return 0.5F * (at(nodes / 2 - 1) + at(nodes / 2)); }

@@ -14,20 +14,36 @@
 /// Sums over reflectors of what goes from one source by a reflector to one receiver.
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// One sample of a sum, or one wave: a complex value at each frequency.
-inline constexpr std::size_t floats_per_wave = std::size_t{2} * spectral_value::nodes;
-using wave_lanes = lanes<floats_per_wave>;
+/// Pairs of a source and a receiver. Between elements each is kept once: both ways are alike.
+struct pair_numbers {
+    std::size_t sources = 0, receivers = 0;
+    bool symmetric = false; ///< sources are the receivers
+
+    std::size_t count() const { return symmetric ? sources * (sources + 1) / 2 : sources * receivers; }
+    /// @param receiver  not before the source where they are symmetric
+    std::size_t operator()(std::size_t source, std::size_t receiver) const {
+        return source * receivers + receiver - (symmetric ? source * (source + 1) / 2 : 0);
+    }
+};
+
+/// So few that their waves from two tiles of elements fit into the second-level cache.
+inline constexpr std::size_t reflectors_per_block = 2048;
+
+/// One sample of a sum, or one wave: a complex value at each node.
+template <int Nodes>
+inline constexpr std::size_t floats_per_wave = std::size_t{2} * Nodes;
 
 /// What arrives at each of a block of reflectors, from every source or at every receiver.
+/// @tparam Nodes  frequencies around the carrier, in the middle of those of `spectral_value`
+template <int Nodes>
 class wave_table {
   public:
-    static constexpr std::size_t block =
-        2048; // reflectors; the waves of two tiles of elements fit into the second-level cache
-    static constexpr float never = 1e3F; // s: the time of what does not arrive
+    static constexpr std::size_t block = reflectors_per_block;
+    static constexpr float never = 1e3F;     // s: the time of what does not arrive
     static constexpr std::size_t group = 64; // reflectors are added in whole groups
     static_assert(block % group == 0 && group % max_simd_width == 0);
 
-    explicit wave_table(std::size_t columns) : columns_{columns}, values_(columns * column_size) {
+    explicit wave_table(std::size_t columns) : values_(columns * column_size) {
         std::fill(values_.begin(), values_.end(), 0.0F);
     }
 
@@ -40,29 +56,23 @@ class wave_table {
     const float* waves(std::size_t column) const { return time(column) + 2 * row; }
     /// @}
 
-    void set(std::size_t column, std::size_t reflector, float time, float facing, const spectral_value& wave) {
+    /// @return where the wave goes: real and imaginary part at each node
+    float* set(std::size_t column, std::size_t reflector, float time, float facing) {
         float* const own = values_.data() + column * column_size;
         own[reflector] = time;
         own[row + reflector] = facing;
-        float* const to = own + 2 * row + floats_per_wave * reflector;
-        float x[spectral_value::nodes], y[spectral_value::nodes];
-        store(wave.x, x);
-        store(wave.y, y);
-        for (std::size_t k = 0; k < spectral_value::nodes; ++k) {
-            to[2 * k] = x[k];
-            to[2 * k + 1] = y[k];
-        }
+        return own + 2 * row + floats_per_wave<Nodes> * reflector;
     }
     /// Nothing arrives.
-    void clear(std::size_t column, std::size_t reflector) { set(column, reflector, never, 0, {}); }
-    void clear(std::size_t reflector) {
-        for (std::size_t i = 0; i < columns_; ++i) clear(i, reflector);
+    void clear(std::size_t column, std::size_t reflector) {
+        std::fill_n(set(column, reflector, never, 0), floats_per_wave<Nodes>, 0.0F);
     }
+    /// Reflectors of all groups that begin before a number of them.
+    static std::size_t whole_groups(std::size_t reflectors) { return (reflectors + group - 1) / group * group; }
 
   private:
     // A cache line more than a power of two, so that the waves of one reflector do not all lie in the same set of a cache.
-    static constexpr std::size_t row = block + 16, column_size = 2 * row + floats_per_wave * block + 16;
-    std::size_t columns_;
+    static constexpr std::size_t row = block + 16, column_size = 2 * row + floats_per_wave<Nodes> * block + 16;
     large_array<float> values_; // source after source; aligned to cache lines
 };
 
@@ -72,15 +82,19 @@ class wave_table {
 /// @param rate     samples a second
 /// @param margin   of samples before time 0
 /// @param sum      `samples` times `floats_per_wave`
-inline void add_echoes(const wave_table& sent, std::size_t source, const wave_table& received, std::size_t receiver,
-                       std::size_t count, float rate, float margin, float* sum, const float* next, std::uint32_t samples) {
+/// @param next     the sum after it, which is fetched beforehand: its echoes arrive at nearly the same times
+template <int Nodes>
+void add_echoes(const wave_table<Nodes>& sent, std::size_t source, const wave_table<Nodes>& received,
+                std::size_t receiver, std::size_t count, float rate, float margin, float* sum, const float* next,
+                std::uint32_t samples) {
     constexpr int width = max_simd_width;
-    constexpr std::size_t group = wave_table::group;
+    constexpr std::size_t group = wave_table<Nodes>::group, wave = floats_per_wave<Nodes>;
     using floats = lanes<width>;
+    using wave_lanes = lanes<static_cast<int>(wave)>;
     const floats last(static_cast<float>(samples - 4)), half(0.5F);
     const float *const sent_waves = sent.waves(source), *const received_waves = received.waves(receiver);
     for (std::size_t first = 0; first < count; first += group) {
-        float weight[3][group], values[floats_per_wave * group];
+        float weight[3][group], values[wave * group];
         std::uint32_t sample[group], heard = 0;
         for (std::size_t i = 0; i < group; i += width) {
             const auto both = [at = first + i](const float* a, const float* b) {
@@ -100,22 +114,22 @@ inline void add_echoes(const wave_table& sent, std::size_t source, const wave_ta
             store_bits<width>(below, sample + i);
         }
         if (heard == 0) continue;
-        for (std::size_t i = 0; i < floats_per_wave * group; i += width) {
-            const std::size_t at = floats_per_wave * first + i;
+        for (std::size_t i = 0; i < wave * group; i += width) {
+            const std::size_t at = wave * first + i;
             store(complex_products<width>(load<width>(sent_waves + at), load<width>(received_waves + at)), values + i);
         }
         for (std::size_t i = 0; i < group; ++i) {
-            const std::size_t at = floats_per_wave * std::size_t{sample[i]};
+            const std::size_t at = wave * std::size_t{sample[i]};
             float* const to = sum + at;
-            prefetch(next + at); // it adds to the same samples
-            const wave_lanes value = load<floats_per_wave>(values + floats_per_wave * i);
+            prefetch(next + at);
+            const wave_lanes value = load<static_cast<int>(wave)>(values + wave * i);
             const auto tap = [&](std::size_t k) {
-                return load<floats_per_wave>(to + floats_per_wave * k) + wave_lanes(weight[k][i]) * value;
+                return load<static_cast<int>(wave)>(to + wave * k) + wave_lanes(weight[k][i]) * value;
             };
             const wave_lanes before = tap(0), here = tap(1), after = tap(2);
             store(before, to);
-            store(here, to + floats_per_wave);
-            store(after, to + 2 * floats_per_wave);
+            store(here, to + wave);
+            store(after, to + 2 * wave);
         }
     }
 }

@@ -41,7 +41,7 @@ struct reflector {
     spectral_value root{}; ///< the root of what it returns: its scattering length; for a surface times metres
     std::uint32_t before = 0, after = 0;               ///< media on the side of the array and behind a surface
     std::uint32_t object_before = 0, object_after = 0; ///< as in `layer`
-    float roughness = -1; ///< of a surface, as in `layer`
+    float roughness = -1;                              ///< of a surface, as in `layer`
 };
 
 /// Number of the element that is nearest to a point of the slice.

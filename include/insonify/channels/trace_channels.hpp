@@ -97,7 +97,8 @@ class channel_tracer {
         plan(out);
         find_reflectors(policy, fnumber, out);
         make_band();
-        trace(policy, out);
+        receive(policy, settings_.wave_fronts ? pair_spectra<true>(policy, out) : pair_spectra<false>(policy, out),
+                out);
         add_noise(policy, out);
     }
 
@@ -136,12 +137,11 @@ class channel_tracer {
         out.samples = record_.samples;
         out.start = 0;
 
-        symmetric_ = !settings_.wave_fronts;
-        const std::uint64_t sources = symmetric_ ? elements_ : out.transmits;
-        const std::uint64_t pairs = symmetric_ ? sources * (sources + 1) / 2 : sources * elements_;
+        pairs_ = {settings_.wave_fronts ? out.transmits : elements_, elements_, !settings_.wave_fronts};
+        const std::size_t nodes = settings_.wave_fronts ? wave_fronts::nodes : spectral_value::nodes;
         const std::uint64_t channels = std::uint64_t{out.transmits} * elements_;
         const std::uint64_t bytes = channels * record_.samples * sizeof(float) +
-                                    pairs * record_.length * (sizeof(vec2) + floats_per_wave * sizeof(float));
+                                    std::uint64_t{pairs_.count()} * record_.length * (1 + nodes) * sizeof(vec2);
         if (bytes > settings_.max_memory)
             throw usage_error{
                 joined({"trace_channels: ", std::to_string(out.transmits), " transmits of ", std::to_string(elements_),
@@ -251,68 +251,86 @@ class channel_tracer {
         }
     }
 
-    template <class Policy>
-    void trace(const Policy& policy, channel_data& out) {
+    // The spectra of all pairs at the frequencies of the band. @tparam Fronts  sources are wave fronts, not elements
+    template <bool Fronts, class Policy>
+    large_array<vec2> pair_spectra(const Policy& policy, const channel_data& out) const {
+        constexpr int nodes = Fronts ? wave_fronts::nodes : spectral_value::nodes;
+        constexpr std::size_t pairs_together = complex_batch::width / nodes;
         const arriving_waves<Model> waves{
             out.places, fans_, field_, body_.media(), model_, {frequency_, record_.node_step, width_, height_, speed_}};
-        const std::uint32_t sources = symmetric_ ? elements_ : out.transmits;
-        const std::size_t count = band_.bins.size();
-        const auto first_pair = [&](std::size_t source) { // of a source's pairs
-            return source * elements_ - (symmetric_ && source > 0 ? source * (source - 1) / 2 : 0);
-        };
-        const auto pair_of = [&](std::size_t source, std::size_t receiver) {
-            return symmetric_ ? first_pair(source) + (receiver - source) : first_pair(source) + receiver;
-        };
-        const std::size_t pairs =
-            symmetric_ ? std::size_t{elements_} * (elements_ + 1) / 2 : std::size_t{sources} * elements_;
-        const std::size_t sum_size = std::size_t{record_.length} * floats_per_wave;
-        large_array<vec2> spectra(pairs * count);
+        const std::size_t count = band_.bins.size(), sum_size = record_.length * floats_per_wave<nodes>;
+        large_array<vec2> spectra(pairs_.count() * count);
         std::fill(spectra.begin(), spectra.end(), vec2{0, 0});
-        large_array<float> sums(pairs * sum_size);
-        wave_table received{elements_}, sent{symmetric_ ? 0 : sources};
-        const wave_fronts fronts{out.sent, elements_, frequency_, record_.node_step};
+        large_array<float> sums(pairs_.count() * sum_size);
+        const auto sum_of = [&](std::size_t source, std::size_t receiver) {
+            return sums.data() + pairs_(source, receiver) * sum_size;
+        };
+        wave_table<nodes> received{elements_}, sent{Fronts ? out.transmits : 0};
+        const wave_fronts fronts{Fronts ? view<const transmit>{out.sent} : view<const transmit>{}, elements_,
+                                 frequency_, record_.node_step};
         const fourier transform{record_.transform};
         const float rate = record_.complex_rate(), margin = static_cast<float>(record_.margin);
         for (const zone& own : zones_) {
-            exec::for_each_block(policy, pairs, 64, 0.3F * static_cast<float>(sum_size),
+            exec::for_each_block(policy, pairs_.count(), 64, 0.3F * static_cast<float>(sum_size),
                                  [&](std::size_t begin, std::size_t end) {
-                                     std::fill(sums.begin() + static_cast<std::ptrdiff_t>(begin * sum_size),
-                                               sums.begin() + static_cast<std::ptrdiff_t>(end * sum_size), 0.0F);
+                                     std::fill(sums.data() + begin * sum_size, sums.data() + end * sum_size, 0.0F);
                                  });
-            for (std::size_t block = own.begin; block < own.end; block += wave_table::block) {
-                const std::size_t size = std::min(wave_table::block, own.end - block);
-                const std::size_t padded = (size + wave_table::group - 1) / wave_table::group * wave_table::group;
-                exec::for_each_block(policy, padded, 64, 30 * static_cast<float>(elements_),
-                                     [&](std::size_t begin, std::size_t end) {
-                                         const std::size_t last = std::min(end, size);
-                                         if (begin < last) waves.find(reflectors_.data() + block + begin, last - begin, own.slope, received, begin);
-                                         for (std::size_t i = std::max(begin, last); i < end; ++i) received.clear(i);
-                                         if (!symmetric_) for (std::size_t i = begin; i < end; ++i) fronts.find(received, sent, i);
-                                     });
+            for (std::size_t block = own.begin; block < own.end; block += wave_table<nodes>::block) {
+                const std::size_t size = std::min(wave_table<nodes>::block, own.end - block);
+                find_waves(policy, waves, own.slope, block, size, received);
+                if constexpr (Fronts)
+                    exec::for_each_block(
+                        policy, received.whole_groups(size), 64, 5 * static_cast<float>(out.transmits * elements_),
+                        [&](std::size_t begin, std::size_t end) { fronts.find(received, sent, begin, end); });
                 // In tiles of sources and receivers, whose waves stay in a cache.
-                constexpr std::uint32_t tile = 8;
-                const std::uint32_t source_tiles = (sources + tile - 1) / tile,
-                                    receiver_tiles = (elements_ + tile - 1) / tile;
-                exec::for_each_block(policy, std::size_t{source_tiles} * receiver_tiles, 1,
+                constexpr std::size_t tile = 8;
+                const std::size_t source_tiles = (pairs_.sources + tile - 1) / tile,
+                                  receiver_tiles = (elements_ + tile - 1) / tile;
+                exec::for_each_block(policy, source_tiles * receiver_tiles, 1,
                                      3 * tile * tile * static_cast<float>(size), [&](std::size_t number, std::size_t) {
-                                         const std::size_t first_source = number / receiver_tiles * tile,
-                                                           first = number % receiver_tiles * tile;
-                                         for (std::size_t n = first_source; n < first_source + tile && n < sources; ++n)
-                                             for (std::size_t m = symmetric_ ? std::max(first, n) : first;
-                                                  m < first + tile && m < elements_; ++m)
-                                                 add_echoes(symmetric_ ? received : sent, n, received, m, size, rate,
-                                                            margin, sums.data() + pair_of(n, m) * sum_size, sums.data() + pair_of(n, std::min<std::size_t>(m + 1, elements_ - 1)) * sum_size,
+                                         const std::size_t source = number / receiver_tiles * tile,
+                                                           first = number % receiver_tiles * tile,
+                                                           end = std::min<std::size_t>(first + tile, elements_);
+                                         for (std::size_t n = source; n < std::min(source + tile, pairs_.sources); ++n)
+                                             for (std::size_t m = Fronts ? first : std::max(first, n); m < end; ++m)
+                                                 add_echoes(Fronts ? sent : received, n, received, m, size, rate,
+                                                            margin, sum_of(n, m), sum_of(n, std::min(m + 1, end - 1)),
                                                             record_.length);
                                      });
             }
-            const std::vector<float> weights = weights_of(own.slope);
-            exec::for_each_block(policy, pairs, pairs_together, 80 * static_cast<float>(record_.transform),
+            const std::vector<float> weights = weights_of(nodes, own.slope);
+            exec::for_each_block(policy, pairs_.count(), pairs_together, 80 * static_cast<float>(record_.transform),
                                  [&](std::size_t begin, std::size_t end) {
-                                     add_spectra(sums.data() + begin * sum_size, end - begin, weights, transform,
-                                                 spectra.data() + begin * count);
+                                     add_spectra<nodes>(sums.data() + begin * sum_size, end - begin, weights, transform,
+                                                        spectra.data() + begin * count);
                                  });
         }
-        sums = {};
+        return spectra;
+    }
+
+    // What arrives from all elements at a block of reflectors.
+    template <int Nodes, class Policy>
+    void find_waves(const Policy& policy, const arriving_waves<Model>& waves, float slope, std::size_t block,
+                    std::size_t size, wave_table<Nodes>& to) const {
+        // Some elements at a time, whose fans stay in a cache.
+        constexpr std::size_t elements = max_simd_width, part = 256;
+        const std::size_t groups = (elements_ + elements - 1) / elements, padded = to.whole_groups(size);
+        exec::for_each_block(policy, groups * ((padded + part - 1) / part), 1, 30.0F * elements * part,
+                             [&](std::size_t number, std::size_t) {
+                                 const std::size_t first = number % groups * elements, begin = number / groups * part;
+                                 for (std::size_t i = begin; i < std::min(begin + part, size); ++i)
+                                     waves.find(reflectors_[block + i], slope, first, to, i);
+                                 for (std::size_t i = std::max(begin, size); i < std::min(begin + part, padded); ++i)
+                                     for (std::size_t n = first; n < std::min<std::size_t>(first + elements, elements_);
+                                          ++n)
+                                         to.clear(n, i);
+                             });
+    }
+
+    // RF from the spectra of pairs.
+    template <class Policy>
+    void receive(const Policy& policy, const large_array<vec2>& spectra, channel_data& out) const {
+        const std::size_t count = band_.bins.size();
         const std::size_t longer = record_.transform * record_.halves / 2;
         const fourier back{longer};
         std::vector<vec2> carrier(record_.samples);
@@ -327,16 +345,16 @@ class channel_tracer {
                 for (std::size_t i = begin; i < end; ++i) {
                     const std::size_t number = i / elements_, m = i % elements_;
                     const transmit& one = out.sent[number];
-                    if (symmetric_) {
+                    if (pairs_.symmetric) {
                         std::fill(whole.begin(), whole.end(), vec2{0, 0});
                         for (std::size_t n = 0; n < elements_; ++n) {
                             const float weight = one.weight(static_cast<std::uint32_t>(n));
                             if (weight == 0) continue;
-                            add_delayed(spectra.data() + (n <= m ? pair_of(n, m) : pair_of(m, n)) * count, weight,
+                            add_delayed(spectra.data() + pairs_(std::min(n, m), std::max(n, m)) * count, weight,
                                         one.delays[n], whole);
                         }
                     } else {
-                        const vec2* const own = spectra.data() + pair_of(number, m) * count;
+                        const vec2* const own = spectra.data() + pairs_(number, m) * count;
                         std::copy(own, own + count, whole.begin());
                     }
                     for (std::size_t b = 0; b < count; ++b) {
@@ -377,35 +395,33 @@ class channel_tracer {
         }
     }
 
-    // A node of a pair in each lane.
-    static constexpr std::size_t nodes = spectral_value::nodes;
-    static constexpr std::size_t pairs_together = complex_batch::width / nodes;
-
     // The share of each node in the spectrum of a pair, at each frequency of the band, filtered.
-    std::vector<float> weights_of(float zone_slope) const {
+    std::vector<float> weights_of(int nodes, float zone_slope) const {
         std::vector<float> weights;
         for (std::size_t b = 0; b < band_.bins.size(); ++b) {
             const float filter = std::exp(-zone_slope * band_.offsets[b]) * band_.filter[b];
             // Held beyond the nodes: a polynomial would grow without bound.
             const float place = clamp(band_.offsets[b] / record_.node_step, -2.5F, 2.5F);
-            for (int node = 0; node < spectral_value::nodes; ++node)
-                weights.push_back(filter * spectral_value::weight(node, place));
+            for (int node = 0; node < nodes; ++node)
+                weights.push_back(filter * spectral_value::weight(node, nodes, place));
         }
         return weights;
     }
 
-    // @param pairs  at most `pairs_together`
+    // A node of a pair in each lane. @param pairs  no more than there are lanes for
+    template <std::size_t Nodes>
     void add_spectra(const float* sums, std::size_t pairs, const std::vector<float>& weights, const fourier& transform,
                      vec2* to) const {
-        const std::size_t sum_size = std::size_t{record_.length} * floats_per_wave, count = band_.bins.size();
+        constexpr std::size_t wave = floats_per_wave<Nodes>;
+        const std::size_t sum_size = record_.length * wave, count = band_.bins.size();
         std::vector<complex_batch> values(transform.size()), room(transform.size());
         complex_block block{};
         for (std::size_t k = 0; k < record_.length; ++k) {
             for (std::size_t p = 0; p < pairs; ++p) {
-                const float* const sample = sums + p * sum_size + floats_per_wave * k;
-                for (std::size_t node = 0; node < nodes; ++node) {
-                    block.x[nodes * p + node] = sample[2 * node];
-                    block.y[nodes * p + node] = sample[2 * node + 1];
+                const float* const sample = sums + p * sum_size + wave * k;
+                for (std::size_t node = 0; node < Nodes; ++node) {
+                    block.x[Nodes * p + node] = sample[2 * node];
+                    block.y[Nodes * p + node] = sample[2 * node + 1];
                 }
             }
             values[k] = block.loaded();
@@ -414,9 +430,9 @@ class channel_tracer {
         for (std::size_t b = 0; b < count; ++b) {
             block.store_from(values[band_.bins[b]]);
             for (std::size_t p = 0; p < pairs; ++p)
-                for (std::size_t node = 0; node < nodes; ++node)
+                for (std::size_t node = 0; node < Nodes; ++node)
                     to[p * count + b] +=
-                        weights[nodes * b + node] * vec2{block.x[nodes * p + node], block.y[nodes * p + node]};
+                        weights[Nodes * b + node] * vec2{block.x[Nodes * p + node], block.y[Nodes * p + node]};
         }
     }
 
@@ -438,7 +454,7 @@ class channel_tracer {
     const channel_settings& settings_;
     float frequency_ = 0, width_ = 0, height_ = 0, speed_ = display_speed;
     std::uint32_t elements_ = 0;
-    bool symmetric_ = true;
+    pair_numbers pairs_{};
     record_plan record_{};
     band band_{};
     element_fans fans_{};

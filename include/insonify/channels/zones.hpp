@@ -37,7 +37,8 @@ class zone_order {
         exec::for_each_block(policy, all.size(), 256, 100, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) {
                 const float slope = least_slope(all[i].place, fans, places);
-                keys[i] = {all[i].place, slope, static_cast<std::uint32_t>(clamp(slope * sigma_frequency / step, 0, last)),
+                keys[i] = {all[i].place, slope,
+                           static_cast<std::uint32_t>(clamp(slope * sigma_frequency / step, 0, last)),
                            static_cast<std::uint32_t>(i)};
             }
         });
@@ -84,12 +85,12 @@ class zone_order {
         const auto count = static_cast<std::size_t>(end - begin);
         const auto by_x = [](const key& a, const key& b) { return a.place.x < b.place.x; };
         const auto by_depth = [](const key& a, const key& b) { return a.place.y < b.place.y; };
-        if (count <= wave_table::block) {
+        if (count <= reflectors_per_block) {
             std::sort(begin, end, by_x);
             return;
         }
-        const std::size_t blocks = (count + wave_table::block - 1) / wave_table::block;
-        key* const middle = begin + blocks / 2 * wave_table::block;
+        const std::size_t blocks = (count + reflectors_per_block - 1) / reflectors_per_block;
+        key* const middle = begin + blocks / 2 * reflectors_per_block;
         const auto [left, right] = std::minmax_element(begin, end, by_x);
         const auto [top, bottom] = std::minmax_element(begin, end, by_depth);
         if (right->place.x - left->place.x > bottom->place.y - top->place.y)
