@@ -65,15 +65,15 @@ class arriving_waves {
         const std::size_t count = std::min<std::size_t>(width, places_.size() - first);
         for (std::size_t k = 0; k < count; ++k) arrive(one, first + k, k, arrived);
 
-        const floats distance = max(at.distance, floats(1e-6F)), range = load<width>(arrived.range);
+        const floats distance = at.distance, range = load<width>(arrived.range);
         // Near the element the distance to most of its face is longer: there 1 / r would grow without bound.
         const floats amplitude = load<width>(arrived.factor) * at.cosine * distance *
                                  power_of_two<width>(load<width>(arrived.lost) * floats(-1.4426950F)) /
                                  sqrt(max(load<width>(arrived.spread) * range, floats(1e-10F)) *
                                       (distance * distance + floats(face_.width * face_.width)));
         const floats y = floats(one.y) - load<width>(heights_.data() + first), square = y * y;
-        const floats further = square / (sqrt(distance * distance + square) + distance); // the distance in space
-        const floats time = load<width>(arrived.time) * (floats(1.0F) + further / distance);
+        const floats in_space = sqrt(distance * distance + square); // the distance
+        const floats time = load<width>(arrived.time) * in_space * at.per_metre;
         const floats frequency(-face_.frequency), eighth(0.125F); // of a turn: sqrt(j)
         const floats whole = floats_of<width>(floor_bits<width>(frequency * time + eighth + floats(0.5F)));
         const turned_lanes<width> carrier{multiply_add(frequency, time, eighth - whole)};
@@ -126,7 +126,7 @@ class arriving_waves {
 
     // What the layers make of the wave of one element; its factor stays 0 where nothing arrives.
     template <int N>
-    void arrive(const reflector& one, std::size_t element, std::size_t k, several<N>& at) const {
+    INSONIFY_INLINE void arrive(const reflector& one, std::size_t element, std::size_t k, several<N>& at) const {
         if (!(at.line[k] >= 0) || !(at.cosine[k] > 0)) return;
         const arrived_wave wave =
             one.surface ? fans_.at_surface(element, at.line[k], at.distance[k], one.object_before, one.object_after)

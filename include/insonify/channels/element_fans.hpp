@@ -58,11 +58,11 @@ struct element_fan {
 /// earliest wave arrives tilt^2 / (2 (bend + m)) before the one along the line: Fermat's principle, within one step of
 /// Newton's method. A surface z = a u + q u^2 / 2 between speeds c1 and c2 adds a (1/c1 - 1/c2) to the tilt and
 /// q (1/c1 - 1/c2) to the bend.
-struct element_wave {
-    float begin = 0;          ///< metres along the line
-    float time = 0;           ///< s
-    float tilt = 0, bend = 0; ///< in the slice
-    float bend_across = 0;    ///< out of the slice
+struct alignas(64) element_wave { // a cache line
+    float begin = 0;              ///< metres along the line
+    float time = 0;               ///< s
+    float tilt = 0, bend = 0;     ///< in the slice
+    float bend_across = 0;        ///< out of the slice
     float spread = 0; ///< amplitude is 1 / sqrt(spread * spread_across): in a uniform medium both are the distance
     float spread_across = 0;   ///< metres
     float passed = 1;          ///< factor on amplitude of the interfaces so far, one way
@@ -135,9 +135,10 @@ class element_fans {
     /// Where a point lies among the lines of N elements.
     template <int N>
     struct located {
-        lanes<N> line{0.0F};     ///< between two; negative: the element does not see the point
-        lanes<N> distance{0.0F}; ///< from the element, metres
-        lanes<N> sine{0.0F};     ///< of the angle to the element's normal
+        lanes<N> line{0.0F};      ///< between two; negative: the element does not see the point
+        lanes<N> distance{0.0F};  ///< from the element, metres, at least 1e-6
+        lanes<N> per_metre{0.0F}; ///< 1 / distance
+        lanes<N> sine{0.0F};      ///< of the angle to the element's normal
         lanes<N> cosine{0.0F};
     };
     /// @param first  of the elements; those beyond the last one have places without meaning
@@ -148,14 +149,15 @@ class element_fans {
         const floats x = floats(p.x) - row(origin_x_), z = floats(p.y) - row(origin_z_);
         const floats along_x = row(normal_x_), along_z = row(normal_z_);
         located<N> found;
-        found.distance = sqrt(x * x + z * z);
-        const floats per_metre = floats(1.0F) / max(found.distance, floats(1e-6F));
-        found.sine = (x * along_z - z * along_x) * per_metre;
-        found.cosine = (x * along_x + z * along_z) * per_metre;
+        const floats distance = sqrt(x * x + z * z), nearest(1e-6F);
+        found.distance = max(distance, nearest);
+        found.per_metre = floats(1.0F) / found.distance;
+        found.sine = (x * along_z - z * along_x) * found.per_metre;
+        found.cosine = (x * along_x + z * along_z) * found.per_metre;
         const floats tangent = found.sine / max(floats(1.0F) + found.cosine, floats(1e-3F)); // of half the angle
         const float middle = 0.5F * static_cast<float>(lines_ - 1);
         const floats line = floats(middle) + floats(middle / std::tan(0.25F * span)) * tangent;
-        const auto seen = floats(0.0F) <= line && line < floats(2 * middle) && floats(1e-6F) < found.distance;
+        const auto seen = floats(0.0F) <= line && line < floats(2 * middle) && nearest < distance;
         found.line = select(seen, line, floats(-1.0F));
         return found;
     }
