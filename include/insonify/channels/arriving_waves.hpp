@@ -6,7 +6,7 @@
 #include <insonify/acoustics/acoustic_model.hpp>
 #include <insonify/channels/element_fans.hpp>
 #include <insonify/channels/element_field.hpp>
-#include <insonify/channels/fourier.hpp>
+#include <insonify/signal/fourier.hpp>
 #include <insonify/channels/pair_sums.hpp>
 #include <insonify/channels/reflectors.hpp>
 #include <insonify/core/math.hpp>

@@ -4,7 +4,7 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/channels/element_array.hpp>
-#include <insonify/channels/fourier.hpp>
+#include <insonify/signal/fourier.hpp>
 #include <insonify/channels/transmit.hpp>
 #include <insonify/core/error.hpp>
 #include <insonify/core/math.hpp>

@@ -3,7 +3,7 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/channels/fourier.hpp>
+#include <insonify/signal/fourier.hpp>
 #include <insonify/core/math.hpp>
 #include <insonify/execution/policy.hpp>
 #include <insonify/execution/simd.hpp>

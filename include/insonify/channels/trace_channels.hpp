@@ -10,7 +10,7 @@
 #include <insonify/channels/element_array.hpp>
 #include <insonify/channels/element_fans.hpp>
 #include <insonify/channels/element_field.hpp>
-#include <insonify/channels/fourier.hpp>
+#include <insonify/signal/fourier.hpp>
 #include <insonify/channels/pair_sums.hpp>
 #include <insonify/channels/reflectors.hpp>
 #include <insonify/channels/transmit.hpp>

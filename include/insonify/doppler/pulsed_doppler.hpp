@@ -5,6 +5,7 @@
 
 #include <insonify/doppler/colour_doppler.hpp>
 #include <insonify/signal/envelope.hpp>
+#include <insonify/signal/fourier.hpp>
 #include <bit>
 #include <numeric>
 
@@ -98,30 +99,37 @@ doppler_spectrum spectrum_of(const Policy& policy, const std::vector<vec2>& echo
         weight += hann[k] * hann[k];
     }
     const auto walls = detail::orthonormal_polynomials(size, settings.wall_order);
-    constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
-    const detail::fourier_transform fourier{size};
-    exec::for_each_block(policy, result.windows, 4, 30 * static_cast<float>(size), [&](std::size_t a, std::size_t b) {
-        std::vector<float> real(size), imaginary(size);
-        for (std::size_t window = a; window < b; ++window) {
-            for (std::uint32_t k = 0; k < size; ++k) {
-                real[k] = echoes[window * hop + k].x;
-                imaginary[k] = echoes[window * hop + k].y;
-            }
-            for (std::vector<float>* const part : {&real, &imaginary}) {
-                for (const std::vector<double>& wall : walls) { // less the projection on it
-                    const double along = std::inner_product(wall.begin(), wall.end(), part->begin(), 0.0);
-                    for (std::uint32_t k = 0; k < size; ++k) (*part)[k] -= static_cast<float>(wall[k] * along);
+    const detail::fourier fourier{size};
+    constexpr std::size_t together = detail::complex_batch::width;
+    exec::for_each_block(
+        policy, result.windows, together, 15 * static_cast<float>(size), [&](std::size_t first, std::size_t end) {
+            std::vector<detail::complex_batch> values(size), room(size);
+            std::vector<detail::complex_block> blocks(size, detail::complex_block{}); // a window in each lane
+            std::vector<float> part(size);
+            for (std::size_t window = first; window < end; ++window)
+                for (const bool real : {true, false}) {
+                    for (std::uint32_t k = 0; k < size; ++k) {
+                        const vec2 echo = echoes[window * hop + k];
+                        part[k] = real ? echo.x : echo.y;
+                    }
+                    for (const std::vector<double>& wall : walls) { // less the projection on it
+                        const double along = std::inner_product(wall.begin(), wall.end(), part.begin(), 0.0);
+                        for (std::uint32_t k = 0; k < size; ++k) part[k] -= static_cast<float>(wall[k] * along);
+                    }
+                    for (std::uint32_t k = 0; k < size; ++k)
+                        (real ? blocks[k].x : blocks[k].y)[window - first] = hann[k] * part[k];
                 }
-                for (std::uint32_t k = 0; k < size; ++k) (*part)[k] *= hann[k];
-            }
-            fourier.forward<width>(real.data(), imaginary.data());
+            for (std::uint32_t k = 0; k < size; ++k) values[k] = blocks[k].loaded();
+            fourier.forward(values, room);
+            const lanes<detail::complex_batch::width> scale(1 / (weight * static_cast<float>(size)));
             for (std::uint32_t i = 0; i < size; ++i) {
-                const std::size_t bin = fourier.place((static_cast<std::uint32_t>(lowest) + i) & (size - 1));
-                result.power[window * size + i] =
-                    (real[bin] * real[bin] + imaginary[bin] * imaginary[bin]) / (weight * static_cast<float>(size));
+                const detail::complex_batch& bin = values[(static_cast<std::uint32_t>(lowest) + i) & (size - 1)];
+                float power[together];
+                store(scale * (bin.x * bin.x + bin.y * bin.y), power);
+                for (std::size_t window = first; window < end; ++window)
+                    result.power[window * size + i] = power[window - first];
             }
-        }
-    });
+        });
     return result;
 }
 

@@ -8,114 +8,38 @@
 #include <insonify/execution/policy.hpp>
 #include <insonify/execution/simd.hpp>
 #include <insonify/probe/line_grid.hpp>
+#include <insonify/signal/fourier.hpp>
 #include <algorithm>
-#include <bit>
 #include <string>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Fourier transforms of a power of two, x_n = sum over k of x_k exp(-2 pi j k n / N), in place.
-///
-/// The forward transform (decimation in frequency) leaves its results in bit-reversed order, from which the inverse
-/// transform (decimation in time) starts. Source: Gentleman & Sande 1966, Cooley & Tukey 1965.
-class fourier_transform {
-  public:
-    explicit fourier_transform(std::size_t size) : size_{size}, cosine_(size), sine_(size) {
-        for (std::size_t half = 1; half < size_; half *= 2)
-            for (std::size_t i = 0; i < half; ++i) {
-                const double angle = 3.14159265358979323846 * static_cast<double>(i) / static_cast<double>(half);
-                cosine_[half + i] = static_cast<float>(std::cos(angle));
-                sine_[half + i] = static_cast<float>(std::sin(angle));
-            }
-    }
-
-    std::size_t size() const { return size_; }
-
-    /// Where `forward` leaves result n.
-    std::size_t place(std::size_t n) const {
-        std::size_t reversed = 0;
-        for (std::size_t bit = 1, mirrored = size_ / 2; bit < size_; bit *= 2, mirrored /= 2)
-            if ((n & bit) != 0) reversed |= mirrored;
-        return reversed;
-    }
-
-    /// @tparam Width  floats in a SIMD register
-    template <int Width>
-    void forward(float* real, float* imaginary) const {
-        for (std::size_t half = size_ / 2; half > 0; half /= 2)
-            for (std::size_t begin = 0; begin < size_; begin += 2 * half)
-                combine<Width, true>(real + begin, imaginary + begin, half);
-    }
-    /// The inverse, times the size.
-    template <int Width>
-    void back(float* real, float* imaginary) const {
-        for (std::size_t half = 1; half < size_; half *= 2)
-            for (std::size_t begin = 0; begin < size_; begin += 2 * half)
-                combine<Width, false>(real + begin, imaginary + begin, half);
-    }
-
-  private:
-    /// (a, b) becomes (a + b, (a - b) exp(-j angle)), or back (a + b exp(+j angle), a - b exp(+j angle)), for `half`
-    /// values a and as many values b after them.
-    template <int Width, bool Forward>
-    void combine(float* real, float* imaginary, std::size_t half) const {
-        using floats = lanes<Width>;
-        if constexpr (Width > 1)
-            if (half < Width) return combine<1, Forward>(real, imaginary, half);
-        for (std::size_t i = 0; i < half; i += Width) {
-            const floats c = load<Width>(cosine_.data() + half + i), s = load<Width>(sine_.data() + half + i);
-            const floats ar = load<Width>(real + i), ai = load<Width>(imaginary + i);
-            floats br = load<Width>(real + half + i), bi = load<Width>(imaginary + half + i);
-            if constexpr (!Forward) {
-                const floats turned = br * c - bi * s;
-                bi = bi * c + br * s;
-                br = turned;
-            }
-            const floats r = ar - br, j = ai - bi;
-            store(ar + br, real + i);
-            store(ai + bi, imaginary + i);
-            store(Forward ? r * c + j * s : r, real + half + i);
-            store(Forward ? j * c - r * s : j, imaginary + half + i);
-        }
-    }
-
-    std::size_t size_ = 0;
-    std::vector<float> cosine_; // of i / half of half a turn, at half + i
-    std::vector<float> sine_;
-};
-
 /// Hilbert transform: shifts the phase of every frequency of a real signal by -90 degrees, so that cos becomes sin.
 ///
-/// Of two signals at a time, one as the real and one as the imaginary part, with at least a quarter of zero padding. In
-/// bit-reversed order positive frequencies are at even indices, negative frequencies at odd ones.
+/// Of two signals in each lane, one as the real and one as the imaginary part, with at least a quarter of zero padding.
 class hilbert_transform {
   public:
-    explicit hilbert_transform(std::size_t samples) : fourier_{std::bit_ceil(samples + samples / 4 + 2)} {}
+    explicit hilbert_transform(std::size_t samples) : fourier_{transform_length(samples + samples / 4 + 2)} {}
 
     /// Size of the buffers of `apply`: the signal, padded with zeros.
     std::size_t size() const { return fourier_.size(); }
 
-    /// In place; overwrites the padding.
-    /// @tparam Width  floats in a SIMD register
-    template <int Width>
-    void apply(float* one, float* other) const {
-        fourier_.forward<Width>(one, other);
-        const float scale = 1 / static_cast<float>(size());
-        one[0] = one[1] = other[0] = other[1] = 0; // the Hilbert transform of DC and of the Nyquist frequency is 0
-        for (std::size_t i = 2; i < size(); i += 2) {
-            const float real = one[i], imaginary = other[i];
-            one[i] = scale * imaginary;
-            other[i] = -scale * real;
-            const float negative_real = one[i + 1], negative_imaginary = other[i + 1];
-            one[i + 1] = -scale * negative_imaginary;
-            other[i + 1] = scale * negative_real;
+    /// In place; overwrites the padding. @param room  as many values, which are overwritten
+    void apply(std::vector<complex_batch>& values, std::vector<complex_batch>& room) const {
+        fourier_.forward(values, room);
+        const lanes<complex_batch::width> scale(1 / static_cast<float>(size()));
+        values[0] = values[size() / 2] = {}; // of DC and of the Nyquist frequency it is 0
+        for (std::size_t i = 1; i < size() / 2; ++i) {
+            const complex_batch positive = values[i], negative = values[size() - i];
+            values[i] = {scale * positive.y, -(scale * positive.x)};
+            values[size() - i] = {-(scale * negative.y), scale * negative.x};
         }
-        fourier_.back<Width>(one, other);
+        fourier_.inverse(values, room);
     }
 
   private:
-    fourier_transform fourier_;
+    fourier fourier_;
 };
 
 /// Square roots, in place.
@@ -158,22 +82,31 @@ scan_lines envelope(const Policy& policy, const scan_lines& rf) {
                           " samples need as many values, not " + std::to_string(rf.values.size())};
     const detail::hilbert_transform transform{rf.samples};
     scan_lines lines{rf.count, rf.samples, rf.depth};
-    const auto envelope_of_pair = [&](std::size_t first, std::size_t end) {
-        const std::size_t n = rf.samples, last = end - 1; // an odd last line is paired with itself
-        std::vector<float> shifted(2 * transform.size());
-        float *const one = shifted.data(), *const other = one + transform.size();
-        std::copy_n(rf.values.data() + first * n, n, one);
-        std::copy_n(rf.values.data() + last * n, n, other);
-        transform.template apply<width>(one, other);
-        for (const std::size_t line : {first, last}) {
-            const float* const from = rf.values.data() + line * n;
-            const float* const quarter = line == first ? one : other;
-            float* const to = lines.values.data() + line * n;
-            for (std::size_t i = 0; i < n; ++i) to[i] = from[i] * from[i] + quarter[i] * quarter[i];
-            detail::square_roots<width>(to, n);
-        }
-    };
-    exec::for_each_block(policy, rf.count, 2, 20 * static_cast<float>(rf.samples), envelope_of_pair);
+    const std::size_t n = rf.samples;
+    constexpr std::size_t together = 2 * detail::complex_batch::width;
+    exec::for_each_block(policy, rf.count, together, 10 * static_cast<float>(n),
+                         [&](std::size_t first, std::size_t end) {
+                             std::vector<detail::complex_batch> values(transform.size()), room(transform.size());
+                             detail::complex_block block{};
+                             const auto part = [&](std::size_t line) -> float& { // two lines in each lane
+                                 const std::size_t lane = (line - first) / 2;
+                                 return (line - first) % 2 == 0 ? block.x[lane] : block.y[lane];
+                             };
+                             for (std::size_t i = 0; i < n; ++i) {
+                                 for (std::size_t line = first; line < end; ++line)
+                                     part(line) = rf.values[line * n + i];
+                                 values[i] = block.loaded();
+                             }
+                             transform.apply(values, room);
+                             for (std::size_t i = 0; i < n; ++i) {
+                                 block.store_from(values[i]);
+                                 for (std::size_t line = first; line < end; ++line) {
+                                     const float from = rf.values[line * n + i], quarter = part(line);
+                                     lines.values[line * n + i] = from * from + quarter * quarter;
+                                 }
+                             }
+                             detail::square_roots<width>(lines.values.data() + first * n, (end - first) * n);
+                         });
     return lines;
 }
 

@@ -1,5 +1,5 @@
-#ifndef INSONIFY_CHANNELS_FOURIER_HPP
-#define INSONIFY_CHANNELS_FOURIER_HPP
+#ifndef INSONIFY_SIGNAL_FOURIER_HPP
+#define INSONIFY_SIGNAL_FOURIER_HPP
 
 #include <insonify/core/save_macros.hpp>
 
