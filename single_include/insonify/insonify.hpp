@@ -1314,6 +1314,7 @@ inline constexpr bool exec::is_unsequenced_v<detail::any_policy<true>> = true;
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <utility>
 #if defined(INSONIFY_STD_SIMD)
 #include <experimental/simd>
 #endif
@@ -1739,18 +1740,29 @@ INSONIFY_FN INSONIFY_INLINE bit_lanes<N> select_bits(const lane_mask<N>& mask, c
     return raw_bits<N>(select(mask, raw_floats<N>(a), raw_floats<N>(b)));
 }
 
-/// The upper half of the lanes before the lower one.
+#if !defined(INSONIFY_NO_SIMD)
+namespace detail {
+template <class Lanes, class Bits, int... Lane>
+INSONIFY_FN INSONIFY_INLINE Lanes multiply_pairs(const Lanes& factor, const Bits& a, const Bits& b,
+                                                 std::integer_sequence<int, Lane...>) {
+    constexpr Bits sign{(Lane % 2 == 0 ? 0x80000000U : 0U)...};
+    const auto real = __builtin_bit_cast(Lanes, __builtin_shufflevector(a, a, (Lane & ~1)...)),
+               imaginary = __builtin_bit_cast(Lanes, __builtin_shufflevector(a, a, (Lane | 1)...) ^ sign),
+               swapped = __builtin_bit_cast(Lanes, __builtin_shufflevector(b, b, (Lane ^ 1)...));
+    return multiply_add(real, factor, imaginary * swapped);
+}
+} // namespace detail
+#endif
+
+/// Products of complex numbers, each in two lanes: its real part, then its imaginary part.
 template <int N>
-INSONIFY_FN INSONIFY_INLINE lanes<N> swapped_halves(const lanes<N>& a) {
-    if constexpr (N == 8 && detail::register_width >= N) {
-        const auto bits = __builtin_bit_cast(bit_lanes<N>, a);
-        return __builtin_bit_cast(lanes<N>, __builtin_shufflevector(bits, bits, 4, 5, 6, 7, 0, 1, 2, 3));
-    } else {
-        float each[N + N / 2];
-        store(a, each);
-        std::memcpy(each + N, each, N / 2 * sizeof *each);
-        return load<N>(each + N / 2);
-    }
+INSONIFY_FN INSONIFY_INLINE lanes<N> complex_products(const lanes<N>& a, const lanes<N>& b) {
+#if defined(INSONIFY_NO_SIMD)
+    return each_lane<N>(
+        [&](int i) { return i % 2 == 0 ? a[i] * b[i] - a[i + 1] * b[i + 1] : a[i - 1] * b[i] + a[i] * b[i - 1]; });
+#else
+    return detail::multiply_pairs(b, raw_bits<N>(a), raw_bits<N>(b), std::make_integer_sequence<int, N>{});
+#endif
 }
 
 /// Highest bit set for infinities and NaN. Tests the bits, so it holds under -ffast-math; several results combine by |.
@@ -17893,114 +17905,190 @@ colour_image colour_overlay(const Policy& policy, const image& grey, const flow_
 #define INSONIFY_SIGNAL_ENVELOPE_HPP
 
 
+#ifndef INSONIFY_SIGNAL_FOURIER_HPP
+#define INSONIFY_SIGNAL_FOURIER_HPP
+
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Complex numbers, one in each lane.
+struct complex_batch {
+    static constexpr std::size_t width = max_simd_width;
+    lanes<width> x{0.0F}, y{0.0F};
+
+    friend complex_batch operator+(const complex_batch& a, const complex_batch& b) { return {a.x + b.x, a.y + b.y}; }
+    friend complex_batch operator-(const complex_batch& a, const complex_batch& b) { return {a.x - b.x, a.y - b.y}; }
+};
+inline complex_batch batch_product(vec2 a, const complex_batch& b) {
+    const lanes<complex_batch::width> x(a.x), y(a.y);
+    return {x * b.x - y * b.y, x * b.y + y * b.x};
+}
+
+/// exp(2 pi i turns)
+INSONIFY_FN inline vec2 turned(double turns) {
+    const auto part = static_cast<float>(turns - std::floor(turns));
+    return {std::cos(2 * pi * part), std::sin(2 * pi * part)};
+}
+
+/// Cosine (x) and sine (y) of 2 pi times each lane, within 1e-7 for numbers of turns within +-0.5.
+template <int N>
+struct turned_lanes {
+    lanes<N> x, y;
+
+    explicit turned_lanes(const lanes<N>& turns) {
+        const lanes<N> quarter(0.25F), size = abs(turns);
+        const lanes<N> y_of_positive = sine(quarter - abs(size - quarter));
+        x = sine(quarter - size);
+        y = select(turns < lanes<N>(0.0F), -y_of_positive, y_of_positive);
+    }
+
+  private:
+    static lanes<N> sine(const lanes<N>& turns) { // of turns within +-0.25, by its series
+        const lanes<N> a = lanes<N>(2 * pi) * turns;
+        return a *
+               polynomial<N>(a * a, -2.5052108e-8F, 2.7557319e-6F, -1.9841270e-4F, 8.3333333e-3F, -1.6666667e-1F, 1.0F);
+    }
+};
+
+/// Discrete Fourier transforms of one length, of several sequences at once: sums over k of x[k] exp(-+ 2 pi i k m /
+/// n), not scaled. Source: Stockham's form of the fast transform, in Van Loan, Computational Frameworks for the Fast
+/// Fourier Transform, 1992, section 1.7.
+class fourier {
+  public:
+    /// @param length  2^k 3^m
+    explicit fourier(std::size_t length) : length_{length}, factors_(length) {
+        for (std::size_t i = 0; i < length; ++i)
+            factors_[i] = turned(-static_cast<double>(i) / static_cast<double>(length));
+    }
+
+    std::size_t size() const { return length_; }
+
+    /// In place, of a sequence in each lane. @param room  as many values, which are overwritten
+    /// @{
+    void forward(std::vector<complex_batch>& values, std::vector<complex_batch>& room) const {
+        transform<false>(values, room);
+    }
+    void inverse(std::vector<complex_batch>& values, std::vector<complex_batch>& room) const {
+        transform<true>(values, room);
+    }
+    /// @}
+
+  private:
+    template <bool Inverse>
+    vec2 factor(std::size_t i) const {
+        return Inverse ? vec2{factors_[i].x, -factors_[i].y} : factors_[i];
+    }
+
+    template <bool Inverse>
+    void transform(std::vector<complex_batch>& values, std::vector<complex_batch>& room) const {
+        std::size_t stride = 1;
+        for (std::size_t left = length_; left > 1;) {
+            const std::size_t radix = left % 4 == 0 ? 4 : left % 3 == 0 ? 3 : 2, parts = left / radix;
+            for (std::size_t part = 0; part < parts; ++part) {
+                const vec2 first = factor<Inverse>(part * stride),
+                           second = factor<Inverse>(2 * part * stride % length_),
+                           third = factor<Inverse>(3 * part * stride % length_);
+                const complex_batch* from = values.data() + part * stride;
+                complex_batch* to = room.data() + radix * part * stride;
+                for (std::size_t i = 0; i < stride; ++i, ++from, ++to) {
+                    const auto in = [&](std::size_t k) { return from[k * parts * stride]; };
+                    if (radix == 4) {
+                        const complex_batch even = in(0) + in(2), odd = in(0) - in(2), other = in(1) + in(3),
+                                            turn = quarter_turned<Inverse>(in(1) - in(3));
+                        to[0] = even + other;
+                        to[stride] = batch_product(first, odd + turn);
+                        to[2 * stride] = batch_product(second, even - other);
+                        to[3 * stride] = batch_product(third, odd - turn);
+                    } else if (radix == 3) {
+                        const complex_batch others = in(1) + in(2), middle = in(0) - batch_product({0.5F, 0}, others),
+                                            turn =
+                                                batch_product({0.8660254F, 0}, quarter_turned<Inverse>(in(1) - in(2)));
+                        to[0] = in(0) + others;
+                        to[stride] = batch_product(first, middle + turn);
+                        to[2 * stride] = batch_product(second, middle - turn);
+                    } else {
+                        to[0] = in(0) + in(1);
+                        to[stride] = batch_product(first, in(0) - in(1));
+                    }
+                }
+            }
+            values.swap(room);
+            left = parts;
+            stride *= radix;
+        }
+    }
+    template <bool Inverse>
+    static complex_batch quarter_turned(const complex_batch& a) { // by -i, or by i
+        return Inverse ? complex_batch{-a.y, a.x} : complex_batch{a.y, -a.x};
+    }
+
+    std::size_t length_;
+    std::vector<vec2> factors_; // exp(-2 pi i k / n)
+};
+
+/// Complex numbers of all lanes in memory: real parts, then imaginary parts.
+struct complex_block {
+    float x[complex_batch::width], y[complex_batch::width];
+
+    complex_batch loaded() const { return {load<complex_batch::width>(x), load<complex_batch::width>(y)}; }
+    void store_from(const complex_batch& from) {
+        store(from.x, x);
+        store(from.y, y);
+    }
+};
+
+/// The shortest even length of transforms that is not below a number.
+constexpr std::size_t transform_length(std::size_t values) {
+    std::size_t shortest = 0;
+    for (const std::size_t odd : {1U, 3U, 9U}) {
+        std::size_t length = 2 * odd;
+        while (length < values) length *= 2;
+        if (shortest == 0 || length < shortest) shortest = length;
+    }
+    return shortest;
+}
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+
+#endif
 #include <algorithm>
-#include <bit>
 #include <string>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// Fourier transforms of a power of two, x_n = sum over k of x_k exp(-2 pi j k n / N), in place.
-///
-/// The forward transform (decimation in frequency) leaves its results in bit-reversed order, from which the inverse
-/// transform (decimation in time) starts. Source: Gentleman & Sande 1966, Cooley & Tukey 1965.
-class fourier_transform {
-  public:
-    explicit fourier_transform(std::size_t size) : size_{size}, cosine_(size), sine_(size) {
-        for (std::size_t half = 1; half < size_; half *= 2)
-            for (std::size_t i = 0; i < half; ++i) {
-                const double angle = 3.14159265358979323846 * static_cast<double>(i) / static_cast<double>(half);
-                cosine_[half + i] = static_cast<float>(std::cos(angle));
-                sine_[half + i] = static_cast<float>(std::sin(angle));
-            }
-    }
-
-    std::size_t size() const { return size_; }
-
-    /// Where `forward` leaves result n.
-    std::size_t place(std::size_t n) const {
-        std::size_t reversed = 0;
-        for (std::size_t bit = 1, mirrored = size_ / 2; bit < size_; bit *= 2, mirrored /= 2)
-            if ((n & bit) != 0) reversed |= mirrored;
-        return reversed;
-    }
-
-    /// @tparam Width  floats in a SIMD register
-    template <int Width>
-    void forward(float* real, float* imaginary) const {
-        for (std::size_t half = size_ / 2; half > 0; half /= 2)
-            for (std::size_t begin = 0; begin < size_; begin += 2 * half)
-                combine<Width, true>(real + begin, imaginary + begin, half);
-    }
-    /// The inverse, times the size.
-    template <int Width>
-    void back(float* real, float* imaginary) const {
-        for (std::size_t half = 1; half < size_; half *= 2)
-            for (std::size_t begin = 0; begin < size_; begin += 2 * half)
-                combine<Width, false>(real + begin, imaginary + begin, half);
-    }
-
-  private:
-    /// (a, b) becomes (a + b, (a - b) exp(-j angle)), or back (a + b exp(+j angle), a - b exp(+j angle)), for `half`
-    /// values a and as many values b after them.
-    template <int Width, bool Forward>
-    void combine(float* real, float* imaginary, std::size_t half) const {
-        using floats = lanes<Width>;
-        if constexpr (Width > 1)
-            if (half < Width) return combine<1, Forward>(real, imaginary, half);
-        for (std::size_t i = 0; i < half; i += Width) {
-            const floats c = load<Width>(cosine_.data() + half + i), s = load<Width>(sine_.data() + half + i);
-            const floats ar = load<Width>(real + i), ai = load<Width>(imaginary + i);
-            floats br = load<Width>(real + half + i), bi = load<Width>(imaginary + half + i);
-            if constexpr (!Forward) {
-                const floats turned = br * c - bi * s;
-                bi = bi * c + br * s;
-                br = turned;
-            }
-            const floats r = ar - br, j = ai - bi;
-            store(ar + br, real + i);
-            store(ai + bi, imaginary + i);
-            store(Forward ? r * c + j * s : r, real + half + i);
-            store(Forward ? j * c - r * s : j, imaginary + half + i);
-        }
-    }
-
-    std::size_t size_ = 0;
-    std::vector<float> cosine_; // of i / half of half a turn, at half + i
-    std::vector<float> sine_;
-};
-
 /// Hilbert transform: shifts the phase of every frequency of a real signal by -90 degrees, so that cos becomes sin.
 ///
-/// Of two signals at a time, one as the real and one as the imaginary part, with at least a quarter of zero padding. In
-/// bit-reversed order positive frequencies are at even indices, negative frequencies at odd ones.
+/// Of two signals in each lane, one as the real and one as the imaginary part, with at least a quarter of zero padding.
 class hilbert_transform {
   public:
-    explicit hilbert_transform(std::size_t samples) : fourier_{std::bit_ceil(samples + samples / 4 + 2)} {}
+    explicit hilbert_transform(std::size_t samples) : fourier_{transform_length(samples + samples / 4 + 2)} {}
 
     /// Size of the buffers of `apply`: the signal, padded with zeros.
     std::size_t size() const { return fourier_.size(); }
 
-    /// In place; overwrites the padding.
-    /// @tparam Width  floats in a SIMD register
-    template <int Width>
-    void apply(float* one, float* other) const {
-        fourier_.forward<Width>(one, other);
-        const float scale = 1 / static_cast<float>(size());
-        one[0] = one[1] = other[0] = other[1] = 0; // the Hilbert transform of DC and of the Nyquist frequency is 0
-        for (std::size_t i = 2; i < size(); i += 2) {
-            const float real = one[i], imaginary = other[i];
-            one[i] = scale * imaginary;
-            other[i] = -scale * real;
-            const float negative_real = one[i + 1], negative_imaginary = other[i + 1];
-            one[i + 1] = -scale * negative_imaginary;
-            other[i + 1] = scale * negative_real;
+    /// In place; overwrites the padding. @param room  as many values, which are overwritten
+    void apply(std::vector<complex_batch>& values, std::vector<complex_batch>& room) const {
+        fourier_.forward(values, room);
+        const lanes<complex_batch::width> scale(1 / static_cast<float>(size()));
+        values[0] = values[size() / 2] = {}; // of DC and of the Nyquist frequency it is 0
+        for (std::size_t i = 1; i < size() / 2; ++i) {
+            const complex_batch positive = values[i], negative = values[size() - i];
+            values[i] = {scale * positive.y, -(scale * positive.x)};
+            values[size() - i] = {-(scale * negative.y), scale * negative.x};
         }
-        fourier_.back<Width>(one, other);
+        fourier_.inverse(values, room);
     }
 
   private:
-    fourier_transform fourier_;
+    fourier fourier_;
 };
 
 /// Square roots, in place.
@@ -18043,22 +18131,31 @@ scan_lines envelope(const Policy& policy, const scan_lines& rf) {
                           " samples need as many values, not " + std::to_string(rf.values.size())};
     const detail::hilbert_transform transform{rf.samples};
     scan_lines lines{rf.count, rf.samples, rf.depth};
-    const auto envelope_of_pair = [&](std::size_t first, std::size_t end) {
-        const std::size_t n = rf.samples, last = end - 1; // an odd last line is paired with itself
-        std::vector<float> shifted(2 * transform.size());
-        float *const one = shifted.data(), *const other = one + transform.size();
-        std::copy_n(rf.values.data() + first * n, n, one);
-        std::copy_n(rf.values.data() + last * n, n, other);
-        transform.template apply<width>(one, other);
-        for (const std::size_t line : {first, last}) {
-            const float* const from = rf.values.data() + line * n;
-            const float* const quarter = line == first ? one : other;
-            float* const to = lines.values.data() + line * n;
-            for (std::size_t i = 0; i < n; ++i) to[i] = from[i] * from[i] + quarter[i] * quarter[i];
-            detail::square_roots<width>(to, n);
-        }
-    };
-    exec::for_each_block(policy, rf.count, 2, 20 * static_cast<float>(rf.samples), envelope_of_pair);
+    const std::size_t n = rf.samples;
+    constexpr std::size_t together = 2 * detail::complex_batch::width;
+    exec::for_each_block(policy, rf.count, together, 10 * static_cast<float>(n),
+                         [&](std::size_t first, std::size_t end) {
+                             std::vector<detail::complex_batch> values(transform.size()), room(transform.size());
+                             detail::complex_block block{};
+                             const auto part = [&](std::size_t line) -> float& { // two lines in each lane
+                                 const std::size_t lane = (line - first) / 2;
+                                 return (line - first) % 2 == 0 ? block.x[lane] : block.y[lane];
+                             };
+                             for (std::size_t i = 0; i < n; ++i) {
+                                 for (std::size_t line = first; line < end; ++line)
+                                     part(line) = rf.values[line * n + i];
+                                 values[i] = block.loaded();
+                             }
+                             transform.apply(values, room);
+                             for (std::size_t i = 0; i < n; ++i) {
+                                 block.store_from(values[i]);
+                                 for (std::size_t line = first; line < end; ++line) {
+                                     const float from = rf.values[line * n + i], quarter = part(line);
+                                     lines.values[line * n + i] = from * from + quarter * quarter;
+                                 }
+                             }
+                             detail::square_roots<width>(lines.values.data() + first * n, (end - first) * n);
+                         });
     return lines;
 }
 
@@ -18194,30 +18291,37 @@ doppler_spectrum spectrum_of(const Policy& policy, const std::vector<vec2>& echo
         weight += hann[k] * hann[k];
     }
     const auto walls = detail::orthonormal_polynomials(size, settings.wall_order);
-    constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
-    const detail::fourier_transform fourier{size};
-    exec::for_each_block(policy, result.windows, 4, 30 * static_cast<float>(size), [&](std::size_t a, std::size_t b) {
-        std::vector<float> real(size), imaginary(size);
-        for (std::size_t window = a; window < b; ++window) {
-            for (std::uint32_t k = 0; k < size; ++k) {
-                real[k] = echoes[window * hop + k].x;
-                imaginary[k] = echoes[window * hop + k].y;
-            }
-            for (std::vector<float>* const part : {&real, &imaginary}) {
-                for (const std::vector<double>& wall : walls) { // less the projection on it
-                    const double along = std::inner_product(wall.begin(), wall.end(), part->begin(), 0.0);
-                    for (std::uint32_t k = 0; k < size; ++k) (*part)[k] -= static_cast<float>(wall[k] * along);
+    const detail::fourier fourier{size};
+    constexpr std::size_t together = detail::complex_batch::width;
+    exec::for_each_block(
+        policy, result.windows, together, 15 * static_cast<float>(size), [&](std::size_t first, std::size_t end) {
+            std::vector<detail::complex_batch> values(size), room(size);
+            std::vector<detail::complex_block> blocks(size, detail::complex_block{}); // a window in each lane
+            std::vector<float> part(size);
+            for (std::size_t window = first; window < end; ++window)
+                for (const bool real : {true, false}) {
+                    for (std::uint32_t k = 0; k < size; ++k) {
+                        const vec2 echo = echoes[window * hop + k];
+                        part[k] = real ? echo.x : echo.y;
+                    }
+                    for (const std::vector<double>& wall : walls) { // less the projection on it
+                        const double along = std::inner_product(wall.begin(), wall.end(), part.begin(), 0.0);
+                        for (std::uint32_t k = 0; k < size; ++k) part[k] -= static_cast<float>(wall[k] * along);
+                    }
+                    for (std::uint32_t k = 0; k < size; ++k)
+                        (real ? blocks[k].x : blocks[k].y)[window - first] = hann[k] * part[k];
                 }
-                for (std::uint32_t k = 0; k < size; ++k) (*part)[k] *= hann[k];
-            }
-            fourier.forward<width>(real.data(), imaginary.data());
+            for (std::uint32_t k = 0; k < size; ++k) values[k] = blocks[k].loaded();
+            fourier.forward(values, room);
+            const lanes<detail::complex_batch::width> scale(1 / (weight * static_cast<float>(size)));
             for (std::uint32_t i = 0; i < size; ++i) {
-                const std::size_t bin = fourier.place((static_cast<std::uint32_t>(lowest) + i) & (size - 1));
-                result.power[window * size + i] =
-                    (real[bin] * real[bin] + imaginary[bin] * imaginary[bin]) / (weight * static_cast<float>(size));
+                const detail::complex_batch& bin = values[(static_cast<std::uint32_t>(lowest) + i) & (size - 1)];
+                float power[together];
+                store(scale * (bin.x * bin.x + bin.y * bin.y), power);
+                for (std::size_t window = first; window < end; ++window)
+                    result.power[window * size + i] = power[window - first];
             }
-        }
-    });
+        });
     return result;
 }
 
@@ -20703,159 +20807,6 @@ inline constexpr element_array p4_2v_elements{.elements = 64, .pitch = 0.30_mm, 
 
 
 #endif
-#ifndef INSONIFY_CHANNELS_FOURIER_HPP
-#define INSONIFY_CHANNELS_FOURIER_HPP
-
-
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <utility>
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Complex numbers, one in each lane.
-struct complex_batch {
-    static constexpr std::size_t width = max_simd_width;
-    lanes<width> x{0.0F}, y{0.0F};
-
-    friend complex_batch operator+(const complex_batch& a, const complex_batch& b) { return {a.x + b.x, a.y + b.y}; }
-    friend complex_batch operator-(const complex_batch& a, const complex_batch& b) { return {a.x - b.x, a.y - b.y}; }
-};
-inline complex_batch batch_product(vec2 a, const complex_batch& b) {
-    const lanes<complex_batch::width> x(a.x), y(a.y);
-    return {x * b.x - y * b.y, x * b.y + y * b.x};
-}
-
-/// exp(2 pi i turns)
-INSONIFY_FN inline vec2 turned(double turns) {
-    const auto part = static_cast<float>(turns - std::floor(turns));
-    return {std::cos(2 * pi * part), std::sin(2 * pi * part)};
-}
-
-/// Cosine (x) and sine (y) of 2 pi times each lane, within 1e-7 for numbers of turns within +-0.5.
-template <int N>
-struct turned_lanes {
-    lanes<N> x, y;
-
-    explicit turned_lanes(const lanes<N>& turns) {
-        const lanes<N> quarter(0.25F), size = abs(turns);
-        const lanes<N> y_of_positive = sine(quarter - abs(size - quarter));
-        x = sine(quarter - size);
-        y = select(turns < lanes<N>(0.0F), -y_of_positive, y_of_positive);
-    }
-
-  private:
-    static lanes<N> sine(const lanes<N>& turns) { // of turns within +-0.25, by its series
-        const lanes<N> a = lanes<N>(2 * pi) * turns;
-        return a *
-               polynomial<N>(a * a, -2.5052108e-8F, 2.7557319e-6F, -1.9841270e-4F, 8.3333333e-3F, -1.6666667e-1F, 1.0F);
-    }
-};
-
-/// Discrete Fourier transforms of one length, of several sequences at once: sums over k of x[k] exp(-+ 2 pi i k m /
-/// n), not scaled. Source: Stockham's form of the fast transform, in Van Loan, Computational Frameworks for the Fast
-/// Fourier Transform, 1992, section 1.7.
-class fourier {
-  public:
-    /// @param length  2^k 3^m
-    explicit fourier(std::size_t length) : length_{length}, factors_(length) {
-        for (std::size_t i = 0; i < length; ++i)
-            factors_[i] = turned(-static_cast<double>(i) / static_cast<double>(length));
-    }
-
-    std::size_t size() const { return length_; }
-
-    /// In place, of a sequence in each lane. @param room  as many values, which are overwritten
-    /// @{
-    void forward(std::vector<complex_batch>& values, std::vector<complex_batch>& room) const {
-        transform<false>(values, room);
-    }
-    void inverse(std::vector<complex_batch>& values, std::vector<complex_batch>& room) const {
-        transform<true>(values, room);
-    }
-    /// @}
-
-  private:
-    template <bool Inverse>
-    vec2 factor(std::size_t i) const {
-        return Inverse ? vec2{factors_[i].x, -factors_[i].y} : factors_[i];
-    }
-
-    template <bool Inverse>
-    void transform(std::vector<complex_batch>& values, std::vector<complex_batch>& room) const {
-        std::size_t stride = 1;
-        for (std::size_t left = length_; left > 1;) {
-            const std::size_t radix = left % 4 == 0 ? 4 : left % 3 == 0 ? 3 : 2, parts = left / radix;
-            for (std::size_t part = 0; part < parts; ++part) {
-                const vec2 first = factor<Inverse>(part * stride),
-                           second = factor<Inverse>(2 * part * stride % length_),
-                           third = factor<Inverse>(3 * part * stride % length_);
-                const complex_batch* from = values.data() + part * stride;
-                complex_batch* to = room.data() + radix * part * stride;
-                for (std::size_t i = 0; i < stride; ++i, ++from, ++to) {
-                    const auto in = [&](std::size_t k) { return from[k * parts * stride]; };
-                    if (radix == 4) {
-                        const complex_batch even = in(0) + in(2), odd = in(0) - in(2), other = in(1) + in(3),
-                                            turn = quarter_turned<Inverse>(in(1) - in(3));
-                        to[0] = even + other;
-                        to[stride] = batch_product(first, odd + turn);
-                        to[2 * stride] = batch_product(second, even - other);
-                        to[3 * stride] = batch_product(third, odd - turn);
-                    } else if (radix == 3) {
-                        const complex_batch others = in(1) + in(2), middle = in(0) - batch_product({0.5F, 0}, others),
-                                            turn =
-                                                batch_product({0.8660254F, 0}, quarter_turned<Inverse>(in(1) - in(2)));
-                        to[0] = in(0) + others;
-                        to[stride] = batch_product(first, middle + turn);
-                        to[2 * stride] = batch_product(second, middle - turn);
-                    } else {
-                        to[0] = in(0) + in(1);
-                        to[stride] = batch_product(first, in(0) - in(1));
-                    }
-                }
-            }
-            values.swap(room);
-            left = parts;
-            stride *= radix;
-        }
-    }
-    template <bool Inverse>
-    static complex_batch quarter_turned(const complex_batch& a) { // by -i, or by i
-        return Inverse ? complex_batch{-a.y, a.x} : complex_batch{a.y, -a.x};
-    }
-
-    std::size_t length_;
-    std::vector<vec2> factors_; // exp(-2 pi i k / n)
-};
-
-/// Complex numbers of all lanes in memory: real parts, then imaginary parts.
-struct complex_block {
-    float x[complex_batch::width], y[complex_batch::width];
-
-    complex_batch loaded() const { return {load<complex_batch::width>(x), load<complex_batch::width>(y)}; }
-    void store_from(const complex_batch& from) {
-        store(from.x, x);
-        store(from.y, y);
-    }
-};
-
-/// The shortest even length of transforms that is not below a number.
-constexpr std::size_t transform_length(std::size_t values) {
-    std::size_t shortest = 0;
-    for (const std::size_t odd : {1U, 3U, 9U}) {
-        std::size_t length = 2 * odd;
-        while (length < values) length *= 2;
-        if (shortest == 0 || length < shortest) shortest = length;
-    }
-    return shortest;
-}
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-
-#endif
 #ifndef INSONIFY_CHANNELS_TRANSMIT_HPP
 #define INSONIFY_CHANNELS_TRANSMIT_HPP
 
@@ -21896,11 +21847,11 @@ struct element_fan {
 /// earliest wave arrives tilt^2 / (2 (bend + m)) before the one along the line: Fermat's principle, within one step of
 /// Newton's method. A surface z = a u + q u^2 / 2 between speeds c1 and c2 adds a (1/c1 - 1/c2) to the tilt and
 /// q (1/c1 - 1/c2) to the bend.
-struct element_wave {
-    float begin = 0;          ///< metres along the line
-    float time = 0;           ///< s
-    float tilt = 0, bend = 0; ///< in the slice
-    float bend_across = 0;    ///< out of the slice
+struct alignas(64) element_wave { // a cache line
+    float begin = 0;              ///< metres along the line
+    float time = 0;               ///< s
+    float tilt = 0, bend = 0;     ///< in the slice
+    float bend_across = 0;        ///< out of the slice
     float spread = 0; ///< amplitude is 1 / sqrt(spread * spread_across): in a uniform medium both are the distance
     float spread_across = 0;   ///< metres
     float passed = 1;          ///< factor on amplitude of the interfaces so far, one way
@@ -21973,9 +21924,10 @@ class element_fans {
     /// Where a point lies among the lines of N elements.
     template <int N>
     struct located {
-        lanes<N> line{0.0F};     ///< between two; negative: the element does not see the point
-        lanes<N> distance{0.0F}; ///< from the element, metres
-        lanes<N> sine{0.0F};     ///< of the angle to the element's normal
+        lanes<N> line{0.0F};      ///< between two; negative: the element does not see the point
+        lanes<N> distance{0.0F};  ///< from the element, metres, at least 1e-6
+        lanes<N> per_metre{0.0F}; ///< 1 / distance
+        lanes<N> sine{0.0F};      ///< of the angle to the element's normal
         lanes<N> cosine{0.0F};
     };
     /// @param first  of the elements; those beyond the last one have places without meaning
@@ -21986,14 +21938,15 @@ class element_fans {
         const floats x = floats(p.x) - row(origin_x_), z = floats(p.y) - row(origin_z_);
         const floats along_x = row(normal_x_), along_z = row(normal_z_);
         located<N> found;
-        found.distance = sqrt(x * x + z * z);
-        const floats per_metre = floats(1.0F) / max(found.distance, floats(1e-6F));
-        found.sine = (x * along_z - z * along_x) * per_metre;
-        found.cosine = (x * along_x + z * along_z) * per_metre;
+        const floats distance = sqrt(x * x + z * z), nearest(1e-6F);
+        found.distance = max(distance, nearest);
+        found.per_metre = floats(1.0F) / found.distance;
+        found.sine = (x * along_z - z * along_x) * found.per_metre;
+        found.cosine = (x * along_x + z * along_z) * found.per_metre;
         const floats tangent = found.sine / max(floats(1.0F) + found.cosine, floats(1e-3F)); // of half the angle
         const float middle = 0.5F * static_cast<float>(lines_ - 1);
         const floats line = floats(middle) + floats(middle / std::tan(0.25F * span)) * tangent;
-        const auto seen = floats(0.0F) <= line && line < floats(2 * middle) && floats(1e-6F) < found.distance;
+        const auto seen = floats(0.0F) <= line && line < floats(2 * middle) && nearest < distance;
         found.line = select(seen, line, floats(-1.0F));
         return found;
     }
@@ -22003,10 +21956,10 @@ class element_fans {
         const fan& own = fans_[element];
         const auto first = static_cast<std::uint32_t>(line);
         const auto one = [&](std::uint32_t on) {
-            const view<const element_wave> waves = own.line(on);
-            std::size_t i = waves.size() - 1;
-            while (i > 0 && waves[i].begin > distance) --i;
-            return wave_at(waves[i], distance);
+            const std::uint32_t begin = own.begin_of(on);
+            std::uint32_t i = own.ends[on] - 1;
+            while (i > begin && own.begins[i] > distance) --i;
+            return wave_at(own.waves[i], distance);
         };
         return mixed(one(first), one(first + 1), line - static_cast<float>(first));
     }
@@ -22048,11 +22001,12 @@ class element_fans {
     struct fan {
         element_fan shape{};
         std::vector<element_wave> waves{};
+        std::vector<float> begins{};       // of waves, together: what is searched
         std::vector<std::uint32_t> ends{}; // of each line, in `waves`
 
+        std::uint32_t begin_of(std::uint32_t line) const { return line == 0 ? 0 : ends[line - 1]; }
         view<const element_wave> line(std::uint32_t i) const {
-            const std::uint32_t begin = i == 0 ? 0 : ends[i - 1];
-            return {waves.data() + begin, ends[i] - begin};
+            return {waves.data() + begin_of(i), ends[i] - begin_of(i)};
         }
     };
 
@@ -22166,6 +22120,8 @@ class element_fans {
             }
             own.ends.push_back(static_cast<std::uint32_t>(own.waves.size()));
         }
+        own.begins.clear();
+        for (const element_wave& one : own.waves) own.begins.push_back(one.begin);
         return false;
     }
 
@@ -22211,11 +22167,13 @@ struct spectral_value {
     /// The step of frequency, hertz. Larger steps follow the ends of the band better, smaller ones the carrier:
     /// `tests/channels/trace_channels.cpp` prints how well this one does both.
     static constexpr float step(float sigma, float frequency) { return 0.6F * min(sigma, frequency); }
-    /// Weight of a node at a frequency. @param x  from the carrier, in steps
-    static float weight(int node, float x) {
+    /// Weight of one of some nodes in the middle at a frequency. @param x  from the carrier, in steps
+    static float weight(int node, int of, float x) {
         float product = 1;
-        for (int i = 0; i < nodes; ++i)
-            if (i != node) product *= (x - steps(i)) / (steps(node) - steps(i));
+        for (int i = 0; i < of; ++i)
+            if (i != node)
+                product *=
+                    (x - static_cast<float>(i) + 0.5F * static_cast<float>(of - 1)) / static_cast<float>(node - i);
         return product;
     }
 
@@ -22237,6 +22195,17 @@ struct spectral_value {
         store(x, real);
         store(y, imaginary);
         return {real[node], imaginary[node]};
+    }
+    /// Some nodes in the middle: real and imaginary part of each. @tparam Some  2, or all
+    template <int Some>
+    void store_middle(float* to) const {
+        float real[nodes], imaginary[nodes];
+        store(x, real);
+        store(y, imaginary);
+        for (int k = 0; k < Some; ++k) {
+            to[2 * k] = real[(nodes - Some) / 2 + k];
+            to[2 * k + 1] = imaginary[(nodes - Some) / 2 + k];
+        }
     }
     /// Between the nodes on both sides of the carrier.
     vec2 at_carrier() const { return 0.5F * (at(nodes / 2 - 1) + at(nodes / 2)); }
@@ -22470,19 +22439,36 @@ class elevation_field {
 /// Sums over reflectors of what goes from one source by a reflector to one receiver.
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// One sample of a sum, or one wave: a complex value at each frequency, real parts before imaginary parts.
-inline constexpr std::size_t floats_per_wave = std::size_t{2} * spectral_value::nodes;
-using wave_lanes = lanes<floats_per_wave>;
+/// Pairs of a source and a receiver. Between elements each is kept once: both ways are alike.
+struct pair_numbers {
+    std::size_t sources = 0, receivers = 0;
+    bool symmetric = false; ///< sources are the receivers
+
+    std::size_t count() const { return symmetric ? sources * (sources + 1) / 2 : sources * receivers; }
+    /// @param receiver  not before the source where they are symmetric
+    std::size_t operator()(std::size_t source, std::size_t receiver) const {
+        return source * receivers + receiver - (symmetric ? source * (source + 1) / 2 : 0);
+    }
+};
+
+/// So few that their waves from two tiles of elements fit into the second-level cache.
+inline constexpr std::size_t reflectors_per_block = 2048;
+
+/// One sample of a sum, or one wave: a complex value at each node.
+template <int Nodes>
+inline constexpr std::size_t floats_per_wave = std::size_t{2} * Nodes;
 
 /// What arrives at each of a block of reflectors, from every source or at every receiver.
+/// @tparam Nodes  frequencies around the carrier, in the middle of those of `spectral_value`
+template <int Nodes>
 class wave_table {
   public:
-    static constexpr std::size_t block =
-        2048; // reflectors; the waves of two tiles of elements fit into the second-level cache
-    static constexpr float never = 1e3F; // s: the time of what does not arrive
-    static_assert(block % max_simd_width == 0);
+    static constexpr std::size_t block = reflectors_per_block;
+    static constexpr float never = 1e3F;     // s: the time of what does not arrive
+    static constexpr std::size_t group = 64; // reflectors are added in whole groups
+    static_assert(block % group == 0 && group % max_simd_width == 0);
 
-    explicit wave_table(std::size_t columns) : columns_{columns}, values_(columns * column_size) {
+    explicit wave_table(std::size_t columns) : values_(columns * column_size) {
         std::fill(values_.begin(), values_.end(), 0.0F);
     }
 
@@ -22490,78 +22476,85 @@ class wave_table {
     /// @{
     const float* time(std::size_t column) const { return values_.data() + column * column_size; } ///< s
     /// Share of the obliquity: 1/2 of a point, cos / 2 of a surface.
-    const float* facing(std::size_t column) const { return time(column) + block; }
-    /// The waves, with the phase of the carrier by the travel time; each is followed by the same times the imaginary unit.
-    const float* waves(std::size_t column) const { return time(column) + 2 * block; }
+    const float* facing(std::size_t column) const { return time(column) + row; }
+    /// The waves, with the phase of the carrier by the travel time.
+    const float* waves(std::size_t column) const { return time(column) + 2 * row; }
     /// @}
 
-    void set(std::size_t column, std::size_t reflector, float time, float facing, const spectral_value& wave) {
+    /// @return where the wave goes: real and imaginary part at each node
+    float* set(std::size_t column, std::size_t reflector, float time, float facing) {
         float* const own = values_.data() + column * column_size;
         own[reflector] = time;
-        own[block + reflector] = facing;
-        float* const to = own + 2 * block + floats_per_wave * reflector;
-        store(wave.x, to);
-        store(wave.y, to + spectral_value::nodes);
+        own[row + reflector] = facing;
+        return own + 2 * row + floats_per_wave<Nodes> * reflector;
     }
     /// Nothing arrives.
-    void clear(std::size_t column, std::size_t reflector) { set(column, reflector, never, 0, {}); }
-    void clear(std::size_t reflector) {
-        for (std::size_t i = 0; i < columns_; ++i) clear(i, reflector);
+    void clear(std::size_t column, std::size_t reflector) {
+        std::fill_n(set(column, reflector, never, 0), floats_per_wave<Nodes>, 0.0F);
     }
+    /// Reflectors of all groups that begin before a number of them.
+    static std::size_t whole_groups(std::size_t reflectors) { return (reflectors + group - 1) / group * group; }
 
   private:
-    static constexpr std::size_t column_size = (2 + floats_per_wave) * block;
-    std::size_t columns_;
+    // A cache line more than a power of two, so that the waves of one reflector do not all lie in the same set of a cache.
+    static constexpr std::size_t row = block + 16, column_size = 2 * row + floats_per_wave<Nodes> * block + 16;
     large_array<float> values_; // source after source; aligned to cache lines
 };
 
 /// Adds the echoes of a block of reflectors from a source to a receiver to complex samples at baseband. Each is a delta at
 /// its travel time, spread over three samples by a quadratic B-spline, whose spectrum sinc^3 is divided out later.
-/// @param count    of the reflectors; nothing arrives at those beyond it in the last register
+/// @param count    of the reflectors; nothing arrives at those beyond it in the last group
 /// @param rate     samples a second
 /// @param margin   of samples before time 0
 /// @param sum      `samples` times `floats_per_wave`
-inline void add_echoes(const wave_table& sent, std::size_t source, const wave_table& received, std::size_t receiver,
-                       std::size_t count, float rate, float margin, float* sum, std::uint32_t samples) {
+/// @param next     the sum after it, which is fetched beforehand: its echoes arrive at nearly the same times
+template <int Nodes>
+void add_echoes(const wave_table<Nodes>& sent, std::size_t source, const wave_table<Nodes>& received,
+                std::size_t receiver, std::size_t count, float rate, float margin, float* sum, const float* next,
+                std::uint32_t samples) {
     constexpr int width = max_simd_width;
+    constexpr std::size_t group = wave_table<Nodes>::group, wave = floats_per_wave<Nodes>;
     using floats = lanes<width>;
+    using wave_lanes = lanes<static_cast<int>(wave)>;
     const floats last(static_cast<float>(samples - 4)), half(0.5F);
-    const auto imaginary = wave_lanes(spectral_value::nodes - 0.5F) <
-                           each_lane<floats_per_wave>([](int lane) { return static_cast<float>(lane); });
     const float *const sent_waves = sent.waves(source), *const received_waves = received.waves(receiver);
-    for (std::size_t first = 0; first < count; first += width) {
-        const auto both = [first](const float* a, const float* b) {
-            return load<width>(a + first) + load<width>(b + first);
-        };
-        const floats place = both(sent.time(source), received.time(receiver)) * floats(rate) + floats(margin - 0.5F);
-        const floats within = min(max(place, floats(0.0F)), last);
-        const bit_lanes<width> below = floor_bits<width>(within); // the middle one of three follows it
-        const floats share =
-            select(within == place, both(sent.facing(source), received.facing(receiver)), floats(0.0F));
-        const floats u = within - floats_of<width>(below), v = floats(1.0F) - u;
-        float weight[3][width];
-        store(share * half * v * v, weight[0]);
-        store(share * (half + u * v), weight[1]);
-        store(share * half * u * u, weight[2]);
-        std::uint32_t sample[width];
-        store_bits<width>(below, sample);
-        wave_lanes value[width];
-        for (std::size_t i = 0; i < width; ++i) {
-            const std::size_t at = floats_per_wave * (first + i);
-            const wave_lanes a = load<floats_per_wave>(sent_waves + at), a_swapped = swapped_halves<floats_per_wave>(a),
-                             b = load<floats_per_wave>(received_waves + at);
-            value[i] = select(imaginary, a_swapped, a) * b +
-                       select(imaginary, a, -a_swapped) * swapped_halves<floats_per_wave>(b);
+    for (std::size_t first = 0; first < count; first += group) {
+        float weight[3][group], values[wave * group];
+        std::uint32_t sample[group], heard = 0;
+        for (std::size_t i = 0; i < group; i += width) {
+            const auto both = [at = first + i](const float* a, const float* b) {
+                return load<width>(a + at) + load<width>(b + at);
+            };
+            const floats place =
+                both(sent.time(source), received.time(receiver)) * floats(rate) + floats(margin - 0.5F);
+            const floats within = min(max(place, floats(0.0F)), last);
+            const bit_lanes<width> below = bits_of_whole<width>(within); // the middle one of three follows it
+            const auto inside = within == place;
+            heard |= bits_of(inside);
+            const floats share = select(inside, both(sent.facing(source), received.facing(receiver)), floats(0.0F));
+            const floats u = within - floats_of<width>(below), v = floats(1.0F) - u;
+            store(share * half * v * v, weight[0] + i);
+            store(share * (half + u * v), weight[1] + i);
+            store(share * half * u * u, weight[2] + i);
+            store_bits<width>(below, sample + i);
         }
-        for (std::size_t i = 0; i < width; ++i) {
-            float* const to = sum + floats_per_wave * std::size_t{sample[i]};
+        if (heard == 0) continue;
+        for (std::size_t i = 0; i < wave * group; i += width) {
+            const std::size_t at = wave * first + i;
+            store(complex_products<width>(load<width>(sent_waves + at), load<width>(received_waves + at)), values + i);
+        }
+        for (std::size_t i = 0; i < group; ++i) {
+            const std::size_t at = wave * std::size_t{sample[i]};
+            float* const to = sum + at;
+            prefetch(next + at);
+            const wave_lanes value = load<static_cast<int>(wave)>(values + wave * i);
             const auto tap = [&](std::size_t k) {
-                return load<floats_per_wave>(to + floats_per_wave * k) + wave_lanes(weight[k][i]) * value[i];
+                return load<static_cast<int>(wave)>(to + wave * k) + wave_lanes(weight[k][i]) * value;
             };
             const wave_lanes before = tap(0), here = tap(1), after = tap(2);
             store(before, to);
-            store(here, to + floats_per_wave);
-            store(after, to + 2 * floats_per_wave);
+            store(here, to + wave);
+            store(after, to + 2 * wave);
         }
     }
 }
@@ -22602,8 +22595,22 @@ struct reflector {
     std::uint32_t before = 0, after = 0;               ///< media on the side of the array and behind a surface
     std::uint32_t object_before = 0, object_after = 0; ///< as in `layer`
     float roughness = -1;                              ///< of a surface, as in `layer`
-    float lost_slope = 0; ///< attenuation there and back, on the way where it is least: change with frequency, Np/Hz
 };
+
+/// Number of the element that is nearest to a point of the slice.
+inline std::size_t nearest_element(view<const ray> places, vec2 p) {
+    std::size_t low = 0, high = places.size() - 1;
+    const auto right_of = [&](std::size_t i) { // of the normal of an element
+        const ray& one = places[i];
+        return (p.x - one.origin.x) * one.direction.z - (p.y - one.origin.z) * one.direction.x > 0;
+    };
+    while (high - low > 1) {
+        const std::size_t middle = (low + high) / 2;
+        (right_of(middle) ? low : high) = middle;
+    }
+    const auto distance = [&](std::size_t i) { return length(vec2{places[i].origin.x, places[i].origin.z} - p); };
+    return distance(low) <= distance(high) ? low : high;
+}
 
 /// What `trace_channels` fills the slice with lines by: parallel, or from an apex behind a curved face. A probe.
 struct slice_lines {
@@ -22773,21 +22780,6 @@ class reflector_search {
         for (const std::vector<reflector>& some : of_block) found.insert(found.end(), some.begin(), some.end());
     }
 
-    /// Number of the element that is nearest to a point of the slice.
-    std::size_t nearest_element(vec2 p) const {
-        std::size_t low = 0, high = places_.size() - 1;
-        const auto right_of = [&](std::size_t i) { // of the normal of an element
-            const ray& one = places_[i];
-            return (p.x - one.origin.x) * one.direction.z - (p.y - one.origin.z) * one.direction.x > 0;
-        };
-        while (high - low > 1) {
-            const std::size_t middle = (low + high) / 2;
-            (right_of(middle) ? low : high) = middle;
-        }
-        const auto distance = [&](std::size_t i) { return length(vec2{places_[i].origin.x, places_[i].origin.z} - p); };
-        return distance(low) <= distance(high) ? low : high;
-    }
-
   private:
     void add_segment(const scene_view& seen, const elevation_field& field, const cut_segment& segment,
                      const pose& upright, std::vector<reflector>& found) const {
@@ -22810,7 +22802,7 @@ class reflector_search {
         if (!(on_lines.y > 0 && on_lines.y < depth_)) return;
         const float weight = taper(on_lines);
         if (!(weight > 0)) return;
-        const ray& nearest = places_[nearest_element(flat)];
+        const ray& nearest = places_[nearest_element(places_, flat)];
         const vec3 apart = vec3{local.x, 0, local.z} - vec3{nearest.origin.x, 0, nearest.origin.z};
         const float distance = length(apart);
         if (!(distance > 1e-6F)) return;
@@ -22960,58 +22952,60 @@ class arriving_waves {
         heights_.resize(places.size() + max_simd_width, 0.0F);
     }
 
+    /// From as many elements as `max_simd_width`, or those that are left.
     /// @param zone_slope  attenuation there and back that is applied later: change with frequency, Np/Hz
+    /// @param first       the first of the elements
     /// @param place       of the reflector in `to`
-    void find(const reflector& one, float zone_slope, wave_table& to, std::size_t place) const {
+    template <int Nodes>
+    void find(const reflector& one, float zone_slope, std::size_t first, wave_table<Nodes>& to,
+              std::size_t place) const {
         constexpr int width = max_simd_width;
         using floats = lanes<width>;
-        for (std::size_t first = 0; first < places_.size(); first += width) {
-            const auto at = fans_.template find<width>(first, one.place);
-            several<width> arrived;
-            store(at.line, arrived.line);
-            store(at.distance, arrived.distance);
-            store(at.cosine, arrived.cosine);
-            const std::size_t count = std::min<std::size_t>(width, places_.size() - first);
-            for (std::size_t k = 0; k < count; ++k) arrive(one, first + k, k, arrived);
+        const auto at = fans_.template find<width>(first, one.place);
+        several<width> arrived;
+        store(at.line, arrived.line);
+        store(at.distance, arrived.distance);
+        store(at.cosine, arrived.cosine);
+        const std::size_t count = std::min<std::size_t>(width, places_.size() - first);
+        for (std::size_t k = 0; k < count; ++k) arrive(one, first + k, k, arrived);
 
-            const floats distance = max(at.distance, floats(1e-6F)), range = load<width>(arrived.range);
-            // Near the element the distance to most of its face is longer: there 1 / r would grow without bound.
-            const floats amplitude = load<width>(arrived.factor) * at.cosine * distance *
-                                     power_of_two<width>(load<width>(arrived.lost) * floats(-1.4426950F)) /
-                                     sqrt(max(load<width>(arrived.spread) * range, floats(1e-10F)) *
-                                          (distance * distance + floats(face_.width * face_.width)));
-            const floats y = floats(one.y) - load<width>(heights_.data() + first), square = y * y;
-            const floats further = square / (sqrt(distance * distance + square) + distance); // the distance in space
-            const floats time = load<width>(arrived.time) * (floats(1.0F) + further / distance);
-            const floats frequency(-face_.frequency), eighth(0.125F); // of a turn: sqrt(j)
-            const floats whole = floats_of<width>(floor_bits<width>(frequency * time + eighth + floats(0.5F)));
-            const turned_lanes<width> carrier{multiply_add(frequency, time, eighth - whole)};
-            const floats position = field_.position<width>(one.tall ? range : sqrt(range * range + square));
-            store(time, arrived.time);
-            store(amplitude, arrived.factor);
-            store(carrier.x, arrived.carrier_x);
-            store(carrier.y, arrived.carrier_y);
-            store(position, arrived.position);
-            store(abs(at.sine) * floats(static_cast<float>(sines)), arrived.sine);
-            for (std::size_t k = 0; k < count; ++k) {
-                const std::size_t column = first + k;
-                if (!(arrived.factor[k] > 0)) {
-                    to.clear(column, place);
-                    continue;
-                }
-                const spectral_value across = one.tall ? field_.surface(arrived.position[k])
-                                                       : field_.point(arrived.position[k], one.y - heights_[column]);
-                const spectral_value wave =
-                    spectral_value::everywhere({arrived.carrier_x[k], arrived.carrier_y[k]}) * (across * one.root);
-                const float lost = arrived.lost_slope[k] - 0.5F * zone_slope;
-                lanes<spectral_value::nodes> face =
-                    radiated(arrived.sine[k]) * lanes<spectral_value::nodes>(arrived.factor[k]);
-                if (lost != 0)
-                    face = face * power_of_two<spectral_value::nodes>(
-                                      lanes<spectral_value::nodes>(-1.4426950F * lost * face_.node_step) *
-                                      spectral_value::steps());
-                to.set(column, place, arrived.time[k], arrived.facing[k], face * wave);
+        const floats distance = at.distance, range = load<width>(arrived.range);
+        // Near the element the distance to most of its face is longer: there 1 / r would grow without bound.
+        const floats amplitude = load<width>(arrived.factor) * at.cosine * distance *
+                                 power_of_two<width>(load<width>(arrived.lost) * floats(-1.4426950F)) /
+                                 sqrt(max(load<width>(arrived.spread) * range, floats(1e-10F)) *
+                                      (distance * distance + floats(face_.width * face_.width)));
+        const floats y = floats(one.y) - load<width>(heights_.data() + first), square = y * y;
+        const floats in_space = sqrt(distance * distance + square); // the distance
+        const floats time = load<width>(arrived.time) * in_space * at.per_metre;
+        const floats frequency(-face_.frequency), eighth(0.125F); // of a turn: sqrt(j)
+        const floats whole = floats_of<width>(floor_bits<width>(frequency * time + eighth + floats(0.5F)));
+        const turned_lanes<width> carrier{multiply_add(frequency, time, eighth - whole)};
+        const floats position = field_.position<width>(one.tall ? range : sqrt(range * range + square));
+        store(time, arrived.time);
+        store(amplitude, arrived.factor);
+        store(carrier.x, arrived.carrier_x);
+        store(carrier.y, arrived.carrier_y);
+        store(position, arrived.position);
+        store(abs(at.sine) * floats(static_cast<float>(sines)), arrived.sine);
+        for (std::size_t k = 0; k < count; ++k) {
+            const std::size_t column = first + k;
+            if (!(arrived.factor[k] > 0)) {
+                to.clear(column, place);
+                continue;
             }
+            const spectral_value across = one.tall ? field_.surface(arrived.position[k])
+                                                   : field_.point(arrived.position[k], one.y - heights_[column]);
+            const spectral_value wave =
+                spectral_value::everywhere({arrived.carrier_x[k], arrived.carrier_y[k]}) * (across * one.root);
+            const float lost = arrived.lost_slope[k] - 0.5F * zone_slope;
+            lanes<spectral_value::nodes> face =
+                radiated(arrived.sine[k]) * lanes<spectral_value::nodes>(arrived.factor[k]);
+            if (lost != 0)
+                face = face * power_of_two<spectral_value::nodes>(
+                                  lanes<spectral_value::nodes>(-1.4426950F * lost * face_.node_step) *
+                                  spectral_value::steps());
+            (face * wave).template store_middle<Nodes>(to.set(column, place, arrived.time[k], arrived.facing[k]));
         }
     }
 
@@ -23036,7 +23030,7 @@ class arriving_waves {
 
     // What the layers make of the wave of one element; its factor stays 0 where nothing arrives.
     template <int N>
-    void arrive(const reflector& one, std::size_t element, std::size_t k, several<N>& at) const {
+    INSONIFY_INLINE void arrive(const reflector& one, std::size_t element, std::size_t k, several<N>& at) const {
         if (!(at.line[k] >= 0) || !(at.cosine[k] > 0)) return;
         const arrived_wave wave =
             one.surface ? fans_.at_surface(element, at.line[k], at.distance[k], one.object_before, one.object_after)
@@ -23094,7 +23088,7 @@ class arriving_waves {
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// The wave front of each transmit at reflectors: what arrives within three periods of the first wave, which the elements
+/// The wave front of each transmit at reflectors, at two frequencies: what arrives within three periods of the first wave, which the elements
 /// around its origin send, at the time of the middle of its energy. The later waves of the others cancel, but for those
 /// from the ends of the aperture, which are left out.
 class wave_fronts {
@@ -23106,7 +23100,7 @@ class wave_fronts {
                                                                                                             node_step} {
         for (const transmit& one : sent) {
             front& own = fronts_.emplace_back();
-            own.delay.assign(columns_, wave_table::never);
+            own.delay.assign(columns_, table::never);
             own.x.assign(columns_, 0.0F);
             own.y.assign(columns_, 0.0F);
             for (std::uint32_t n = 0; n < elements; ++n) {
@@ -23119,74 +23113,186 @@ class wave_fronts {
         }
     }
 
-    /// @param of_elements  what arrives from each element
-    /// @param place        of the reflector in both tables
-    void find(const wave_table& of_elements, wave_table& sent, std::size_t place) const {
-        std::vector<float> waves(floats_per_wave * columns_, 0.0F), times(columns_, wave_table::never); // by part first
-        for (std::size_t n = 0; n < elements_; ++n) {
-            times[n] = of_elements.time(n)[place];
-            const float* const one = of_elements.waves(n) + floats_per_wave * place;
-            for (std::size_t part = 0; part < floats_per_wave; ++part) waves[part * columns_ + n] = one[part];
+    static constexpr int nodes = 2;
+    using table = wave_table<nodes>;
+
+    /// At some reflectors, by their places in both tables. @param of_elements  what arrives from each element
+    void find(const table& of_elements, table& sent, std::size_t begin, std::size_t end) const {
+        arrivals of_one{std::vector<float>(columns_, table::never),
+                        std::vector<float>(columns_ * floats_per_wave<nodes>, 0.0F)};
+        for (std::size_t place = begin; place < end; ++place) {
+            for (std::size_t n = 0; n < elements_; ++n) {
+                of_one.times[n] = of_elements.time(n)[place];
+                const float* const wave = of_elements.waves(n) + floats_per_wave<nodes> * place;
+                for (std::size_t part = 0; part < floats_per_wave<nodes>; ++part)
+                    of_one.waves[part * columns_ + n] = wave[part];
+            }
+            for (std::size_t t = 0; t < fronts_.size(); ++t) send(fronts_[t], of_one, sent, t, place);
         }
-        for (std::size_t t = 0; t < fronts_.size(); ++t) send(fronts_[t], times, waves, sent, t, place);
     }
 
   private:
     static constexpr int width = max_simd_width;
-    static constexpr int nodes = spectral_value::nodes;
     using floats = lanes<width>;
 
     struct front {
         std::vector<float> delay{}, x{}, y{}; // of each element: s; its weight with the phase of its delay
     };
+    struct arrivals {                    // at one reflector, of each element
+        std::vector<float> times, waves; // waves: real and imaginary part at each node, part by part
+    };
 
-    void send(const front& own, const std::vector<float>& times, const std::vector<float>& waves, wave_table& sent,
-              std::size_t column, std::size_t place) const {
+    void send(const front& own, const arrivals& from, table& sent, std::size_t column, std::size_t place) const {
         const auto arrival = [&](std::size_t n) {
-            return load<width>(times.data() + n) + load<width>(own.delay.data() + n);
+            return load<width>(from.times.data() + n) + load<width>(own.delay.data() + n);
         };
-        floats earliest(wave_table::never);
+        floats earliest(table::never);
         for (std::size_t n = 0; n < columns_; n += width) earliest = min(earliest, arrival(n));
         const float first = reduce_min(earliest);
-        if (!(first < wave_table::never)) return sent.clear(column, place);
-        floats x[nodes], y[nodes], moment_x(0.0F), moment_y(0.0F);
-        for (int k = 0; k < nodes; ++k) x[k] = y[k] = floats(0.0F);
+        if (!(first < table::never)) return sent.clear(column, place);
+        floats parts[2 * nodes], moment_x(0.0F), moment_y(0.0F);
+        for (floats& one : parts) one = floats(0.0F);
         for (std::size_t n = 0; n < columns_; n += width) {
             const floats later = arrival(n) - floats(first), part = later * floats(frequency_ / 3);
             const auto near = part < floats(1.0F);
             if (bits_of(near) == 0) continue;
             const floats window = floats(1.0F) - part * part, weight = select(near, window * window, floats(0.0F));
-            const floats real = weight * load<width>(own.x.data() + n),
-                         imaginary = weight * load<width>(own.y.data() + n);
-            floats middle_x(0.0F), middle_y(0.0F);
-            for (int k = 0; k < nodes; ++k) {
-                const float* const from = waves.data() + static_cast<std::size_t>(k) * columns_ + n;
-                const floats a = load<width>(from), b = load<width>(from + nodes * columns_);
-                const floats here_x = real * a - imaginary * b, here_y = real * b + imaginary * a;
-                x[k] = x[k] + here_x;
-                y[k] = y[k] + here_y;
-                if (k != nodes / 2 - 1 && k != nodes / 2) continue;
-                middle_x = middle_x + here_x;
-                middle_y = middle_y + here_y;
-            }
+            const floats x = weight * load<width>(own.x.data() + n), y = weight * load<width>(own.y.data() + n);
             const floats half_later = select(near, floats(0.5F) * later, floats(0.0F));
-            moment_x = moment_x + half_later * middle_x;
-            moment_y = moment_y + half_later * middle_y;
+            for (std::size_t k = 0; k < nodes; ++k) {
+                const float* const wave = from.waves.data() + 2 * k * columns_ + n;
+                const floats a = load<width>(wave), b = load<width>(wave + columns_);
+                const floats here_x = x * a - y * b, here_y = x * b + y * a;
+                parts[2 * k] = parts[2 * k] + here_x;
+                parts[2 * k + 1] = parts[2 * k + 1] + here_y;
+                moment_x = moment_x + half_later * here_x;
+                moment_y = moment_y + half_later * here_y;
+            }
         }
         // -d phase / d omega of the sum is Re(moment / value); what is left of the moment turns it over frequency.
-        const auto wave = spectral_value::each([&](int k) { return vec2{sum(x[k]), sum(y[k])}; });
-        const vec2 moment{sum(moment_x), sum(moment_y)}, middle = wave.at_carrier();
+        vec2 wave[nodes], middle{0, 0};
+        for (std::size_t k = 0; k < nodes; ++k) {
+            wave[k] = {sum(parts[2 * k]), sum(parts[2 * k + 1])};
+            middle += wave[k] / static_cast<float>(nodes);
+        }
+        const vec2 moment{sum(moment_x), sum(moment_y)};
         const float power = dot(middle, middle);
         if (!(power > 0)) return sent.clear(column, place);
         const float later = dot(moment, middle) / power;
         const vec2 left = 2 * pi * node_step_ * (moment - later * middle);
-        sent.set(column, place, first + later, 0.5F,
-                 wave + spectral_value::steps() * spectral_value::everywhere({left.y, -left.x}));
+        float* const to = sent.set(column, place, first + later, 0.5F);
+        for (int k = 0; k < nodes; ++k) {
+            const vec2 turned = wave[k] + (static_cast<float>(k) - 0.5F * (nodes - 1)) * vec2{left.y, -left.x};
+            to[2 * k] = turned.x;
+            to[2 * k + 1] = turned.y;
+        }
     }
 
     std::size_t elements_, columns_;
     float frequency_, node_step_;
     std::vector<front> fronts_{};
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+
+#endif
+#ifndef INSONIFY_CHANNELS_ZONES_HPP
+#define INSONIFY_CHANNELS_ZONES_HPP
+
+
+#include <algorithm>
+#include <cfloat>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Reflectors on whose way attenuation changes about equally with frequency. One filter applies it to all of them.
+struct zone {
+    std::size_t begin = 0, end = 0; ///< reflectors
+    float slope = 0;                ///< there and back: change with frequency, Np/Hz
+};
+
+/// Sorts reflectors into zones, and each zone into blocks that are small in space, so that each adds to few samples of
+/// a pair of elements. Within a block they are sorted by x: neighbours, which differ in depth, add to different samples.
+class zone_order {
+  public:
+    /// @param sigma_frequency  of the amplitude spectrum, hertz
+    template <exec::policy Policy>
+    static std::vector<zone> sort(const Policy& policy, std::vector<reflector>& all, const element_fans& fans,
+                                  view<const ray> places, float sigma_frequency) {
+        constexpr float last = 12;   // returns less than -90 dB, of a carrier three deviations from 0 Hz
+        constexpr float step = 0.3F; // Np over a standard deviation of the spectrum; its square over 8 is neglected
+        std::vector<key> keys(all.size());
+        exec::for_each_block(policy, all.size(), 256, 100, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+                const float slope = least_slope(all[i].place, fans, places);
+                keys[i] = {all[i].place, slope,
+                           static_cast<std::uint32_t>(clamp(slope * sigma_frequency / step, 0, last)),
+                           static_cast<std::uint32_t>(i)};
+            }
+        });
+        std::stable_sort(keys.begin(), keys.end(), [](const key& a, const key& b) { return a.zone < b.zone; });
+        std::vector<zone> zones;
+        for (std::size_t begin = 0, end = 0; begin < keys.size(); begin = end) {
+            double sum = 0;
+            for (; end < keys.size() && keys[end].zone == keys[begin].zone; ++end)
+                sum += static_cast<double>(keys[end].slope);
+            zones.push_back({begin, end, static_cast<float>(sum / static_cast<double>(end - begin))});
+            sort_into_blocks(keys.data() + begin, keys.data() + end);
+        }
+        std::vector<reflector> sorted(all.size());
+        for (std::size_t i = 0; i < keys.size(); ++i) sorted[i] = all[keys[i].reflector];
+        all = std::move(sorted);
+        return zones;
+    }
+
+  private:
+    struct key {
+        vec2 place;
+        float slope; // there and back, Np/Hz
+        std::uint32_t zone, reflector;
+    };
+
+    // Of the attenuation there and back from the elements that see a place: what others see through bone is of no
+    // account. The nearest element and some others stand for all.
+    static float least_slope(vec2 place, const element_fans& fans, view<const ray> places) {
+        float least = FLT_MAX;
+        const auto see = [&](std::size_t element) {
+            const auto at = fans.find<1>(element, place);
+            const float line = sum(at.line);
+            if (!(line >= 0)) return;
+            const arrived_wave wave = fans.at_point(element, line, sum(at.distance));
+            if (wave.passed > 0) least = min(least, 2 * wave.lost_slope);
+        };
+        see(nearest_element(places, place));
+        for (std::size_t k = 1; k < 8; k += 2) see(k * places.size() / 8);
+        return least < FLT_MAX ? least : 0;
+    }
+
+    // Halves them across their longer side, at whole blocks.
+    static void sort_into_blocks(key* begin, key* end) {
+        const auto count = static_cast<std::size_t>(end - begin);
+        const auto by_x = [](const key& a, const key& b) { return a.place.x < b.place.x; };
+        const auto by_depth = [](const key& a, const key& b) { return a.place.y < b.place.y; };
+        if (count <= reflectors_per_block) {
+            std::sort(begin, end, by_x);
+            return;
+        }
+        const std::size_t blocks = (count + reflectors_per_block - 1) / reflectors_per_block;
+        key* const middle = begin + blocks / 2 * reflectors_per_block;
+        const auto [left, right] = std::minmax_element(begin, end, by_x);
+        const auto [top, bottom] = std::minmax_element(begin, end, by_depth);
+        if (right->place.x - left->place.x > bottom->place.y - top->place.y)
+            std::nth_element(begin, middle, end, by_x);
+        else
+            std::nth_element(begin, middle, end, by_depth);
+        sort_into_blocks(begin, middle);
+        sort_into_blocks(middle, end);
+    }
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
@@ -23269,7 +23375,8 @@ class channel_tracer {
         plan(out);
         find_reflectors(policy, fnumber, out);
         make_band();
-        trace(policy, out);
+        receive(policy, settings_.wave_fronts ? pair_spectra<true>(policy, out) : pair_spectra<false>(policy, out),
+                out);
         add_noise(policy, out);
     }
 
@@ -23308,12 +23415,11 @@ class channel_tracer {
         out.samples = record_.samples;
         out.start = 0;
 
-        symmetric_ = !settings_.wave_fronts;
-        const std::uint64_t sources = symmetric_ ? elements_ : out.transmits;
-        const std::uint64_t pairs = symmetric_ ? sources * (sources + 1) / 2 : sources * elements_;
+        pairs_ = {settings_.wave_fronts ? out.transmits : elements_, elements_, !settings_.wave_fronts};
+        const std::size_t nodes = settings_.wave_fronts ? wave_fronts::nodes : spectral_value::nodes;
         const std::uint64_t channels = std::uint64_t{out.transmits} * elements_;
         const std::uint64_t bytes = channels * record_.samples * sizeof(float) +
-                                    pairs * record_.length * (sizeof(vec2) + floats_per_wave * sizeof(float));
+                                    std::uint64_t{pairs_.count()} * record_.length * (1 + nodes) * sizeof(vec2);
         if (bytes > settings_.max_memory)
             throw usage_error{
                 joined({"trace_channels: ", std::to_string(out.transmits), " transmits of ", std::to_string(elements_),
@@ -23337,7 +23443,7 @@ class channel_tracer {
                 throw usage_error{"trace_channels: a point scatterer is not finite; check `points`"};
             if (!(local.z > 0)) continue; // behind the face
             highest = max(highest, std::fabs(local.y));
-            lateral = max(lateral, length(local - out.places[search.nearest_element({local.x, local.z})].origin));
+            lateral = max(lateral, length(local - out.places[nearest_element(out.places, {local.x, local.z})].origin));
             const auto root = spectral_value::everywhere(square_root(vec2{one.scattering_length, 0}));
             all.push_back({.place = {local.x, local.z}, .y = local.y, .root = root});
         }
@@ -23361,52 +23467,7 @@ class channel_tracer {
                 settings_.frame, height_, [&](float depth) { return field_.tissue(depth); }, all);
         if (settings_.surfaces) search.add_surfaces(policy, field_, all);
 
-        // In zones of attenuation, then in blocks that are small in space, so that each adds to few samples of a pair.
-        constexpr float last_zone = 12; // which returns less than -90 dB, of a carrier three deviations from 0 Hz
-        constexpr float step = 0.3F;    // Np over a standard deviation of the spectrum; its square over 8 is neglected
-        const float size_of_strip =
-            std::sqrt(settings_.depth * (aperture + settings_.depth) * static_cast<float>(wave_table::block) /
-                      static_cast<float>(all.size() + 1));
-        std::vector<std::uint32_t> zone_of(all.size()), strip_of(all.size());
-        exec::for_each_block(policy, all.size(), 256, 100, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) {
-                // By the least of some elements: what others see through bone is of no account.
-                float least = FLT_MAX;
-                const auto see = [&](std::size_t element) {
-                    const auto at = fans_.find<1>(element, all[i].place);
-                    const float line = sum(at.line);
-                    if (line >= 0) least = min(least, 2 * fans_.at_point(element, line, sum(at.distance)).lost_slope);
-                };
-                see(search.nearest_element(all[i].place));
-                for (std::size_t k = 1; k < 8; k += 2) see(k * elements_ / 8);
-                all[i].lost_slope = least < FLT_MAX ? least : 0;
-                strip_of[i] = static_cast<std::uint32_t>(clamp(all[i].place.y / size_of_strip, 0, 1e6F));
-                zone_of[i] =
-                    static_cast<std::uint32_t>(clamp(all[i].lost_slope * record_.sigma_frequency / step, 0, last_zone));
-            }
-        });
-        std::vector<std::uint32_t> order(all.size());
-        for (std::uint32_t i = 0; i < order.size(); ++i) order[i] = i;
-        std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-            if (zone_of[a] != zone_of[b]) return zone_of[a] < zone_of[b];
-            if (strip_of[a] != strip_of[b]) return strip_of[a] < strip_of[b];
-            if (all[a].place.x != all[b].place.x) return all[a].place.x < all[b].place.x;
-            return a < b;
-        });
-        std::vector<reflector> sorted;
-        sorted.reserve(all.size());
-        for (std::size_t begin = 0; begin < order.size();) {
-            const std::uint32_t own = zone_of[order[begin]];
-            std::size_t end = begin;
-            double sum = 0;
-            for (; end < order.size() && zone_of[order[end]] == own; ++end)
-                sum += static_cast<double>(all[order[end]].lost_slope);
-            zones_.push_back({sorted.size(), sorted.size() + (end - begin),
-                              static_cast<float>(sum / static_cast<double>(end - begin))});
-            for (std::size_t i = begin; i < end; ++i) sorted.push_back(all[order[i]]);
-            begin = end;
-        }
-        all = std::move(sorted);
+        zones_ = zone_order::sort(policy, all, fans_, out.places, record_.sigma_frequency);
     }
 
     // Scattering lengths from levels of speckle: `medium::backscatter` states them for pictures, relative to a mirror
@@ -23468,76 +23529,86 @@ class channel_tracer {
         }
     }
 
-    struct zone {
-        std::size_t begin, end; // reflectors
-        float slope;            // mean attenuation there and back: change with frequency, Np/Hz
-    };
-
-    template <class Policy>
-    void trace(const Policy& policy, channel_data& out) {
+    // The spectra of all pairs at the frequencies of the band. @tparam Fronts  sources are wave fronts, not elements
+    template <bool Fronts, class Policy>
+    large_array<vec2> pair_spectra(const Policy& policy, const channel_data& out) const {
+        constexpr int nodes = Fronts ? wave_fronts::nodes : spectral_value::nodes;
+        constexpr std::size_t pairs_together = complex_batch::width / nodes;
         const arriving_waves<Model> waves{
             out.places, fans_, field_, body_.media(), model_, {frequency_, record_.node_step, width_, height_, speed_}};
-        const std::uint32_t sources = symmetric_ ? elements_ : out.transmits;
-        const std::size_t count = band_.bins.size();
-        const auto first_pair = [&](std::size_t source) { // of a source's pairs
-            return source * elements_ - (symmetric_ && source > 0 ? source * (source - 1) / 2 : 0);
-        };
-        const auto pair_of = [&](std::size_t source, std::size_t receiver) {
-            return symmetric_ ? first_pair(source) + (receiver - source) : first_pair(source) + receiver;
-        };
-        const std::size_t pairs =
-            symmetric_ ? std::size_t{elements_} * (elements_ + 1) / 2 : std::size_t{sources} * elements_;
-        const std::size_t sum_size = std::size_t{record_.length} * floats_per_wave;
-        large_array<vec2> spectra(pairs * count);
+        const std::size_t count = band_.bins.size(), sum_size = record_.length * floats_per_wave<nodes>;
+        large_array<vec2> spectra(pairs_.count() * count);
         std::fill(spectra.begin(), spectra.end(), vec2{0, 0});
-        large_array<float> sums(pairs * sum_size);
-        wave_table received{elements_}, sent{symmetric_ ? 0 : sources};
-        const wave_fronts fronts{out.sent, elements_, frequency_, record_.node_step};
+        large_array<float> sums(pairs_.count() * sum_size);
+        const auto sum_of = [&](std::size_t source, std::size_t receiver) {
+            return sums.data() + pairs_(source, receiver) * sum_size;
+        };
+        wave_table<nodes> received{elements_}, sent{Fronts ? out.transmits : 0};
+        const wave_fronts fronts{Fronts ? view<const transmit>{out.sent} : view<const transmit>{}, elements_,
+                                 frequency_, record_.node_step};
         const fourier transform{record_.transform};
         const float rate = record_.complex_rate(), margin = static_cast<float>(record_.margin);
         for (const zone& own : zones_) {
-            exec::for_each_block(policy, pairs, 64, 0.3F * static_cast<float>(sum_size),
+            exec::for_each_block(policy, pairs_.count(), 64, 0.3F * static_cast<float>(sum_size),
                                  [&](std::size_t begin, std::size_t end) {
-                                     std::fill(sums.begin() + static_cast<std::ptrdiff_t>(begin * sum_size),
-                                               sums.begin() + static_cast<std::ptrdiff_t>(end * sum_size), 0.0F);
+                                     std::fill(sums.data() + begin * sum_size, sums.data() + end * sum_size, 0.0F);
                                  });
-            for (std::size_t block = own.begin; block < own.end; block += wave_table::block) {
-                const std::size_t size = std::min(wave_table::block, own.end - block);
-                const std::size_t padded = (size + max_simd_width - 1) / max_simd_width * max_simd_width;
-                exec::for_each_block(policy, padded, 8, 30 * static_cast<float>(elements_),
-                                     [&](std::size_t begin, std::size_t end) {
-                                         for (std::size_t i = begin; i < end; ++i) {
-                                             if (i < size)
-                                                 waves.find(reflectors_[block + i], own.slope, received, i);
-                                             else
-                                                 received.clear(i);
-                                             if (!symmetric_) fronts.find(received, sent, i);
-                                         }
-                                     });
+            for (std::size_t block = own.begin; block < own.end; block += wave_table<nodes>::block) {
+                const std::size_t size = std::min(wave_table<nodes>::block, own.end - block);
+                find_waves(policy, waves, own.slope, block, size, received);
+                if constexpr (Fronts)
+                    exec::for_each_block(
+                        policy, received.whole_groups(size), 64, 5 * static_cast<float>(out.transmits * elements_),
+                        [&](std::size_t begin, std::size_t end) { fronts.find(received, sent, begin, end); });
                 // In tiles of sources and receivers, whose waves stay in a cache.
-                constexpr std::uint32_t tile = 8;
-                const std::uint32_t source_tiles = (sources + tile - 1) / tile,
-                                    receiver_tiles = (elements_ + tile - 1) / tile;
-                exec::for_each_block(policy, std::size_t{source_tiles} * receiver_tiles, 1,
+                constexpr std::size_t tile = 8;
+                const std::size_t source_tiles = (pairs_.sources + tile - 1) / tile,
+                                  receiver_tiles = (elements_ + tile - 1) / tile;
+                exec::for_each_block(policy, source_tiles * receiver_tiles, 1,
                                      3 * tile * tile * static_cast<float>(size), [&](std::size_t number, std::size_t) {
-                                         const std::size_t first_source = number / receiver_tiles * tile,
-                                                           first = number % receiver_tiles * tile;
-                                         for (std::size_t n = first_source; n < first_source + tile && n < sources; ++n)
-                                             for (std::size_t m = symmetric_ ? std::max(first, n) : first;
-                                                  m < first + tile && m < elements_; ++m)
-                                                 add_echoes(symmetric_ ? received : sent, n, received, m, size, rate,
-                                                            margin, sums.data() + pair_of(n, m) * sum_size,
+                                         const std::size_t source = number / receiver_tiles * tile,
+                                                           first = number % receiver_tiles * tile,
+                                                           end = std::min<std::size_t>(first + tile, elements_);
+                                         for (std::size_t n = source; n < std::min(source + tile, pairs_.sources); ++n)
+                                             for (std::size_t m = Fronts ? first : std::max(first, n); m < end; ++m)
+                                                 add_echoes(Fronts ? sent : received, n, received, m, size, rate,
+                                                            margin, sum_of(n, m), sum_of(n, std::min(m + 1, end - 1)),
                                                             record_.length);
                                      });
             }
-            const std::vector<float> weights = weights_of(own.slope);
-            exec::for_each_block(policy, pairs, pairs_together, 80 * static_cast<float>(record_.transform),
+            const std::vector<float> weights = weights_of(nodes, own.slope);
+            exec::for_each_block(policy, pairs_.count(), pairs_together, 80 * static_cast<float>(record_.transform),
                                  [&](std::size_t begin, std::size_t end) {
-                                     add_spectra(sums.data() + begin * sum_size, end - begin, weights, transform,
-                                                 spectra.data() + begin * count);
+                                     add_spectra<nodes>(sums.data() + begin * sum_size, end - begin, weights, transform,
+                                                        spectra.data() + begin * count);
                                  });
         }
-        sums = {};
+        return spectra;
+    }
+
+    // What arrives from all elements at a block of reflectors.
+    template <int Nodes, class Policy>
+    void find_waves(const Policy& policy, const arriving_waves<Model>& waves, float slope, std::size_t block,
+                    std::size_t size, wave_table<Nodes>& to) const {
+        // Some elements at a time, whose fans stay in a cache.
+        constexpr std::size_t elements = max_simd_width, part = 256;
+        const std::size_t groups = (elements_ + elements - 1) / elements, padded = to.whole_groups(size);
+        exec::for_each_block(policy, groups * ((padded + part - 1) / part), 1, 30.0F * elements * part,
+                             [&](std::size_t number, std::size_t) {
+                                 const std::size_t first = number % groups * elements, begin = number / groups * part;
+                                 for (std::size_t i = begin; i < std::min(begin + part, size); ++i)
+                                     waves.find(reflectors_[block + i], slope, first, to, i);
+                                 for (std::size_t i = std::max(begin, size); i < std::min(begin + part, padded); ++i)
+                                     for (std::size_t n = first; n < std::min<std::size_t>(first + elements, elements_);
+                                          ++n)
+                                         to.clear(n, i);
+                             });
+    }
+
+    // RF from the spectra of pairs.
+    template <class Policy>
+    void receive(const Policy& policy, const large_array<vec2>& spectra, channel_data& out) const {
+        const std::size_t count = band_.bins.size();
         const std::size_t longer = record_.transform * record_.halves / 2;
         const fourier back{longer};
         std::vector<vec2> carrier(record_.samples);
@@ -23552,16 +23623,16 @@ class channel_tracer {
                 for (std::size_t i = begin; i < end; ++i) {
                     const std::size_t number = i / elements_, m = i % elements_;
                     const transmit& one = out.sent[number];
-                    if (symmetric_) {
+                    if (pairs_.symmetric) {
                         std::fill(whole.begin(), whole.end(), vec2{0, 0});
                         for (std::size_t n = 0; n < elements_; ++n) {
                             const float weight = one.weight(static_cast<std::uint32_t>(n));
                             if (weight == 0) continue;
-                            add_delayed(spectra.data() + (n <= m ? pair_of(n, m) : pair_of(m, n)) * count, weight,
+                            add_delayed(spectra.data() + pairs_(std::min(n, m), std::max(n, m)) * count, weight,
                                         one.delays[n], whole);
                         }
                     } else {
-                        const vec2* const own = spectra.data() + pair_of(number, m) * count;
+                        const vec2* const own = spectra.data() + pairs_(number, m) * count;
                         std::copy(own, own + count, whole.begin());
                     }
                     for (std::size_t b = 0; b < count; ++b) {
@@ -23602,34 +23673,34 @@ class channel_tracer {
         }
     }
 
-    // A node of a pair in each lane.
-    static constexpr std::size_t nodes = spectral_value::nodes;
-    static constexpr std::size_t pairs_together = complex_batch::width / nodes;
-
     // The share of each node in the spectrum of a pair, at each frequency of the band, filtered.
-    std::vector<float> weights_of(float zone_slope) const {
+    std::vector<float> weights_of(int nodes, float zone_slope) const {
         std::vector<float> weights;
         for (std::size_t b = 0; b < band_.bins.size(); ++b) {
             const float filter = std::exp(-zone_slope * band_.offsets[b]) * band_.filter[b];
             // Held beyond the nodes: a polynomial would grow without bound.
             const float place = clamp(band_.offsets[b] / record_.node_step, -2.5F, 2.5F);
-            for (int node = 0; node < spectral_value::nodes; ++node)
-                weights.push_back(filter * spectral_value::weight(node, place));
+            for (int node = 0; node < nodes; ++node)
+                weights.push_back(filter * spectral_value::weight(node, nodes, place));
         }
         return weights;
     }
 
-    // @param pairs  at most `pairs_together`
+    // A node of a pair in each lane. @param pairs  no more than there are lanes for
+    template <std::size_t Nodes>
     void add_spectra(const float* sums, std::size_t pairs, const std::vector<float>& weights, const fourier& transform,
                      vec2* to) const {
-        const std::size_t sum_size = std::size_t{record_.length} * floats_per_wave, count = band_.bins.size();
+        constexpr std::size_t wave = floats_per_wave<Nodes>;
+        const std::size_t sum_size = record_.length * wave, count = band_.bins.size();
         std::vector<complex_batch> values(transform.size()), room(transform.size());
         complex_block block{};
         for (std::size_t k = 0; k < record_.length; ++k) {
             for (std::size_t p = 0; p < pairs; ++p) {
-                const float* const sample = sums + p * sum_size + floats_per_wave * k;
-                std::copy(sample, sample + nodes, block.x + nodes * p);
-                std::copy(sample + nodes, sample + 2 * nodes, block.y + nodes * p);
+                const float* const sample = sums + p * sum_size + wave * k;
+                for (std::size_t node = 0; node < Nodes; ++node) {
+                    block.x[Nodes * p + node] = sample[2 * node];
+                    block.y[Nodes * p + node] = sample[2 * node + 1];
+                }
             }
             values[k] = block.loaded();
         }
@@ -23637,9 +23708,9 @@ class channel_tracer {
         for (std::size_t b = 0; b < count; ++b) {
             block.store_from(values[band_.bins[b]]);
             for (std::size_t p = 0; p < pairs; ++p)
-                for (std::size_t node = 0; node < nodes; ++node)
+                for (std::size_t node = 0; node < Nodes; ++node)
                     to[p * count + b] +=
-                        weights[nodes * b + node] * vec2{block.x[nodes * p + node], block.y[nodes * p + node]};
+                        weights[Nodes * b + node] * vec2{block.x[Nodes * p + node], block.y[Nodes * p + node]};
         }
     }
 
@@ -23661,7 +23732,7 @@ class channel_tracer {
     const channel_settings& settings_;
     float frequency_ = 0, width_ = 0, height_ = 0, speed_ = display_speed;
     std::uint32_t elements_ = 0;
-    bool symmetric_ = true;
+    pair_numbers pairs_{};
     record_plan record_{};
     band band_{};
     element_fans fans_{};

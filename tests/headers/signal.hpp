@@ -25,6 +25,15 @@ void call(detail::lateral_slab& slab, vec2* lines) {
 }
 void call(const detail::tap& one, vec2* samples) { detail::sum_taps<1>({&one, 1}, samples, samples, 1); }
 #endif
+#ifdef CALL_signal_fourier
+float call(const detail::fourier& transform, std::vector<detail::complex_batch>& values) {
+    auto room = values;
+    transform.forward(values, room);
+    transform.inverse(values, room);
+    const detail::turned_lanes<4> turned{lanes<4>(0.25F)};
+    return sum(turned.x * turned.y);
+}
+#endif
 #ifdef CALL_signal_compound
 scan_lines call(compounding<pencil>& looks) {
     looks.reset();

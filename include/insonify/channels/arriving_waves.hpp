@@ -6,12 +6,12 @@
 #include <insonify/acoustics/acoustic_model.hpp>
 #include <insonify/channels/element_fans.hpp>
 #include <insonify/channels/element_field.hpp>
-#include <insonify/signal/fourier.hpp>
 #include <insonify/channels/pair_sums.hpp>
 #include <insonify/channels/reflectors.hpp>
 #include <insonify/core/math.hpp>
 #include <insonify/core/view.hpp>
 #include <insonify/execution/simd.hpp>
+#include <insonify/signal/fourier.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>

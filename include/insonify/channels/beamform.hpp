@@ -4,12 +4,12 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/channels/channel_data.hpp>
-#include <insonify/signal/fourier.hpp>
 #include <insonify/core/error.hpp>
 #include <insonify/core/math.hpp>
 #include <insonify/execution/policy.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/probe/probe_lines.hpp>
+#include <insonify/signal/fourier.hpp>
 #include <insonify/signal/pulse.hpp>
 #include <algorithm>
 #include <cmath>

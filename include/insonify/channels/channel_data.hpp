@@ -4,11 +4,11 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/channels/element_array.hpp>
-#include <insonify/signal/fourier.hpp>
 #include <insonify/channels/transmit.hpp>
 #include <insonify/core/error.hpp>
 #include <insonify/core/math.hpp>
 #include <insonify/execution/policy.hpp>
+#include <insonify/signal/fourier.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>

@@ -3,10 +3,10 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/signal/fourier.hpp>
 #include <insonify/core/math.hpp>
 #include <insonify/execution/policy.hpp>
 #include <insonify/execution/simd.hpp>
+#include <insonify/signal/fourier.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>

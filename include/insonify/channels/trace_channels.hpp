@@ -10,7 +10,6 @@
 #include <insonify/channels/element_array.hpp>
 #include <insonify/channels/element_fans.hpp>
 #include <insonify/channels/element_field.hpp>
-#include <insonify/signal/fourier.hpp>
 #include <insonify/channels/pair_sums.hpp>
 #include <insonify/channels/reflectors.hpp>
 #include <insonify/channels/transmit.hpp>
@@ -20,6 +19,7 @@
 #include <insonify/core/random.hpp>
 #include <insonify/execution/policy.hpp>
 #include <insonify/scene/scene.hpp>
+#include <insonify/signal/fourier.hpp>
 #include <insonify/signal/pulse.hpp>
 #include <algorithm>
 #include <cmath>

@@ -4,12 +4,12 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/channels/element_field.hpp>
-#include <insonify/signal/fourier.hpp>
 #include <insonify/channels/pair_sums.hpp>
 #include <insonify/channels/transmit.hpp>
 #include <insonify/core/math.hpp>
 #include <insonify/core/view.hpp>
 #include <insonify/execution/simd.hpp>
+#include <insonify/signal/fourier.hpp>
 #include <cstddef>
 #include <cstdint>
 #include <vector>

@@ -440,7 +440,7 @@ INSONIFY_FN INSONIFY_INLINE bit_lanes<N> select_bits(const lane_mask<N>& mask, c
 namespace detail {
 template <class Lanes, class Bits, int... Lane>
 INSONIFY_FN INSONIFY_INLINE Lanes multiply_pairs(const Lanes& factor, const Bits& a, const Bits& b,
-                                                   std::integer_sequence<int, Lane...>) {
+                                                 std::integer_sequence<int, Lane...>) {
     constexpr Bits sign{(Lane % 2 == 0 ? 0x80000000U : 0U)...};
     const auto real = __builtin_bit_cast(Lanes, __builtin_shufflevector(a, a, (Lane & ~1)...)),
                imaginary = __builtin_bit_cast(Lanes, __builtin_shufflevector(a, a, (Lane | 1)...) ^ sign),
@@ -454,9 +454,8 @@ INSONIFY_FN INSONIFY_INLINE Lanes multiply_pairs(const Lanes& factor, const Bits
 template <int N>
 INSONIFY_FN INSONIFY_INLINE lanes<N> complex_products(const lanes<N>& a, const lanes<N>& b) {
 #if defined(INSONIFY_NO_SIMD)
-    return each_lane<N>([&](int i) {
-        return i % 2 == 0 ? a[i] * b[i] - a[i + 1] * b[i + 1] : a[i - 1] * b[i] + a[i] * b[i - 1];
-    });
+    return each_lane<N>(
+        [&](int i) { return i % 2 == 0 ? a[i] * b[i] - a[i + 1] * b[i + 1] : a[i - 1] * b[i] + a[i] * b[i - 1]; });
 #else
     return detail::multiply_pairs(b, raw_bits<N>(a), raw_bits<N>(b), std::make_integer_sequence<int, N>{});
 #endif
