@@ -21164,6 +21164,8 @@ struct beamform_settings {
     float fnumber = 2; ///< depth over the width of the aperture that receives, and that fires element by element
     aperture_window window = aperture_window::rectangular; ///< of that aperture
     float sound_speed = 0;                                 ///< m/s; 0: that of the channel data
+
+    friend bool operator==(const beamform_settings&, const beamform_settings&) = default;
 };
 
 namespace detail {
@@ -21700,6 +21702,8 @@ struct map_grid {
     }
     /// Of pixels.
     std::size_t count() const { return std::size_t{size.x} * size.y; }
+
+    friend bool operator==(const map_grid&, const map_grid&) = default;
 };
 
 /// Strain of tissue in the slice, relative to its size at rest: 0.01 is 1 % longer.
@@ -21721,6 +21725,8 @@ struct tissue_maps {
     std::vector<label_id> labels{};         ///< the object, or `background_label`
     std::vector<vec2> displacement{};       ///< of tissue from rest, x and z of the probe, metres
     std::vector<slice_strain> strain{};     ///< of tissue
+
+    friend bool operator==(const tissue_maps&, const tissue_maps&) = default;
 };
 
 /// What lies at each pixel of the slice plane of an array.

@@ -13,6 +13,7 @@ TEST_CASE("map_tissue: media, labels, displacement and strain of what lies at ea
     const map_grid grid{.from = {-10_mm, 5_mm}, .spacing = 0.5_mm, .size = {41, 61}};
     const pose at = look_at({0, 0, 0}, {0, 0, 1}, {1, 0, 0});
     const tissue_maps rest = map_tissue(exec::par, body, at, grid);
+    CHECK(rest == map_tissue(exec::seq, body, at, grid));
     const std::size_t middle = 30 * 41 + 20, outside = 0; // (0, 20) mm; (-10, 5) mm
     CHECK(rest.labels[middle] == static_cast<label_id>(ball));
     CHECK(rest.labels[outside] == background_label);

@@ -32,6 +32,8 @@ struct beamform_settings {
     float fnumber = 2; ///< depth over the width of the aperture that receives, and that fires element by element
     aperture_window window = aperture_window::rectangular; ///< of that aperture
     float sound_speed = 0;                                 ///< m/s; 0: that of the channel data
+
+    friend bool operator==(const beamform_settings&, const beamform_settings&) = default;
 };
 
 namespace detail {
