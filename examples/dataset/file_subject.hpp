@@ -19,7 +19,10 @@ class file_subject : public subject {
         const float unit = d.unit * 1_mm;
         std::vector<std::string> notes;
         scene& body = body_.anatomy;
-        body = load_obj_scene(file, {.unit = unit, .background = *tissue::find(d.background)}, notes);
+        obj_settings settings{
+            .unit = unit, .background = *tissue::find(d.background), .pennation = d.pennation * 1_deg};
+        if (d.repair) settings.repair = repair_settings{};
+        body = load_obj_scene(file, settings, notes);
         check_anatomy(body, file, unit);
         note_ = describe_anatomy(file, body, unit, notes);
         structures_.emplace_back("background", body.background());

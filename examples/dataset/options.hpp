@@ -232,6 +232,11 @@ inline std::vector<described_option> add_options(CLI::App& app, description& d) 
         ->transform(CLI::AsNumberWithUnit(std::map<std::string, float>{{"mm", 1}, {"cm", 10}, {"m", 1000}}));
     option("background", d.background,
            "Tissue outside the objects; its layers are parallel to the skin under the probe");
+    flag("repair", d.repair, "Close and orient meshes that enclose nothing, and say what was done");
+    option("pennation", d.pennation,
+           "Angle between the fibres of muscles and their long axis, degrees, of those without `fibres`; negative "
+           "turns the "
+           "other way");
     option("around", d.around,
            "Name of the object whose surface the probe is placed on; without: the first that it meets");
     direction("from", d.from, "Direction from the middle of that object to the probe");

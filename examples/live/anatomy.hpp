@@ -19,9 +19,11 @@ inline constexpr const char* sides[] = {"+x", "-x", "+y", "-y", "+z", "-z"};
 
 /// An anatomy from a file.
 struct anatomy_file {
-    std::string file{}; ///< Wavefront OBJ; empty: the phantom of a nerve block
-    float unit = 1_mm;  ///< length of 1 in the file, metres
-    std::string skin{}; ///< one of `sides`: the body is turned and moved; empty: it stays where it is, +z inwards
+    std::string file{};  ///< Wavefront OBJ; empty: the phantom of a nerve block
+    float unit = 1_mm;   ///< length of 1 in the file, metres
+    std::string skin{};  ///< one of `sides`: the body is turned and moved; empty: it stays where it is, +z inwards
+    bool repair = false; ///< closes and orients meshes that enclose nothing
+    float pennation = 0; ///< of muscles without fibres of their own: angle to their long axis, degrees
     std::string tissue = "muscle";  ///< of all faces in a file without materials
     std::string background = "air"; ///< around its objects
 
@@ -74,21 +76,24 @@ struct loaded_anatomy : anatomy_choice {
 };
 
 /// Loads the anatomy of a file.
-/// @param unit_choice  see `check_anatomy`
+/// @param unit_choice, repair_choice  see `check_anatomy`
 /// @throws std::runtime_error  for a file that cannot be read, an unknown tissue or side, or a mesh that is open, naming the
 ///                             object and what to do
-inline loaded_anatomy load_anatomy(const anatomy_file& from, const std::string& unit_choice = "--unit 1") {
+inline loaded_anatomy load_anatomy(const anatomy_file& from, const std::string& unit_choice = "--unit 1",
+                                   const std::string& repair_choice = "--repair") {
     loaded_anatomy loaded{{.file = from}};
     scene& body = loaded.body;
-    const obj_settings settings{.unit = from.unit, .background = tissue_named(from.background)};
+    obj_settings settings{
+        .unit = from.unit, .background = tissue_named(from.background), .pennation = from.pennation * 1_deg};
+    if (from.repair) settings.repair = repair_settings{};
     std::ifstream file{from.file};
     const std::string text{std::istreambuf_iterator<char>{file}, {}};
     body = scene{settings.background};
     if (text.empty() || text.find("usemtl") != std::string::npos)
         body = load_obj_scene(from.file, settings, loaded.notes);
     else
-        body.add(load_obj(from.file, settings), tissue_named(from.tissue), {.name = from.tissue});
-    check_anatomy(body, from.file, from.unit, unit_choice);
+        body.add(load_obj(from.file, settings, loaded.notes), tissue_named(from.tissue), {.name = from.tissue});
+    check_anatomy(body, from.file, from.unit, unit_choice, repair_choice);
     body.build(exec::par);
     if (!from.skin.empty()) detail::turn_skin_up(body, from.skin);
     return loaded;

@@ -112,7 +112,7 @@ def test_format(tmp_path, value):
 
 
 def test_anatomy_and_place(tmp_path):
-    """--anatomy, --unit, --background, --around, --from, --lateral"""
+    """--anatomy, --unit, --background, --repair, --pennation, --around, --from, --lateral"""
     write_balls(tmp_path / "metres.obj", 1e-3, bone=15, blood=30)
     write_balls(tmp_path / "inches.obj", 1 / 25.4, bone=15, blood=30)
     pictures = []
@@ -131,6 +131,7 @@ def test_anatomy_and_place(tmp_path):
         ("--around", "knee", "no object 'knee'; it has bone, blood"),
         ("--background", "mud", "there is no tissue 'mud'"),
         ("--unit", "0", "--unit: must be from 1e-6"),
+        ("--pennation", "91", "--pennation: 91 is out of range; it must be from -90 to 90"),
         ("--unit", "1furlong", "--unit"),
         ("--from", "0,0,0", "--from: must be a direction"),
         ("--lateral", "0,0,0", "--lateral: must be a direction"),
@@ -144,9 +145,28 @@ def test_anatomy_and_place(tmp_path):
         assert not (tmp_path / "no").exists()
     done = run(tmp_path, *TINY, "--around", "knee", check=False, output="no")
     assert done.returncode != 0 and "--around is for OBJ files; in a region the probe is placed by --view" in done.stderr
-    for option, value in (("--from", "0,-1,0"), ("--lateral", "0,1,0"), ("--unit", "2mm"), ("--background", "muscle")):
+    for option, value in (("--from", "0,-1,0"), ("--lateral", "0,1,0"), ("--unit", "2mm"), ("--background", "muscle"), ("--pennation", "9")):
         done = run(tmp_path, *TINY, "--anatomy", "nerve_block", option, value, check=False, output="no")
         assert done.returncode != 0 and f"{option} is for OBJ files" in done.stderr
+
+
+def test_files_are_repaired_and_get_fibres(tmp_path):
+    """--repair, --pennation"""
+    write_balls(tmp_path / "balls.obj", bone=15, muscle=30)
+    whole = (tmp_path / "balls.obj").read_text().splitlines()
+    last = max(i for i, line in enumerate(whole) if line.startswith("f "))
+    (tmp_path / "holed.obj").write_text("\n".join(whole[:last] + whole[last + 1 :]) + "\n")
+    done = run(tmp_path, *TINY, "--anatomy", "holed.obj", check=False, output="no")
+    assert done.returncode != 0 and "Or --repair may close it" in done.stderr
+    done = run(tmp_path, *TINY, "--anatomy", "nerve_block", "--repair", check=False, output="no")
+    assert done.returncode != 0 and "--repair is for OBJ files" in done.stderr
+    seen = {}
+    for angle in ("0", "40"):
+        told = run(tmp_path, *TINY, "--anatomy", "holed.obj", "--repair", "--pennation", angle, output=angle)
+        assert "object 'muscle': Closed 1 hole along 3 edges" in told.stdout
+        with whole_of(tmp_path, angle) as made:
+            seen[angle] = made["data/segmentation/values"][:], made["data/image/values"][:]
+    assert np.array_equal(seen["0"][0], seen["40"][0]) and not np.array_equal(seen["0"][1], seen["40"][1])
 
 
 def test_plan_of_the_largest_dataset(tmp_path):

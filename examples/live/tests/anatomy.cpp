@@ -70,7 +70,9 @@ bool without_materials(const std::string& limb) {
 bool recorded(const std::string& limb) {
     std::filesystem::create_directories("recorded/of");
     std::filesystem::copy_file(limb, "recorded/limb copy #1.obj", std::filesystem::copy_options::overwrite_existing);
-    const live::anatomy_file of{.file = "recorded/limb copy #1.obj", .skin = "-z", .background = "fat"};
+    const live::anatomy_file of{
+        .file = "recorded/limb copy #1.obj", .skin = "-z", .repair = true, .pennation = -12.5F, .background = "fat"},
+        plain{.file = of.file};
     {
         std::ofstream file{"recorded/of/session.txt"};
         file << live::anatomy_line({of, live::content_of(live::load_anatomy(of).body)}, "recorded/of")
@@ -80,7 +82,9 @@ bool recorded(const std::string& limb) {
     const live::recording read = live::load_recording("recorded/of/session.txt");
     const live::loaded_anatomy loaded = live::load_body({}, &read);
     const live::anatomy_file& found = loaded.file;
-    bool holds = check(live::parse_anatomy(here, "").of == of, here);
+    bool holds = check(live::parse_anatomy(here, "").of == of &&
+                           live::parse_anatomy(live::anatomy_line({plain, 1}, ""), "").of == plain,
+                       here);
     holds = check(std::filesystem::equivalent(found.file, of.file) && found.skin == of.skin &&
                       found.background == of.background && found.unit == of.unit && found.tissue == of.tissue &&
                       live::content_of(loaded.body) == read.body->content,
@@ -119,6 +123,17 @@ bool tells_names() {
                  said);
 }
 
+// What is open is refused, with what to do, or closed.
+bool repairs() {
+    std::ofstream{"lid.obj"} << "o lid\nusemtl muscle\nv 0 0 0\nv 40 0 0\nv 40 40 0\nv 0 40 0\nv 20 20 30\n"
+                                "f 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n";
+    const live::loaded_anatomy closed = live::load_anatomy({.file = "lid.obj", .repair = true});
+    return refused("Or --repair may close it", [] { live::load_anatomy({.file = "lid.obj"}); }) &&
+           check(closed.notes.size() == 1 && closed.notes[0].find("Closed 1 hole") != std::string::npos &&
+                     validate(closed.body.objects()[0].surface).closed(),
+                 closed.notes.empty() ? "nothing was said" : closed.notes[0]);
+}
+
 // The pressure around a vein is that of the contact: of the part of the face that is pressed.
 bool presses_vein() {
     const auto pressure = [](float left) {
@@ -143,7 +158,7 @@ int run(const std::string& limb) {
     bool holds = true;
     for (const char* const side : live::sides) holds = finds_skin(side) && holds;
     holds = without_materials(limb) && recorded(limb) && holds;
-    holds = tells_names() && presses_vein() && holds;
+    holds = tells_names() && repairs() && presses_vein() && holds;
     holds = refused("there is no tissue 'cheese'; known are water",
                     [&] { live::load_anatomy({.file = limb, .background = "cheese"}); }) &&
             holds;

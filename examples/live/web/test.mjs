@@ -182,6 +182,13 @@ async function test_files(page) {
     await load_file(page, file("lid.obj", box_object("lid", [40, 40, 30], [0, 0, 0], 0, 5)));
     const open_mesh = await wait_for_fault(page);
     check("an open mesh is refused in words", /lid\.obj: object .*open along/.test(open_mesh), open_mesh);
+    check("... which says what closes it", /'Close open surfaces' may close it/.test(open_mesh), open_mesh);
+    await choose_file(page, file("lid.obj", box_object("lid", [40, 40, 30], [0, 0, 0], 0, 5)));
+    await page.click('#load [name="repair"]');
+    await page.click('#load button[value="load"]');
+    const closed = await wait_for_fault(page);
+    check("... and closes it when asked, and says so", /lid\.obj:.*Closed 1 hole/.test(closed) && !/open along/.test(closed), closed);
+    await page.evaluate(() => (document.querySelector('#load [name="repair"]').checked = false));
     await load_file(page, file("tiny.obj", box_object("tiny", [1, 1, 1])));
     const unit = await wait_for_fault(page);
     check("a wrong unit is refused in words", /1 mm large/.test(unit), unit);

@@ -2,8 +2,10 @@
 #define INSONIFY_PYTHON_PROBE_FUNCTIONS_HPP
 
 #include "any_scanner.hpp"
+#include "scene_past.hpp"
 #include <algorithm>
 #include <optional>
+#include <vector>
 
 namespace insonify_python {
 
@@ -82,7 +84,31 @@ void bind_probe_functions(py::module_& module) {
         },
         py::arg("scene"), py::arg("probe"), py::arg("pose"), py::arg("scan"), py::call_guard<py::gil_scoped_release>(),
         "Why a picture is empty, in a sentence; empty where nothing is wrong.");
-    if constexpr (!std::is_same_v<Probe, radial_array>) // it lies within a vessel, and presses nothing
+    if constexpr (!std::is_same_v<Probe, radial_array>) { // it lies within a vessel, on no skin
+        module.def(
+            "add_skin",
+            [](scene& own, const Probe& probe, const pose& at, float thickness, float fat, float gel) {
+                const py::object body = py::cast(&own);
+                std::vector<object_id> before;
+                for (const object& one : own.objects()) {
+                    check_not_held(body, one.id, "add_skin"); // for the outer surface is replaced
+                    before.push_back(one.id);
+                }
+                const skin_place place = add_skin(own, probe, at, {.thickness = thickness, .fat = fat, .gel = gel});
+                for (const object_id id : before)
+                    if (std::none_of(own.objects().begin(), own.objects().end(),
+                                     [id](const object& one) { return one.id == id; }))
+                        note_remove(body, id);
+                return place == skin_place::none ? "none" : place == skin_place::surface ? "surface" : "face";
+            },
+            py::arg("scene"), py::arg("probe"), py::arg("pose"), py::kw_only(),
+            py::arg("thickness") = skin_settings{}.thickness, py::arg("fat") = skin_settings{}.fat,
+            py::arg("gel") = skin_settings{}.gel,
+            "Covers a body whose meshes begin below the skin, before it is built: `thickness` of skin, of the fat "
+            "below it\n"
+            "and of the gel above it, metres. Returns what was covered: the outer \"surface\" of the body, what lies "
+            "below\n"
+            "the \"face\" of the probe, or \"none\" where it has skin.");
         module.def(
             "press",
             [](const scene& body, const Probe& probe, const pose& at, const press_settings& settings,
@@ -100,6 +126,7 @@ void bind_probe_functions(py::module_& module) {
             "How a probe touches a body at rest. `only`: the ids of the objects that belong to the body; `is_stiff`: "
             "of\n"
             "those that do not give way, such as bone.");
+    }
     py::reinterpret_borrow<py::class_<any_scanner>>(module.attr("scanner"))
         .def(
             py::init([](const Probe& probe, const b_mode_settings& settings, const physical<>& model,

@@ -209,17 +209,20 @@ void count_as_written(const py::object& self) {
     }
 }
 
-/// Vertices that an array still refers to must not be freed.
 void remove_from(const py::object& self, object_id id) {
-    for (const py::handle entry : held_views(self))
-        if (py::cast<object_id>(entry[py::int_(0)]) == id)
-            throw usage_error{"scene::remove: an array of positions(" + std::to_string(static_cast<std::uint32_t>(id)) +
-                              ") is still in use; delete it first"};
+    check_not_held(self, id, "scene::remove");
     py::cast<scene&>(self).remove(id);
     note_remove(self, id);
 }
 
 } // namespace
+
+void check_not_held(const py::object& self, object_id id, const char* caller) {
+    for (const py::handle entry : held_views(self))
+        if (py::cast<object_id>(entry[py::int_(0)]) == id)
+            throw usage_error{std::string{caller} + ": an array of positions(" +
+                              std::to_string(static_cast<std::uint32_t>(id)) + ") is still in use; delete it first"};
+}
 
 void bind_scene(py::module_& module) {
     bind_meshes(module);

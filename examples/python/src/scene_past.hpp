@@ -48,6 +48,10 @@ void note_remove(const py::object& self, object_id id);
 void note_medium(const py::object& self, object_id id);
 void note_deform(const py::object& self, const std::optional<std::vector<object_id>>& only, bool is_identity);
 
+/// Vertices that an array still refers to must not be freed.
+/// @throws usage_error  with the name of the caller
+void check_not_held(const py::object& self, object_id id, const char* caller);
+
 /// A copy with all attributes, but for arrays of vertices that were handed out.
 /// @param memo  that of `copy.deepcopy`; none: attributes are not copied
 py::object copied_scene(const py::object& self, const std::optional<py::dict>& memo);

@@ -322,3 +322,27 @@ def test_the_lines_of_the_page_run(tmp_path):
     labels = np.load(tmp_path / "labels.npy")
     assert np.array_equal(read_png(tmp_path / "labels.png"), labels.astype(np.uint8)) and set(np.unique(labels)) == {0, 1, us.background_label}
     assert len(read_png(tmp_path / "duplex.png")) > 100
+
+
+def test_bodies_get_skin():
+    limb, bone = us.make_sphere((0, 0, 30 * mm), 30 * mm, 4), us.make_sphere((0, 0, 40 * mm), 8 * mm, 3)
+    at, probe = us.pose(translation=(0, 0, -1 * mm)), us.linear_array()
+    body = us.scene(us.tissue.air)
+    outer = body.add(limb, us.tissue.muscle, name="limb")
+    body.add(bone, us.tissue.bone, name="bone")
+    assert us.add_skin(body, probe, at, thickness=2 * mm) == "surface"
+    assert {one.name for one in body.objects} == {"limb", "skin", "bone"}
+    assert outer not in [one.id for one in body.objects]
+    assert us.add_skin(body, probe, at) == "none"
+    again = pickle.loads(pickle.dumps(body.build()))
+    assert (us.b_mode(again, probe, at).pixels == us.b_mode(body, probe, at).pixels).all()
+
+    muscle = us.scene(us.tissue.muscle)
+    assert us.add_skin(muscle, probe, us.pose(), fat=3 * mm) == "face"
+    assert {one.name for one in muscle.objects} == {"gel", "skin", "subcutaneous fat"}
+    held = body.positions([one.id for one in body.objects if one.name == "limb"][0])
+    with pytest.raises(us.usage_error, match=r"add_skin: an array of positions\(\d+\) is still in use"):
+        us.add_skin(body, probe, at)
+    del held
+    with pytest.raises(us.usage_error, match="thickness"):
+        us.add_skin(us.scene(), probe, at, thickness=1)
