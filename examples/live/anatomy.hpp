@@ -21,7 +21,8 @@ inline constexpr const char* sides[] = {"+x", "-x", "+y", "-y", "+z", "-z"};
 struct anatomy_file {
     std::string file{};  ///< Wavefront OBJ; empty: the phantom of a nerve block
     float unit = 1_mm;   ///< length of 1 in the file, metres
-    std::string skin{};  ///< one of `sides`: the body is turned and moved; empty: it stays where it is, +z inwards
+    std::string side{};  ///< of its skin, one of `sides`: the body is turned and moved; empty: it stays, +z inwards
+    float skin = 1.5_mm; ///< thickness of skin below the surface of an object that encloses all others; 0: none
     bool repair = false; ///< closes and orients meshes that enclose nothing
     float pennation = 0; ///< of muscles without fibres of their own: angle to their long axis, degrees
     std::string tissue = "muscle";  ///< of all faces in a file without materials
@@ -41,10 +42,10 @@ namespace detail {
 
 // Turned so that the side of the skin is at the top (-z), and moved so that the body begins at the depth 0, centred below the
 // probe.
-inline void turn_skin_up(scene& body, const std::string& skin) {
-    const auto found = std::find(std::begin(sides), std::end(sides), skin);
+inline void turn_skin_up(scene& body, const std::string& named) {
+    const auto found = std::find(std::begin(sides), std::end(sides), named);
     if (found == std::end(sides))
-        throw usage_error{"the skin is at '" + skin + "'; it must be at +x, -x, +y, -y, +z or -z"};
+        throw usage_error{"the skin is at '" + named + "'; it must be at +x, -x, +y, -y, +z or -z"};
     constexpr vec3 axes[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     const auto side = found - std::begin(sides), axis = side / 2;
     const vec3 down = side % 2 == 0 ? -axes[axis] : axes[axis];
@@ -57,6 +58,13 @@ inline void turn_skin_up(scene& body, const std::string& skin) {
     place(inverse(look_at({0, 0, 0}, down, axis == 0 ? axes[1] : axes[0])));
     const aabb box = body.box();
     place({mat3{1}, {-0.5F * (box.lower.x + box.upper.x), -0.5F * (box.lower.y + box.upper.y), -box.lower.z}});
+}
+
+// Skin of a body that an object encloses. What lies below the face of a probe alone is not covered: the probe moves.
+inline void cover_surface(scene& body, float thickness) {
+    scene covered = body;
+    const skin_settings skin{.thickness = thickness};
+    if (add_skin(covered, linear_array{}, pose{}, skin) == skin_place::surface) body = std::move(covered);
 }
 
 } // namespace detail
@@ -94,8 +102,9 @@ inline loaded_anatomy load_anatomy(const anatomy_file& from, const std::string& 
     else
         body.add(load_obj(from.file, settings, loaded.notes), tissue_named(from.tissue), {.name = from.tissue});
     check_anatomy(body, from.file, from.unit, unit_choice, repair_choice);
+    if (from.skin > 0) detail::cover_surface(body, from.skin);
     body.build(exec::par);
-    if (!from.skin.empty()) detail::turn_skin_up(body, from.skin);
+    if (!from.side.empty()) detail::turn_skin_up(body, from.side);
     return loaded;
 }
 

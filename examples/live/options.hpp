@@ -30,10 +30,17 @@ inline void add_anatomy_options(CLI::App& app, anatomy_options& chosen) {
         ->transform(length())
         ->check(positive_number(1e4))
         ->needs(obj);
-    add(app, "--skin", into.skin, "SIDE",
+    app.add_option_function<float>(
+           "--skin", [&into](const float& millimetres) { into.skin = millimetres * 1_mm; },
+           "thickness of skin below the surface of an object that encloses all others; 0: none, at most 20mm (1.5mm)")
+        ->type_name("LENGTH")
+        ->option_text("LENGTH")
+        ->transform(length())
+        ->check(number(0, 20))
+        ->needs(obj);
+    add(app, "--skin-side", into.side, "SIDE",
         "side of its skin, +x, -x, +y, -y, +z or -z: turns it and moves it below the probe (it stays where it is, with "
-        "+z "
-        "into the body)")
+        "+z into the body)")
         ->check(CLI::IsMember(std::vector<std::string>(std::begin(sides), std::end(sides))))
         ->needs(obj);
     app.add_flag("--repair", into.repair, "closes and orients meshes that enclose nothing, and says what it did")

@@ -52,23 +52,25 @@ inline std::string anatomy_line(const recorded_anatomy& one, const std::filesyst
     const std::filesystem::path file = std::filesystem::absolute(one.of.file).lexically_normal();
     const std::filesystem::path seen =
         file.lexically_proximate(std::filesystem::absolute(folder / ".").lexically_normal());
-    std::string skin = one.of.skin.empty() ? "=" : one.of.skin;
-    if (one.of.repair) skin += ",repair";
-    if (one.of.pennation != 0) {
-        char angle[32];
-        std::snprintf(angle, sizeof angle, ",pennation=%.9g", static_cast<double>(one.of.pennation));
-        skin += angle;
-    }
-    return std::string{"anatomy "} + numbers + ' ' + skin + ' ' + one.of.tissue + ' ' + one.of.background + ' ' +
+    std::string settings = one.of.side.empty() ? "=" : one.of.side;
+    if (one.of.repair) settings += ",repair";
+    const auto add = [&settings](const char* name, float value) {
+        char text[48];
+        std::snprintf(text, sizeof text, ",%s=%.9g", name, static_cast<double>(value));
+        settings += text;
+    };
+    if (one.of.pennation != 0) add("pennation", one.of.pennation);
+    if (one.of.skin != 0) add("skin", one.of.skin);
+    return std::string{"anatomy "} + numbers + ' ' + settings + ' ' + one.of.tissue + ' ' + one.of.background + ' ' +
            seen.generic_string();
 }
 
 /// The inverse of `anatomy_line`. @throws std::invalid_argument  for a line that is not whole
 inline recorded_anatomy parse_anatomy(const std::string& line, const std::filesystem::path& folder) {
     std::istringstream text{line};
-    std::string word, unit, content, skin, file;
+    std::string word, unit, content, settings, file;
     recorded_anatomy read;
-    text >> word >> unit >> content >> skin >> read.of.tissue >> read.of.background >> std::ws;
+    text >> word >> unit >> content >> settings >> read.of.tissue >> read.of.background >> std::ws;
     std::getline(text, file);
     if (file.empty())
         throw std::invalid_argument{
@@ -79,15 +81,19 @@ inline recorded_anatomy parse_anatomy(const std::string& line, const std::filesy
     char* end = nullptr;
     read.content = std::strtoull(content.c_str(), &end, 16);
     if (*end != 0) throw std::invalid_argument{"anatomy: '" + content + "' is not a hexadecimal number"};
-    std::istringstream settings{skin}; // the side of the skin, and what else was asked for
-    for (std::string one; std::getline(settings, one, ',');) {
-        constexpr std::string_view angle = "pennation=";
+    read.of.skin = 0;
+    std::istringstream all{settings}; // the side of the skin, and what else was asked for
+    for (std::string one; std::getline(all, one, ',');) {
+        const auto is = [&one](std::string_view name) { return one.compare(0, name.size(), name) == 0; };
+        const auto value = [&one] { return parse_number("anatomy", one.substr(one.find('=') + 1)); };
         if (one == "repair")
             read.of.repair = true;
-        else if (one.compare(0, angle.size(), angle) == 0)
-            read.of.pennation = parse_number("anatomy", one.substr(angle.size()));
+        else if (is("pennation="))
+            read.of.pennation = value();
+        else if (is("skin="))
+            read.of.skin = value();
         else if (one != "=")
-            read.of.skin = one;
+            read.of.side = one;
     }
     read.of.file = (folder / file).lexically_normal().string();
     return read;

@@ -79,6 +79,21 @@ TEST_CASE("add_skin: of a body with an outer surface, the outer layer becomes sk
     CHECK(body.objects().size() == 3);
 }
 
+TEST_CASE("add_skin: names that are taken get a number") {
+    scene limb{tissue::air};
+    limb.add(make_sphere({0, 0, 50_mm}, 40_mm, 5), tissue::muscle, {.name = "skin"});
+    limb.add(make_sphere({0, 0, 50_mm}, 10_mm, 4), tissue::bone, {.name = "skin.2"});
+    CHECK(add_skin(limb, linear_array{}, pose{}) == skin_place::surface);
+    CHECK(limb[*limb.find("skin.3")].inside == tissue::skin);
+    CHECK(limb[*limb.find("skin")].inside == tissue::muscle);
+
+    scene organ{tissue::fat};
+    organ.add(make_sphere({0, 0, 50_mm}, 10_mm, 4), tissue::liver, {.name = "gel"});
+    CHECK(add_skin(organ, linear_array{}, pose{}) == skin_place::face);
+    CHECK(organ[*organ.find("gel")].inside == tissue::liver);
+    CHECK(organ[*organ.find("gel.2")].inside == tissue::gel);
+}
+
 TEST_CASE("add_skin: what cannot be covered is refused, and the body stays") {
     scene body{tissue::fat};
     CHECK_THROWS_WITH_AS(add_skin(body, radial_array{}, pose{}),

@@ -32,7 +32,7 @@ bool finds_skin(const std::string& side) {
     add_box("mark", "bone", at, 0.5F);
     file.close();
     const live::loaded_anatomy loaded =
-        live::load_anatomy({.file = "sided.obj", .unit = 1_cm, .skin = side, .background = "water"});
+        live::load_anatomy({.file = "sided.obj", .unit = 1_cm, .side = side, .skin = 0, .background = "water"});
     const scene& body = loaded.body;
     const std::optional<object_id> mark = body.find("mark");
     const aabb whole = body.box(), small = mark ? body.box(*mark) : aabb{};
@@ -70,9 +70,13 @@ bool without_materials(const std::string& limb) {
 bool recorded(const std::string& limb) {
     std::filesystem::create_directories("recorded/of");
     std::filesystem::copy_file(limb, "recorded/limb copy #1.obj", std::filesystem::copy_options::overwrite_existing);
-    const live::anatomy_file of{
-        .file = "recorded/limb copy #1.obj", .skin = "-z", .repair = true, .pennation = -12.5F, .background = "fat"},
-        plain{.file = of.file};
+    const live::anatomy_file of{.file = "recorded/limb copy #1.obj",
+                                .side = "-z",
+                                .skin = 2_mm,
+                                .repair = true,
+                                .pennation = -12.5F,
+                                .background = "fat"},
+        plain{.file = of.file, .skin = 0};
     {
         std::ofstream file{"recorded/of/session.txt"};
         file << live::anatomy_line({of, live::content_of(live::load_anatomy(of).body)}, "recorded/of")
@@ -85,21 +89,21 @@ bool recorded(const std::string& limb) {
     bool holds = check(live::parse_anatomy(here, "").of == of &&
                            live::parse_anatomy(live::anatomy_line({plain, 1}, ""), "").of == plain,
                        here);
-    holds = check(std::filesystem::equivalent(found.file, of.file) && found.skin == of.skin &&
+    holds = check(std::filesystem::equivalent(found.file, of.file) && found.side == of.side &&
                       found.background == of.background && found.unit == of.unit && found.tissue == of.tissue &&
                       live::content_of(loaded.body) == read.body->content,
                   "a recording names its anatomy") &&
             holds;
     // Bits of what is turned differ between processors; the content does not.
     live::anatomy_file turned = of;
-    turned.skin = "+x";
+    turned.side = "+x";
     holds = check(live::content_of(live::load_anatomy(turned).body) == read.body->content,
                   "the content is that of the file, whatever the side of the skin") &&
             holds;
     std::ofstream{of.file, std::ios::app} << "o more\nusemtl fat\nv 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 9\n"
                                              "f -4 -2 -3\nf -4 -3 -1\nf -4 -1 -2\nf -3 -2 -1\n";
     holds = refused("has changed since the session was recorded", [&] { live::load_body({}, &read); }) && holds;
-    holds = check(live::load_body({.file = {.file = of.file}}, &read).file.skin.empty(),
+    holds = check(live::load_body({.file = {.file = of.file}}, &read).file.side.empty(),
                   "an anatomy that is given is taken") &&
             holds;
     std::filesystem::remove(of.file);
@@ -121,6 +125,23 @@ bool tells_names() {
                      said.find("\ntwins.obj:17: there are several objects of the name 'rib'; this one is called "
                                "'rib.2'") != std::string::npos,
                  said);
+}
+
+// What one object encloses gets skin, by default.
+bool has_skin(const std::string& limb) {
+    const scene covered = live::load_anatomy({.file = limb}).body,
+                bare = live::load_anatomy({.file = limb, .skin = 0}).body;
+    const aabb box = bare.box();
+    const vec3 above = {box.centre().x, box.centre().y, box.lower.z - 1_mm};
+    const auto thickness = [&](const scene& body) {
+        float sum = 0;
+        for (float depth = 0; depth < 10_mm; depth += 0.1_mm)
+            if (medium_at(body, above + vec3{0, 0, depth}) == tissue::skin) sum += 0.1_mm;
+        return sum;
+    };
+    const float skin = thickness(covered);
+    return check(thickness(bare) == 0 && std::fabs(skin - 1.5_mm) < 0.4_mm && covered.box().lower == box.lower,
+                 "the skin of a limb is " + std::to_string(skin / 1_mm) + " mm thick");
 }
 
 // What is open is refused, with what to do, or closed.
@@ -158,12 +179,12 @@ int run(const std::string& limb) {
     bool holds = true;
     for (const char* const side : live::sides) holds = finds_skin(side) && holds;
     holds = without_materials(limb) && recorded(limb) && holds;
-    holds = tells_names() && repairs() && presses_vein() && holds;
+    holds = has_skin(limb) && tells_names() && repairs() && presses_vein() && holds;
     holds = refused("there is no tissue 'cheese'; known are water",
                     [&] { live::load_anatomy({.file = limb, .background = "cheese"}); }) &&
             holds;
     holds =
-        refused("the skin is at 'up'; it must be at +x", [&] { live::load_anatomy({.file = limb, .skin = "up"}); }) &&
+        refused("the skin is at 'up'; it must be at +x", [&] { live::load_anatomy({.file = limb, .side = "up"}); }) &&
         holds;
     holds = refused("--unit 1mm", [&] { live::load_anatomy({.file = limb, .unit = 1}); }) && holds;
     holds = refused("a whole number from 1 to 1000000", [] { live::parse_step("frames 2.5"); }) && holds;

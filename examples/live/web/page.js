@@ -150,10 +150,10 @@ async function open(files) {
         id("load").showModal();
         await new Promise((closed) => id("load").addEventListener("close", closed, { once: true }));
         if (id("load").returnValue !== "load") return;
-        const { unit, side, repair, pennation, tissue, background } = options();
+        const { unit, side, skin, repair, pennation, tissue, background } = options();
         const used = [model, ...all.filter(({ name }) => /\.mtl$/i.test(name))];
         const bytes = await Promise.all(used.map(async (file) => ({ name: file.name, bytes: await file.arrayBuffer() })));
-        worker.postMessage({ kind: "load", files: bytes, unit: Number(unit), side: Number(side), repair: repair !== undefined, pennation: Number(pennation), tissue, background });
+        worker.postMessage({ kind: "load", files: bytes, unit: Number(unit), side: Number(side), skin: 1e-3 * Number(skin), repair: repair !== undefined, pennation: Number(pennation), tissue, background });
     } catch (fault) { // of the browser: a folder, or a file that is gone or may not be read
         report(`${(recording ?? model).name} cannot be read: ${fault.message}`);
     }

@@ -74,16 +74,18 @@ EMSCRIPTEN_KEEPALIVE void live_restart(bool with_recorded) {
 /// Starts again with an OBJ file that has been written into the file system, and stays there for recordings.
 /// @param unit   length of 1 in the file, metres
 /// @param side   the side of the skin, one of `live::sides`
+/// @param skin   its thickness, metres
 /// @param pennation  degrees: see `live::anatomy_file`
 /// @return  JSON: `fault`, and `notes` of `load_obj_scene`, a line each
-EMSCRIPTEN_KEEPALIVE const char* live_load(const char* path, float unit, int side, bool repair, float pennation,
-                                           const char* tissue, const char* background) {
+EMSCRIPTEN_KEEPALIVE const char* live_load(const char* path, float unit, int side, float skin, bool repair,
+                                           float pennation, const char* tissue, const char* background) {
     static std::string text;
     std::string notes;
     const std::string fault = attempt([&] {
         live::loaded_anatomy loaded = live::load_anatomy({.file = path,
                                                           .unit = unit,
-                                                          .skin = live::sides[std::clamp(side, 0, 5)],
+                                                          .side = live::sides[std::clamp(side, 0, 5)],
+                                                          .skin = skin,
                                                           .repair = repair,
                                                           .pennation = pennation,
                                                           .tissue = tissue,

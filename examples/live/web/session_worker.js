@@ -56,10 +56,10 @@ function draw({ live: passes }) {
 
 let opened = []; // files of the anatomy, which recordings name
 
-function load({ files, unit, side, repair, pennation, tissue, background }) {
+function load({ files, unit, side, skin, repair, pennation, tissue, background }) {
     for (const { name, bytes } of files) live.FS.writeFile(name, new Uint8Array(bytes));
     const names = files.map(({ name }) => name), model = names.find((name) => /\.obj$/i.test(name));
-    const { fault, notes } = JSON.parse(text("live_load", model, unit, side, repair, pennation, tissue, background));
+    const { fault, notes } = JSON.parse(text("live_load", model, unit, side, skin, repair, pennation, tissue, background));
     const [kept, left] = fault ? [opened, names] : [names, opened];
     for (const name of left) if (!kept.includes(name)) live.FS.unlink(name);
     opened = kept;

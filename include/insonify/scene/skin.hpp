@@ -113,6 +113,13 @@ inline std::optional<object_id> find_outer(const scene& body) {
     return std::nullopt;
 }
 
+/// The name, or with a number where an object has it.
+inline std::string unused_name(const scene& body, const std::string& name) {
+    std::string unused = name;
+    for (int number = 2; body.find(unused); ++number) unused = name + '.' + std::to_string(number);
+    return unused;
+}
+
 /// A surface that is moved inwards, unevenly. @param by  metres, on average
 inline mesh moved_inwards(mesh surface, float by, std::uint32_t seed) {
     std::vector<vec3> normals(surface.positions.size(), vec3{0, 0, 0});
@@ -145,7 +152,8 @@ enum class skin_place {
 ///
 /// Where one soft object encloses all others, its outer layer becomes an object "skin". Elsewhere a film "gel", "skin"
 /// and "subcutaneous fat" follow the face of the probe, 12 mm beyond its edges; skin and gel have the highest
-/// priority, fat the lowest: what is inside of it stays. A body with an object of `tissue::skin` is left as it is.
+/// priority, fat the lowest: what is inside of it stays. A name that is taken gets a number: "skin.2". A body with an
+/// object of `tissue::skin` is left as it is.
 /// @param at  pose of the probe
 /// @throws usage_error  for a setting out of range, or a probe that looks out of a full circle, from inside
 template <transducer Probe>
@@ -160,10 +168,11 @@ skin_place add_skin(scene& body, const Probe& probe, const pose& at, const skin_
     }
     if (const std::optional<object_id> outer = detail::find_outer(body)) {
         const object whole = body[*outer];
+        const std::string name = detail::unused_name(body, "skin");
         body.remove(*outer);
         mesh inner = detail::moved_inwards(whole.surface, settings.thickness, 1);
         object_settings skin = whole;
-        skin.name = "skin";
+        skin.name = name;
         skin.fibres = {};
         skin.layer_normal = own_surface{};
         body.add(whole.surface, tissue::skin, skin);
@@ -181,15 +190,19 @@ skin_place add_skin(scene& body, const Probe& probe, const pose& at, const skin_
     const auto gel = uneven(2, settings.gel, 0.18F, 4.5e-3F), skin = uneven(3, settings.thickness, 0.12F, 3.5e-3F),
                fat = uneven(4, settings.fat, 0.1F, 12e-3F);
     const auto below_skin = [&](vec2 place) { return gel(place) + skin(place); };
-    body.add(face.slab(above(0.6e-3F), gel), tissue::gel, {.priority = highest + 2, .at = at, .name = "gel"});
-    body.add(
-        face.slab(above(0.4e-3F), below_skin), tissue::skin,
-        {.priority = highest + 1, .at = at, .name = "skin", .fibres = vec3{1, 0, 0}, .layer_normal = own_surface{}});
+    body.add(face.slab(above(0.6e-3F), gel), tissue::gel,
+             {.priority = highest + 2, .at = at, .name = detail::unused_name(body, "gel")});
+    body.add(face.slab(above(0.4e-3F), below_skin), tissue::skin,
+             {.priority = highest + 1,
+              .at = at,
+              .name = detail::unused_name(body, "skin"),
+              .fibres = vec3{1, 0, 0},
+              .layer_normal = own_surface{}});
     if (settings.fat > 0)
         body.add(face.slab(above(0.2e-3F), [&](vec2 place) { return below_skin(place) + fat(place); }), tissue::fat,
                  {.priority = lowest - 1,
                   .at = at,
-                  .name = "subcutaneous fat",
+                  .name = detail::unused_name(body, "subcutaneous fat"),
                   .fibres = vec3{1, 0, 0},
                   .layer_normal = vec3{0, 0, 1}});
     return skin_place::face;
