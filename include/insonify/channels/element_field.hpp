@@ -71,7 +71,7 @@ struct spectral_value {
         float real[nodes], imaginary[nodes];
         store(x, real);
         store(y, imaginary);
-        for (int k = 0; k < Some; ++k) {
+        for (std::size_t k = 0; k < Some; ++k) {
             to[2 * k] = real[(nodes - Some) / 2 + k];
             to[2 * k + 1] = imaginary[(nodes - Some) / 2 + k];
         }

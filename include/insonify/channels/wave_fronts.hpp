@@ -109,7 +109,7 @@ class wave_fronts {
         const float later = dot(moment, middle) / power;
         const vec2 left = 2 * pi * node_step_ * (moment - later * middle);
         float* const to = sent.set(column, place, first + later, 0.5F);
-        for (int k = 0; k < nodes; ++k) {
+        for (std::size_t k = 0; k < nodes; ++k) {
             const vec2 turned = wave[k] + (static_cast<float>(k) - 0.5F * (nodes - 1)) * vec2{left.y, -left.x};
             to[2 * k] = turned.x;
             to[2 * k + 1] = turned.y;
