@@ -331,16 +331,16 @@ def test_bodies_get_skin():
     outer = body.add(limb, us.tissue.muscle, name="limb")
     body.add(bone, us.tissue.bone, name="bone")
     assert us.add_skin(body, probe, at, thickness=2 * mm) == "surface"
-    assert {one.name for one in body.objects} == {"limb", "skin", "bone"}
-    assert outer not in [one.id for one in body.objects]
+    assert set(body.names.values()) == {"limb", "skin", "bone"} and outer not in body.names
     assert us.add_skin(body, probe, at) == "none"
     again = pickle.loads(pickle.dumps(body.build()))
     assert (us.b_mode(again, probe, at).pixels == us.b_mode(body, probe, at).pixels).all()
+    assert body.medium_at((0, 0, 1 * mm)) == us.tissue.skin and body.medium_at((0, 0, 4 * mm)) == us.tissue.muscle
 
     muscle = us.scene(us.tissue.muscle)
     assert us.add_skin(muscle, probe, us.pose(), fat=3 * mm) == "face"
-    assert {one.name for one in muscle.objects} == {"gel", "skin", "subcutaneous fat"}
-    held = body.positions([one.id for one in body.objects if one.name == "limb"][0])
+    assert set(muscle.names.values()) == {"gel", "skin", "subcutaneous fat"}
+    held = body.positions(body.find("limb"))
     with pytest.raises(us.usage_error, match=r"add_skin: an array of positions\(\d+\) is still in use"):
         us.add_skin(body, probe, at)
     del held
