@@ -163,7 +163,7 @@ def test_files_are_repaired_and_get_fibres(tmp_path):
     seen = {}
     for angle in ("0", "40"):
         told = run(tmp_path, *TINY, "--anatomy", "holed.obj", "--repair", "--pennation", angle, output=angle)
-        assert "object 'muscle': Closed 1 hole along 3 edges" in told.stdout
+        assert "object 'muscle': Closed 1 hole along 3 edges" in told.stderr
         with whole_of(tmp_path, angle) as made:
             seen[angle] = made["data/segmentation/values"][:], made["data/image/values"][:]
     assert np.array_equal(seen["0"][0], seen["40"][0]) and not np.array_equal(seen["0"][1], seen["40"][1])
