@@ -60,11 +60,12 @@ inline void turn_skin_up(scene& body, const std::string& named) {
     place({mat3{1}, {-0.5F * (box.lower.x + box.upper.x), -0.5F * (box.lower.y + box.upper.y), -box.lower.z}});
 }
 
-// Skin of a body that an object encloses. What lies below the face of a probe alone is not covered: the probe moves.
+// As `add_skin` does it, of a body that an object encloses. What lies below the face of the probe is not covered elsewhere:
+// the probe moves.
 inline void cover_surface(scene& body, float thickness) {
-    scene covered = body;
-    const skin_settings skin{.thickness = thickness};
-    if (add_skin(covered, linear_array{}, pose{}, skin) == skin_place::surface) body = std::move(covered);
+    const auto is_skin = [](const object& one) { return one.inside == tissue::skin; };
+    if (std::none_of(body.objects().begin(), body.objects().end(), is_skin))
+        insonify::detail::cover_outer(body, thickness);
 }
 
 } // namespace detail

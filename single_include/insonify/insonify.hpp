@@ -28108,6 +28108,22 @@ inline mesh moved_inwards(mesh surface, float by, std::uint32_t seed) {
     return surface;
 }
 
+/// Makes the outer layer of the object that encloses all others skin. @return whether there is such an object
+inline bool cover_outer(scene& body, float thickness) {
+    const std::optional<object_id> outer = find_outer(body);
+    if (!outer) return false;
+    const object whole = body[*outer];
+    object_settings skin = whole;
+    skin.name = unused_name(body, "skin");
+    skin.fibres = {};
+    skin.layer_normal = own_surface{};
+    body.remove(*outer);
+    mesh inner = moved_inwards(whole.surface, thickness, 1);
+    body.add(whole.surface, tissue::skin, skin);
+    body.add(std::move(inner), whole.inside, whole);
+    return true;
+}
+
 } // namespace detail
 
 /// What `add_skin` has covered.
@@ -28136,19 +28152,7 @@ skin_place add_skin(scene& body, const Probe& probe, const pose& at, const skin_
         highest = std::max(highest, one.priority);
         lowest = std::min(lowest, one.priority);
     }
-    if (const std::optional<object_id> outer = detail::find_outer(body)) {
-        const object whole = body[*outer];
-        const std::string name = detail::unused_name(body, "skin");
-        body.remove(*outer);
-        mesh inner = detail::moved_inwards(whole.surface, settings.thickness, 1);
-        object_settings skin = whole;
-        skin.name = name;
-        skin.fibres = {};
-        skin.layer_normal = own_surface{};
-        body.add(whole.surface, tissue::skin, skin);
-        body.add(std::move(inner), whole.inside, whole);
-        return skin_place::surface;
-    }
+    if (detail::cover_outer(body, settings.thickness)) return skin_place::surface;
     if (is_full_circle(probe))
         throw usage_error{"add_skin: a probe that looks out of a full circle does not stand on skin"};
     const detail::face_grid face{probe};

@@ -336,7 +336,13 @@ async function test_space(page) {
     const seen = await view(page, eight), inside = seen.filter(({ x, y }) => x > 0 && x < 1 && y > 0 && y < 1).length;
     const spread = Math.max(...seen.map(({ x }) => x)) - Math.min(...seen.map(({ x }) => x));
     check("... and is in view, 1 m from the origin of its file", inside === 8 && spread > 0.3, `${inside} of 8 corners, ${(100 * spread).toFixed(0)} % of the width`);
-    await load_anatomy(page, "nested.obj", box_object("body", wide, far, 0, 6, "muscle") + box_object("organ", [60, 40, 24], inner, 1, 6, "liver"));
+    const nested_body = box_object("body", wide, far, 0, 6, "muscle") + box_object("organ", [60, 40, 24], inner, 1, 6, "liver");
+    await load_anatomy(page, "nested.obj", nested_body);
+    check("what encloses others gets skin", (await parts()).length === 3, `opacities ${await parts()}`);
+    const thickness = (text) => page.$eval('#load [name="skin"]', (one, value) => (one.value = value), text);
+    await thickness("0");
+    await load_anatomy(page, "nested.obj", nested_body);
+    await thickness("1.5");
     const nested = await parts();
     check("what encloses others is transparent", nested.length === 2 && nested[0] < 0.5 && nested[0] > 0.2 && nested[1] === 1 && phantom.filter((one) => one < 1).length === 5,
         `opacities ${nested}; of the phantom ${phantom.filter((one) => one < 1)}, and 1 of ${phantom.filter((one) => one === 1).length} others`);
@@ -574,6 +580,10 @@ wrong.push(`${name}: ${(await state(page)).values[name]}; ${late.message}`);
             await page.keyboard.press("Home");
             for (let i = values.indexOf(value); i > 0; --i) await page.keyboard.press("ArrowDown");
         }
+    }
+    for (const number of await page.$$("#load input[type=number]")) {
+        await number.focus();
+        for (const key of ["ArrowUp", "ArrowDown"]) await page.keyboard.press(key);
     }
     await page.click('#load button[value=""]');
     check("Cancel loads nothing", await page.$eval("#examination", ({ textContent }) => textContent.startsWith("Nerve")) && !await fault(page), "the phantom stays");
