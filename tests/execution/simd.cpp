@@ -1,7 +1,9 @@
 #include <insonify/execution/simd.hpp>
 #include <algorithm>
+#include <complex>
 #include <doctest/doctest.h>
 #include <numeric>
+#include <type_traits>
 
 using namespace insonify;
 
@@ -66,12 +68,14 @@ TEST_CASE("lanes do what floats do, one by one") {
 TEST_CASE("complex numbers in pairs of lanes are multiplied") {
     const auto check = [](auto width) {
         constexpr int n = decltype(width)::value;
-        const auto a = each_lane<n>([](int i) { return static_cast<float>(i + 1); });
-        const auto b = each_lane<n>([](int i) { return static_cast<float>(3 - 2 * i); });
-        float products[n];
-        store(complex_products<n>(a, b), products);
+        float a[n], b[n], products[n];
+        for (int i = 0; i < n; ++i) {
+            a[i] = static_cast<float>(i + 1);
+            b[i] = static_cast<float>(3 - 2 * i);
+        }
+        store(complex_products<n>(load<n>(a), load<n>(b)), products);
         for (int i = 0; i < n; i += 2) {
-            const auto number = [i](const auto& of) { return std::complex<float>{of[i], of[i + 1]}; };
+            const auto number = [i](const float* of) { return std::complex<float>{of[i], of[i + 1]}; };
             CHECK(number(products) == number(a) * number(b)); // of small whole numbers: exact
         }
     };
