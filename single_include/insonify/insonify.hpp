@@ -18296,7 +18296,7 @@ doppler_spectrum spectrum_of(const Policy& policy, const std::vector<vec2>& echo
     exec::for_each_block(
         policy, result.windows, together, 15 * static_cast<float>(size), [&](std::size_t first, std::size_t end) {
             std::vector<detail::complex_batch> values(size), room(size);
-            std::vector<detail::complex_block> blocks(size, detail::complex_block{}); // a window in each lane
+            std::vector<detail::complex_block> in_lanes(size, detail::complex_block{}); // a window in each lane
             std::vector<float> part(size);
             for (std::size_t window = first; window < end; ++window)
                 for (const bool real : {true, false}) {
@@ -18309,9 +18309,9 @@ doppler_spectrum spectrum_of(const Policy& policy, const std::vector<vec2>& echo
                         for (std::uint32_t k = 0; k < size; ++k) part[k] -= static_cast<float>(wall[k] * along);
                     }
                     for (std::uint32_t k = 0; k < size; ++k)
-                        (real ? blocks[k].x : blocks[k].y)[window - first] = hann[k] * part[k];
+                        (real ? in_lanes[k].x : in_lanes[k].y)[window - first] = hann[k] * part[k];
                 }
-            for (std::uint32_t k = 0; k < size; ++k) values[k] = blocks[k].loaded();
+            for (std::uint32_t k = 0; k < size; ++k) values[k] = in_lanes[k].loaded();
             fourier.forward(values, room);
             const lanes<detail::complex_batch::width> scale(1 / (weight * static_cast<float>(size)));
             for (std::uint32_t i = 0; i < size; ++i) {
@@ -22049,8 +22049,9 @@ class element_fans {
                 mix(a.lost_slope, b.lost_slope)};
     }
 
-    // The wave at the beginning of a layer, from that in the layer before. @param entered  without what sound has met
-    static element_wave carried(const element_wave& before, element_wave entered) {
+    // The wave at the beginning of a layer, from that in the layer before. @param without  what sound has met
+    static element_wave carried(const element_wave& before, const element_wave& without) {
+        element_wave entered = without;
         const float length = entered.begin - before.begin, sound = before.slowness;
         const bool first = before.begin == 0; // the wave comes from the element itself
         const float from_there =

@@ -254,8 +254,9 @@ class element_fans {
                 mix(a.lost_slope, b.lost_slope)};
     }
 
-    // The wave at the beginning of a layer, from that in the layer before. @param entered  without what sound has met
-    static element_wave carried(const element_wave& before, element_wave entered) {
+    // The wave at the beginning of a layer, from that in the layer before. @param without  what sound has met
+    static element_wave carried(const element_wave& before, const element_wave& without) {
+        element_wave entered = without;
         const float length = entered.begin - before.begin, sound = before.slowness;
         const bool first = before.begin == 0; // the wave comes from the element itself
         const float from_there =
