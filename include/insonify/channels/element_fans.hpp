@@ -254,7 +254,7 @@ class element_fans {
                 mix(a.lost_slope, b.lost_slope)};
     }
 
-    // The wave at the beginning of a layer, from that in the layer before. @param without  what sound has met
+    // The wave at the beginning of a layer, from that in the layer before. @param without  the same, without what sound has met
     static element_wave carried(const element_wave& before, const element_wave& without) {
         element_wave entered = without;
         const float length = entered.begin - before.begin, sound = before.slowness;
