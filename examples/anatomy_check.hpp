@@ -17,6 +17,14 @@ inline const insonify::medium& tissue_named(const std::string& name) {
     throw insonify::usage_error{"there is no tissue '" + name + "'; known are " + known};
 }
 
+/// How an OBJ file is read. @param unit  length of 1 in it, metres  @param pennation  degrees: see `obj_settings`
+inline insonify::obj_settings reading_of(float unit, const insonify::medium& background, bool repair, float pennation) {
+    using namespace insonify;
+    obj_settings settings{.unit = unit, .background = background, .pennation = pennation * 1_deg};
+    if (repair) settings.repair = repair_settings{};
+    return settings;
+}
+
 /// The size of a body, built or not.
 inline insonify::vec3 size_of(const insonify::scene& body) {
     insonify::aabb box;

@@ -165,6 +165,16 @@ int run(const char* program, int count, char** arguments, const Declare& declare
     }
 }
 
+/// Declares how the meshes of a file are read. @param pennation  degrees  @param file  the option that names it
+inline void add_mesh_options(CLI::App& app, bool& repair, float& pennation, CLI::Option* file) {
+    app.add_flag("--repair", repair, "closes and orients meshes that enclose nothing, and says what it did")
+        ->needs(file);
+    add(app, "--pennation", pennation, "ANGLE",
+        "of muscles without fibres of their own: angle to their long axis, -90 to 90 (0)")
+        ->check(number(-90, 90))
+        ->needs(file);
+}
+
 } // namespace command_line
 
 #endif

@@ -99,10 +99,8 @@ subject load_region(const simulate_options& chosen) {
 }
 
 subject load_file(const simulate_options& chosen) {
-    obj_settings settings{.unit = chosen.unit * 1_mm,
-                          .background = tissue_named(chosen.background.value_or("deep_fat")),
-                          .pennation = chosen.pennation * 1_deg};
-    if (chosen.repair) settings.repair = repair_settings{};
+    const obj_settings settings = reading_of(chosen.unit * 1_mm, tissue_named(chosen.background.value_or("deep_fat")),
+                                             chosen.repair, chosen.pennation);
     std::vector<std::string> notes;
     subject one{.body = load_obj_scene(chosen.file, settings, notes),
                 .probe = presets::abdomen.probe,

@@ -51,12 +51,7 @@ inline void add_options(CLI::App& app, simulate_options& into) {
         ->transform(length())
         ->check(number(0, 20))
         ->needs(file);
-    app.add_flag("--repair", into.repair, "closes and orients meshes that enclose nothing, and says what it did")
-        ->needs(file);
-    add(app, "--pennation", into.pennation, "ANGLE",
-        "of muscles without fibres of their own: angle to their long axis, -90 to 90 (0)")
-        ->check(number(-90, 90))
-        ->needs(file);
+    add_mesh_options(app, into.repair, into.pennation, file);
     const CLI::Validator component = number(-1e6, 1e6);
     add_list<3, float>(app, "--fibres", into.fibres, ',', component, "X,Y,Z",
                        "direction of the fibres of that medium (along the array)")

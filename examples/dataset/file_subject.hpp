@@ -19,10 +19,7 @@ class file_subject : public subject {
         const float unit = d.unit * 1_mm;
         std::vector<std::string> notes;
         scene& body = body_.anatomy;
-        obj_settings settings{
-            .unit = unit, .background = *tissue::find(d.background), .pennation = d.pennation * 1_deg};
-        if (d.repair) settings.repair = repair_settings{};
-        body = load_obj_scene(file, settings, notes);
+        body = load_obj_scene(file, reading_of(unit, *tissue::find(d.background), d.repair, d.pennation), notes);
         check_anatomy(body, file, unit);
         note_ = describe_anatomy(file, body, unit, notes);
         structures_.emplace_back("background", body.background());

@@ -92,9 +92,7 @@ inline loaded_anatomy load_anatomy(const anatomy_file& from, const std::string& 
                                    const std::string& repair_choice = "--repair") {
     loaded_anatomy loaded{{.file = from}};
     scene& body = loaded.body;
-    obj_settings settings{
-        .unit = from.unit, .background = tissue_named(from.background), .pennation = from.pennation * 1_deg};
-    if (from.repair) settings.repair = repair_settings{};
+    const obj_settings settings = reading_of(from.unit, tissue_named(from.background), from.repair, from.pennation);
     std::ifstream file{from.file};
     const std::string text{std::istreambuf_iterator<char>{file}, {}};
     body = scene{settings.background};

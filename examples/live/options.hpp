@@ -43,12 +43,7 @@ inline void add_anatomy_options(CLI::App& app, anatomy_options& chosen) {
         "+z into the body)")
         ->check(CLI::IsMember(std::vector<std::string>(std::begin(sides), std::end(sides))))
         ->needs(obj);
-    app.add_flag("--repair", into.repair, "closes and orients meshes that enclose nothing, and says what it did")
-        ->needs(obj);
-    add(app, "--pennation", into.pennation, "ANGLE",
-        "of muscles without fibres of their own: angle to their long axis, -90 to 90 (0)")
-        ->check(number(-90, 90))
-        ->needs(obj);
+    add_mesh_options(app, into.repair, into.pennation, obj);
     add(app, "--tissue", into.tissue, "TISSUE", "tissue of all faces of a file without materials (muscle)")
         ->check(name())
         ->needs(obj);
