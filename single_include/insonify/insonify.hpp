@@ -23245,11 +23245,11 @@ class zone_order {
         std::stable_sort(keys.begin(), keys.end(), [](const key& a, const key& b) { return a.zone < b.zone; });
         std::vector<zone> zones;
         for (std::size_t begin = 0, end = 0; begin < keys.size(); begin = end) {
-            double sum = 0;
-            for (; end < keys.size() && keys[end].zone == keys[begin].zone; ++end)
-                sum += static_cast<double>(keys[end].slope);
-            zones.push_back({begin, end, static_cast<float>(sum / static_cast<double>(end - begin))});
+            while (end < keys.size() && keys[end].zone == keys[begin].zone) ++end;
             sort_into_blocks(keys.data() + begin, keys.data() + end);
+            double sum = 0;
+            for (std::size_t i = begin; i < end; ++i) sum += static_cast<double>(keys[i].slope);
+            zones.push_back({begin, end, static_cast<float>(sum / static_cast<double>(end - begin))});
         }
         std::vector<reflector> sorted(all.size());
         for (std::size_t i = 0; i < keys.size(); ++i) sorted[i] = all[keys[i].reflector];
@@ -23280,11 +23280,16 @@ class zone_order {
         return least < FLT_MAX ? least : 0;
     }
 
-    // Halves them across their longer side, at whole blocks.
+    // Halves them across their longer side, at whole blocks. The result does not depend on the order in which they were
+    // found.
     static void sort_into_blocks(key* begin, key* end) {
         const auto count = static_cast<std::size_t>(end - begin);
-        const auto by_x = [](const key& a, const key& b) { return a.place.x < b.place.x; };
-        const auto by_depth = [](const key& a, const key& b) { return a.place.y < b.place.y; };
+        const auto by_x = [](const key& a, const key& b) {
+            return std::pair{a.place.x, a.place.y} < std::pair{b.place.x, b.place.y};
+        };
+        const auto by_depth = [](const key& a, const key& b) {
+            return std::pair{a.place.y, a.place.x} < std::pair{b.place.y, b.place.x};
+        };
         if (count <= reflectors_per_block) {
             std::sort(begin, end, by_x);
             return;
