@@ -37,15 +37,15 @@ inline insonify::vec3 size_of(const insonify::scene& body) {
 /// wrong unit.
 /// @param unit    that the file was read in, metres
 /// @param choice  how the user chooses a unit, before its symbol
-/// @param repair  how the user has open surfaces closed
+/// @param repair  how the user has open surfaces closed; empty: that has been tried
 /// @throws insonify::geometry_error  naming the object and what to do, or the likely unit
 inline void check_anatomy(const insonify::scene& body, const std::string& file, float unit,
                           const std::string& choice = "--unit 1", const std::string& repair = "--repair") {
     using namespace insonify;
     for (const object& one : body.objects())
         if (const mesh_report report = validate(one.surface); !report.closed())
-            throw geometry_error{file + ": object '" + one.name + "': " + explain(report) + " Or " + repair +
-                                 " may close it."};
+            throw geometry_error{file + ": object '" + one.name + "': " + explain(report) +
+                                 (repair.empty() ? "" : " Or " + repair + " may close it.")};
     const vec3 size = size_of(body);
     const float largest = max(size.x, max(size.y, size.z));
     if (largest >= 2_mm && largest <= 3) return;

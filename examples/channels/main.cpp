@@ -51,9 +51,10 @@ subject load(const channels::options& chosen) {
         return one;
     }
     std::vector<std::string> notes;
-    subject one{.body = load_obj_scene(
-                    chosen.file, {.unit = chosen.unit * 1_mm, .background = tissue_named(chosen.background)}, notes)};
-    check_anatomy(one.body, chosen.file, chosen.unit * 1_mm);
+    const obj_settings settings =
+        reading_of(chosen.unit * 1_mm, tissue_named(chosen.background), chosen.repair, chosen.pennation);
+    subject one{.body = load_obj_scene(chosen.file, settings, notes)};
+    check_anatomy(one.body, chosen.file, chosen.unit * 1_mm, "--unit 1", chosen.repair ? "" : "--repair");
     one.body.build(exec::par);
     std::printf("%s\n", describe_anatomy(chosen.file, one.body, chosen.unit * 1_mm, notes).c_str());
     one.title = std::filesystem::path{chosen.file}.filename().string();

@@ -23,6 +23,8 @@ struct options {
     std::string file{}; ///< empty: a phantom
     float unit = 1;
     std::string background = "deep_fat";
+    bool repair = false;
+    float pennation = 0;
     std::string phantom = "nerve_block";
     std::optional<std::array<float, 3>> from{}, towards{};
     std::array<float, 3> lateral{1, 0, 0};
@@ -55,6 +57,7 @@ inline void add_options(CLI::App& app, options& into) {
     add(app, "--background", into.background, "TISSUE", "medium around the objects of the file (deep_fat)")
         ->check(name())
         ->needs(file);
+    add_mesh_options(app, into.repair, into.pennation, file);
     add(app, "--phantom", into.phantom, "NAME",
         "without a file: nerve_block, a limb; points, nine point scatterers in water (nerve_block)")
         ->check(CLI::IsMember({"nerve_block", "points"}))

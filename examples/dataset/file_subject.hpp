@@ -20,7 +20,7 @@ class file_subject : public subject {
         std::vector<std::string> notes;
         scene& body = body_.anatomy;
         body = load_obj_scene(file, reading_of(unit, *tissue::find(d.background), d.repair, d.pennation), notes);
-        check_anatomy(body, file, unit);
+        check_anatomy(body, file, unit, "--unit 1", d.repair ? "" : "--repair");
         note_ = describe_anatomy(file, body, unit, notes);
         structures_.emplace_back("background", body.background());
         for (const object& one : body.objects()) structures_.emplace_back(structure(one), one.inside);

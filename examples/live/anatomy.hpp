@@ -4,6 +4,8 @@
 #include "../anatomy_check.hpp"
 #include "session.hpp"
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <fstream>
 #include <iterator>
 #include <optional>
@@ -60,14 +62,6 @@ inline void turn_skin_up(scene& body, const std::string& named) {
     place({mat3{1}, {-0.5F * (box.lower.x + box.upper.x), -0.5F * (box.lower.y + box.upper.y), -box.lower.z}});
 }
 
-// As `add_skin` does it, of a body that an object encloses. What lies below the face of the probe is not covered elsewhere:
-// the probe moves.
-inline void cover_surface(scene& body, float thickness) {
-    const auto is_skin = [](const object& one) { return one.inside == tissue::skin; };
-    if (std::none_of(body.objects().begin(), body.objects().end(), is_skin))
-        insonify::detail::cover_outer(body, thickness);
-}
-
 } // namespace detail
 
 /// What a session is to examine.
@@ -81,8 +75,31 @@ struct anatomy_choice {
 /// The same, and the body of the file.
 struct loaded_anatomy : anatomy_choice {
     scene body{};
+    std::uint64_t content = 0;        ///< `content_of` the file: the skin that is added does not count
     std::vector<std::string> notes{}; ///< of `load_obj_scene`
 };
+
+/// A hash of the meshes, media and fibres of a body as it was loaded, wherever it has been placed: the same on every
+/// processor, so directions, which are computed, count to a thousandth.
+inline std::uint64_t content_of(const scene& body) {
+    std::uint64_t hash = hash_of(nullptr, 0);
+    const auto add = [&](std::initializer_list<float> numbers) {
+        hash = hash_of(numbers.begin(), numbers.size(), hash);
+    };
+    const auto add_medium = [&](const medium& one) {
+        add({one.density, one.sound_speed, one.attenuation, one.attenuation_power, one.backscatter, one.roughness});
+    };
+    add_medium(body.background());
+    for (const object& one : body.objects()) {
+        add_medium(one.inside);
+        if (const vec3 along = one.fibres.varies() ? vec3{0} : one.fibres(vec3{0}); along != vec3{0})
+            add({std::round(1000 * along.x), std::round(1000 * along.y), std::round(1000 * along.z)});
+        for (const vec3& point : one.surface.positions) add({point.x, point.y, point.z});
+        for (const uvec3& face : one.surface.faces)
+            add({static_cast<float>(face.x), static_cast<float>(face.y), static_cast<float>(face.z)});
+    }
+    return hash;
+}
 
 /// Loads the anatomy of a file.
 /// @param unit_choice, repair_choice  see `check_anatomy`
@@ -100,8 +117,9 @@ inline loaded_anatomy load_anatomy(const anatomy_file& from, const std::string& 
         body = load_obj_scene(from.file, settings, loaded.notes);
     else
         body.add(load_obj(from.file, settings, loaded.notes), tissue_named(from.tissue), {.name = from.tissue});
-    check_anatomy(body, from.file, from.unit, unit_choice, repair_choice);
-    if (from.skin > 0) detail::cover_surface(body, from.skin);
+    check_anatomy(body, from.file, from.unit, unit_choice, from.repair ? "" : repair_choice);
+    loaded.content = content_of(body);
+    if (from.skin != 0) add_skin(body, {.thickness = from.skin});
     body.build(exec::par);
     if (!from.side.empty()) detail::turn_skin_up(body, from.side);
     return loaded;
@@ -123,27 +141,6 @@ inline session begin_session(loaded_anatomy one, recorder* record = nullptr) {
     if (one.patient != 0) begun.apply({"patient", {static_cast<float>(one.patient)}});
     if (one.case_number) begun.apply({"case", {static_cast<float>(*one.case_number)}});
     return begun;
-}
-
-/// A hash of its meshes and media, as in the file: wherever it has been placed, and on every processor.
-inline std::uint64_t content_of(const scene& body) {
-    std::uint64_t hash = hash_of(nullptr, 0);
-    const auto add = [&](std::initializer_list<float> numbers) {
-        hash = hash_of(numbers.begin(), numbers.size(), hash);
-    };
-    const auto add_medium = [&](const medium& one) {
-        add({one.density, one.sound_speed, one.attenuation, one.attenuation_power, one.backscatter, one.roughness});
-    };
-    add_medium(body.background());
-    for (const object& one : body.objects()) {
-        add_medium(one.inside);
-        if (const vec3 along = one.fibres.varies() ? vec3{0} : one.fibres(vec3{0}); along != vec3{0})
-            add({along.x, along.y, along.z});
-        for (const vec3& point : one.surface.positions) add({point.x, point.y, point.z});
-        for (const uvec3& face : one.surface.faces)
-            add({static_cast<float>(face.x), static_cast<float>(face.y), static_cast<float>(face.z)});
-    }
-    return hash;
 }
 
 } // namespace live

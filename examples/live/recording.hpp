@@ -83,17 +83,20 @@ inline recorded_anatomy parse_anatomy(const std::string& line, const std::filesy
     if (*end != 0) throw std::invalid_argument{"anatomy: '" + content + "' is not a hexadecimal number"};
     read.of.skin = 0;
     std::istringstream all{settings}; // the side of the skin, and what else was asked for
+    std::getline(all, read.of.side, ',');
+    if (read.of.side == "=") read.of.side.clear();
     for (std::string one; std::getline(all, one, ',');) {
-        const auto is = [&one](std::string_view name) { return one.compare(0, name.size(), name) == 0; };
         const auto value = [&one] { return parse_number("anatomy", one.substr(one.find('=') + 1)); };
         if (one == "repair")
             read.of.repair = true;
-        else if (is("pennation="))
+        else if (one.starts_with("pennation="))
             read.of.pennation = value();
-        else if (is("skin="))
+        else if (one.starts_with("skin="))
             read.of.skin = value();
-        else if (one != "=")
-            read.of.side = one;
+        else
+            throw std::invalid_argument{"anatomy: '" + one +
+                                        "' is unknown; repair, pennation=ANGLE or skin=METRES "
+                                        "may follow the side of the skin"};
     }
     read.of.file = (folder / file).lexically_normal().string();
     return read;
@@ -172,7 +175,7 @@ load_body(const anatomy_choice& asked, const recording* played,
     if (!std::ifstream{recorded.file})
         throw std::runtime_error{recorded.file + ", on which the session was recorded, cannot be opened; " + advice};
     loaded_anatomy loaded = load_anatomy(recorded);
-    if (content_of(loaded.body) != played->body->content)
+    if (loaded.content != played->body->content)
         throw std::runtime_error{recorded.file + " has changed since the session was recorded; " + advice};
     loaded.given = played->given;
     return loaded;

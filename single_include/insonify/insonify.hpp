@@ -22051,7 +22051,7 @@ class element_fans {
 
     // The wave at the beginning of a layer, from that in the layer before. @param without  the same, without what sound has met
     static element_wave carried(const element_wave& before, const element_wave& without) {
-        element_wave entered = without;
+        element_wave entered = without; // by value, GCC would note the ABI of aligned parameters
         const float length = entered.begin - before.begin, sound = before.slowness;
         const bool first = before.begin == 0; // the wave comes from the element itself
         const float from_there =
@@ -22214,8 +22214,6 @@ struct spectral_value {
             to[2 * k + 1] = imaginary[(nodes - Some) / 2 + k];
         }
     }
-    /// Between the nodes on both sides of the carrier.
-    vec2 at_carrier() const { return 0.5F * (at(nodes / 2 - 1) + at(nodes / 2)); }
 
     friend spectral_value operator*(const spectral_value& a, const spectral_value& b) {
         return {a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x};
@@ -23212,6 +23210,7 @@ class wave_fronts {
 #include <cfloat>
 #include <cstddef>
 #include <cstdint>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -23280,15 +23279,14 @@ class zone_order {
         return least < FLT_MAX ? least : 0;
     }
 
-    // Halves them across their longer side, at whole blocks. The result does not depend on the order in which they were
-    // found.
+    // Halves them across their longer side, at whole blocks. Those at one place keep their order.
     static void sort_into_blocks(key* begin, key* end) {
         const auto count = static_cast<std::size_t>(end - begin);
         const auto by_x = [](const key& a, const key& b) {
-            return std::pair{a.place.x, a.place.y} < std::pair{b.place.x, b.place.y};
+            return std::tuple{a.place.x, a.place.y, a.reflector} < std::tuple{b.place.x, b.place.y, b.reflector};
         };
         const auto by_depth = [](const key& a, const key& b) {
-            return std::pair{a.place.y, a.place.x} < std::pair{b.place.y, b.place.x};
+            return std::tuple{a.place.y, a.place.x, a.reflector} < std::tuple{b.place.y, b.place.x, b.reflector};
         };
         if (count <= reflectors_per_block) {
             std::sort(begin, end, by_x);
@@ -23690,7 +23688,7 @@ class channel_tracer {
         std::vector<float> weights;
         for (std::size_t b = 0; b < band_.bins.size(); ++b) {
             const float filter = std::exp(-zone_slope * band_.offsets[b]) * band_.filter[b];
-            // Held beyond the nodes: a polynomial would grow without bound.
+            // Held from 1.5 standard deviations on: a polynomial would grow without bound.
             const float place = clamp(band_.offsets[b] / record_.node_step, -2.5F, 2.5F);
             for (int node = 0; node < nodes; ++node)
                 weights.push_back(filter * spectral_value::weight(node, nodes, place));
@@ -28114,6 +28112,11 @@ inline mesh moved_inwards(mesh surface, float by, std::uint32_t seed) {
     return surface;
 }
 
+inline bool has_skin(const scene& body) {
+    return std::any_of(body.objects().begin(), body.objects().end(),
+                       [](const object& one) { return one.inside == tissue::skin; });
+}
+
 /// Makes the outer layer of the object that encloses all others skin. @return whether there is such an object
 inline bool cover_outer(scene& body, float thickness) {
     const std::optional<object_id> outer = find_outer(body);
@@ -28139,6 +28142,17 @@ enum class skin_place {
     face     ///< what lies below the face of the probe
 };
 
+/// Covers a body that one soft object encloses, wherever a probe will be: its outer layer becomes an object "skin".
+/// Call it before `build`. A body with an object of `tissue::skin`, or without an outer one, is left as it is.
+/// @param settings  only `thickness` matters
+/// @return `skin_place::surface` or `none`
+/// @throws usage_error  for a setting out of range
+inline skin_place add_skin(scene& body, const skin_settings& settings = {}) {
+    settings.check();
+    return !detail::has_skin(body) && detail::cover_outer(body, settings.thickness) ? skin_place::surface
+                                                                                    : skin_place::none;
+}
+
 /// Covers a body whose meshes begin below the skin, as most anatomy does, so that pictures begin as real ones do: film
 /// of gel, entry echo, dermis, fat. Call it before `build`.
 ///
@@ -28152,13 +28166,13 @@ template <transducer Probe>
 skin_place add_skin(scene& body, const Probe& probe, const pose& at, const skin_settings& settings = {}) {
     settings.check();
     probe.check();
+    if (detail::has_skin(body)) return skin_place::none;
+    if (detail::cover_outer(body, settings.thickness)) return skin_place::surface;
     int highest = 0, lowest = 0;
     for (const object& one : body.objects()) {
-        if (one.inside == tissue::skin) return skin_place::none;
         highest = std::max(highest, one.priority);
         lowest = std::min(lowest, one.priority);
     }
-    if (detail::cover_outer(body, settings.thickness)) return skin_place::surface;
     if (is_full_circle(probe))
         throw usage_error{"add_skin: a probe that looks out of a full circle does not stand on skin"};
     const detail::face_grid face{probe};

@@ -232,16 +232,47 @@ TEST_CASE("channels: attenuation follows frequency") {
     element_array one = array;
     one.elements = 1;
     const std::vector<point_scatterer> points{{{0, 0, 30_mm}, 1e-3F}};
-    const auto through = [&](float attenuation) {
-        const scene body =
-            scene{medium{.density = 1000, .sound_speed = 1540, .attenuation = attenuation}}.build(exec::par);
-        return echoes(body, one, {.depth = 40_mm, .sampling_frequency = 60.8_MHz, .points = points});
-    };
-    const channel_data without = through(0), with = through(50); // 0.5 dB/(cm MHz)
-    for (const double megahertz : {4.6, 6.0, 7.6, 9.0, 10.6}) {
-        const double lost =
-            decibels_of(transfer(with, 0, 0, megahertz * 1e6) / transfer(without, 0, 0, megahertz * 1e6));
-        CHECK(lost == doctest::Approx(-2 * 0.5 * 3 * megahertz).epsilon(0.01));
+    for (const bool fronts : {false, true}) {
+        const auto through = [&](float attenuation) {
+            const scene body =
+                scene{medium{.density = 1000, .sound_speed = 1540, .attenuation = attenuation}}.build(exec::par);
+            return echoes(body, one,
+                          {.depth = 40_mm, .sampling_frequency = 60.8_MHz, .wave_fronts = fronts, .points = points});
+        };
+        const channel_data without = through(0), with = through(50); // 0.5 dB/(cm MHz)
+        for (const double megahertz : {4.6, 6.0, 7.6, 9.0, 10.6}) {
+            const double lost =
+                decibels_of(transfer(with, 0, 0, megahertz * 1e6) / transfer(without, 0, 0, megahertz * 1e6));
+            CHECK(lost == doctest::Approx(-2 * 0.5 * 3 * megahertz).epsilon(0.01));
+        }
+    }
+}
+
+TEST_CASE("channels: many scatterers are the sum of few, however they are sorted into blocks") {
+    const element_array few{.elements = 4};
+    const scene body = scene{medium_1540}.build(exec::par);
+    std::vector<point_scatterer> points;
+    for (std::uint64_t i = 0; i < 2 * detail::reflectors_per_block + 100; ++i)
+        points.push_back({{(hash_uniform(1, i) - 0.5F) * 8_mm, 0, 2_mm + hash_uniform(2, i) * 8_mm}, 1e-6F});
+    for (const bool fronts : {false, true}) {
+        const auto received = [&](std::span<const point_scatterer> some) {
+            return echoes(body, few, {.depth = 10_mm, .wave_fronts = fronts, .points = some});
+        };
+        const channel_data all = received(points);
+        std::vector<double> sum(all.values.size(), 0.0);
+        constexpr std::size_t part = 60; // less than a group
+        for (std::size_t i = 0; i < points.size(); i += part) {
+            const std::span<const point_scatterer> some{points.data() + i, std::min(part, points.size() - i)};
+            const channel_data of_some = received(some);
+            for (std::size_t k = 0; k < sum.size(); ++k) sum[k] += static_cast<double>(of_some.values[k]);
+        }
+        double difference = 0, power = 0;
+        for (std::size_t k = 0; k < sum.size(); ++k) {
+            difference += std::pow(sum[k] - static_cast<double>(all.values[k]), 2);
+            power += sum[k] * sum[k];
+        }
+        CHECK(power > 0);
+        CHECK(difference < 1e-9 * power);
     }
 }
 

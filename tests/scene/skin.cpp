@@ -79,6 +79,19 @@ TEST_CASE("add_skin: of a body with an outer surface, the outer layer becomes sk
     CHECK(body.objects().size() == 3);
 }
 
+TEST_CASE("add_skin: without a probe, what one object encloses is covered, and nothing else") {
+    scene body{tissue::air};
+    body.add(make_sphere({0, 0, 50_mm}, 40_mm, 5), tissue::muscle, {.name = "body"});
+    CHECK(add_skin(body) == skin_place::none); // it encloses nothing
+    body.add(make_sphere({0, 0, 50_mm}, 10_mm, 4), tissue::bone, {.name = "bone"});
+    CHECK_THROWS_AS(add_skin(body, {.thickness = -1_mm}), usage_error);
+    CHECK(body.objects().size() == 2);
+    CHECK(add_skin(body) == skin_place::surface);
+    CHECK(body[*body.find("skin")].inside == tissue::skin);
+    CHECK(add_skin(body) == skin_place::none);
+    CHECK(body.objects().size() == 3);
+}
+
 TEST_CASE("add_skin: names that are taken get a number") {
     scene limb{tissue::air};
     limb.add(make_sphere({0, 0, 50_mm}, 40_mm, 5), tissue::muscle, {.name = "skin"});

@@ -79,8 +79,7 @@ bool recorded(const std::string& limb) {
         plain{.file = of.file, .skin = 0};
     {
         std::ofstream file{"recorded/of/session.txt"};
-        file << live::anatomy_line({of, live::content_of(live::load_anatomy(of).body)}, "recorded/of")
-             << "\nframes 2\n";
+        file << live::anatomy_line({of, live::load_anatomy(of).content}, "recorded/of") << "\nframes 2\n";
     }
     const std::string here = live::anatomy_line({of, 1}, ""); // the folder of "session.txt"
     const live::recording read = live::load_recording("recorded/of/session.txt");
@@ -91,13 +90,13 @@ bool recorded(const std::string& limb) {
                        here);
     holds = check(std::filesystem::equivalent(found.file, of.file) && found.side == of.side &&
                       found.background == of.background && found.unit == of.unit && found.tissue == of.tissue &&
-                      live::content_of(loaded.body) == read.body->content,
+                      loaded.content == read.body->content,
                   "a recording names its anatomy") &&
             holds;
     // Bits of what is turned differ between processors; the content does not.
     live::anatomy_file turned = of;
     turned.side = "+x";
-    holds = check(live::content_of(live::load_anatomy(turned).body) == read.body->content,
+    holds = check(live::load_anatomy(turned).content == read.body->content,
                   "the content is that of the file, whatever the side of the skin") &&
             holds;
     std::ofstream{of.file, std::ios::app} << "o more\nusemtl fat\nv 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 9\n"
@@ -105,6 +104,9 @@ bool recorded(const std::string& limb) {
     holds = refused("has changed since the session was recorded", [&] { live::load_body({}, &read); }) && holds;
     holds = check(live::load_body({.file = {.file = of.file}}, &read).file.side.empty(),
                   "an anatomy that is given is taken") &&
+            holds;
+    holds = refused("'repairs' is unknown; repair,",
+                    [] { live::parse_anatomy("anatomy 1 0 +x,repairs muscle fat a.obj", ""); }) &&
             holds;
     std::filesystem::remove(of.file);
     holds = refused("cannot be opened", [&] { live::load_body({}, &read); }) && holds;
@@ -140,7 +142,10 @@ bool has_skin(const std::string& limb) {
         return sum;
     };
     const float skin = thickness(covered);
-    return check(thickness(bare) == 0 && std::fabs(skin - 1.5_mm) < 0.4_mm && covered.box().lower == box.lower,
+    // The content is that of the file, whatever is added to it.
+    const bool same =
+        live::load_anatomy({.file = limb}).content == live::load_anatomy({.file = limb, .skin = 0}).content;
+    return check(same && thickness(bare) == 0 && std::fabs(skin - 1.5_mm) < 0.4_mm && covered.box().lower == box.lower,
                  "the skin of a limb is " + std::to_string(skin / 1_mm) + " mm thick");
 }
 

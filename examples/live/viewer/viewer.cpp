@@ -118,7 +118,7 @@ class application {
         if (!asked_.record.empty()) {
             file.open(asked_.record);
             if (!examined.file.file.empty())
-                file << live::anatomy_line({examined.file, live::content_of(examined.body)},
+                file << live::anatomy_line({examined.file, examined.content},
                                            std::filesystem::path{asked_.record}.parent_path())
                      << std::endl;
             if (!examined.given.region.empty()) file << live::parameters_line(examined.given) << std::endl;

@@ -75,7 +75,7 @@ EMSCRIPTEN_KEEPALIVE void live_restart(bool with_recorded) {
 /// @param unit   length of 1 in the file, metres
 /// @param side   the side of the skin, one of `live::sides`
 /// @param skin   its thickness, metres
-/// @param pennation  degrees: see `live::anatomy_file`
+/// @param repair, pennation  see `live::anatomy_file`
 /// @return  JSON: `fault`, and `notes` of `load_obj_scene`, a line each
 EMSCRIPTEN_KEEPALIVE const char* live_load(const char* path, float unit, int side, float skin, bool repair,
                                            float pennation, const char* tissue, const char* background) {

@@ -5,7 +5,6 @@
 #include "scene_past.hpp"
 #include <algorithm>
 #include <optional>
-#include <vector>
 
 namespace insonify_python {
 
@@ -89,26 +88,19 @@ void bind_probe_functions(py::module_& module) {
             "add_skin",
             [](scene& own, const Probe& probe, const pose& at, float thickness, float fat, float gel) {
                 const py::object body = py::cast(&own);
-                std::vector<object_id> before;
-                for (const object& one : own.objects()) {
-                    check_not_held(body, one.id, "add_skin"); // for the outer surface is replaced
-                    before.push_back(one.id);
-                }
+                const std::optional<object_id> outer = insonify::detail::find_outer(own); // it is replaced
+                if (outer && !insonify::detail::has_skin(own)) check_not_held(body, *outer, "add_skin");
                 const skin_place place = add_skin(own, probe, at, {.thickness = thickness, .fat = fat, .gel = gel});
-                for (const object_id id : before)
-                    if (std::none_of(own.objects().begin(), own.objects().end(),
-                                     [id](const object& one) { return one.id == id; }))
-                        note_remove(body, id);
+                if (place == skin_place::surface) note_remove(body, *outer);
                 return place == skin_place::none ? "none" : place == skin_place::surface ? "surface" : "face";
             },
             py::arg("scene"), py::arg("probe"), py::arg("pose"), py::kw_only(),
             py::arg("thickness") = skin_settings{}.thickness, py::arg("fat") = skin_settings{}.fat,
             py::arg("gel") = skin_settings{}.gel,
-            "Covers a body whose meshes begin below the skin, before it is built: `thickness` of skin, of the fat "
-            "below it\n"
-            "and of the gel above it, metres. Returns what was covered: the outer \"surface\" of the body, what lies "
-            "below\n"
-            "the \"face\" of the probe, or \"none\" where it has skin.");
+            "Covers a body whose meshes begin below the skin, before it is built.\n"
+            "`thickness` of skin, `fat` below it and `gel` above it, metres. Returns what was covered:\n"
+            "the outer \"surface\" of the body, what lies below the \"face\" of the probe, or \"none\" where it has "
+            "skin.");
         module.def(
             "press",
             [](const scene& body, const Probe& probe, const pose& at, const press_settings& settings,

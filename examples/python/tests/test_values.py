@@ -329,7 +329,12 @@ def test_bodies_get_skin():
     at, probe = us.pose(translation=(0, 0, -1 * mm)), us.linear_array()
     body = us.scene(us.tissue.air)
     outer = body.add(limb, us.tissue.muscle, name="limb")
-    body.add(bone, us.tissue.bone, name="bone")
+    inner = body.add(bone, us.tissue.bone, name="bone")
+    body.build()
+    held, replaced = body.positions(inner), body.positions(outer)
+    with pytest.raises(us.usage_error, match=r"add_skin: an array of positions\(%d\) is still in use" % outer):
+        us.add_skin(body, probe, at)
+    del replaced
     assert us.add_skin(body, probe, at, thickness=2 * mm) == "surface"
     assert set(body.names.values()) == {"limb", "skin", "bone"} and outer not in body.names
     assert us.add_skin(body, probe, at) == "none"
@@ -340,9 +345,5 @@ def test_bodies_get_skin():
     muscle = us.scene(us.tissue.muscle)
     assert us.add_skin(muscle, probe, us.pose(), fat=3 * mm) == "face"
     assert set(muscle.names.values()) == {"gel", "skin", "subcutaneous fat"}
-    held = body.positions(body.find("limb"))
-    with pytest.raises(us.usage_error, match=r"add_skin: an array of positions\(\d+\) is still in use"):
-        us.add_skin(body, probe, at)
-    del held
     with pytest.raises(us.usage_error, match="thickness"):
         us.add_skin(us.scene(), probe, at, thickness=1)

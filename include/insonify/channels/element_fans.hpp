@@ -256,7 +256,7 @@ class element_fans {
 
     // The wave at the beginning of a layer, from that in the layer before. @param without  the same, without what sound has met
     static element_wave carried(const element_wave& before, const element_wave& without) {
-        element_wave entered = without;
+        element_wave entered = without; // by value, GCC would note the ABI of aligned parameters
         const float length = entered.begin - before.begin, sound = before.slowness;
         const bool first = before.begin == 0; // the wave comes from the element itself
         const float from_there =

@@ -76,8 +76,6 @@ struct spectral_value {
             to[2 * k + 1] = imaginary[(nodes - Some) / 2 + k];
         }
     }
-    /// Between the nodes on both sides of the carrier.
-    vec2 at_carrier() const { return 0.5F * (at(nodes / 2 - 1) + at(nodes / 2)); }
 
     friend spectral_value operator*(const spectral_value& a, const spectral_value& b) {
         return {a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x};

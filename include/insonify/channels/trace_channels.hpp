@@ -400,7 +400,7 @@ class channel_tracer {
         std::vector<float> weights;
         for (std::size_t b = 0; b < band_.bins.size(); ++b) {
             const float filter = std::exp(-zone_slope * band_.offsets[b]) * band_.filter[b];
-            // Held beyond the nodes: a polynomial would grow without bound.
+            // Held from 1.5 standard deviations on: a polynomial would grow without bound.
             const float place = clamp(band_.offsets[b] / record_.node_step, -2.5F, 2.5F);
             for (int node = 0; node < nodes; ++node)
                 weights.push_back(filter * spectral_value::weight(node, nodes, place));

@@ -12,6 +12,7 @@
 #include <cfloat>
 #include <cstddef>
 #include <cstdint>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -80,15 +81,14 @@ class zone_order {
         return least < FLT_MAX ? least : 0;
     }
 
-    // Halves them across their longer side, at whole blocks. The result does not depend on the order in which they were
-    // found.
+    // Halves them across their longer side, at whole blocks. Those at one place keep their order.
     static void sort_into_blocks(key* begin, key* end) {
         const auto count = static_cast<std::size_t>(end - begin);
         const auto by_x = [](const key& a, const key& b) {
-            return std::pair{a.place.x, a.place.y} < std::pair{b.place.x, b.place.y};
+            return std::tuple{a.place.x, a.place.y, a.reflector} < std::tuple{b.place.x, b.place.y, b.reflector};
         };
         const auto by_depth = [](const key& a, const key& b) {
-            return std::pair{a.place.y, a.place.x} < std::pair{b.place.y, b.place.x};
+            return std::tuple{a.place.y, a.place.x, a.reflector} < std::tuple{b.place.y, b.place.x, b.reflector};
         };
         if (count <= reflectors_per_block) {
             std::sort(begin, end, by_x);

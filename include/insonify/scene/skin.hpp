@@ -138,6 +138,11 @@ inline mesh moved_inwards(mesh surface, float by, std::uint32_t seed) {
     return surface;
 }
 
+inline bool has_skin(const scene& body) {
+    return std::any_of(body.objects().begin(), body.objects().end(),
+                       [](const object& one) { return one.inside == tissue::skin; });
+}
+
 /// Makes the outer layer of the object that encloses all others skin. @return whether there is such an object
 inline bool cover_outer(scene& body, float thickness) {
     const std::optional<object_id> outer = find_outer(body);
@@ -163,6 +168,17 @@ enum class skin_place {
     face     ///< what lies below the face of the probe
 };
 
+/// Covers a body that one soft object encloses, wherever a probe will be: its outer layer becomes an object "skin".
+/// Call it before `build`. A body with an object of `tissue::skin`, or without an outer one, is left as it is.
+/// @param settings  only `thickness` matters
+/// @return `skin_place::surface` or `none`
+/// @throws usage_error  for a setting out of range
+inline skin_place add_skin(scene& body, const skin_settings& settings = {}) {
+    settings.check();
+    return !detail::has_skin(body) && detail::cover_outer(body, settings.thickness) ? skin_place::surface
+                                                                                    : skin_place::none;
+}
+
 /// Covers a body whose meshes begin below the skin, as most anatomy does, so that pictures begin as real ones do: film
 /// of gel, entry echo, dermis, fat. Call it before `build`.
 ///
@@ -176,13 +192,13 @@ template <transducer Probe>
 skin_place add_skin(scene& body, const Probe& probe, const pose& at, const skin_settings& settings = {}) {
     settings.check();
     probe.check();
+    if (detail::has_skin(body)) return skin_place::none;
+    if (detail::cover_outer(body, settings.thickness)) return skin_place::surface;
     int highest = 0, lowest = 0;
     for (const object& one : body.objects()) {
-        if (one.inside == tissue::skin) return skin_place::none;
         highest = std::max(highest, one.priority);
         lowest = std::min(lowest, one.priority);
     }
-    if (detail::cover_outer(body, settings.thickness)) return skin_place::surface;
     if (is_full_circle(probe))
         throw usage_error{"add_skin: a probe that looks out of a full circle does not stand on skin"};
     const detail::face_grid face{probe};
