@@ -164,12 +164,13 @@ std::size_t count_triangles(const scene& body) {
     return triangles;
 }
 
-/// Creates the folder and a file in it, so that a path that cannot be written is reported before the work starts.
+/// Creates the folder and a file in it, so that a path that cannot be written is reported before the work starts. The file's
+/// name is another one for each process: several may write to one folder.
 void check_output_folder(const std::filesystem::path& folder) {
     std::error_code failed;
     std::filesystem::create_directories(folder, failed);
     if (failed) throw io_error{"--output: cannot create the folder '" + folder.string() + "': " + failed.message()};
-    const std::filesystem::path trial = folder / "simulate.tmp";
+    const std::filesystem::path trial = folder / ("simulate" + std::to_string(std::random_device{}()) + ".tmp");
     if (!std::ofstream{trial})
         throw io_error{"--output: cannot write to the folder '" + folder.string() + "'; choose another one"};
     std::filesystem::remove(trial);
