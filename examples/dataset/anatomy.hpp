@@ -101,6 +101,7 @@ class anatomies {
         if (d.from != usual.from) refuse("--from", placed);
         if (d.lateral != usual.lateral) refuse("--lateral", placed);
         if (d.unit != usual.unit) refuse("--unit", "; regions are in metres");
+        if (d.skin != usual.skin) refuse("--skin", "; regions have skin");
         if (d.repair) refuse("--repair", "; the meshes of regions are closed");
         if (d.pennation != 0) refuse("--pennation", "; the muscles of regions have their fibres");
         if (d.background != usual.background) refuse("--background", "; regions have their own");

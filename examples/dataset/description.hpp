@@ -34,6 +34,7 @@ struct description {
     std::vector<std::string> parameters{}; ///< of the regions: name=range; without, all of its own
     float unit = 1;                        ///< of the OBJ files
     std::string background = "fat";
+    float skin = 1.5F;   ///< below the surface of an object that encloses all others
     bool repair = false; ///< of their meshes
     float pennation = 0; ///< of their muscles, degrees
     range scale{1, 1};
@@ -88,6 +89,7 @@ struct description {
             throw usage_error{"--channels: PNG files have no place for them; use --format hdf5"};
         counted("--lines", lines, 8, 1024);
         counted("--looks", looks, 1, 31);
+        within("--skin", {skin, skin}, 0, 20);
         within("--pennation", {pennation, pennation}, -90, 90);
         within("--scale", scale, 0.1F, 10);
         within("--bend", bend, 0, 20);

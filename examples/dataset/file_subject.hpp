@@ -4,6 +4,7 @@
 #include "../anatomy_check.hpp"
 #include "subject.hpp"
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -22,16 +23,18 @@ class file_subject : public subject {
         body = load_obj_scene(file, reading_of(unit, *tissue::find(d.background), d.repair, d.pennation), notes);
         check_anatomy(body, file, unit, "--unit 1", d.repair ? "" : "--repair");
         note_ = describe_anatomy(file, body, unit, notes);
+
+        const aabb box = box_around(d, file);
+        place_.on = d.around;
+        if (d.skin > 0) cover(d.skin * 1_mm);
         structures_.emplace_back("background", body.background());
         for (const object& one : body.objects()) structures_.emplace_back(structure(one), one.inside);
 
-        const aabb box = box_around(d, file);
         const vec3 from = normalize(vec3{d.from[0], d.from[1], d.from[2]});
         place_.straight = look_at(box.centre() + from, box.centre(), {d.lateral[0], d.lateral[1], d.lateral[2]});
         place_.centre = box.centre();
         place_.away = length(box.size());
         place_.faces_skin = true;
-        place_.on = d.around;
         anatomy::view seen{.at = place_.straight, .pressed = 0};
         constexpr float focus = 20_mm;
         const auto use = [&](auto array) {
@@ -69,6 +72,14 @@ class file_subject : public subject {
   private:
     static std::string name_of(const object& one) {
         return one.name.empty() ? "object " + std::to_string(static_cast<std::uint32_t>(one.id)) : one.name;
+    }
+    // The surface of an object that encloses all others becomes that of its skin, and so does the probe's place on it.
+    void cover(float thickness) {
+        scene& body = body_.anatomy;
+        const std::optional<object_id> named = body.find(place_.on);
+        if (add_skin(body, {.thickness = thickness}) == skin_place::none || body.find(place_.on) == named) return;
+        for (const object& one : body.objects())
+            if (one.inside == tissue::skin) place_.on = one.name;
     }
     aabb box_around(const description& d, const std::string& file) const {
         aabb whole, around;

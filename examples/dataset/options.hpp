@@ -228,10 +228,14 @@ inline std::vector<described_option> add_options(CLI::App& app, description& d) 
     varies("media", d.media, "Factor of attenuation and of backscatter, for each label by itself");
 
     group = "OBJ files";
-    option("unit", d.unit, "Length of 1 in the files, such as 1mm; without a unit, mm")
-        ->transform(CLI::AsNumberWithUnit(std::map<std::string, float>{{"mm", 1}, {"cm", 10}, {"m", 1000}}));
+    const auto in_millimetres = CLI::AsNumberWithUnit(std::map<std::string, float>{{"mm", 1}, {"cm", 10}, {"m", 1000}});
+    option("unit", d.unit, "Length of 1 in the files, such as 1mm; without a unit, mm")->transform(in_millimetres);
     option("background", d.background,
            "Tissue outside the objects; its layers are parallel to the skin under the probe");
+    option("skin", d.skin,
+           "Thickness of skin below the surface of an object that encloses all others, up to 20mm; a structure of its "
+           "own; 0: none")
+        ->transform(in_millimetres);
     flag("repair", d.repair, "Close and orient meshes that enclose nothing, and say what was done");
     option("pennation", d.pennation,
            "Angle between the fibres of muscles and their long axis, degrees, of those without `fibres`; negative "

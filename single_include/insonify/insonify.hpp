@@ -3591,7 +3591,8 @@ inline void check_positive(float value, const char* setting) {
 /// @param owner    start of the sentence: who has the setting
 /// @throws usage_error  for a length outside 1 nm to `max`, or NaN
 inline void check_length(float metres, const char* setting, float max = max_aperture, const char* owner = "probe") {
-    if (is_finite(metres) && metres >= 1e-9F && metres <= max) return;
+    constexpr float rounding = 1e-6F; // 20 * 1_mm is more than 0.02F
+    if (is_finite(metres) && metres >= 1e-9F && metres <= (1 + rounding) * max) return;
     const std::string text = detail::number_text(metres);
     if (is_finite(metres) && metres > max && 1e-3F * metres <= max)
         throw usage_error{detail::joined({owner, ": ", setting, " is ", text, " m: did you mean ", text, "_mm?"})};

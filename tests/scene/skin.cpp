@@ -85,6 +85,8 @@ TEST_CASE("add_skin: without a probe, what one object encloses is covered, and n
     CHECK(add_skin(body) == skin_place::none); // it encloses nothing
     body.add(make_sphere({0, 0, 50_mm}, 10_mm, 4), tissue::bone, {.name = "bone"});
     CHECK_THROWS_AS(add_skin(body, {.thickness = -1_mm}), usage_error);
+    CHECK_THROWS_AS(add_skin(body, {.thickness = 20.1_mm}), usage_error);
+    CHECK_NOTHROW(skin_settings{.thickness = 20 * 1_mm}.check()); // more than 0.02F by rounding
     CHECK(body.objects().size() == 2);
     CHECK(add_skin(body) == skin_place::surface);
     CHECK(body[*body.find("skin")].inside == tissue::skin);

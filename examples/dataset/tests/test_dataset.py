@@ -116,7 +116,7 @@ def test_labels_overlay_the_image(tmp_path, pressed):
     """The edge of bone lies within 1 pixel of the label's border, at normal incidence."""
     if pressed:
         write_balls(tmp_path / "balls.obj", blood=45, bone=20)
-        place = ["--around", "blood", "--pressure", "2..6", "--along", "-4..4", "--across", "-4..4"]
+        place = ["--around", "blood", "--skin", "0", "--pressure", "2..6", "--along", "-4..4", "--across", "-4..4"]
     else:
         write_balls(tmp_path / "balls.obj", bone=15)
         place = ["--around", "bone", "--standoff", "10..20"]
@@ -145,7 +145,7 @@ def test_pressed_tissue_yields(tmp_path, inside):
         folder = tmp_path / str(pressure)
         folder.mkdir()
         run(folder, *PLAIN, "--anatomy", "../balls.obj", "--background", "water", "--around", "blood", "--planes", "1", "--samples", "1",
-            "--pressure", str(pressure), *STRAIGHT)
+            "--pressure", str(pressure), "--skin", "0", *STRAIGHT)
         with whole_of(folder) as file:
             assert file["insonify/pressure"][0] == pressure
             label, depth = labels_of(file)[0][:, 128], 1e3 * file["data/depth/values"][0][:, 128]

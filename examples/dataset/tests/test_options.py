@@ -6,7 +6,7 @@ import subprocess
 
 import numpy as np
 import pytest
-from helpers import PROGRAM, TINY, run, whole_of, write_balls
+from helpers import PLAIN, PROGRAM, STRAIGHT, TINY, label_names, labels_of, run, whole_of, write_balls
 
 RANGES = [  # option, what it is called in the file, a typical range, the extremes
     ("--scale", "scale", "0.8..1.25", "0.1", "10"),
@@ -120,7 +120,7 @@ def test_anatomy_and_place(tmp_path):
         run(tmp_path, *TINY, "--anatomy", file, "--unit", unit, "--background", "muscle", "--around", "bone", "--from", "0,-1,0", "--lateral", "0,0,1", output=file + unit)
         with whole_of(tmp_path, file + unit) as made:
             pictures.append(made["data/segmentation/values"][:])
-            assert [name.decode() for name in made["data/segmentation/labels"]] == ["background", "blood", "bone", "needle"]
+            assert [name.decode() for name in made["data/segmentation/labels"]] == ["background", "blood", "bone", "skin", "needle"]
             assert (made["metadata/probe_pose/translation"][:, 1] < -0.010).all()  # on the side of -y
     assert (pictures[0] == pictures[1]).mean() > 0.99 and np.array_equal(pictures[0], pictures[2])
     run(tmp_path, *TINY, "--samples=12", "--anatomy", "metres.obj", "metres.obj", "--unit", "1m", "--around", "blood", "--from", "0,0,1", "--lateral=-1000,0,0")
@@ -131,6 +131,7 @@ def test_anatomy_and_place(tmp_path):
         ("--around", "knee", "no object 'knee'; it has bone, blood"),
         ("--background", "mud", "there is no tissue 'mud'"),
         ("--unit", "0", "--unit: must be from 1e-6"),
+        ("--skin", "21mm", "--skin: 21 is out of range; it must be from 0 to 20"),
         ("--pennation", "91", "--pennation: 91 is out of range; it must be from -90 to 90"),
         ("--unit", "1furlong", "--unit"),
         ("--from", "0,0,0", "--from: must be a direction"),
@@ -145,7 +146,7 @@ def test_anatomy_and_place(tmp_path):
         assert not (tmp_path / "no").exists()
     done = run(tmp_path, *TINY, "--around", "knee", check=False, output="no")
     assert done.returncode != 0 and "--around is for OBJ files; in a region the probe is placed by --view" in done.stderr
-    for option, value in (("--from", "0,-1,0"), ("--lateral", "0,1,0"), ("--unit", "2mm"), ("--background", "muscle"), ("--pennation", "9")):
+    for option, value in (("--from", "0,-1,0"), ("--lateral", "0,1,0"), ("--unit", "2mm"), ("--background", "muscle"), ("--skin", "0"), ("--pennation", "9")):
         done = run(tmp_path, *TINY, "--anatomy", "nerve_block", option, value, check=False, output="no")
         assert done.returncode != 0 and f"{option} is for OBJ files" in done.stderr
 
@@ -167,6 +168,21 @@ def test_files_are_repaired_and_get_fibres(tmp_path):
         with whole_of(tmp_path, angle) as made:
             seen[angle] = made["data/segmentation/values"][:], made["data/image/values"][:]
     assert np.array_equal(seen["0"][0], seen["40"][0]) and not np.array_equal(seen["0"][1], seen["40"][1])
+
+
+@pytest.mark.parametrize("skin, thickness", [(None, 1.5), ("3mm", 3), ("20", 20), ("0", 0)])
+def test_skin_of_files(tmp_path, skin, thickness):
+    """--skin: below the surface of the ball that encloses the other one, on which the probe stands"""
+    write_balls(tmp_path / "balls.obj", muscle=30, bone=5)
+    chosen = [] if skin is None else ["--skin", skin]
+    run(tmp_path, *PLAIN, *STRAIGHT, "--anatomy", "balls.obj", "--around", "muscle", "--size", "256", "--samples", "1", "--planes", "1", *chosen)
+    with whole_of(tmp_path) as made:
+        names, label, depth = label_names(made), labels_of(made)[0][:, 128], 1e3 * made["data/depth/values"][0][:, 128]
+    assert ("skin" in names) == (thickness > 0)
+    if thickness > 0:
+        rows = np.flatnonzero(label == names.index("skin"))
+        assert depth[rows[0]] < 0.5 and depth[rows[-1]] == pytest.approx(thickness, rel=0.25)  # it is uneven
+    assert (label == names.index("bone")).any() and (label == names.index("muscle")).any()
 
 
 def test_plan_of_the_largest_dataset(tmp_path):
@@ -277,7 +293,7 @@ def test_names_of_objects_stand_in_json_and_html(tmp_path):
     for old, new in names.items():
         text = text.replace(old + b"\n", new + b"\n")
     (tmp_path / "balls.obj").write_bytes(text)
-    options = [*TINY, "--anatomy", "balls.obj", "--needle", "1", "--samples=6", "--size=64", "--needle-depth", "3..8"]
+    options = [*TINY, "--anatomy", "balls.obj", "--skin", "0", "--needle", "1", "--samples=6", "--size=64", "--needle-depth", "3..8"]
     run(tmp_path, *options)
     run(tmp_path, *options, "--format", "png", output="png")
     expected = ["background", 'a"b\\c<i>&amp;\x01', "background (object)", "fat", "needle (object)", "needle"]
