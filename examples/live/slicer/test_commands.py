@@ -55,7 +55,7 @@ def line_of(name, values):
 
 
 def test_events(commands, events):
-    small = "width 64\nlines 24\nplanes 1\nunfreeze"
+    small = "width 64\nlines 24\nplanes 1\ndepth 40\nfrequency 5\ncompound 1\nunfreeze"  # quick, whatever is at its end
     for name, ranges in events.items():
         commands.accepted(small)
         if name == "interval":
@@ -65,7 +65,7 @@ def test_events(commands, events):
             for _ in range(33):
                 commands.client.until("IMAGE", check=False)
             commands.refused("cine 0", "send freeze first")
-            small = "width 64\nlines 24\nplanes 1\nfreeze"
+            small = small.replace("\nunfreeze", "\nfreeze")
             commands.accepted(small)
         if name == "case":  # the last one is opened here, and the first one again
             commands.refused("case", r"takes 1 number: .*; 0 Nerve block phantom, 1 Neck: carotid, across")
