@@ -159,8 +159,8 @@ TEST_CASE("beamform: speckle has the level of b_mode, and the statistics of a Ga
     const element_array array{.elements = 64};
     scene body{medium{.density = 1000, .sound_speed = 1540, .backscatter = 1}};
     body.build(exec::par);
-    const linear_array lines{.lines = 96,
-                             .width = 7.2_mm,
+    const linear_array lines{.lines = 128,
+                             .width = 9.6_mm, // more than F/2 needs at 18 mm
                              .frequency = 7.6_MHz,
                              .focus = 18_mm,
                              .elevation_focus = 18_mm,
@@ -169,11 +169,11 @@ TEST_CASE("beamform: speckle has the level of b_mode, and the statistics of a Ga
     const channel_data data = trace_channels(exec::par_unseq, body, array, pose{}, physical{},
                                              full_synthetic_aperture(array), {.depth = 22_mm, .opening = 10_deg});
     const speckle_numbers channels =
-        speckle_of(beamform(exec::par_unseq, data, lines, grid, {.fnumber = 2}), 16.5_mm, 19.5_mm, 7.2_mm / 96);
+        speckle_of(beamform(exec::par_unseq, data, lines, grid, {.fnumber = 2}), 16.5_mm, 19.5_mm, 9.6_mm / 128);
     const speckle_numbers picture =
         speckle_of(convolve(exec::par_unseq, trace(exec::par_unseq, body, lines, pose{}, physical{}, grid),
                             nominal_pulse(lines), lines),
-                   16.5_mm, 19.5_mm, 7.2_mm / 96);
+                   16.5_mm, 19.5_mm, 9.6_mm / 128);
     MESSAGE("level ", channels.level_db, " dB, b_mode ", picture.level_db, "; SNR ", channels.snr, "; widths ",
             channels.lateral * 1e3, " and ", channels.axial * 1e3, " mm, b_mode ", picture.lateral * 1e3, " and ",
             picture.axial * 1e3, " mm");
@@ -183,6 +183,9 @@ TEST_CASE("beamform: speckle has the level of b_mode, and the statistics of a Ga
     CHECK(channels.axial == doctest::Approx(1.414 * 0.441 * 1540 / (0.77 * 7.6e6)).epsilon(0.1));
     // That of sinc^2 is 1.14 wavelengths F wide at half of its height.
     CHECK(channels.lateral == doctest::Approx(1.14 * 2 * 1540 / 7.6e6).epsilon(0.12));
+    // The beam of b_mode is a Gaussian that is as wide as sinc^2 at -6 dB: its autocorrelation is 1.10 times as wide.
+    CHECK(picture.lateral == doctest::Approx(1.1 * channels.lateral).epsilon(0.05));
+    CHECK(picture.axial == doctest::Approx(channels.axial).epsilon(0.05));
 }
 
 TEST_CASE("beamform: what does not fit is named") {
