@@ -82,10 +82,10 @@ complex kirchhoff(const std::vector<contour_piece>& contour, std::uint32_t n, st
             return (to_x * at.normal_x - at.z * at.normal_z) / std::hypot(to_x, at.z);
         };
         if (!(cosine(n) > 0) || !(cosine(m) > 0)) continue;
-        for (double y = -3.5e-3; y < 3.5e-3; y += step_y) {
+        for (double y = step_y / 2; y < 3.5e-3; y += step_y) { // and the same at -y
             const complex there = element_field_at(array, n, at.x, y, at.z, carrier),
                           back = n == m ? there : element_field_at(array, m, at.x, y, at.z, carrier);
-            sum += at.length * step_y * (cosine(n) + cosine(m)) * there * back;
+            sum += 2 * at.length * step_y * (cosine(n) + cosine(m)) * there * back;
         }
     }
     return sum * j * k / (2 * full_turn) * full_turn /
