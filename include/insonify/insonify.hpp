@@ -15,7 +15,6 @@
 #include <insonify/geometry/needle.hpp>
 #include <insonify/image/m_mode.hpp>
 #include <insonify/image/scan_convert.hpp>
-#include <insonify/io.hpp>
 #include <insonify/motion.hpp>
 #include <insonify/paper.hpp>
 #include <insonify/probe/convex_array.hpp>
@@ -43,7 +42,7 @@
 
 #endif
 // Outside the guard, so that it is reached also after an earlier include or a precompiled header.
-#include <insonify/io/implementation.hpp>
+#include <insonify/io.hpp>
 #if defined(INSONIFY_IMPLEMENTATION) && defined(INSONIFY_COMPILED) && !defined(INSONIFY_COMPILED_HERE)
 #define INSONIFY_COMPILED_HERE
 INSONIFY_COMPILED_TEMPLATES()

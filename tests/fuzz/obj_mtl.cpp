@@ -3,8 +3,7 @@
 #define INSONIFY_IMPLEMENTATION
 #include <insonify/core/units.hpp>
 #include <insonify/geometry/validate.hpp>
-#include <insonify/io/implementation.hpp>
-#include <insonify/io/obj.hpp>
+#include <insonify/io.hpp>
 #include "folder.hpp"
 #include "input.hpp"
 #include "memory.hpp"

@@ -1,8 +1,6 @@
 // Any picture under any name: it is refused, or the file is a PNG of its size and pixels.
 #define INSONIFY_IMPLEMENTATION
-#include <insonify/core/error.hpp>
-#include <insonify/io/implementation.hpp>
-#include <insonify/io/png.hpp>
+#include <insonify/io.hpp>
 #include "folder.hpp"
 #include "input.hpp"
 #include "memory.hpp"

@@ -309,7 +309,7 @@ inline vec3 turned_axis(const mesh& surface, float angle) {
 inline mesh repaired(mesh surface, const obj_settings& settings, const std::string& whose,
                      std::vector<std::string>& notes) {
     if (!settings.repair) return surface;
-    repaired_mesh mended = repair(surface, *settings.repair);
+    repaired_mesh mended = settings.repair(surface);
     for (const std::string& note : mended.notes) notes.push_back(joined({whose, ": ", note}));
     return std::move(mended.surface);
 }

@@ -7,12 +7,26 @@
 #include <insonify/geometry/repair.hpp>
 #include <insonify/probe/transducer.hpp>
 #include <insonify/scene/scene.hpp>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
+
+/// Whether and how objects are mended while they are read. By default they stay as they are, and a program that never
+/// asks for `repair` does not compile it.
+class obj_repair {
+  public:
+    obj_repair() = default;                                                                         ///< no repair
+    obj_repair(const repair_settings& settings) : settings_(settings), repair_(insonify::repair) {} ///< with `settings`
+
+    explicit operator bool() const { return repair_ != nullptr; }                        ///< whether objects are mended
+    repaired_mesh operator()(const mesh_view& m) const { return repair_(m, settings_); } ///< mends one; if it is `true`
+
+  private:
+    repair_settings settings_{};
+    repaired_mesh (*repair_)(const mesh_view&, const repair_settings&) = nullptr;
+};
 
 /// How to read a Wavefront OBJ file.
 struct obj_settings {
@@ -25,7 +39,7 @@ struct obj_settings {
     float unit = 0;                    ///< length of 1 in the file, metres, as in {.unit = 1_mm}; required
     medium background = tissue::water; ///< of a scene: the medium outside all objects
     library_access libraries = library_access::own_folder; ///< of a scene: the material libraries that may be opened
-    std::optional<repair_settings> repair{};               ///< mends open meshes; by default they stay as they are
+    obj_repair repair{}; ///< mends open meshes, as in {.repair = repair_settings{}}; by default they stay as they are
     /// Of a scene: angle between the fibres of muscles and their long axis, radians, -pi/2 to pi/2, for objects whose
     /// structure has a sheath and whose material has neither `fibres` nor `pennation`; see `load_obj_scene`.
     float pennation = 0;
