@@ -156,7 +156,10 @@ class frame_memory {
                            std::vector<insonify::detail::line_room>& rooms) {
         memory.resize(count);
         rooms.clear();
-        for (insonify::detail::line_memory& one : memory) rooms.push_back(one.room());
+        for (insonify::detail::line_memory& one : memory) {
+            one.grow();
+            rooms.push_back(one.room());
+        }
     }
 
     insonify::detail::probe_lines probe_{};

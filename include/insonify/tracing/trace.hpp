@@ -57,6 +57,8 @@ namespace detail {
 /// The scratch of one thread on the host: doubles until the line fits.
 class scratch_memory {
   public:
+    scratch_memory() { line_.grow(); }
+
     line_scratch scratch() {
         const line_room room = line_.room();
         return {.found = room.found,

@@ -141,18 +141,19 @@ class layer_finder {
         layer_block& into = found.block_at(begin);
         into.clear(std::size_t{lines_per_block} * frame.planes);
         if (sliced_) slices_.find_block(begin, own.sliced);
+        short_line_memory memory;
         const auto count = static_cast<std::uint32_t>(begin) + lines_per_block;
         for (auto number = static_cast<std::uint32_t>(begin); number < frame.count() && number < count; ++number)
             for (std::uint32_t plane = 0; plane < frame.planes; ++plane) {
                 const line_frame line = frame.line(number, plane);
                 const crossing_source from =
                     sliced_ ? slices_.source(sliced[slice_finder::list_of(number, plane)]) : crossing_source{};
-                found_line one;
-                own.line.fit([&](const line_room& room) {
-                    one = find_line(scene_, line, frame.max_depth, incident, from, room);
-                    return !one.layers.empty();
+                own.line.fit(memory.room(), [&](const line_room& room) {
+                    const found_line one = find_line(scene_, line, frame.max_depth, incident, from, room);
+                    if (one.layers.empty()) return false;
+                    into.add(line, one.layers, one.behind_face);
+                    return true;
                 });
-                into.add(line, one.layers, one.behind_face);
             }
     }
 

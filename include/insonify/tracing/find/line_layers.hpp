@@ -5,6 +5,7 @@
 
 #include <insonify/acoustics/layer.hpp>
 #include <insonify/scene/layers.hpp>
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <utility>
@@ -37,25 +38,46 @@ struct line_room {
     view<std::uint32_t> behind_face{}; ///< room for ranks of objects
 };
 
-/// The same on the host: grows until the line fits.
+/// The same on the stack, for most lines.
+struct short_line_memory {
+    static constexpr std::size_t size = 8;
+    crossing crossings[2 * size];
+    std::uint32_t inside[size], behind_face[size];
+    layer layers[size];
+
+    line_room room() {
+        return {
+            {.room = {crossings, 2 * size}, .inside = {.ranks = {inside, size}}}, {layers, size}, {behind_face, size}};
+    }
+};
+
+/// The same on the heap: allocated when it is first needed, and grows until the line fits.
 struct line_memory {
-    std::vector<crossing> crossings = std::vector<crossing>(16);
-    std::vector<std::uint32_t> inside = std::vector<std::uint32_t>(8), behind_face = std::vector<std::uint32_t>(8);
-    std::vector<layer> layers = std::vector<layer>(8);
+    std::vector<crossing> crossings{};
+    std::vector<std::uint32_t> inside{}, behind_face{};
+    std::vector<layer> layers{};
 
     line_room room() { return {{.room = crossings, .inside = {.ranks = inside}}, layers, behind_face}; }
 
     void grow() {
-        crossings.resize(2 * crossings.size());
-        inside.resize(2 * inside.size());
-        behind_face.resize(2 * behind_face.size());
-        layers.resize(2 * layers.size());
+        const std::size_t size = std::max(short_line_memory::size, 2 * layers.size());
+        crossings.resize(2 * size);
+        inside.resize(size);
+        behind_face.resize(size);
+        layers.resize(size);
     }
 
     /// Calls attempt(room), in larger and larger memory, until it returns true.
     template <class Attempt>
     void fit(const Attempt& attempt) {
+        if (layers.empty()) grow();
         while (!attempt(room())) grow();
+    }
+    /// The same, first in memory of the caller, until a line has not fitted there.
+    template <class Attempt>
+    void fit(const line_room& first, const Attempt& attempt) {
+        if (layers.empty() && attempt(first)) return;
+        fit(attempt);
     }
 };
 
