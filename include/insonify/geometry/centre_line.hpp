@@ -24,6 +24,24 @@ struct tube_section {
     friend bool operator==(const tube_section&, const tube_section&) = default;
 };
 
+/// A tube at one place of its line: what a straight one would be there.
+struct line_place {
+    vec3 centre{0, 0, 0};      ///< on the line, metres
+    vec3 along{0, 0, 1};       ///< direction of the line, of length 1
+    vec3 first_axis{1, 0, 0};  ///< of the first of the radii, of length 1
+    vec3 second_axis{0, 1, 0}; ///< of the second one
+    vec2 radii{1e-3F, 1e-3F};  ///< of the ellipse across the line, metres
+
+    /// The square of the distance of a point from the line over that of the wall in its direction: 1 on the wall.
+    float squared(vec3 point) const {
+        const vec2 away = vec2{dot(point - centre, first_axis), dot(point - centre, second_axis)} / radii;
+        return dot(away, away);
+    }
+    float area() const { return pi * radii.x * radii.y; } ///< of the ellipse, m^2
+
+    friend bool operator==(const line_place&, const line_place&) = default;
+};
+
 } // namespace insonify::inline INSONIFY_ABI
 
 namespace insonify::inline INSONIFY_ABI::detail {
@@ -49,16 +67,11 @@ inline void check_shape_length(const std::string& shape, const std::string& what
         throw geometry_error{shape + ": the " + what + " must be above 0 and at most 1000 km"};
 }
 
-/// The directions of a section: along the line, and of the two axes of its ellipse.
-struct section_axes {
-    vec3 along{0, 0, 1}, first{1, 0, 0}, second{0, 1, 0};
-};
-
-/// The axes of all sections of a line. They do not twist about it: they are carried along by parallel transport, and
+/// The places of all sections of a line. Their axes do not twist about it: they are carried along by parallel transport, and
 /// turned by `turn`. Source: Wang et al. 2008, ACM Trans. Graph. 27, 2: double reflection.
 /// @param across  first axis of the first section, as far as it is across; 0: any
 /// @throws geometry_error  for a line that is not a tube's
-inline std::vector<section_axes> axes_along(const std::vector<tube_section>& line, vec3 across,
+inline std::vector<line_place> places_along(const std::vector<tube_section>& line, vec3 across,
                                             const std::string& caller) {
     const std::size_t count = line.size();
     if (count < 2 || count > (1U << 20U))
@@ -74,7 +87,7 @@ inline std::vector<section_axes> axes_along(const std::vector<tube_section>& lin
             check_shape_length(caller, "distance between two points", length(line[i].centre - line[i - 1].centre));
     }
 
-    std::vector<section_axes> axes(count);
+    std::vector<line_place> axes(count);
     for (std::size_t i = 0; i < count; ++i) {
         const vec3 before = i > 0 ? normalize(line[i].centre - line[i - 1].centre) : vec3{0, 0, 0};
         const vec3 after = i + 1 < count ? normalize(line[i + 1].centre - line[i].centre) : vec3{0, 0, 0};
@@ -84,20 +97,22 @@ inline std::vector<section_axes> axes_along(const std::vector<tube_section>& lin
         axes[i].along = normalize(before + after);
     }
     const vec3 wanted = across - dot(across, axes[0].along) * axes[0].along;
-    axes[0].first = length(wanted) > 1e-4F * length(across) ? normalize(wanted) : unit_across(axes[0].along);
+    axes[0].first_axis = length(wanted) > 1e-4F * length(across) ? normalize(wanted) : unit_across(axes[0].along);
     const auto mirrored = [](vec3 v, vec3 plane) { return v - 2 * dot(v, plane) / dot(plane, plane) * plane; };
     for (std::size_t i = 1; i < count; ++i) {
         const vec3 step = line[i].centre - line[i - 1].centre, left = mirrored(axes[i - 1].along, step);
-        vec3 carried = mirrored(axes[i - 1].first, step);
+        vec3 carried = mirrored(axes[i - 1].first_axis, step);
         if (const vec3 rest = axes[i].along - left; dot(rest, rest) > 0) carried = mirrored(carried, rest);
-        axes[i].first = normalize(carried - dot(carried, axes[i].along) * axes[i].along);
+        axes[i].first_axis = normalize(carried - dot(carried, axes[i].along) * axes[i].along);
     }
     for (std::size_t i = 0; i < count; ++i) {
-        section_axes& own = axes[i];
-        const vec3 first = own.first, second = cross(own.along, first);
+        line_place& own = axes[i];
+        const vec3 first = own.first_axis, second = cross(own.along, first);
         const float c = std::cos(line[i].turn), s = std::sin(line[i].turn);
-        own.first = c * first + s * second;
-        own.second = c * second - s * first;
+        own.first_axis = c * first + s * second;
+        own.second_axis = c * second - s * first;
+        own.centre = line[i].centre;
+        own.radii = line[i].radii;
     }
     return axes;
 }
@@ -105,22 +120,6 @@ inline std::vector<section_axes> axes_along(const std::vector<tube_section>& lin
 } // namespace insonify::inline INSONIFY_ABI::detail
 
 namespace insonify::inline INSONIFY_ABI {
-
-/// A tube at one place of its line: what a straight one would be there.
-struct line_place {
-    vec3 centre{0, 0, 0};      ///< on the line, metres
-    vec3 along{0, 0, 1};       ///< direction of the line, of length 1
-    vec3 first_axis{1, 0, 0};  ///< of the first of the radii, of length 1
-    vec3 second_axis{0, 1, 0}; ///< of the second one
-    vec2 radii{1e-3F, 1e-3F};  ///< of the ellipse across the line, metres
-
-    /// The square of the distance of a point from the line over that of the wall in its direction: 1 on the wall.
-    float squared(vec3 point) const {
-        const vec2 away = vec2{dot(point - centre, first_axis), dot(point - centre, second_axis)} / radii;
-        return dot(away, away);
-    }
-    float area() const { return pi * radii.x * radii.y; } ///< of the ellipse, m^2
-};
 
 /// The course of a tube that bends: sections along a line, as `make_tube` takes them. Copies are cheap, and share the
 /// sections.
@@ -135,12 +134,9 @@ class centre_line {
     /// @param sections  at least 2, each at a point different from the one before
     /// @param across    first axis of the first section, as far as it is across; 0: any
     /// @throws geometry_error  for a line that has fewer, or turns back
-    centre_line(const std::vector<tube_section>& sections, vec3 across = {0, 0, 0}) { // NOLINT(*-explicit-*)
-        const std::vector<detail::section_axes> axes = detail::axes_along(sections, across, "centre_line");
-        std::vector<node> nodes;
-        for (std::size_t i = 0; i < sections.size(); ++i) nodes.push_back({sections[i], axes[i]});
-        nodes_ = std::make_shared<const std::vector<node>>(std::move(nodes));
-    }
+    centre_line(const std::vector<tube_section>& sections, vec3 across = {0, 0, 0}) // NOLINT(*-explicit-*)
+        : nodes_{
+              std::make_shared<const std::vector<line_place>>(detail::places_along(sections, across, "centre_line"))} {}
 
     /// Whether there is no line.
     bool empty() const { return !nodes_; }
@@ -149,7 +145,7 @@ class centre_line {
 
     /// The place of a point, on the cross-section whose centre is nearest. The line must not be empty.
     line_place place(vec3 point) const {
-        const std::vector<node>& nodes = *nodes_;
+        const std::vector<line_place>& nodes = *nodes_;
         line_place found = at(0, min(along_segment(0, point), 0.0F));
         float nearest = FLT_MAX;
         for (std::size_t i = 0; i + 1 < nodes.size(); ++i) {
@@ -171,49 +167,38 @@ class centre_line {
     }
 
   private:
-    struct node {
-        tube_section section{};
-        detail::section_axes axes{};
-
-        friend bool operator==(const node& a, const node& b) {
-            return a.section == b.section && a.axes.first == b.axes.first;
-        }
-    };
-
     // Where a point is between two sections: 0 to 1; below 0 and above 1 before and behind them. Its plane is that of
     // the normals of both, mixed in this ratio.
     float along_segment(std::size_t i, vec3 point) const {
-        const node &a = (*nodes_)[i], &b = (*nodes_)[i + 1];
-        const float from = dot(point - a.section.centre, a.axes.along),
-                    to = dot(point - b.section.centre, b.axes.along);
-        if (from < 0) return from / length(b.section.centre - a.section.centre);
-        if (to > 0) return 1 + to / length(b.section.centre - a.section.centre);
+        const line_place &a = (*nodes_)[i], &b = (*nodes_)[i + 1];
+        const float from = dot(point - a.centre, a.along), to = dot(point - b.centre, b.along);
+        if (from < 0) return from / length(b.centre - a.centre);
+        if (to > 0) return 1 + to / length(b.centre - a.centre);
         return from - to > 0 ? from / (from - to) : 0;
     }
 
     line_place at(std::size_t i, float part) const {
-        const node &a = (*nodes_)[i], &b = (*nodes_)[i + 1];
-        const vec3 step = b.section.centre - a.section.centre;
+        const line_place &a = (*nodes_)[i], &b = (*nodes_)[i + 1];
+        const vec3 step = b.centre - a.centre;
         if (part < 0 || part > 1) {
-            const node& end = part < 0 ? a : b;
-            const float beyond = (part < 0 ? part : part - 1) * length(step);
-            return {end.section.centre + beyond * end.axes.along, end.axes.along, end.axes.first, end.axes.second,
-                    end.section.radii};
+            line_place end = part < 0 ? a : b;
+            end.centre += (part < 0 ? part : part - 1) * length(step) * end.along;
+            return end;
         }
         line_place made;
-        const vec3 normal = a.axes.along + part * (b.axes.along - a.axes.along);
+        const vec3 normal = a.along + part * (b.along - a.along);
         made.along = normalize(normal);
         // The centre lies on the plane of `along_segment`, which meets the straight line between both centres there.
-        const float off = part * (1 - part) * (dot(step, b.axes.along) - dot(step, a.axes.along));
-        made.centre = a.section.centre + part * step + off / dot(normal, normal) * normal;
-        const vec3 first = a.axes.first + part * (b.axes.first - a.axes.first);
+        const float off = part * (1 - part) * (dot(step, b.along) - dot(step, a.along));
+        made.centre = a.centre + part * step + off / dot(normal, normal) * normal;
+        const vec3 first = a.first_axis + part * (b.first_axis - a.first_axis);
         made.first_axis = normalize(first - dot(first, made.along) * made.along);
         made.second_axis = cross(made.along, made.first_axis);
-        made.radii = a.section.radii + part * (b.section.radii - a.section.radii);
+        made.radii = a.radii + part * (b.radii - a.radii);
         return made;
     }
 
-    std::shared_ptr<const std::vector<node>> nodes_{};
+    std::shared_ptr<const std::vector<line_place>> nodes_{};
 };
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -72,7 +72,7 @@ class implicit_lattice {
             for (std::uint32_t y = 0; y < count_.y; y += coarse)
                 for (std::uint32_t x = 0; x < count_.x; x += coarse) sample({x, y, z}, coarse, max_slope);
 
-        slots_.assign(2 * middles_, none);
+        newest_.assign(2 * middles_, none);
         for (std::uint32_t z = 0; z + 1 < count_.z; ++z)
             for (std::uint32_t y = 0; y + 1 < count_.y; ++y)
                 for (std::uint32_t x = 0; x + 1 < count_.x; ++x) cut_cube({x, y, z});
@@ -82,9 +82,9 @@ class implicit_lattice {
 
   private:
     static constexpr std::uint32_t none = ~0U, coarse = 32, fine = 4;
-    static constexpr std::size_t edges = 7; // that begin at a point: 3 to a point of its kind, 4 diagonals
     struct cut {
         std::size_t from = 0, to = 0; ///< lattice points
+        std::uint32_t before = none;  ///< the cut made before it on an edge from the same point
     };
 
     std::size_t index_of(uvec3 at) const { return at.x + step_[1] * at.y + step_[2] * at.z; }
@@ -210,28 +210,11 @@ class implicit_lattice {
     // The vertex of an edge, made where there is none yet: one for all tetrahedra around it.
     std::uint32_t vertex_on(std::size_t a, std::size_t b) {
         const std::size_t from = std::min(a, b), to = std::max(a, b);
-        // Points of one kind are neighbours along an axis; the corners of a cube precede all middles.
-        std::size_t edge = 0;
-        std::size_t owner = from;
-        if ((from >= middles_) == (to >= middles_)) {
-            edge = to - from == step_[0] ? 0 : to - from == step_[1] ? 1 : 2;
-        } else { // the corner's place in the cube: 0 to 3 are kept with the middle, 4 to 7 with the corner
-            const std::size_t place = from - (to - middles_);
-            const std::size_t z = place / step_[2], y = place % step_[2] / step_[1], x = place % step_[1];
-            const std::size_t number = x + 2 * y + 4 * z;
-            owner = number < 4 ? to : from;
-            edge = 3 + number % 4;
-        }
-        if (slots_[owner] == none) {
-            slots_[owner] = static_cast<std::uint32_t>(vertices_.size());
-            vertices_.push_back({none, none, none, none, none, none, none});
-        }
-        std::uint32_t& vertex = vertices_[slots_[owner]][edge];
-        if (vertex == none) {
-            vertex = static_cast<std::uint32_t>(cuts_.size());
-            cuts_.push_back({from, to});
-        }
-        return vertex;
+        for (std::uint32_t known = newest_[from]; known != none; known = cuts_[known].before)
+            if (cuts_[known].to == to) return known;
+        const auto made = static_cast<std::uint32_t>(cuts_.size());
+        cuts_.push_back({from, to, std::exchange(newest_[from], made)});
+        return made;
     }
 
     // Where the surface cuts an edge. Not too near its ends: triangles there would have no area.
@@ -273,9 +256,8 @@ class implicit_lattice {
     std::size_t step_[3] = {};
     std::size_t middles_ = 0; // index of the first middle
     std::vector<float> values_{};
-    std::vector<std::uint32_t> slots_{}; // of a lattice point in `vertices_`
-    std::vector<std::array<std::uint32_t, edges>> vertices_{};
-    std::vector<cut> cuts_{}; // of each vertex
+    std::vector<std::uint32_t> newest_{}; // of the cuts of edges that begin at a lattice point
+    std::vector<cut> cuts_{};             // of each vertex
     mesh result_{};
 };
 

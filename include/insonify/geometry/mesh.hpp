@@ -104,6 +104,17 @@ inline void sort_by_ends(std::vector<half_edge>& edges) {
     std::sort(edges.begin(), edges.end(), [](const half_edge& a, const half_edge& b) { return a.ends < b.ends; });
 }
 
+/// The half edges of all faces, those of one edge next to one another.
+inline std::vector<half_edge> sorted_edges(const std::vector<uvec3>& faces) {
+    std::vector<half_edge> edges(3 * faces.size());
+    for (std::uint32_t slot = 0; slot < edges.size(); ++slot) {
+        const auto [from, to] = vertices_of_side(faces[slot / 3], slot % 3);
+        edges[slot] = {from, to, slot};
+    }
+    sort_by_ends(edges);
+    return edges;
+}
+
 /// Numbers in sets that can be joined; the lowest number stands for its set. Source: union-find; Cormen et al.,
 /// Introduction to Algorithms, chapter 21.
 class disjoint_sets {

@@ -14,6 +14,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -116,7 +117,7 @@ class loop_filler {
         const auto count = static_cast<std::uint32_t>(loop.size());
         dvec3 normal{0, 0, 0};
         for (std::uint32_t i = 0; i < count; ++i) normal += cross(loop[i] - loop[0], loop[(i + 1) % count] - loop[0]);
-        std::vector<std::uint32_t> before(count), after(count), version(count, 0);
+        std::vector<std::uint32_t> before(count), after(count);
         for (std::uint32_t i = 0; i < count; ++i) {
             before[i] = (i + count - 1) % count;
             after[i] = (i + 1) % count;
@@ -136,35 +137,23 @@ class loop_filler {
                        side(c, a, p) >= 0;
             });
         };
-        struct ear {
-            double length;
-            std::uint32_t corner, version;
-            bool operator<(const ear& other) const { return length > other.length; } // the shortest is on top
-        };
-        std::vector<ear> ears; // a heap
-        const auto add = [&](std::uint32_t i) {
-            ears.push_back({square(loop[after[i]] - loop[before[i]]), i, ++version[i]});
-            std::push_heap(ears.begin(), ears.end());
-        };
+        std::set<std::pair<double, std::uint32_t>> ears; // by length of the third side
+        const auto ear_at = [&](std::uint32_t i) { return std::pair{square(loop[after[i]] - loop[before[i]]), i}; };
         std::size_t left = count;
         // An ear that was refused is tried again once others are gone; where no ear is one, any will do.
         for (bool is_strict = true, is_stuck = false; left > max_exact && !is_stuck;) {
             const std::size_t before_pass = left;
             for (std::uint32_t i = 0; i < count; ++i)
-                if (!is_cut[i]) add(i);
+                if (!is_cut[i]) ears.insert(ear_at(i));
             while (left > max_exact && !ears.empty()) {
-                std::pop_heap(ears.begin(), ears.end());
-                const ear next = ears.back();
-                ears.pop_back();
-                const std::uint32_t i = next.corner;
-                if (is_cut[i] || next.version != version[i]) continue;
-                if (is_strict ? !is_ear(i) : !is_free(before[i], after[i])) continue;
-                found.push_back({before[i], i, after[i]});
+                const std::uint32_t i = ears.extract(ears.begin()).value().second, a = before[i], c = after[i];
+                if (is_strict ? !is_ear(i) : !is_free(a, c)) continue;
+                found.push_back({a, i, c});
+                for (const std::uint32_t beside : {a, c}) ears.erase(ear_at(beside));
                 is_cut[i] = 1;
-                after[before[i]] = after[i];
-                before[after[i]] = before[i];
-                add(before[i]);
-                add(after[i]);
+                after[a] = c;
+                before[c] = a;
+                for (const std::uint32_t beside : {a, c}) ears.insert(ear_at(beside));
                 --left;
             }
             is_stuck = !is_strict && left == before_pass;
@@ -253,7 +242,7 @@ class mesh_repair {
     // surface may be finer than the distance.
     void weld_open_edges(float distance) {
         std::vector<std::uint8_t> is_open(positions_.size(), 0);
-        const std::vector<half_edge> edges = sorted_edges();
+        const std::vector<half_edge> edges = sorted_edges(faces_);
         for (std::size_t i = 0; i < edges.size(); ++i) {
             const bool is_single = (i == 0 || edges[i - 1].ends != edges[i].ends) &&
                                    (i + 1 == edges.size() || edges[i + 1].ends != edges[i].ends);
@@ -307,66 +296,53 @@ class mesh_repair {
 
     // Keeps one of the faces with the same corners, and none of those that are a wall inside a body.
     void drop_copies() {
-        struct corners {
-            std::array<std::uint32_t, 3> sorted;
-            std::uint32_t face;
-            bool operator<(const corners& other) const {
-                return sorted != other.sorted ? sorted < other.sorted : face < other.face;
-            }
-        };
-        std::vector<corners> all;
+        std::vector<std::pair<std::array<std::uint32_t, 3>, std::uint32_t>> all; // corners and number of each face
         all.reserve(faces_.size());
         for (std::uint32_t i = 0; i < faces_.size(); ++i) {
-            const uvec3& f = faces_[i];
-            all.push_back({{f.x, f.y, f.z}, i});
-            std::sort(all.back().sorted.begin(), all.back().sorted.end());
+            all.push_back({{faces_[i].x, faces_[i].y, faces_[i].z}, i});
+            std::sort(all.back().first.begin(), all.back().first.end());
         }
         std::sort(all.begin(), all.end());
         std::vector<std::uint32_t> copies(faces_.size(), 0); // of a face that is kept; none: of one that is not
         std::size_t removed = 0;
         for (std::size_t begin = 0, end = 0; begin < all.size(); begin = end) {
-            for (end = begin + 1; end < all.size() && all[end].sorted == all[begin].sorted; ++end) {
-                copies[all[end].face] = none;
-                ++removed;
-            }
-            copies[all[begin].face] = static_cast<std::uint32_t>(end - begin - 1);
+            for (end = begin + 1; end < all.size() && all[end].first == all[begin].first; ++end, ++removed)
+                copies[all[end].second] = none;
+            copies[all[begin].second] = static_cast<std::uint32_t>(end - begin - 1);
         }
         if (removed == 0) return;
-        std::vector<std::uint32_t> copies_of, doubled;
-        std::size_t kept = 0;
-        for (std::size_t i = 0; i < faces_.size(); ++i)
-            if (copies[i] != none) {
-                copies_of.push_back(copies[i]);
-                faces_[kept++] = faces_[i];
-            }
-        faces_.resize(kept);
         // A patch of doubled faces is a wall where its borders have two other faces each, or four.
         disjoint_sets patches{faces_.size()};
-        const std::vector<half_edge> edges = sorted_edges();
+        const std::vector<half_edge> edges = sorted_edges(faces_);
         std::vector<std::uint8_t> has_border(faces_.size(), 0), is_surface(faces_.size(), 0);
-        const auto for_each_edge = [&](const auto& visit) {
+        const auto for_each_edge = [&](const auto& visit) { // visit(doubled faces, number of others)
+            std::vector<std::uint32_t> doubled;
             for (std::size_t begin = 0, end = 0; begin < edges.size(); begin = end) {
+                std::size_t others = 0;
                 doubled.clear();
-                for (; end < edges.size() && edges[end].ends == edges[begin].ends; ++end)
-                    if (copies_of[edges[end].slot / 3] > 0) doubled.push_back(edges[end].slot / 3);
-                visit(end - begin - doubled.size());
+                for (; end < edges.size() && edges[end].ends == edges[begin].ends; ++end) {
+                    const std::uint32_t face = edges[end].slot / 3;
+                    others += copies[face] == 0 ? 1 : 0;
+                    if (copies[face] != 0 && copies[face] != none) doubled.push_back(face);
+                }
+                visit(doubled, others);
             }
         };
-        for_each_edge([&](std::size_t others) {
+        for_each_edge([&](const std::vector<std::uint32_t>& doubled, std::size_t others) {
             for (const std::uint32_t face : doubled)
                 if (others == 0) patches.join(doubled[0], face);
         });
-        for_each_edge([&](std::size_t others) {
+        for_each_edge([&](const std::vector<std::uint32_t>& doubled, std::size_t others) {
             for (const std::uint32_t face : doubled)
                 if (others > 0) (others % 2 == 0 ? has_border : is_surface)[patches.find(face)] = 1;
         });
-        std::size_t walls = 0;
-        kept = 0;
+        std::size_t walls = 0, kept = 0;
         for (std::uint32_t i = 0; i < faces_.size(); ++i) {
+            if (copies[i] == none) continue;
             const std::uint32_t patch = patches.find(i);
-            if (copies_of[i] > 0 && has_border[patch] && !is_surface[patch]) {
-                walls += 1 + copies_of[i];
-                removed -= copies_of[i];
+            if (copies[i] > 0 && has_border[patch] && !is_surface[patch]) {
+                walls += 1 + copies[i];
+                removed -= copies[i];
             } else {
                 faces_[kept++] = faces_[i];
             }
@@ -376,17 +352,9 @@ class mesh_repair {
         if (walls > 0) note("Removed " + counted(walls, "face", "faces") + " of walls between parts that touch.");
     }
 
-    std::vector<half_edge> sorted_edges() const {
-        std::vector<half_edge> edges;
-        edges.reserve(3 * faces_.size());
-        for (std::uint32_t slot = 0; slot < 3 * faces_.size(); ++slot) edges.emplace_back(from(slot), to(slot), slot);
-        sort_by_ends(edges);
-        return edges;
-    }
-
     // Pairs the two sides of each edge of two faces.
     void connect() {
-        edges_ = sorted_edges();
+        edges_ = sorted_edges(faces_);
         twins_.assign(3 * faces_.size(), none);
         for (std::size_t begin = 0, end = 0; begin < edges_.size(); begin = end) {
             while (end < edges_.size() && edges_[end].ends == edges_[begin].ends) ++end;
@@ -394,7 +362,10 @@ class mesh_repair {
                 join(edges_[begin].slot, edges_[begin + 1].slot);
             } else if (end - begin > 2) {
                 crowded_.emplace_back();
-                for (std::size_t i = begin; i < end; ++i) crowded_.back().push_back(edges_[i].slot);
+                for (std::size_t i = begin; i < end; ++i) {
+                    crowded_.back().push_back(edges_[i].slot);
+                    twins_[edges_[i].slot] = locked;
+                }
             }
         }
     }
@@ -418,7 +389,7 @@ class mesh_repair {
             for (std::size_t i = 0; i < members.size(); ++i)
                 for (std::uint32_t slot = 3 * members[i]; slot < 3 * members[i] + 3; ++slot) {
                     const std::uint32_t twin = twins_[slot];
-                    if (twin == none) continue;
+                    if (twin >= locked) continue;
                     const std::uint32_t other = twin / 3;
                     const bool differ = from(slot) == from(twin);
                     const auto wanted =
@@ -446,10 +417,7 @@ class mesh_repair {
         if (!crowded_.empty()) turn_closed_patches();
         for (const std::vector<std::uint32_t>& sides : crowded_) {
             bool has_one_sided = false;
-            for (const std::uint32_t slot : sides) {
-                twins_[slot] = locked;
-                has_one_sided = has_one_sided || one_sided_[patch_of_[slot / 3]];
-            }
+            for (const std::uint32_t slot : sides) has_one_sided = has_one_sided || one_sided_[patch_of_[slot / 3]];
             if (sides.size() % 2 != 0 || has_one_sided) continue;
             const std::uint32_t low = std::min(from(sides[0]), to(sides[0])),
                                 high = std::max(from(sides[0]), to(sides[0]));
@@ -496,17 +464,15 @@ class mesh_repair {
             const double own = dot(a - at(0), cross(b - a, c - a));
             volume[patch_of_[face]] += is_turned_[face] != 0 ? -own : own;
         }
-        std::vector<std::uint8_t> is_crowded(twins_.size(), 0);
         for (const std::vector<std::uint32_t>& sides : crowded_)
             for (const std::uint32_t slot : sides) {
-                is_crowded[slot] = 1;
                 int balance = 0;
                 for (const std::uint32_t other : sides)
                     if (patch_of_[other / 3] == patch_of_[slot / 3]) balance += is_upwards(other) ? 1 : -1;
                 if (balance != 0) is_closed[patch_of_[slot / 3]] = 0;
             }
         for (std::uint32_t slot = 0; slot < twins_.size(); ++slot)
-            if (twins_[slot] == none && !is_crowded[slot]) is_closed[patch_of_[slot / 3]] = 0;
+            if (twins_[slot] == none) is_closed[patch_of_[slot / 3]] = 0;
         for (std::uint32_t face = 0; face < faces_.size(); ++face) {
             const std::uint32_t patch = patch_of_[face];
             if (is_closed[patch] && !one_sided_[patch] && volume[patch] < 0)
@@ -531,28 +497,20 @@ class mesh_repair {
 
     // Numbers the parts and adds up what is known of them.
     void find_parts() {
-        parts_.clear();
-        part_of_.assign(faces_.size(), none);
-        std::vector<std::uint32_t> members;
-        for (std::uint32_t seed = 0; seed < faces_.size(); ++seed) {
-            if (part_of_[seed] != none) continue;
-            part own;
-            members.assign(1, seed);
-            part_of_[seed] = static_cast<std::uint32_t>(parts_.size());
-            for (std::size_t i = 0; i < members.size(); ++i) {
-                const std::uint32_t face = members[i];
-                own.is_one_sided = own.is_one_sided || (face < patch_of_.size() && one_sided_[patch_of_[face]]);
-                for (std::uint32_t slot = 3 * face; slot < 3 * face + 3; ++slot) {
-                    const std::uint32_t twin = twins_[slot];
-                    own.is_locked = own.is_locked || twin == locked;
-                    own.is_open = own.is_open || twin == none;
-                    if (twin >= locked || part_of_[twin / 3] != none) continue;
-                    part_of_[twin / 3] = part_of_[seed];
-                    members.push_back(twin / 3);
-                }
-                add(own, at(faces_[face].x), at(faces_[face].y), at(faces_[face].z));
+        disjoint_sets joined{faces_.size()};
+        for (std::uint32_t slot = 0; slot < twins_.size(); ++slot)
+            if (twins_[slot] < locked) joined.join(slot / 3, twins_[slot] / 3);
+        for (std::uint32_t face = 0; face < faces_.size(); ++face) {
+            const std::uint32_t first = joined.find(face);
+            part_of_.push_back(first < face ? part_of_[first] : static_cast<std::uint32_t>(parts_.size()));
+            if (first == face) parts_.emplace_back();
+            part& own = parts_[part_of_[face]];
+            own.is_one_sided = own.is_one_sided || one_sided_[patch_of_[face]];
+            for (std::uint32_t slot = 3 * face; slot < 3 * face + 3; ++slot) {
+                own.is_locked = own.is_locked || twins_[slot] == locked;
+                own.is_open = own.is_open || twins_[slot] == none;
             }
-            parts_.push_back(own);
+            add(own, at(faces_[face].x), at(faces_[face].y), at(faces_[face].z));
         }
     }
     void add(part& own, const dvec3& a, const dvec3& b, const dvec3& c) const {
@@ -602,12 +560,9 @@ class mesh_repair {
     }
 
     double width_of(const hole& one) const {
-        dvec3 low = at(from(one.sides[0])), high = low;
-        for (const std::uint32_t slot : one.sides) {
-            low = min(low, at(from(slot)));
-            high = max(high, at(from(slot)));
-        }
-        return length(high - low);
+        aabb box;
+        for (const std::uint32_t slot : one.sides) box = merged(box, positions_[from(slot)]);
+        return static_cast<double>(length(box.size()));
     }
 
     // The boundaries of each part as loops that pass no vertex twice.
@@ -649,22 +604,16 @@ class mesh_repair {
             const std::uint64_t wanted = edge(i, j);
             const auto known = std::lower_bound(edges_.begin(), edges_.end(), wanted,
                                                 [](const half_edge& e, std::uint64_t ends) { return e.ends < ends; });
-            return (known == edges_.end() || known->ends != wanted) &&
-                   !std::binary_search(joined_.begin(), joined_.end(), wanted);
+            return (known == edges_.end() || known->ends != wanted) && !joined_.contains(wanted);
         });
         const auto count = static_cast<std::uint32_t>(points.size());
         for (const dvec3& point : points) one.centre += point / static_cast<double>(count);
         points.push_back(one.centre);
-        const auto known = static_cast<std::ptrdiff_t>(joined_.size());
         for (const auto& [a, b, c] : one.filling) {
             for (const auto& [i, j] : {std::pair{a, b}, std::pair{b, c}, std::pair{c, a}})
-                if (i < j && j < count && j - i > 1 && j - i + 1 < count) joined_.push_back(edge(i, j));
+                if (i < j && j < count && j - i > 1 && j - i + 1 < count) joined_.insert(edge(i, j));
             add(whole, points[a], points[b], points[c]);
         }
-        std::sort(joined_.begin() + known, joined_.end());
-        auto merged = joined_;
-        std::merge(joined_.begin(), joined_.begin() + known, joined_.begin() + known, joined_.end(), merged.begin());
-        joined_ = std::move(merged);
     }
 
     void add_filling(const hole& one, std::uint32_t own) {
@@ -722,14 +671,11 @@ class mesh_repair {
         constexpr std::size_t points = 5; // of each part
         std::vector<std::uint8_t> is_cavity(parts_.size(), 0);
         if (std::count_if(parts_.begin(), parts_.end(), is_closed) < 2) return is_cavity;
-        vec3 low = positions_[0], high = low;
-        for (const vec3& p : positions_) {
-            low = min(low, p);
-            high = max(high, p);
-        }
+        aabb whole;
+        for (const vec3& p : positions_) whole = merged(whole, p);
         const auto side = static_cast<std::uint32_t>(clamp(std::sqrt(static_cast<float>(faces_.size())), 1, 512));
         const auto column = [&](float value, int axis) {
-            const float place = (value - low[axis]) / max(high[axis] - low[axis], 1e-30F);
+            const float place = (value - whole.lower[axis]) / max(whole.size()[axis], 1e-30F);
             return std::min(static_cast<std::uint32_t>(place * static_cast<float>(side)), side - 1);
         };
         const auto for_each_column = [&](std::uint32_t face, const auto& visit) {
@@ -833,6 +779,7 @@ class mesh_repair {
             }
         }
         std::vector<std::uint32_t> middle(twins_.size(), none);
+        const auto first_middle = static_cast<std::uint32_t>(positions_.size());
         const auto end = [&](std::uint32_t slot) { return vertex_of[corners.find(slot)]; };
         std::size_t along = 0;
         for (const std::vector<std::uint32_t>& sides : crowded_) {
@@ -865,12 +812,11 @@ class mesh_repair {
                 outline.push_back(end(slot));
                 if (middle[slot] != none) outline.push_back(middle[slot]);
             }
-            if (outline.size() > 3 &&
-                middle[std::size_t{3} * face] == none) // begin at a middle, so that no triangle is flat
-                std::rotate(outline.begin(), outline.begin() + (middle[std::size_t{3} * face + 1] != none ? 2 : 3),
-                            outline.end());
-            else if (outline.size() > 3)
-                std::rotate(outline.begin(), outline.begin() + 1, outline.end());
+            // Begin at a middle, so that no triangle is flat.
+            std::rotate(
+                outline.begin(),
+                std::find_if(outline.begin(), outline.end(), [&](std::uint32_t v) { return v >= first_middle; }),
+                outline.end());
             for (std::size_t i = 1; i + 1 < outline.size(); ++i)
                 faces.emplace_back(outline[0], outline[i], outline[i + 1]);
         }
@@ -891,7 +837,7 @@ class mesh_repair {
     std::vector<uvec3> faces_{};
     std::vector<std::string> notes_{};
     std::vector<half_edge> edges_{};                    // of the faces that were there, sorted
-    std::vector<std::uint64_t> joined_{};               // edges across fillings, sorted
+    std::set<std::uint64_t> joined_{};                  // edges across fillings
     std::vector<std::uint32_t> twins_{};                // the other side of the edge
     std::vector<std::vector<std::uint32_t>> crowded_{}; // the sides of each edge of three faces or more
     std::vector<std::uint8_t> is_turned_{};             // faces that were there

@@ -31,13 +31,7 @@ inline mesh subdivide(const mesh& coarse) {
                              " faces; at most 268435455 can be subdivided"};
     detail::check_faces(coarse, "subdivide: ");
 
-    std::vector<detail::half_edge> edges(3 * faces);
-    for (std::uint32_t slot = 0; slot < edges.size(); ++slot) {
-        const auto [from, to] = detail::vertices_of_side(coarse.faces[slot / 3], slot % 3);
-        edges[slot] = {from, to, slot};
-    }
-    detail::sort_by_ends(edges);
-
+    const std::vector<detail::half_edge> edges = detail::sorted_edges(coarse.faces);
     mesh fine;
     fine.positions.reserve(coarse.positions.size() + edges.size() / 2);
     fine.positions = coarse.positions;
@@ -219,7 +213,7 @@ inline mesh make_tube(const std::vector<tube_section>& line, const tube_settings
     if (settings.segments < 3 || settings.segments > 4096)
         throw geometry_error{"make_tube: `segments` is " + std::to_string(settings.segments) +
                              "; it must be from 3 to 4096"};
-    const std::vector<detail::section_axes> axes = detail::axes_along(line, settings.across, "make_tube");
+    const std::vector<line_place> axes = detail::places_along(line, settings.across, "make_tube");
     const std::size_t count = line.size();
     if (count > (1U << 27U) / settings.segments)
         throw geometry_error{"make_tube: " + std::to_string(count) + " points of " + std::to_string(settings.segments) +
@@ -237,8 +231,8 @@ inline mesh make_tube(const std::vector<tube_section>& line, const tube_settings
     for (std::uint32_t k = 0; k < settings.segments; ++k) {
         const float angle = 2 * pi * static_cast<float>(k) / static_cast<float>(settings.segments);
         const auto out_at = [&](std::size_t i) {
-            return line[i].radii.x * std::cos(angle) * axes[i].first +
-                   line[i].radii.y * std::sin(angle) * axes[i].second;
+            return line[i].radii.x * std::cos(angle) * axes[i].first_axis +
+                   line[i].radii.y * std::sin(angle) * axes[i].second_axis;
         };
         const auto add_cap_ring = [&](std::size_t i, float from_rim, float side) {
             tube.positions.push_back(line[i].centre + side * beyond(i) * std::sin(from_rim) * axes[i].along +

@@ -150,13 +150,12 @@ struct vertex_groups {
     void divide(const mesh_view& surface, const std::vector<vec3>& normal, std::uint32_t* first, std::uint32_t count,
                 std::uint32_t begin) {
         sides_.clear();
-        joined_.resize(count);
+        disjoint_sets joined{count};
         for (std::uint32_t i = 0; i < count; ++i) {
             const uvec3& face = surface.faces[first[i] / 3];
             const std::uint32_t corner = first[i] % 3;
             sides_.push_back({vertices_of_side(face, corner).second, i});
             sides_.push_back({vertices_of_side(face, (corner + 2) % 3).first, i});
-            joined_[i] = {i, first[i]};
         }
         std::sort(sides_.begin(), sides_.end());
         for (std::size_t i = 0; i + 1 < sides_.size(); ++i) {
@@ -165,27 +164,21 @@ struct vertex_groups {
             if (end != other_end) continue;
             const vec3 &na = normal[first[a] / 3], &nb = normal[first[b] / 3];
             const bool without_area = na == vec3{0, 0, 0} || nb == vec3{0, 0, 0};
-            if (!without_area && dot(na, nb) < min_cosine_) continue;
-            const std::uint32_t of_a = root(a), of_b = root(b);
-            joined_[std::max(of_a, of_b)].first = std::min(of_a, of_b);
+            if (without_area || dot(na, nb) >= min_cosine_) joined.join(a, b);
         }
-        for (std::uint32_t i = 0; i < count; ++i) joined_[i].first = root(i);
-        std::sort(joined_.begin(), joined_.end());
+        groups_.clear();
+        for (std::uint32_t i = 0; i < count; ++i) groups_.push_back({joined.find(i), first[i]});
+        std::sort(groups_.begin(), groups_.end());
         for (std::uint32_t i = 0; i < count; ++i) {
-            first[i] = joined_[i].second;
-            if (i + 1 == count || joined_[i + 1].first != joined_[i].first) ends.push_back(begin + i + 1);
+            first[i] = groups_[i].second;
+            if (i + 1 == count || groups_[i + 1].first != groups_[i].first) ends.push_back(begin + i + 1);
         }
-    }
-
-    std::uint32_t root(std::uint32_t i) {
-        for (; joined_[i].first != i; i = joined_[i].first) joined_[i].first = joined_[joined_[i].first].first;
-        return i;
     }
 
     float min_cosine_ = 1;
     std::vector<pair>
         sides_{}; // edges at the vertex: the other end, and the number of the slot among those of the vertex
-    std::vector<pair> joined_{}; // the representative of each slot's group, and the slot
+    std::vector<pair> groups_{}; // the representative of each slot's group, and the slot
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail

@@ -11,8 +11,7 @@
 #include <algorithm>
 #include <array>
 #include <concepts>
-#include <iterator>
-#include <span>
+#include <tuple>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -176,104 +175,80 @@ struct pressed_face {
 namespace detail {
 
 /// Where lines along z through the points of a probe's face leave a body of several surfaces, and meet what is stiff.
+/// Keeps its memory.
 class skin_heights {
   public:
-    /// Begins a body. @param face  its pose, edges and heights
-    void begin(const pressed_face& face) {
-        face_ = face;
-        surfaces_ = 0;
+    using values =
+        std::array<std::array<float, pressed_face::columns>, pressed_face::rows>; ///< at each point of a face
+    values depth{};       ///< of the face below the skin, metres; below 0: how far in front of the face the skin is
+    values stiff_below{}; ///< how far below the skin there is something stiff, metres; FLT_MAX: nothing
+
+    /// @param face      its pose, edges and heights
+    /// @param accepts   bool(object_id): of the body, which is at rest
+    /// @param is_stiff  bool(object_id)
+    template <class Accepts, class IsStiff>
+    void find(const scene& body, const pressed_face& face, const Accepts& accepts, const IsStiff& is_stiff) {
         crossings_.clear();
-        for (std::size_t i = 0; i < samples; ++i) {
-            const vec2 place = face.place(i / pressed_face::columns, i % pressed_face::columns);
-            behind_[i] =
-                sheared_ray{{.origin = {place, face.height[i % pressed_face::columns]}, .direction = {0, 0, -1}}};
+        ranks_.resize(body.objects().size());
+        std::uint32_t surface = 0;
+        for (const object& one : body.objects()) {
+            if (!accepts(one.id)) continue;
+            const pose to_face = inverse(face.at) * one.at;
+            points_.clear();
+            for (const vec3& p : body.rest_positions(one.id)) points_.push_back(to_face.point(p));
+            for (const uvec3& corner : one.surface.faces)
+                find_crossings(face, {points_[corner.x], points_[corner.y], points_[corner.z]}, surface,
+                               is_stiff(one.id));
+            ++surface;
         }
-    }
-
-    /// Adds a closed surface of the body. @param to_world  of its positions
-    void add(std::span<const uvec3> faces, std::span<const vec3> positions, const pose& to_world, bool is_stiff) {
-        const pose to_face = inverse(face_.at) * to_world;
-        points_.clear();
-        for (const vec3& p : positions) points_.push_back(to_face.point(p));
-        for (const uvec3& corner : faces)
-            find_crossings({points_[corner.x], points_[corner.y], points_[corner.z]}, is_stiff);
-        ++surfaces_;
-    }
-
-    /// Finishes the body: `depth` and `stiff_below` may be called.
-    void finish() {
         constexpr float touching = 10e-6F; // layers that touch are one body
         std::sort(crossings_.begin(), crossings_.end(), [](const crossing& a, const crossing& b) {
-            return a.sample != b.sample ? a.sample < b.sample : a.behind < b.behind;
+            return std::tuple{a.row, a.column, a.behind} < std::tuple{b.row, b.column, b.behind};
         });
-        std::fill(std::begin(depth_), std::end(depth_), -FLT_MAX);
-        ranks_.resize(surfaces_);
+        for (auto& row : depth) row.fill(-FLT_MAX);
+        for (auto& row : stiff_below) row.fill(FLT_MAX);
         media_stack inside{.ranks = ranks_};
         bool ended = false; // the body that the face touches, or is in
         for (std::size_t i = 0; i < crossings_.size(); ++i) {
             const crossing& one = crossings_[i];
-            const bool is_first = i == 0 || one.sample != crossings_[i - 1].sample;
+            const bool is_first = i == 0 || one.row != crossings_[i - 1].row || one.column != crossings_[i - 1].column;
             if (is_first) inside.clear();
-            float& depth = depth_[one.sample];
-            const bool apart = inside.count == 0 && one.behind > max(depth, 0) + touching;
+            float& own = depth[one.row][one.column];
+            const bool apart = inside.count == 0 && one.behind > max(own, 0) + touching;
             ended = apart || (ended && !is_first);
             inside.toggle(one.surface);
-            if (one.behind < 0 || (inside.count == 0 && !ended)) depth = one.behind;
+            if (one.behind < 0 || (inside.count == 0 && !ended)) own = one.behind;
         }
-        std::fill(std::begin(stiff_below_), std::end(stiff_below_), FLT_MAX);
         for (const crossing& one : crossings_)
-            if (const float below = depth_[one.sample] - one.behind; one.is_stiff && below >= 0)
-                stiff_below_[one.sample] = min(stiff_below_[one.sample], below);
-    }
-
-    /// How deep a point of the face is below the skin, metres; below 0: how far in front of the face the skin is.
-    float depth(std::size_t row, std::size_t column) const { return depth_[row * pressed_face::columns + column]; }
-    /// How far below the skin there is something stiff, metres; FLT_MAX: nothing.
-    float stiff_below(std::size_t row, std::size_t column) const {
-        return stiff_below_[row * pressed_face::columns + column];
+            if (const float below = depth[one.row][one.column] - one.behind; one.is_stiff && below >= 0)
+                stiff_below[one.row][one.column] = min(stiff_below[one.row][one.column], below);
     }
 
   private:
-    static constexpr std::size_t samples = pressed_face::rows * pressed_face::columns;
     struct crossing {
-        std::size_t sample;
+        std::size_t row, column;
         float behind; // the face, metres; below 0: in front of it
         std::uint32_t surface;
         bool is_stiff;
     };
 
-    void find_crossings(const triangle& t, bool is_stiff) {
+    void find_crossings(const pressed_face& face, const triangle& t, std::uint32_t surface, bool is_stiff) {
         const vec3 lower = min(min(t.a, t.b), t.c), upper = max(max(t.a, t.b), t.c);
-        const float half = 0.5F * face_.elevation;
-        if (upper.x < face_.left || lower.x > face_.right || upper.y < -half || lower.y > half) return;
-        const auto [first_column, last_column] =
-            points_between(lower.x, upper.x, face_.left, face_.right - face_.left, pressed_face::columns);
-        const auto [first_row, last_row] = points_between(lower.y, upper.y, -half, face_.elevation, pressed_face::rows);
-        for (std::size_t row = first_row; row <= last_row; ++row)
-            for (std::size_t i = first_column; i <= last_column; ++i) {
-                const std::size_t sample = row * pressed_face::columns + i;
-                if (const hit at = intersect(behind_[sample], t))
-                    crossings_.push_back({sample, at.distance, surfaces_, is_stiff});
+        if (upper.x < face.left || lower.x > face.right) return;
+        for (std::size_t row = 0; row < pressed_face::rows; ++row) {
+            if (const float y = face.place(row, 0).y; y < lower.y || y > upper.y) continue;
+            for (std::size_t i = 0; i < pressed_face::columns; ++i) {
+                const vec2 place = face.place(row, i);
+                if (place.x < lower.x || place.x > upper.x) continue;
+                if (const hit at = intersect(ray{.origin = {place, face.height[i]}, .direction = {0, 0, -1}}, t))
+                    crossings_.push_back({row, i, at.distance, surface, is_stiff});
             }
+        }
     }
 
-    // The first and the last point of the face, along one axis of it, that may lie between two coordinates.
-    static std::pair<std::size_t, std::size_t> points_between(float low, float high, float from, float size,
-                                                              std::size_t count) {
-        constexpr float rounding = 0.01F;
-        const auto last = static_cast<float>(count - 1);
-        if (!(size > 0)) return {0, count - 1};
-        return {static_cast<std::size_t>(clamp(std::floor((low - from) / size * last - rounding), 0, last)),
-                static_cast<std::size_t>(clamp(std::ceil((high - from) / size * last + rounding), 0, last))};
-    }
-
-    pressed_face face_{};
-    std::uint32_t surfaces_ = 0;
-    sheared_ray behind_[samples] = {}; // from each point of the face, away from the body
     std::vector<vec3> points_{};
     std::vector<crossing> crossings_{};
     std::vector<std::uint32_t> ranks_{};
-    float depth_[samples] = {}, stiff_below_[samples] = {};
 };
 
 } // namespace detail
@@ -337,20 +312,17 @@ class presser {
         if constexpr (requires { probe.elevation_height; }) face.elevation = probe.elevation_height;
         for (std::size_t i = 0; i < pressed_face::columns; ++i) // lines are evenly spaced
             face.height[i] = probe.beam(last * static_cast<float>(i) / (pressed_face::columns - 1)).origin.z;
-        skin_.begin(face);
-        for (const object& one : body.objects())
-            if (accepts(one.id)) skin_.add(one.surface.faces, body.rest_positions(one.id), one.at, is_stiff(one.id));
-        skin_.finish();
+        skin_.find(body, face, accepts, is_stiff);
         float sum = 0, pressed = 0;
         vec2 folding{0, 0}; // the largest depth at which tissue would fold over, and how far below something is stiff
         for (std::size_t row = 0; row < pressed_face::rows; ++row)
             for (std::size_t i = 0; i < pressed_face::columns; ++i) {
-                const float depth = max(skin_.depth(row, i), 0);
+                const float depth = max(skin_.depth[row][i], 0);
                 found.depth = max(found.depth, depth);
                 sum += depth;
                 pressed += depth > 0 ? 1.0F : 0.0F;
                 face.depth[row][i] = max(depth - behind, 0);
-                const float below = skin_.stiff_below(row, i);
+                const float below = skin_.stiff_below[row][i];
                 face.stop[row][i] = below < FLT_MAX ? std::exp(-below / settings.decay) : 0;
                 const float folds = settings.decay * (1 - face.stop[row][i]);
                 if (settings.yields)
@@ -366,7 +338,7 @@ class presser {
         found.pressure = area > 0 ? found.force / area : 0;
         for (std::uint32_t line = 0; line < probe.lines; ++line) {
             const float x = probe.beam(static_cast<float>(line)).origin.x;
-            const bool touches = skin_.depth(pressed_face::rows / 2, face.nearest_column(x)) >= -settings.gel;
+            const bool touches = skin_.depth[pressed_face::rows / 2][face.nearest_column(x)] >= -settings.gel;
             found.lines.push_back(touches ? 1 : 0);
             found.touching += touches ? 1 : 0;
         }

@@ -75,9 +75,6 @@ struct tetrahedral_mesh {
         inside_.build(exec::par, view<const aabb>{boxes_});
         around_.build(exec::par, mesh_view{surface});
     }
-    tetrahedral_mesh(const tetrahedral_mesh&) = delete; // the trees refer to it
-    tetrahedral_mesh& operator=(const tetrahedral_mesh&) = delete;
-    ~tetrahedral_mesh() = default;
 
     /// The point itself, or the nearest one of the surface; in the tetrahedron that contains it most deeply.
     tetrahedral_point locate(vec3 point) const {
@@ -101,33 +98,24 @@ struct tetrahedral_mesh {
 
   private:
     void find_surface() {
-        struct face {
-            std::array<std::uint32_t, 3> sorted;
-            std::uint32_t cell;
-            uvec3 corners;
-        };
-        std::vector<face> faces;
+        constexpr std::size_t sides[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
+        std::vector<std::pair<std::array<std::uint32_t, 3>, std::size_t>> faces; // nodes, and 4 * cell + side
         faces.reserve(4 * cells.size());
-        constexpr int sides[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
-        for (std::uint32_t i = 0; i < cells.size(); ++i)
-            for (const auto& side : sides) {
-                const uvec3 corners{cells[i][static_cast<std::size_t>(side[0])],
-                                    cells[i][static_cast<std::size_t>(side[1])],
-                                    cells[i][static_cast<std::size_t>(side[2])]};
-                face one{{corners.x, corners.y, corners.z}, i, corners};
-                std::sort(one.sorted.begin(), one.sorted.end());
-                faces.push_back(one);
-            }
-        std::sort(faces.begin(), faces.end(), [](const face& a, const face& b) {
-            return a.sorted != b.sorted ? a.sorted < b.sorted : a.cell < b.cell;
-        });
+        for (std::size_t i = 0; i < 4 * cells.size(); ++i) {
+            const auto& [a, b, c] = sides[i % 4];
+            faces.push_back({{cells[i / 4][a], cells[i / 4][b], cells[i / 4][c]}, i});
+            std::sort(faces.back().first.begin(), faces.back().first.end());
+        }
+        std::sort(faces.begin(), faces.end());
         surface.positions = rest;
         for (std::size_t i = 0; i < faces.size(); ++i) {
-            const bool shared = (i > 0 && faces[i - 1].sorted == faces[i].sorted) ||
-                                (i + 1 < faces.size() && faces[i + 1].sorted == faces[i].sorted);
+            const bool shared = (i > 0 && faces[i - 1].first == faces[i].first) ||
+                                (i + 1 < faces.size() && faces[i + 1].first == faces[i].first);
             if (shared) continue;
-            surface.faces.push_back(faces[i].corners);
-            behind.push_back(faces[i].cell);
+            const std::size_t cell = faces[i].second / 4;
+            const auto& [a, b, c] = sides[faces[i].second % 4];
+            surface.faces.emplace_back(cells[cell][a], cells[cell][b], cells[cell][c]);
+            behind.push_back(static_cast<std::uint32_t>(cell));
         }
     }
 
