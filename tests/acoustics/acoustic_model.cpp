@@ -29,10 +29,10 @@ static_assert(!acoustic_model<without_samples> && !acoustic_model<without_type> 
 TEST_CASE("acoustic_model: optional members have defaults") {
     const acoustic_model_test::minimal own{};
     CHECK(detail::max_depth_of(own, 40_mm, {}) == 40_mm);
-    CHECK_FALSE(detail::takes_normal_incidence<acoustic_model_test::minimal>());
+    CHECK_FALSE(detail::takes_normal_incidence<acoustic_model_test::minimal>);
     CHECK(detail::nanoseconds_of<acoustic_model_test::minimal>() == 5);
 
     CHECK(detail::max_depth_of(law2011{.reflection_length = 2_mm}, 40_mm, {}) == doctest::Approx(42_mm).scale(1e-30));
-    CHECK(detail::takes_normal_incidence<law2011>());
+    CHECK(detail::takes_normal_incidence<law2011>);
     CHECK(detail::nanoseconds_of<law2011>() == 0.5F);
 }

@@ -7,7 +7,7 @@ std::uint32_t call(detail::line_fan& fan) {
     if (!fan.assign(pencil{})) return 0;
     fan.for_each_crossed({-1, 0}, fan.gap({-1, 0}), {1, 0}, fan.gap({1, 0}), [](std::uint32_t, std::uint32_t) {});
     float along[simd_width];
-    store(fan.from<simd_width>(0).intersect({-1, 0}, {1, 0}), along);
+    store(fan.from(0).intersect({-1, 0}, {1, 0}), along);
     return fan.size();
 }
 #endif

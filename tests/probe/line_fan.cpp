@@ -115,7 +115,7 @@ TEST_CASE("a segment crosses a line at the same distance as in double precision"
             const vec2 on = fan[i].origin + depth * fan[i].along, across{fan[i].along.y, -fan[i].along.x};
             const auto crossing = [&](vec2 p, vec2 q) { // lane 0 is line i
                 float distance[simd_width];
-                store(fan.from<simd_width>(i).intersect(p, q), distance);
+                store(fan.from(i).intersect(p, q), distance);
                 return distance[0];
             };
             CHECK(crossing(on - 3_mm * across, on + 1_mm * across) == doctest::Approx(depth).epsilon(1e-6));

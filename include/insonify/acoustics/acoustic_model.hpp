@@ -292,13 +292,10 @@ float max_depth_of(const Model& model, float depth, view<const medium> media) {
 }
 
 /// True for models that assume normal incidence.
-template <acoustic_model Model>
-INSONIFY_FN constexpr bool takes_normal_incidence() {
-    if constexpr (requires { Model::normal_incidence; })
-        return Model::normal_incidence;
-    else
-        return false;
-}
+template <class Model>
+concept takes_normal_incidence = requires {
+    requires Model::normal_incidence;
+};
 
 /// Nanoseconds per sample.
 template <acoustic_model Model>

@@ -189,14 +189,6 @@ INSONIFY_FN inline float rms_height(const incidence& at) {
     return at.roughness < 0 ? max(at.before.roughness, at.after.roughness) : at.roughness;
 }
 
-namespace detail {
-
-/// Distance at which the diffuse echoes of a rough surface are independent, metres along the line: an eighth of the
-/// wavelength c0 / f0. Convention.
-INSONIFY_FN constexpr float surface_grain(float frequency) { return display_speed / (8 * frequency); }
-
-} // namespace detail
-
 /// A roughness law: law.coherent(incidence) is the factor on the amplitude of the specular echo, and
 /// law.diffuse(incidence) the fraction of the reflected energy that is scattered diffusely; both 0 to 1.
 template <class Law>

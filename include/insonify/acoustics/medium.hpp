@@ -67,6 +67,10 @@ INSONIFY_FN inline bool blocks_sound(const medium& m) { return m.impedance() > 3
 /// Whether a medium is none of soft tissue: tendon, the hardest one, has an impedance of 2.0e6, trabecular bone 2.5e6.
 INSONIFY_FN inline bool is_hard(const medium& m) { return m.impedance() > 2.2e6F || is_gas(m); }
 
+/// Distance at which the diffuse echoes of a rough surface are independent, metres along the line: an eighth of the
+/// wavelength c0 / f0. Convention.
+INSONIFY_FN constexpr float surface_grain(float frequency) { return display_speed / (8 * frequency); }
+
 } // namespace detail
 } // namespace insonify::inline INSONIFY_ABI
 

@@ -13,18 +13,6 @@
 #include <insonify/execution/policy.hpp>
 
 namespace insonify::inline INSONIFY_ABI {
-namespace detail {
-
-/// The surface at which the present layer began.
-struct layer_entry {
-    float reflected = 0;             ///< there, from outside; 0: the probe's face
-    float shown = 0;                 ///< displayed depth, metres
-    float loss_db = 0;               ///< attenuation up to there, there and back, of the peak of the pulse, dB
-    const layer* present = nullptr;  ///< which begins there
-    const medium* outside = nullptr; ///< before it
-};
-
-} // namespace detail
 
 /// The pulse-echo model: complex pressure amplitudes at baseband, as input for `convolve`.
 ///
@@ -49,6 +37,15 @@ template <interface_law Boundary = fresnel, scattering_field Scattering = gaussi
           attenuation_law Attenuation = power_law>
 struct physical {
     using sample_type = vec2; ///< in-phase and quadrature component
+
+    /// The surface at which the present layer began.
+    struct layer_entry {
+        float reflected = 0;             ///< there, from outside; 0: the probe's face
+        float shown = 0;                 ///< displayed depth, metres
+        float loss_db = 0;               ///< attenuation up to there, there and back, of the peak of the pulse, dB
+        const layer* present = nullptr;  ///< which begins there
+        const medium* outside = nullptr; ///< before it
+    };
 
     Boundary boundary{};                                     ///< reflection and transmission at interfaces
     Scattering scattering{};                                 ///< speckle
@@ -199,7 +196,7 @@ struct physical {
     /// Emits the echoes of one line to `echoes`: an `echo_line`, or another type with its members.
     template <class Echoes>
     INSONIFY_FN void emit(const traced_line& line, const Echoes& echoes) const {
-        detail::layer_entry entry{};
+        layer_entry entry{};
         const auto add_surface = [&](std::size_t i, const layer& here, const echo_path& path) {
             const layer& above = line.layers[i - 1];
             const response met = add_interface(line, above, here, path, echoes, entry);
@@ -214,144 +211,7 @@ struct physical {
         });
     }
 
-    /// Emits the speckle of a layer and advances `path` to its end.
-    template <class Echoes>
-    INSONIFY_FN void add_layer(const traced_line& line, const layer& here, echo_path& path,
-                               const Echoes& echoes) const {
-        emit_speckle(line, here, path, echoes);
-        detail::pass(*this, line, here, path);
-    }
-
-    /// Emits the echoes of the surface between two layers, at the position of `path`; returns the response of the
-    /// interface.
-    /// @param entry  the surface at which the layer above began; by default the echo does not repeat
-    template <class Echoes>
-    INSONIFY_FN response add_interface(const traced_line& line, const layer& above, const layer& below,
-                                       const echo_path& path, const Echoes& echoes,
-                                       const detail::layer_entry& entry = {}) const {
-        const medium &before = line.media[above.medium], &after = line.media[below.medium];
-        const bool normal_incidence = angle == insonify::angle::normal;
-        const float cosine = normal_incidence ? 1.0F : below.cosine;
-        const vec2 tangent = normal_incidence ? vec2{0, 0} : below.slope;
-        const incidence at{before, after, cosine, line.frequency, below.roughness};
-        const response wave = at_interface(at);
-        const float loss_db = pulse_loss(line, path.loss_db);
-        const float arrived =
-            line.gains.amplitude(path.passed * amplitude_of_decibels(-loss_db), path.gains.last().surfaces);
-        const float shown = path.shown + path.gains.last().deeper;
-
-        constexpr float steepest = 5.8F; // 80 degrees
-        const float stretch = detail::displayed_stretch(timing, before);
-        const vec2 slope = stretch * vec2{clamp(tangent.x, -steepest, steepest), clamp(tangent.y, -steepest, steepest)};
-        curved_echo coherent{.depth = shown,
-                             .amplitude = arrived * wave.reflected * roughness.coherent(at),
-                             .collected = collected(line, shown, tangent),
-                             .slope = slope,
-                             .curvature = normal_incidence ? vec3{0, 0, 0} : stretch * below.curvature};
-        if (min_ringing < 1) add_repetitions(coherent, line, entry, above, below, path.shown, loss_db, wave.reflected);
-        if (normal_incidence && coherent.repeat_ratio == 0) // no surface turns from line to line
-            echoes.surface(shown, coherent.amplitude * coherent.collected.x * coherent.collected.y, slope);
-        else if (coherent.amplitude != 0)
-            echoes.curved_surface(coherent);
-
-        // Over the solid angle of the array Lambert's law has 0.166 / (Fx Fy), calibrated by an independent simulation.
-        const float rough = roughness.diffuse(at);
-        float diffuse = 0;
-        if (rough > 0) {
-            const bool hard = detail::is_hard(before) || detail::is_hard(after);
-            const float reflected = hard ? wave.reflected : at_interface({before, after, 1, line.frequency}).reflected;
-            const float fnumbers = line.aperture.fnumber(shown) * line.aperture.elevation_fnumber;
-            diffuse =
-                std::fabs(arrived * reflected) * std::sqrt(rough * scattered_back(hard, cosine) * 0.166F / fnumbers);
-        }
-        if (diffuse > 0) {
-            const pose at_place = line.places.empty() ? pose{} : line.places[below.place];
-            material_line inside = in_object(line.frame, at_place, below.object);
-            inside.displacement = line.displacement(below.place);
-            const gaussian_field field = surface_field();
-            gaussian_field::surface_values values{field, inside, below.begin, detail::surface_grain(line.frequency)};
-            echoes.rough_surface(shown, diffuse, slope, coherent.curvature,
-                                 [&](float x) { return values(below.begin + x / stretch); });
-        }
-        return wave;
-    }
-
-    friend bool operator==(const physical&, const physical&) = default;
-
-  private:
-    template <class A, class B, class C, class D, class E>
-    physical<A, B, C, D, E> with(const A& a, const B& b, const C& c, const D& d, const E& e) const {
-        return {a, b, c, timing, angle, bandwidth, texture_db, shadow_floor_db, seed, d, e, min_ringing};
-    }
-
-    // Of a pulse of 2.5 cycles, whose fractional bandwidth is 1.61 / 2.5.
-    INSONIFY_FN static float nominal_sigma(float frequency) { return axial_sigma(0.644F, frequency); }
-
-    // Fractions that the aperture collects of the specular echo of a surface of this slope, as in `curved_echo`.
-    INSONIFY_FN vec2 collected(const traced_line& line, float shown, vec2 slope) const {
-        const float wavelengths = max(shown, 1e-4F) * line.frequency / display_speed;
-        return {specular(std::atan(slope.x), line.aperture.fnumber(shown), wavelengths),
-                specular(std::atan(slope.y), line.aperture.elevation_fnumber, wavelengths)};
-    }
-
-    // Sound reverberates in a thin hard layer, such as a needle, and each time part of it leaves towards the probe: the
-    // echo of the layer's far surface repeats at its thickness, a ladder of lines that grow fainter.
-    //
-    //     ratio = r' r 10^(-loss / 20),   r' = -r of the near surface from outside
-    //
-    // for each time that sound crosses the layer and returns. Where the surfaces are not parallel, the ratio takes the
-    // fraction of the first repetition that the aperture collects. Slopes, angles and thickness are those of the place
-    // that is nearest to the probe: a needle rings alike in all planes that cut it.
-    // @param far        the layer that begins at the far surface
-    // @param shown      displayed depth of the far surface, metres
-    // @param loss_db    attenuation down to it, there and back, of the peak of the pulse, dB
-    // @param reflected  r of the far surface
-    INSONIFY_FN void add_repetitions(curved_echo& one, const traced_line& line, const detail::layer_entry& near,
-                                     const layer& present, const layer& far, float shown, float loss_db,
-                                     float reflected) const {
-        constexpr float thickest = 2e-3F; // displayed: beyond, the beam has widened
-        float step = shown - near.shown;
-        if (near.reflected == 0 || !(step > 0) || step > thickest) return;
-        const medium &inside = line.media[present.medium], &behind = line.media[far.medium];
-        const float stretch = detail::displayed_stretch(timing, inside);
-        const float speeds = inside.sound_speed / near.outside->sound_speed;
-        vec2 near_slope = near.present->slope, far_slope = far.slope, whole = one.collected;
-        float near_reflected = near.reflected;
-        const vec2 near_bend{near.present->curvature.x, near.present->curvature.y},
-            bend{far.curvature.x, far.curvature.y};
-        // Metres across the line from there, at most half of the thickness.
-        const float half = 0.5F * step / stretch;
-        const auto nearest_along = [&](int i) {
-            return bend[i] == 0 ? 0.0F : clamp(far_slope[i] / bend[i], -half, half);
-        };
-        const vec2 nearest{nearest_along(0), nearest_along(1)};
-        if (nearest != vec2{0, 0}) {
-            step += stretch * dot(near_slope - far_slope + 0.5F * (bend - near_bend) * nearest, nearest);
-            near_slope -= near_bend * nearest;
-            far_slope -= bend * nearest;
-            const float sine = std::sqrt(dot(near_slope, near_slope) / (1 + dot(near_slope, near_slope))),
-                        sine_inside = speeds * sine;
-            if (sine_inside >= 1) return;
-            const auto reflects = [&](const medium& from, const medium& to, float cosine) {
-                return at_interface({from, to, cosine, line.frequency}).reflected;
-            };
-            near_reflected = reflects(*near.outside, inside, std::sqrt(1 - sine * sine));
-            reflected = reflects(inside, behind, std::sqrt(1 - sine_inside * sine_inside));
-            whole = collected(line, one.depth, far_slope);
-        }
-        const float ratio = -near_reflected * reflected * amplitude_of_decibels(min(near.loss_db - loss_db, 0));
-        if (!(std::fabs(ratio) >= min_ringing)) return;
-        // A wedge turns sound in the layer by twice its angle, and refraction changes that outside.
-        const vec2 by = (far_slope - near_slope) / speeds;
-        const vec2 turned = dot(by, by) < 1e-8F ? whole : collected(line, one.depth, far_slope + by);
-        const float first = whole.x * whole.y;
-        one.repeat_ratio = ratio * (first > 0 ? min(turned.x * turned.y / first, 1) : 0);
-        one.repeat_step = step;
-    }
-
-    INSONIFY_FN gaussian_field surface_field() const { return {.seed = seed}; }
-
-    // Emits the speckle of one layer, from `path` at its beginning on.
+    /// Emits the speckle of one layer, from `path` at its beginning on.
     template <class Echoes>
     INSONIFY_FN void emit_speckle(const traced_line& line, const layer& here, const echo_path& path,
                                   const Echoes& echoes) const {
@@ -412,6 +272,134 @@ struct physical {
                                .slope = run.slope * displayed});
         });
     }
+
+    /// Emits the echoes of the surface between two layers, at the position of `path`; returns the response of the
+    /// interface.
+    /// @param entry  the surface at which the layer above began; by default the echo does not repeat
+    template <class Echoes>
+    INSONIFY_FN response add_interface(const traced_line& line, const layer& above, const layer& below,
+                                       const echo_path& path, const Echoes& echoes,
+                                       const layer_entry& entry = {}) const {
+        const medium &before = line.media[above.medium], &after = line.media[below.medium];
+        const bool normal_incidence = angle == insonify::angle::normal;
+        const float cosine = normal_incidence ? 1.0F : below.cosine;
+        const vec2 tangent = normal_incidence ? vec2{0, 0} : below.slope;
+        const incidence at{before, after, cosine, line.frequency, below.roughness};
+        const response wave = at_interface(at);
+        const float loss_db = pulse_loss(line, path.loss_db);
+        const float arrived =
+            line.gains.amplitude(path.passed * amplitude_of_decibels(-loss_db), path.gains.last().surfaces);
+        const float shown = path.shown + path.gains.last().deeper;
+
+        constexpr float steepest = 5.8F; // 80 degrees
+        const float stretch = detail::displayed_stretch(timing, before);
+        const vec2 slope = stretch * vec2{clamp(tangent.x, -steepest, steepest), clamp(tangent.y, -steepest, steepest)};
+        curved_echo coherent{.depth = shown,
+                             .amplitude = arrived * wave.reflected * roughness.coherent(at),
+                             .collected = collected(line, shown, tangent),
+                             .slope = slope,
+                             .curvature = normal_incidence ? vec3{0, 0, 0} : stretch * below.curvature};
+        if (min_ringing < 1) add_repetitions(coherent, line, entry, above, below, path.shown, loss_db, wave.reflected);
+        if (normal_incidence && coherent.repeat_ratio == 0) // no surface turns from line to line
+            echoes.surface(shown, coherent.amplitude * coherent.collected.x * coherent.collected.y, slope);
+        else if (coherent.amplitude != 0)
+            echoes.curved_surface(coherent);
+
+        // Over the solid angle of the array Lambert's law has 0.166 / (Fx Fy), calibrated by an independent simulation.
+        const float rough = roughness.diffuse(at);
+        float diffuse = 0;
+        if (rough > 0) {
+            const bool hard = detail::is_hard(before) || detail::is_hard(after);
+            const float reflected = hard ? wave.reflected : at_interface({before, after, 1, line.frequency}).reflected;
+            const float fnumbers = line.aperture.fnumber(shown) * line.aperture.elevation_fnumber;
+            diffuse =
+                std::fabs(arrived * reflected) * std::sqrt(rough * scattered_back(hard, cosine) * 0.166F / fnumbers);
+        }
+        if (diffuse > 0) {
+            const pose at_place = line.places.empty() ? pose{} : line.places[below.place];
+            material_line inside = in_object(line.frame, at_place, below.object);
+            inside.displacement = line.displacement(below.place);
+            echoes.rough_surface(shown, diffuse, slope, coherent.curvature, [&](float x) {
+                return surface_field().value(inside, below.begin, x / stretch, detail::surface_grain(line.frequency));
+            });
+        }
+        return wave;
+    }
+
+    friend bool operator==(const physical&, const physical&) = default;
+
+  private:
+    template <class A, class B, class C, class D, class E>
+    physical<A, B, C, D, E> with(const A& a, const B& b, const C& c, const D& d, const E& e) const {
+        return {a, b, c, timing, angle, bandwidth, texture_db, shadow_floor_db, seed, d, e, min_ringing};
+    }
+
+    // Of a pulse of 2.5 cycles, whose fractional bandwidth is 1.61 / 2.5.
+    INSONIFY_FN static float nominal_sigma(float frequency) { return axial_sigma(0.644F, frequency); }
+
+    // Fractions that the aperture collects of the specular echo of a surface of this slope, as in `curved_echo`.
+    INSONIFY_FN vec2 collected(const traced_line& line, float shown, vec2 slope) const {
+        const float wavelengths = max(shown, 1e-4F) * line.frequency / display_speed;
+        return {specular(std::atan(slope.x), line.aperture.fnumber(shown), wavelengths),
+                specular(std::atan(slope.y), line.aperture.elevation_fnumber, wavelengths)};
+    }
+
+    // Sound reverberates in a thin hard layer, such as a needle, and each time part of it leaves towards the probe: the
+    // echo of the layer's far surface repeats at its thickness, a ladder of lines that grow fainter.
+    //
+    //     ratio = r' r 10^(-loss / 20),   r' = -r of the near surface from outside
+    //
+    // for each time that sound crosses the layer and returns. Where the surfaces are not parallel, the ratio takes the
+    // fraction of the first repetition that the aperture collects. Slopes, angles and thickness are those of the place
+    // that is nearest to the probe: a needle rings alike in all planes that cut it.
+    // @param far        the layer that begins at the far surface
+    // @param shown      displayed depth of the far surface, metres
+    // @param loss_db    attenuation down to it, there and back, of the peak of the pulse, dB
+    // @param reflected  r of the far surface
+    INSONIFY_FN void add_repetitions(curved_echo& one, const traced_line& line, const layer_entry& near,
+                                     const layer& present, const layer& far, float shown, float loss_db,
+                                     float reflected) const {
+        constexpr float thickest = 2e-3F; // displayed: beyond, the beam has widened
+        float step = shown - near.shown;
+        if (near.reflected == 0 || !(step > 0) || step > thickest) return;
+        const medium &inside = line.media[present.medium], &behind = line.media[far.medium];
+        const float stretch = detail::displayed_stretch(timing, inside);
+        const float speeds = inside.sound_speed / near.outside->sound_speed;
+        vec2 near_slope = near.present->slope, far_slope = far.slope, whole = one.collected;
+        float near_reflected = near.reflected;
+        const vec2 near_bend{near.present->curvature.x, near.present->curvature.y},
+            bend{far.curvature.x, far.curvature.y};
+        // Metres across the line from there, at most half of the thickness.
+        const float half = 0.5F * step / stretch;
+        const auto nearest_along = [&](int i) {
+            return bend[i] == 0 ? 0.0F : clamp(far_slope[i] / bend[i], -half, half);
+        };
+        const vec2 nearest{nearest_along(0), nearest_along(1)};
+        if (nearest != vec2{0, 0}) {
+            step += stretch * dot(near_slope - far_slope + 0.5F * (bend - near_bend) * nearest, nearest);
+            near_slope -= near_bend * nearest;
+            far_slope -= bend * nearest;
+            const float sine = std::sqrt(dot(near_slope, near_slope) / (1 + dot(near_slope, near_slope))),
+                        sine_inside = speeds * sine;
+            if (sine_inside >= 1) return;
+            const auto reflects = [&](const medium& from, const medium& to, float cosine) {
+                return at_interface({from, to, cosine, line.frequency}).reflected;
+            };
+            near_reflected = reflects(*near.outside, inside, std::sqrt(1 - sine * sine));
+            reflected = reflects(inside, behind, std::sqrt(1 - sine_inside * sine_inside));
+            whole = collected(line, one.depth, far_slope);
+        }
+        const float ratio = -near_reflected * reflected * amplitude_of_decibels(min(near.loss_db - loss_db, 0));
+        if (!(std::fabs(ratio) >= min_ringing)) return;
+        // A wedge turns sound in the layer by twice its angle, and refraction changes that outside.
+        const vec2 by = (far_slope - near_slope) / speeds;
+        const vec2 turned = dot(by, by) < 1e-8F ? whole : collected(line, one.depth, far_slope + by);
+        const float first = whole.x * whole.y;
+        one.repeat_ratio = ratio * (first > 0 ? min(turned.x * turned.y / first, 1) : 0);
+        one.repeat_step = step;
+    }
+
+    INSONIFY_FN gaussian_field surface_field() const { return {.seed = seed}; }
 };
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -69,16 +69,12 @@ struct slice_lines {
     float elevation_height = 5e-3F, elevation_focus = 20e-3F, fnumber = 2;
 
     ray beam(float line) const {
-        const float at = aperture_fraction(line, lines) * extent;
-        if (radius == 0) return {.origin = {at, 0, 0}};
-        return {.origin = radius * vec3{std::sin(at), 0, std::cos(at) - 1},
-                .direction = {std::sin(at), 0, std::cos(at)}};
+        if (radius == 0) return {.origin = {aperture_fraction(line, lines) * extent, 0, 0}};
+        return sector{lines, radius, extent}.beam(line);
     }
     vec2 locate(vec2 p) const {
         if (radius == 0) return {line_at_fraction(p.x / extent, lines), p.y};
-        const float along = p.y + radius;
-        return {line_at_fraction(std::atan2(p.x, along) / extent, lines),
-                std::sqrt(p.x * p.x + along * along) - radius};
+        return sector{lines, radius, extent}.locate(p);
     }
     void check() const {}
     /// Width of tissue that a line stands for, metres.

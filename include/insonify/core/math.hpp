@@ -35,6 +35,7 @@ using dvec3 = glm::dvec3;
 using uvec2 = glm::uvec2;
 using uvec3 = glm::uvec3;
 using mat3 = glm::mat3;
+using dmat3 = glm::dmat3;
 /// @}
 
 static_assert(
@@ -47,6 +48,7 @@ using glm::dot;
 using glm::inverse;
 using glm::length;
 using glm::normalize;
+using glm::outerProduct;
 using glm::transpose;
 
 /// Half a turn, radians.

@@ -32,21 +32,22 @@ class line_fan {
         float right(vec2 p) const { return (p.x - origin.x) * along.y - (p.y - origin.y) * along.x; }
     };
 
-    /// N neighbouring lines, one in each lane.
-    template <int N>
+    using floats = lanes<simd_width>;
+
+    /// Neighbouring lines, one in each lane.
     struct neighbours {
-        lanes<N> origin_x, origin_y, along_x, along_y;
+        floats origin_x, origin_y, along_x, along_y;
 
         /// Distance along each line at which the segment from p to q crosses it, given that it does.
-        INSONIFY_INLINE lanes<N> intersect(vec2 p, vec2 q) const {
-            const lanes<N> zero(0.0F), one(1.0F);
-            const lanes<N> px = lanes<N>(p.x) - origin_x, py = lanes<N>(p.y) - origin_y;
-            const lanes<N> qx = lanes<N>(q.x) - origin_x, qy = lanes<N>(q.y) - origin_y;
-            const lanes<N> right_of_p = px * along_y - py * along_x, right_of_q = qx * along_y - qy * along_x;
-            const lanes<N> beyond = right_of_p - right_of_q;
+        INSONIFY_INLINE floats intersect(vec2 p, vec2 q) const {
+            const floats zero(0.0F), one(1.0F);
+            const floats px = floats(p.x) - origin_x, py = floats(p.y) - origin_y;
+            const floats qx = floats(q.x) - origin_x, qy = floats(q.y) - origin_y;
+            const floats right_of_p = px * along_y - py * along_x, right_of_q = qx * along_y - qy * along_x;
+            const floats beyond = right_of_p - right_of_q;
             const auto parallel = beyond == zero;
-            const lanes<N> fraction = select(parallel, lanes<N>(0.5F), right_of_p) / select(parallel, one, beyond);
-            const lanes<N> down_p = px * along_x + py * along_y, down_q = qx * along_x + qy * along_y;
+            const floats fraction = select(parallel, floats(0.5F), right_of_p) / select(parallel, one, beyond);
+            const floats down_p = px * along_x + py * along_y, down_q = qx * along_x + qy * along_y;
             return down_p + min(max(fraction, zero), one) * (down_q - down_p);
         }
     };
@@ -118,42 +119,38 @@ class line_fan {
     bool is_wedge() const { return parallel_ || (lines_.front().along.y > 1e-3F && lines_.back().along.y > 1e-3F); }
 
     /// The lines from `first` on; the last line fills the lanes beyond it.
-    template <int N>
-    neighbours<N> from(std::size_t first) const {
+    neighbours from(std::size_t first) const {
         const auto each = [&](auto value) {
-            return each_lane<N>(
+            return each_lane<simd_width>(
                 [&](int i) { return value(lines_[std::min(first + static_cast<std::size_t>(i), lines_.size() - 1)]); });
         };
         return {each([](const line& l) { return l.origin.x; }), each([](const line& l) { return l.origin.y; }),
                 each([](const line& l) { return l.along.x; }), each([](const line& l) { return l.along.y; })};
     }
 
-    /// Search keys of N points for `gap`.
-    template <int N>
+    /// Search keys of points for `gap`.
     struct places {
-        float key[N];
-        std::uint32_t bin[N];
+        float key[simd_width];
+        std::uint32_t bin[simd_width];
     };
-    template <int N>
-    INSONIFY_INLINE places<N> places_of(const lanes<N>& x, const lanes<N>& y) const {
-        places<N> found;
-        const lanes<N> keys = key_of<N>(x, y);
+    INSONIFY_INLINE places places_of(const floats& x, const floats& y) const {
+        places found;
+        const floats keys = key_of(x, y);
         store(keys, found.key);
-        store_bits<N>(bin_of<N>(keys), found.bin);
+        // Monotonic in the key, whatever the rounding; NaN is in the first bin.
+        const floats bin = max(floats(0.0F), (keys - floats(keys_[0])) * floats(bins_per_key_));
+        store_bits<simd_width>(bits_of_whole<simd_width>(min(bin, floats(static_cast<float>(last_bin_)))), found.bin);
         return found;
     }
 
     /// The gap of point i, which must be finite: the number of lines on its left.
-    template <int N>
-    INSONIFY_INLINE std::uint32_t gap(const places<N>& of, std::uint32_t i) const {
+    INSONIFY_INLINE std::uint32_t gap(const places& of, std::uint32_t i) const {
         std::uint32_t left = first_in_bin_[std::min(of.bin[i], last_bin_)];
         left += keys_[left] < of.key[i]; // usually sufficient, and branchless
         while (keys_[left] < of.key[i]) ++left;
         return left;
     }
-    std::uint32_t gap(vec2 p) const {
-        return gap(places_of<simd_width>(lanes<simd_width>(p.x), lanes<simd_width>(p.y)), 0);
-    }
+    std::uint32_t gap(vec2 p) const { return gap(places_of(floats(p.x), floats(p.y)), 0); }
 
     /// Calls visit(first, last) for each range of lines [first, last) that the segment from p to q crosses; at most
     /// two.
@@ -222,49 +219,32 @@ class line_fan {
     vec2 turned(vec2 v) const { return {v.x * axis_.y - v.y * axis_.x, v.x * axis_.x + v.y * axis_.y}; }
 
     bool number_gaps() {
-        constexpr std::size_t width = simd_width;
-        keys_.resize(lines_.size() + width); // sentinels end every search
-        const auto place = [&](std::size_t i) { return parallel_ ? lines_[i].origin : lines_[i].along; };
-        for (std::size_t i = 0; i < lines_.size(); i += width) {
-            const auto each = [&](int axis) {
-                return each_lane<width>([&](int lane) {
-                    return place(std::min(i + static_cast<std::size_t>(lane), lines_.size() - 1))[axis];
-                });
-            };
-            store(key_of<width>(each(0), each(1)), keys_.data() + i);
-        }
-        std::fill(keys_.data() + size(), keys_.data() + keys_.size(), FLT_MAX);
+        const auto places_of_line = [&](std::size_t i) {
+            const vec2 p = parallel_ ? lines_[i].origin : lines_[i].along;
+            return places_of(floats(p.x), floats(p.y));
+        };
+        bins_per_key_ = 0;
+        keys_.assign(lines_.size() + 1, FLT_MAX); // the last one ends every search
+        for (std::size_t i = 0; i < lines_.size(); ++i) keys_[i] = places_of_line(i).key[0];
         if (!std::is_sorted(keys_.begin(), keys_.end())) return false;
         const std::size_t bins = 2 * lines_.size() + 1;
         const float extent = keys_[lines_.size() - 1] - keys_[0];
         last_bin_ = static_cast<std::uint32_t>(bins - 1);
         bins_per_key_ = extent > 0 ? static_cast<float>(bins - 1) / extent : 0.0F;
         first_in_bin_.assign(bins, size());
-        for (std::size_t i = lines_.size(); i > 0;) {
-            std::uint32_t bin[width];
-            const std::size_t first = (i - 1) / width * width;
-            store_bits<width>(bin_of<width>(load<width>(keys_.data() + first)), bin);
-            for (; i > first; --i) first_in_bin_[bin[i - 1 - first]] = static_cast<std::uint32_t>(i - 1);
-        }
+        for (std::size_t i = lines_.size(); i-- > 0;)
+            first_in_bin_[places_of_line(i).bin[0]] = static_cast<std::uint32_t>(i);
         for (std::size_t bin = bins - 1; bin > 0; --bin)
             first_in_bin_[bin - 1] = std::min(first_in_bin_[bin - 1], first_in_bin_[bin]);
         return true;
     }
 
-    // Monotonic in the key, whatever the rounding; NaN is in the first bin.
-    template <int N>
-    INSONIFY_INLINE bit_lanes<N> bin_of(const lanes<N>& key) const {
-        const lanes<N> bin = max(lanes<N>(0.0F), (key - lanes<N>(keys_[0])) * lanes<N>(bins_per_key_));
-        return bits_of_whole<N>(min(bin, lanes<N>(static_cast<float>(last_bin_))));
-    }
-
     // Increases from line to line: the position across or, for a fan, a diamond angle: -2 to 2 for -180 to 180 degrees.
-    template <int N>
-    INSONIFY_INLINE lanes<N> key_of(const lanes<N>& x, const lanes<N>& y) const {
+    INSONIFY_INLINE floats key_of(const floats& x, const floats& y) const {
         if (parallel_) return x;
-        const lanes<N> zero(0.0F), size = abs(x) + abs(y);
-        const lanes<N> ratio = x / select(zero < size, size, lanes<N>(1.0F));
-        const lanes<N> behind = select(zero <= x, lanes<N>(2.0F), lanes<N>(-2.0F)) - ratio;
+        const floats zero(0.0F), size = abs(x) + abs(y);
+        const floats ratio = x / select(zero < size, size, floats(1.0F));
+        const floats behind = select(zero <= x, floats(2.0F), floats(-2.0F)) - ratio;
         return select(zero <= y, ratio, behind);
     }
 

@@ -24,15 +24,9 @@ struct radial_array {
     float side_lobes = 0;          ///< amplitude of the first side lobe; 0: none, 0.047: rectangular aperture
 
     /// The line as a ray in the probe frame; see `transducer`.
-    INSONIFY_FN ray beam(float line) const {
-        const float angle = aperture_fraction(line, lines) * 2 * pi;
-        const vec3 direction{std::sin(angle), 0, std::cos(angle)};
-        return {.origin = radius * direction, .direction = direction};
-    }
+    INSONIFY_FN ray beam(float line) const { return detail::sector{lines, radius, 2 * pi, 0}.beam(line); }
     /// From {x, z} to {line, depth along it}; see `transducer`.
-    INSONIFY_FN vec2 locate(vec2 point) const {
-        return {line_at_fraction(std::atan2(point.x, point.y) / (2 * pi), lines), length(point) - radius};
-    }
+    INSONIFY_FN vec2 locate(vec2 point) const { return detail::sector{lines, radius, 2 * pi, 0}.locate(point); }
 
     /// The largest active aperture, metres: the diameter of the face.
     INSONIFY_FN float aperture() const { return 2 * radius; }

@@ -101,6 +101,26 @@ INSONIFY_FN constexpr float line_at_fraction(float fraction, std::uint32_t lines
 
 namespace detail {
 
+/// Lines that diverge from an apex, which lies `radius` behind the face.
+struct sector {
+    std::uint32_t lines = 1;
+    float radius = 0;        ///< radius of the face, metres
+    float field_of_view = 1; ///< angle between the ends of the sector, radians
+    float behind = 1;        ///< 0 where the origin of the probe is the apex
+
+    /// From (R sin t, 0, R cos t - R) towards (sin t, 0, cos t).
+    INSONIFY_FN ray beam(float line) const {
+        const float angle = aperture_fraction(line, lines) * field_of_view;
+        const vec3 direction{std::sin(angle), 0, std::cos(angle)};
+        return {.origin = radius * (direction - vec3{0, 0, behind}), .direction = direction};
+    }
+    INSONIFY_FN vec2 locate(vec2 point) const {
+        const float along = point.y + behind * radius;
+        const float from_apex = std::sqrt(point.x * point.x + along * along);
+        return {line_at_fraction(std::atan2(point.x, along) / field_of_view, lines), from_apex - radius};
+    }
+};
+
 /// The settings of a probe: those that it states, and for those that it lacks the values here.
 struct stated_settings {
     std::uint32_t lines = 0;
@@ -172,29 +192,6 @@ template <class Array>
 void check_array(const Array& array) {
     detail::stated_settings{array}.check();
 }
-
-namespace detail {
-
-/// Lines that diverge from an apex, which lies `radius` behind the face.
-struct sector {
-    std::uint32_t lines = 1;
-    float radius = 0;        ///< radius of the face, metres
-    float field_of_view = 1; ///< angle between the ends of the sector, radians
-
-    /// From (R sin t, 0, R cos t - R) towards (sin t, 0, cos t).
-    INSONIFY_FN ray beam(float line) const {
-        const float angle = aperture_fraction(line, lines) * field_of_view;
-        const vec3 direction{std::sin(angle), 0, std::cos(angle)};
-        return {.origin = radius * (direction - vec3{0, 0, 1}), .direction = direction};
-    }
-    INSONIFY_FN vec2 locate(vec2 point) const {
-        const float along = point.y + radius;
-        const float from_apex = std::sqrt(point.x * point.x + along * along);
-        return {line_at_fraction(std::atan2(point.x, along) / field_of_view, lines), from_apex - radius};
-    }
-};
-
-} // namespace detail
 
 /// A probe whose lines are all turned in the slice plane by one angle, each about its origin on the face: one look of a
 /// compounded image. The lines of a linear array fill a parallelogram.

@@ -74,55 +74,38 @@ class layer_normals : public fibre_directions {
 
 namespace detail {
 
-/// A symmetric matrix.
-struct symmetric3 {
-    double at[3][3] = {};
-
-    void add(double weight, const dvec3& a, const dvec3& b) {
-        for (int i = 0; i < 3; ++i)
-            for (int j = 0; j < 3; ++j) at[i][j] += weight * a[i] * b[j];
-    }
-};
-
-/// Eigenvectors as columns, by descending eigenvalue.
+/// Eigenvectors of a symmetric matrix as columns, by descending eigenvalue.
 /// Source: the cyclic Jacobi method; Golub & Van Loan, Matrix Computations, section 8.5.
-inline mat3 principal_axes(symmetric3 m) {
-    double v[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+inline mat3 principal_axes(dmat3 m) {
+    dmat3 v{1};
     for (int sweep = 0; sweep < 12; ++sweep)
         for (int p = 0; p < 2; ++p)
             for (int q = p + 1; q < 3; ++q) {
-                if (m.at[p][q] == 0) continue;
-                const double angle = (m.at[q][q] - m.at[p][p]) / (2 * m.at[p][q]);
+                if (m[q][p] == 0) continue;
+                const double angle = (m[q][q] - m[p][p]) / (2 * m[q][p]);
                 const double t = (angle < 0 ? -1 : 1) / (std::fabs(angle) + std::sqrt(angle * angle + 1));
                 const double c = 1 / std::sqrt(t * t + 1), s = t * c;
-                for (int k = 0; k < 3; ++k) {
-                    const double a = m.at[k][p], b = m.at[k][q];
-                    m.at[k][p] = c * a - s * b;
-                    m.at[k][q] = s * a + c * b;
+                const auto turn = [&](dmat3& columns) {
+                    const dvec3 a = columns[p], b = columns[q];
+                    columns[p] = c * a - s * b;
+                    columns[q] = s * a + c * b;
+                };
+                for (int side = 0; side < 2; ++side) {
+                    turn(m);
+                    m = transpose(m);
                 }
-                for (int k = 0; k < 3; ++k) {
-                    const double a = m.at[p][k], b = m.at[q][k];
-                    m.at[p][k] = c * a - s * b;
-                    m.at[q][k] = s * a + c * b;
-                    const double d = v[k][p], e = v[k][q];
-                    v[k][p] = c * d - s * e;
-                    v[k][q] = s * d + c * e;
-                }
+                turn(v);
             }
     int order[3] = {0, 1, 2};
     for (const int i : {0, 1, 0})
-        if (m.at[order[i]][order[i]] < m.at[order[i + 1]][order[i + 1]]) std::swap(order[i], order[i + 1]);
-    mat3 axes{1};
-    for (int i = 0; i < 3; ++i)
-        axes[i] = vec3{static_cast<float>(v[0][order[i]]), static_cast<float>(v[1][order[i]]),
-                       static_cast<float>(v[2][order[i]])};
-    return axes;
+        if (m[order[i]][order[i]] < m[order[i + 1]][order[i + 1]]) std::swap(order[i], order[i + 1]);
+    return mat3{vec3{v[order[0]]}, vec3{v[order[1]]}, vec3{v[order[2]]}};
 }
 
 /// Covariance of the volume that a closed surface encloses, times that volume. Each face adds its tetrahedron with the
 /// middle of the box; outside the surface these cancel.
-inline symmetric3 volume_covariance(const mesh_view& surface, const aabb& box) {
-    symmetric3 second;
+inline dmat3 volume_covariance(const mesh_view& surface, const aabb& box) {
+    dmat3 second{0};
     dvec3 first{0, 0, 0};
     double volume = 0;
     const dvec3 middle{box.centre()};
@@ -130,22 +113,12 @@ inline symmetric3 volume_covariance(const mesh_view& surface, const aabb& box) {
         const triangle face = surface[i];
         const dvec3 a = dvec3{face.a} - middle, b = dvec3{face.b} - middle, c = dvec3{face.c} - middle, sum = a + b + c;
         const double own = dot(a, cross(b, c)) / 6;
-        for (const dvec3& corner : {a, b, c, sum}) second.add(own / 20, corner, corner);
+        for (const dvec3& corner : {a, b, c, sum}) second += outerProduct(own / 20 * corner, corner);
         first += 0.25 * own * sum;
         volume += own;
     }
-    if (volume != 0) second.add(-1 / volume, first, first);
-    if (volume < 0)
-        for (auto& row : second.at)
-            for (double& value : row) value = -value;
-    return second;
-}
-
-/// Axes from the longest to the shortest side of a box.
-inline mat3 axes_of(const aabb& box) {
-    symmetric3 sides;
-    for (int i = 0; i < 3; ++i) sides.at[i][i] = box.empty() ? -i : static_cast<double>(box.size()[i]);
-    return principal_axes(sides);
+    if (volume != 0) second += outerProduct(-1 / volume * first, first);
+    return volume < 0 ? -second : second;
 }
 
 /// The axes with the first one along `fibres`, if that is not 0, and the last one as it was, as far as possible.
@@ -170,11 +143,15 @@ inline mat3 aligned(const mat3& axes, vec3 fibres, vec3 normal) {
     return own;
 }
 
-/// The axes of an object's moments of inertia, the longest first.
+/// The axes of an object's moments of inertia, the longest first; of its box where it encloses nothing.
 inline mat3 axes_of(const mesh_view& surface, const aabb& box) {
-    const symmetric3 moments = volume_covariance(surface, box);
-    const double trace = moments.at[0][0] + moments.at[1][1] + moments.at[2][2];
-    return trace > 0 && trace < 1e30 ? principal_axes(moments) : axes_of(box);
+    dmat3 moments = volume_covariance(surface, box);
+    const double trace = moments[0][0] + moments[1][1] + moments[2][2];
+    for (int i = 0; i < 3 && !(trace > 0 && trace < 1e30); ++i) {
+        moments[i] = {0, 0, 0};
+        moments[i][i] = box.empty() ? -i : static_cast<double>(box.size()[i]);
+    }
+    return principal_axes(moments);
 }
 
 /// Coordinates in which the fibres of an object are straight.

@@ -548,6 +548,7 @@ class sheath_gains {
         range_ = min(2 * of.thickness / max(std::fabs(cosine), 1e-3F), max_range);
         begin_ = max(cosine > 0 ? surface : surface - range_, 0);
         end_ = min(cosine > 0 ? surface + range_ : surface, segment.length);
+        if (begin_ < end_) prepare();
     }
 
     /// Multiplies complex amplitudes at equal steps from a distance on; metres from the origin of the segment. The
@@ -560,7 +561,6 @@ class sheath_gains {
         const std::uint32_t from = slot(begin_) / wide_lanes * wide_lanes,
                             to = slot(end_ + 1.5F * step); // past the slot that the end cuts
         if (from >= to) return;
-        if (!prepared_) prepare();
         const floats per_width(1 / min(0.12e-3F / of_.thickness, 0.25F)); // standard deviation of a line
         for (std::uint32_t i = from; i < to; i += wide_lanes) {
             const float here = first + static_cast<float>(i) * step;
@@ -591,7 +591,6 @@ class sheath_gains {
         evaluate(level_, 5e-3F, 2, bits_per_decibel * of_.spread_db,
                  bits_per_decibel * of_.level_db + std::log2(max(echo, 1e-12F)));
         evaluate(other_, 5e-3F, 3, 2, -1.5F);
-        prepared_ = true;
     }
 
     const structure::sheath_layer& of_;
@@ -599,7 +598,6 @@ class sheath_gains {
     float surface_, cosine_;
     float range_ = 0;           // length of the sheath, metres along the line
     float begin_ = 0, end_ = 0; // of it, metres from the origin
-    bool prepared_ = false;
     // Thickness relative to the mean; amplitude of the first line, and of the other relative to it.
     line_nodes thickness_, level_, other_;
 };

@@ -66,18 +66,16 @@ class ray_tube {
         const float towards = dot(normal, reflected);
         ray_tube next;
         if (std::fabs(towards) < 0.05F) return next;
-        const mat3 mirror = mat3{1} - 2.0F * product(normal, normal);
+        const mat3 mirror = mat3{1} - 2.0F * outerProduct(normal, normal);
         const vec3 x = across - (dot(across, reflected) / towards) * normal,
                    y = elevation - (dot(elevation, reflected) / towards) * normal;
         next.bend_ = mirror * bend_ * mirror +
-                     (2 * towards * towards) * (curvature.x * product(x, x) + curvature.y * product(y, y) +
-                                                curvature.z * (product(x, y) + product(y, x)));
+                     (2 * towards * towards) * (curvature.x * outerProduct(x, x) + curvature.y * outerProduct(y, y) +
+                                                curvature.z * (outerProduct(x, y) + outerProduct(y, x)));
         return next;
     }
 
   private:
-    INSONIFY_FN static mat3 product(vec3 a, vec3 b) { return {b.x * a, b.y * a, b.z * a}; } // a b^T
-
     mat3 bend_{0}; // K
 };
 
@@ -109,7 +107,7 @@ struct path_arrival {
 template <class Model>
 concept path_model = acoustic_model<Model> && requires(const Model& m, const traced_line& line, const layer& one,
                                                        echo_path& path, const echo_line& echoes, const incidence& at) {
-    m.add_layer(line, one, path, echoes);
+    m.emit_speckle(line, one, path, echoes);
     { m.add_interface(line, one, one, path, echoes) } -> std::same_as<response>;
     { m.roughness.coherent(at) } -> std::convertible_to<float>;
     { m.refracted(vec3{}, vec3{}, at.before, at.after) } -> std::convertible_to<vec3>;
@@ -173,7 +171,8 @@ class path_follower {
         for (layer above; walk.next(above);) {
             if (walk.at_end()) above.end = limit;
             now.path.gains = now.path.gains.next(line_.gains, above, line_.media[above.medium]);
-            model_.add_layer(line_, above, now.path, echoes_);
+            model_.emit_speckle(line_, above, now.path, echoes_);
+            pass(model_, line_, above, now.path);
             if (walk.at_end()) break;
             layer below = walk.beyond();
             if (above.medium != below.medium) {

@@ -43,7 +43,7 @@ struct straight_lines {
                                 view<typename Model::sample_type> out) const {
         if (!find_crossings(task.scene, task.beam(), task.max_depth, scratch.found)) return false;
         const view<const layer> layers = stack_layers(task.scene, task.line.frame, task.max_depth, scratch.found,
-                                                      scratch.layers, !detail::takes_normal_incidence<Model>());
+                                                      scratch.layers, !detail::takes_normal_incidence<Model>);
         if (layers.empty()) return false;
         task.apply(policy, model, layers, out);
         return true;
@@ -101,7 +101,7 @@ class line_driver {
     void emit_lines(const Policy& policy, const scene& body, const probe_lines& probe, const frame_view& frame,
                     const Model& model, const straight_lines& how, float line_time,
                     view<line_grid<Sample>* const> sinks, const Emit& emit) {
-        constexpr bool incident = !takes_normal_incidence<Model>();
+        constexpr bool incident = !takes_normal_incidence<Model>;
         const view<const displacement_view> displaced = displacements_.compute(policy, body, frame);
         const bool fan = finder_.assign(probe);
         bool shaded = false;

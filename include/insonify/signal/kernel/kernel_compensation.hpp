@@ -4,7 +4,7 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/acoustics/acoustic_model.hpp>
-#include <insonify/acoustics/laws.hpp>
+#include <insonify/acoustics/medium.hpp>
 #include <insonify/bvh/large_array.hpp>
 #include <insonify/core/math.hpp>
 #include <insonify/core/view.hpp>

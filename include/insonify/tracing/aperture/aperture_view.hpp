@@ -188,7 +188,7 @@ struct aperture_view {
         room.found.sort();
         if (!room.found.complete()) return false;
         heard.layers =
-            stack_layers(scene, turned, frame.max_depth, room.found, room.layers, !takes_normal_incidence<Model>());
+            stack_layers(scene, turned, frame.max_depth, room.found, room.layers, !takes_normal_incidence<Model>);
         if (heard.layers.empty()) return false;
         sound_profile profile;
         profile.compute(heard, model, spacing);

@@ -210,7 +210,7 @@ class turned_fan {
     }
 
     /// The lines from `first` on; the last line fills the lanes beyond it.
-    line_fan::neighbours<simd_width> from(std::uint32_t first) const {
+    line_fan::neighbours from(std::uint32_t first) const {
         const auto at = [&](int k) { return load<simd_width>(lines_[k].data() + first); };
         return {at(0), at(1), at(2), at(3)};
     }
@@ -222,8 +222,8 @@ class turned_fan {
         for (std::size_t begin = 0; begin < segments.size(); begin += width) {
             const point_lanes from = segments.from(begin), to = segments.to(begin);
             const point_lanes first = straightened(from), last = straightened(to);
-            const auto places_first = straight.places_of<width>(first.x, first.y),
-                       places_last = straight.places_of<width>(last.x, last.y);
+            const auto places_first = straight.places_of(first.x, first.y),
+                       places_last = straight.places_of(last.x, last.y);
             const std::uint32_t divided = divided_ones(from, to);
             float ends[4][width];
             store(first.x, ends[0]), store(first.y, ends[1]), store(last.x, ends[2]), store(last.y, ends[3]);

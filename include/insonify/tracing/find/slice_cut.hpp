@@ -455,8 +455,8 @@ class slice_cut {
                 float ends[4][simd_width];
                 const lanes<simd_width>* const of_ends[4] = {&from.across, &from.along, &to.across, &to.along};
                 for (int i = 0; i < 4; ++i) store(*of_ends[i], ends[i]);
-                const auto places_from = fan.places_of<simd_width>(from.across, from.along);
-                const auto places_to = fan.places_of<simd_width>(to.across, to.along);
+                const auto places_from = fan.places_of(from.across, from.along);
+                const auto places_to = fan.places_of(to.across, to.along);
                 for (; cut_ones != 0; cut_ones &= cut_ones - 1) {
                     const std::uint32_t i = lowest_bit(cut_ones);
                     const vec2 p{ends[0][i], ends[1][i]}, q{ends[2][i], ends[3][i]};

@@ -137,8 +137,8 @@ class slice_finder {
             for (std::size_t line = from; line < to; ++line) found.count(list_of(line, segment.slice));
         });
         found.make_room();
-        line_fan::neighbours<simd_width> lines[block / simd_width];
-        for (std::size_t i = 0; i < block; i += simd_width) lines[i / simd_width] = fan_.from<simd_width>(begin + i);
+        line_fan::neighbours lines[block / simd_width];
+        for (std::size_t i = 0; i < block; i += simd_width) lines[i / simd_width] = fan_.from(begin + i);
         each_segment([&](const cut_segment& segment, std::size_t from, std::size_t to) {
             float distance[block];
             for (std::size_t i = 0; i < block; i += simd_width)
