@@ -616,7 +616,7 @@ const image& scanner<Probe, Model, Tracer>::scan_by(const detail::any_policy<Uns
                                                     const pose& at) {
     probe.check(); // all of these before a stored frame is overwritten
     settings.check();
-    detail::check_lines(body, probe, at, settings.depth, "scanner");
+    detail::check_lines(body, probe.frequency, at, settings.depth, "scanner");
     if constexpr (requires { model.check(); }) model.check();
     if constexpr (requires { how.check(); }) how.check();
     const detail::stopwatch clock;

@@ -4,6 +4,8 @@
 #include "random_triangles.hpp"
 #include <algorithm>
 #include <doctest/doctest.h>
+#include <type_traits>
+#include <vector>
 
 using namespace insonify;
 using namespace insonify::detail;
@@ -26,6 +28,26 @@ TEST_CASE("trees of few primitives agree with brute force") {
         CHECK(bvh_test::disagreements(m, 5, 500) == 0);
         CHECK(bvh{exec::seq, m}.statistics().primitives == count);
     }
+}
+
+TEST_CASE_TEMPLATE("trees of any width find the same, whatever the registers hold", Width,
+                   std::integral_constant<int, 4>, std::integral_constant<int, 8>) {
+    const mesh m = bvh_test::random_triangles(3, 500, 0.2F);
+    const bvh usual{exec::seq, m};
+    const bvh<mesh_view, Width::value> tree{exec::seq, m};
+    std::vector<ray> rays;
+    for (std::uint64_t i = 0; i < 1000; ++i)
+        rays.push_back({vec3{hash_uniform(1, i), hash_uniform(2, i), -3}, vec3{0.01F * hash_normal(3, i), 1}});
+    std::vector<hit> hits(rays.size());
+    tree.closest(exec::unseq, rays, hits);
+    std::size_t wrong = 0, met = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        const hit expected = usual.closest(rays[i]);
+        met += expected ? 1 : 0;
+        wrong += tree.closest(rays[i]).distance != expected.distance || hits[i].distance != expected.distance;
+    }
+    CHECK(wrong == 0);
+    CHECK(met > 100);
 }
 
 TEST_CASE("an empty tree is valid and never hit") {

@@ -44,18 +44,8 @@ class tree_assembler {
             pieces.push_back(top);
         else
             add_node(policy, top, all, 1, &pieces);
-        // The largest first, for load balance. Pieces stay in the order of the traversal.
-        std::vector<std::size_t> order(pieces.size());
-        std::iota(order.begin(), order.end(), std::size_t{0});
-        std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-            const std::size_t of_a = pieces[a].all.size(), of_b = pieces[b].all.size();
-            return of_a != of_b ? of_a > of_b : a < b;
-        });
-        for_each_index(policy, order.size(), [&](std::size_t i) {
-            piece& one = pieces[order[i]];
-            const std::size_t leaves = one.all.size() / Width;
-            one.nodes.reserve(leaves / 4);
-            one.slots.reserve((leaves + leaves / 4) * Width);
+        for_each_index(policy, pieces.size(), [&](std::size_t i) {
+            piece& one = pieces[i];
             add_node(any_policy<false>{exec::seq}, one, one.all, one.level, nullptr);
         });
         return joined(policy, top, pieces);

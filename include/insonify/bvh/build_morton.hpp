@@ -21,17 +21,17 @@ class morton_order {
   public:
     template <class Policy, class Range>
     morton_order(const Policy& policy, const Range& range)
-        : block_size_{std::max<std::size_t>(8192, range.size() / 32 + 1)},
-          used_((range.size() + block_size_ - 1) / block_size_), keys_(range.size()) {
+        : block_size_{std::max<std::size_t>(8192, range.size() / 32 + 1)}, blocks_{(range.size() + block_size_ - 1) /
+                                                                                   block_size_},
+          keys_(range.size()) {
         find_keys(policy, range);
-        for (const std::uint32_t one : used_) count_ += one;
         if (range.size() < 1024)
-            std::sort(keys_.data(), keys_.data() + count_);
+            std::sort(keys_.begin(), keys_.end());
         else
             sort(policy);
     }
 
-    std::size_t size() const { return count_; }
+    std::size_t size() const { return keys_.size(); }
     std::uint32_t cell(std::size_t place) const { return static_cast<std::uint32_t>(keys_[place] >> 32U); }
     std::uint32_t primitive(std::size_t place) const { return static_cast<std::uint32_t>(keys_[place]); }
 
@@ -56,9 +56,11 @@ class morton_order {
     template <class Policy, class Range>
     void find_keys(const Policy& policy, const Range& range) {
         centre_range some;
-        for (std::size_t i = 0; i < range.size(); i += range.size() / 1024 + 1)
-            if (build_box box; leaf<Range, simd_width>::bound(range, i, box))
-                some.add(box.half_centre(), box.half_centre());
+        build_box box{aabb{vec3{0}, vec3{0}}};
+        for (std::size_t i = 0; i < range.size(); i += range.size() / 1024 + 1) {
+            leaf<Range, simd_width>::bound(range, i, box);
+            some.add(box.half_centre(), box.half_centre());
+        }
         const centre_range around = some.widened(1.0F / 64);
         const centre_range all = put_keys(policy, range, around);
         if (!around.holds(all)) put_keys(policy, range, all);
@@ -67,44 +69,47 @@ class morton_order {
     // Quantises half centres to a grid of cubes. @return their bounds
     template <class Policy, class Range>
     centre_range put_keys(const Policy& policy, const Range& range, const centre_range& grid) {
-        std::vector<centre_range> partial(used_.size());
+        std::vector<centre_range> partial(blocks_);
         const float widest = min(grid.widest(), FLT_MAX);
         const lanes<4> start = widest > 0 ? load<4>(grid.begin) : lanes<4>(0.0F);
         const lanes<4> scale(widest > 0 ? min(last_cell / widest, FLT_MAX) : 0.0F);
         exec::for_each_block(policy, range.size(), block_size_, 10, [&](std::size_t begin, std::size_t end) {
-            std::uint64_t* next = keys_.data() + begin;
+            build_box box{aabb{vec3{0}, vec3{0}}};
             lanes<4> first(FLT_MAX), last(-FLT_MAX);
             for (std::size_t i = begin; i < end; ++i) {
                 if constexpr (requires { range.prefetch_corners(0); })
                     if (range.size() >= prefetch_threshold && i + 16 < end) range.prefetch_corners(i + 16);
-                build_box box;
-                if (!leaf<Range, simd_width>::bound(range, i, box)) continue;
+                leaf<Range, simd_width>::bound(range, i, box);
                 const lanes<4> at = box.half_centre();
                 first = min(first, at);
                 last = max(last, at);
                 std::uint32_t cell[4];
                 store_bits<4>(spread((at - start) * scale), cell);
-                *next++ = std::uint64_t{cell[0] | cell[1] << 1U | cell[2] << 2U} << 32U | i;
+                keys_[i] = std::uint64_t{cell[0] | cell[1] << 1U | cell[2] << 2U} << 32U | i;
             }
             partial[begin / block_size_].add(first, last);
-            used_[begin / block_size_] = static_cast<std::uint32_t>(next - (keys_.data() + begin));
         });
         centre_range all;
         for (const centre_range& one : partial) all.add(load<4>(one.begin), load<4>(one.end));
         return all;
     }
 
-    // Radix sort by the highest digit, blocks in parallel, which also closes the gaps; then the keys of each digit by
-    // themselves, which fit into the cache.
+    // Radix sort by the highest digit, blocks in parallel; then the keys of each digit by themselves, which fit into the
+    // cache.
     template <class Policy>
     void sort(const Policy& policy) {
-        large_array<std::uint64_t> apart(count_);
-        std::vector<counts<10>> places(used_.size());
+        large_array<std::uint64_t> apart(keys_.size());
+        std::vector<counts<10>> places(blocks_);
         const auto digit = [](std::uint64_t key) { return static_cast<std::uint32_t>(key >> 52U); };
-        for_each_index(policy, used_.size(), [&](std::size_t b) {
-            places[b] = {};
-            const std::uint64_t* const from = keys_.data() + b * block_size_;
-            for (std::size_t i = 0; i < used_[b]; ++i) ++places[b][digit(from[i])];
+        const auto for_each_block = [&](const auto& body) {
+            for_each_index(policy, blocks_, [&](std::size_t b) {
+                const std::size_t begin = b * block_size_, count = std::min(block_size_, keys_.size() - begin);
+                body(keys_.data() + begin, static_cast<std::uint32_t>(count), places[b]);
+            });
+        };
+        for_each_block([&](const std::uint64_t* from, std::uint32_t count, counts<10>& place) {
+            place = {};
+            for (std::uint32_t i = 0; i < count; ++i) ++place[digit(from[i])];
         });
         counts<10> next = {}; // the histogram of all blocks, then the begin of each digit, at last its end
         for (const auto& some : places)
@@ -112,14 +117,13 @@ class morton_order {
         exclusive_scan(next);
         for (auto& place : places)
             for (std::size_t d = 0; d < next.size(); ++d) next[d] += std::exchange(place[d], next[d]);
-        for_each_index(policy, used_.size(), [&](std::size_t b) {
-            const std::uint64_t* const from = keys_.data() + b * block_size_;
-            scatter(from, used_[b], digit, places[b], apart.data());
+        for_each_block([&](const std::uint64_t* from, std::uint32_t count, counts<10>& place) {
+            scatter(from, count, digit, place, apart.data());
         });
         std::swap(keys_, apart); // the old keys are not needed any more
         const auto first = [&next](std::size_t d) { return d > 0 ? next[d - 1] : 0; };
         constexpr std::size_t together = 4; // digits per task
-        const float each = 12 * static_cast<float>(count_) / static_cast<float>(next.size());
+        const float each = 12 * static_cast<float>(keys_.size()) / static_cast<float>(next.size());
         exec::for_each_block(policy, next.size(), together, each, [&](std::size_t begin, std::size_t end) {
             for (std::size_t d = begin; d < end; ++d)
                 sort_cells(keys_.data() + first(d), apart.data() + first(d), next[d] - first(d));
@@ -161,20 +165,11 @@ class morton_order {
         for (std::uint32_t& one : counted) before += std::exchange(one, before);
     }
 
-    // Writes each key to the next position of its digit, two at a time to shorten the dependency between counters.
+    // Writes each key to the next position of its digit.
     template <class Digit, class Counts>
     static void scatter(const std::uint64_t* keys, std::uint32_t count, const Digit& digit, Counts& next,
                         std::uint64_t* to) {
-        std::uint32_t i = 0;
-        for (; i + 1 < count; i += 2) {
-            const std::uint32_t one = digit(keys[i]), other = digit(keys[i + 1]);
-            const std::uint32_t first = next[one], second = next[other] + (one == other ? 1 : 0);
-            next[one] = first + 1;
-            next[other] = second + 1;
-            to[first] = keys[i];
-            to[second] = keys[i + 1];
-        }
-        if (i < count) to[next[digit(keys[i])]++] = keys[i];
+        for (std::uint32_t i = 0; i < count; ++i) to[next[digit(keys[i])]++] = keys[i];
     }
 
     // Inserts two zeros after each bit of a coordinate.
@@ -186,10 +181,8 @@ class morton_order {
         return (bits | bits << 2) & 0x9249249U;
     }
 
-    std::size_t block_size_;
-    std::vector<std::uint32_t> used_; // keys per block; primitives that were left out leave a gap after them
+    std::size_t block_size_, blocks_;
     large_array<std::uint64_t> keys_;
-    std::size_t count_ = 0;
 };
 
 /// Splits ranges of the Morton order for `tree_assembler`.
@@ -250,7 +243,7 @@ namespace insonify::inline INSONIFY_ABI {
 ///     Morton codes:  0010 0010 0011 | 0100 0101     split where the highest differing bit changes, then
 ///     positions:        0    1    2 |    3    4     moved to the next multiple of Width, so that leaves are full
 ///
-/// The tree depends only on the boxes. Boxes that are empty or not finite are left out.
+/// The tree depends only on the boxes. A box that is empty or not finite counts as that before it.
 struct build_morton {
     /// The tree over the boxes of a range of primitives.
     template <int Width, exec::policy Policy, class Range>

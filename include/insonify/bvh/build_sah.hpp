@@ -189,36 +189,29 @@ class sah_splitter {
 
     template <class Policy, class Range>
     sah_splitter(const Policy& policy, const Range& range) {
-        boxes_[0].resize(range.size());
+        for (large_array<build_box>& boxes : boxes_) boxes.resize(range.size());
+        bins_.resize(range.size());
         std::vector<group> pieces(blocks(range.size()));
         exec::for_each_block(policy, range.size(), block_size, 10, [&](std::size_t begin, std::size_t end) {
-            build_box* next = boxes_[0].data() + begin;
             lanes<4> minus_lower(-FLT_MAX), upper(-FLT_MAX), first(FLT_MAX), last(-FLT_MAX);
+            build_box box{aabb{vec3{0}, vec3{0}}};
             for (std::size_t i = begin; i < end; ++i) {
-                build_box box;
-                if (!leaf<Range, Width>::bound(range, i, box)) continue;
+                leaf<Range, Width>::bound(range, i, box);
                 minus_lower = max(minus_lower, box.minus_lower());
                 upper = max(upper, box.upper());
                 first = min(first, box.half_centre());
                 last = max(last, box.half_centre());
-                *next = box;
-                next++->name(static_cast<std::uint32_t>(i));
+                boxes_[0][i] = box;
+                boxes_[0][i].name(static_cast<std::uint32_t>(i));
             }
-            group& one = pieces[begin / block_size];
-            one.begin = begin;
-            one.end = static_cast<std::size_t>(next - boxes_[0].data());
-            one.box = {minus_lower, upper};
-            one.centres.add(first, last);
+            pieces[begin / block_size].box = {minus_lower, upper};
+            pieces[begin / block_size].centres.add(first, last);
         });
-        for (const group& one : pieces) { // closes the gaps of primitives that were left out
-            build_box* const boxes = boxes_[0].data();
-            if (all_.end != one.begin) std::copy(boxes + one.begin, boxes + one.end, boxes + all_.end);
-            all_.end += one.size();
+        all_.end = range.size();
+        for (const group& one : pieces) {
             all_.box.add(one.box);
             all_.centres.add(load<4>(one.centres.begin), load<4>(one.centres.end));
         }
-        boxes_[1].resize(all_.end);
-        bins_.resize(all_.end);
     }
 
     const group& all() const { return all_; }
@@ -303,7 +296,7 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// Builds a wide BVH from the top down by binned SAH. The cost of a child is its area times its number of leaves.
 ///
-/// The tree depends only on the boxes. Boxes that are empty or not finite are left out.
+/// The tree depends only on the boxes. A box that is empty or not finite counts as that before it.
 /// Source: Wald 2007, "On fast construction of SAH-based bounding volume hierarchies".
 struct build_sah {
     /// The tree over the boxes of a range of primitives.

@@ -69,8 +69,6 @@ struct packet_traversal {
 /// A query initialises the result of ray i with begin(i), and advances its traversal with step(tree, traversal, i)
 /// until that returns false. For a packet whose first ray is i it uses step_packet, then finish(traversal, i).
 struct closest_query {
-    template <int Width>
-    using order = nearest_first<Width>;
     hit* hits = nullptr;
 
     void begin(std::size_t i) const { hits[i] = {}; }
@@ -100,8 +98,6 @@ struct closest_query {
 };
 
 struct any_query {
-    template <int Width>
-    using order = any_order<Width>;
     std::uint8_t* met = nullptr;
 
     void begin(std::size_t i) const { met[i] = 0; }
@@ -123,8 +119,6 @@ struct any_query {
 };
 
 struct all_query {
-    template <int Width>
-    using order = any_order<Width>;
     std::vector<hit>* hits = nullptr;
 
     void begin(std::size_t i) const { hits[i].clear(); }
@@ -172,7 +166,7 @@ void interleave(const Start& start, const Step& step) {
 /// Runs the query for every ray. Packets begin at multiples of Width, so results do not depend on the policy.
 template <class Policy, class Range, int Width, class Query>
 void trace_batch(const Policy& policy, const bvh_view<Range, Width>& tree, view<const ray> rays, const Query& query) {
-    using single = ray_traversal<Range, Width, typename Query::template order<Width>>;
+    using single = ray_traversal<Range, Width>;
     using packet = packet_traversal<Range, Width>;
     constexpr std::size_t block_size = 1024;
     if (tree.nodes.empty()) {
@@ -229,7 +223,8 @@ namespace insonify::inline INSONIFY_ABI {
 ///     bvh tree{exec::par, some_mesh};        // triangles, watertight
 ///
 /// Empty, single and identical primitives are legal. Queries are const and may run on many threads at once.
-/// @tparam Width    children per node and primitives per leaf; the SIMD width, 4 to 8
+/// @tparam Width    children per node and primitives per leaf, 4 or 8; the SIMD width is fastest, and of more lanes than a
+///                  register has compilers may warn (-Wpsabi)
 /// @tparam Builder  `build_sah`, or `build_morton`, which builds faster and traces slower
 template <primitive_range Range, int Width = simd_width, class Builder = build_sah>
 class bvh {

@@ -84,41 +84,6 @@ struct centre_range {
 /// (bench/bvh.cpp refits a small mesh and a large one).
 inline constexpr std::size_t prefetch_threshold = std::size_t{1} << 17U;
 
-/// One point of each of four primitives, as structure of arrays.
-struct four_points {
-    lanes<4> x, y, z;
-
-    INSONIFY_INLINE explicit four_points(float all) : x(all), y(all), z(all) {}
-    INSONIFY_INLINE four_points(const lanes<4>& xs, const lanes<4>& ys, const lanes<4>& zs) : x{xs}, y{ys}, z{zs} {}
-    INSONIFY_INLINE four_points(const vec3& a, const vec3& b, const vec3& c, const vec3& d)
-        : x{of(a.x, b.x, c.x, d.x)}, y{of(a.y, b.y, c.y, d.y)}, z{of(a.z, b.z, c.z, d.z)} {}
-
-    /// Negative where a coordinate is not finite.
-    INSONIFY_INLINE bit_lanes<4> wild() const { return not_finite<4>(x) | not_finite<4>(y) | not_finite<4>(z); }
-
-    template <int Width>
-    INSONIFY_INLINE void put(float (&rows)[3][Width], int first) const {
-        store(x, rows[0] + first);
-        store(y, rows[1] + first);
-        store(z, rows[2] + first);
-    }
-
-    INSONIFY_INLINE friend four_points min(const four_points& a, const four_points& b) {
-        return {min(a.x, b.x), min(a.y, b.y), min(a.z, b.z)};
-    }
-    INSONIFY_INLINE friend four_points max(const four_points& a, const four_points& b) {
-        return {max(a.x, b.x), max(a.y, b.y), max(a.z, b.z)};
-    }
-    INSONIFY_INLINE friend four_points select(const lane_mask<4>& mask, const four_points& a, const four_points& b) {
-        return {select(mask, a.x, b.x), select(mask, a.y, b.y), select(mask, a.z, b.z)};
-    }
-
-  private:
-    INSONIFY_INLINE static lanes<4> of(float a, float b, float c, float d) {
-        return each_lane<4>([&](int i) { return i < 2 ? (i == 0 ? a : b) : (i == 2 ? c : d); });
-    }
-};
-
 /// A leaf holds the indices of its primitives and reads them from the range. Triangles are stored in it: see below.
 template <class Range, int Width>
 struct leaf {
@@ -138,11 +103,9 @@ struct leaf {
         return whole;
     }
 
-    /// Finds the box of a primitive. @return false where it is empty or not finite
-    static bool bound(const Range& range, std::size_t i, build_box& box) {
-        const aabb found = bounds(range[i]);
-        box = build_box{found};
-        return is_finite(found);
+    /// Finds the box of a primitive; where that is empty or not finite, the box stays as it is.
+    static void bound(const Range& range, std::size_t i, build_box& box) {
+        if (const aabb found = bounds(range[i]); is_finite(found)) box = build_box{found};
     }
 
     /// Calls visit(hit) for every hit between min_distance and max_distance, which visit may lower.
@@ -225,39 +188,40 @@ struct alignas(64) leaf<Range, Width> {
     }
 
     aabb fill(const Range& range, const std::uint32_t* slots) {
-        static_assert(Width % 4 == 0); // four at a time: more corners would not fit into registers
-        const four_points none(FLT_MAX), none_above(-FLT_MAX);
-        four_points low = none, high = none_above;
-        for (int first = 0; first < Width; first += 4) {
-            const auto in = [&](int i) {
-                return range[slots[first + i] != no_primitive ? slots[first + i] : slots[0]];
+        triangle t[Width];
+        for (int i = 0; i < Width; ++i) t[i] = range[slots[i] != no_primitive ? slots[i] : slots[0]];
+        lanes<Width> low[3], high[3];
+        bit_lanes<Width> wild{};
+        for (int axis = 0; axis < 3; ++axis) {
+            const auto put = [&](vec3 triangle::*which, int c) {
+                const auto row = each_lane<Width>([&](int i) { return (t[i].*which)[axis]; });
+                store(row, corner[c][axis]);
+                wild = wild | not_finite<Width>(row);
+                return row;
             };
-            const triangle t[] = {in(0), in(1), in(2), in(3)};
-            const four_points a{t[0].a, t[1].a, t[2].a, t[3].a}, b{t[0].b, t[1].b, t[2].b, t[3].b};
-            const four_points c{t[0].c, t[1].c, t[2].c, t[3].c};
-            const bit_lanes<4> wild = a.wild() | b.wild() | c.wild();
-            const auto finite = lanes<4>(0.0F) <= floats_of<4>(wild);
-            low = min(low, select(finite, min(min(a, b), c), none));
-            high = max(high, select(finite, max(max(a, b), c), none_above));
-            a.put(corner[0], first);
-            b.put(corner[1], first);
-            c.put(corner[2], first);
-            const bit_lanes<4> left_out = bit_lanes<4>{} - (wild >> 31); // a full mask
-            store_bits<4>(load_bits<4>(slots + first) | left_out, primitive + first);
+            const auto a = put(&triangle::a, 0), b = put(&triangle::b, 1), c = put(&triangle::c, 2);
+            low[axis] = min(min(a, b), c);
+            high[axis] = max(max(a, b), c);
         }
-        return {{reduce_min(low.x), reduce_min(low.y), reduce_min(low.z)},
-                {reduce_max(high.x), reduce_max(high.y), reduce_max(high.z)}};
+        const auto finite = lanes<Width>(0.0F) <= floats_of<Width>(wild);
+        aabb whole;
+        for (int axis = 0; axis < 3; ++axis) {
+            whole.lower[axis] = reduce_min(select(finite, low[axis], lanes<Width>(FLT_MAX)));
+            whole.upper[axis] = reduce_max(select(finite, high[axis], lanes<Width>(-FLT_MAX)));
+        }
+        const bit_lanes<Width> left_out = bit_lanes<Width>{} - (wild >> 31); // a full mask
+        store_bits<Width>(load_bits<Width>(slots) | left_out, primitive);
+        return whole;
     }
 
-    INSONIFY_INLINE static bool bound(const Range& range, std::size_t i, build_box& box) {
+    INSONIFY_INLINE static void bound(const Range& range, std::size_t i, build_box& box) {
         const triangle t = range[i];
         const auto corner_of = [](const vec3& p) {
             return each_lane<4>([&p](int axis) { return axis < 3 ? p[axis] : 0.0F; });
         };
         const lanes<4> a = corner_of(t.a), b = corner_of(t.b), c = corner_of(t.c);
         const lanes<4> wild = floats_of<4>(not_finite<4>(a) | not_finite<4>(b) | not_finite<4>(c));
-        box = {-min(min(a, b), c), max(max(a, b), c)};
-        return bits_of(wild < lanes<4>(0.0F)) == 0;
+        if (bits_of(wild < lanes<4>(0.0F)) == 0) box = {-min(min(a, b), c), max(max(a, b), c)};
     }
 
     /// Calls visit(hit) for every triangle that the ray hits between its limits.

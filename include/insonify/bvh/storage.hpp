@@ -148,15 +148,13 @@ class bvh_storage {
     /// fewer than 16 updates.
     ///
     /// A rebuild by `build_sah` takes as long as 14 to 22 refits, by `build_morton` as 3 to 7, and trees of the latter
-    /// cost rays about 1.15 times as much (bench/bvh.cpp). Also rebuilds where a primitive that was left out has become
-    /// finite. If memory for a rebuild is not available, the refitted tree stays.
+    /// cost rays about 1.15 times as much (bench/bvh.cpp). If memory for a rebuild is not available, the refitted tree
+    /// stays.
     /// @throws geometry_error  where the number of primitives has changed
     template <exec::policy Policy>
     bvh_update update(const Policy& policy, const Range& range) {
         refit(policy, range);
-        const bool lacks = std::any_of(left_out_.begin(), left_out_.end(),
-                                       [&](std::uint32_t i) { return is_finite(bounds(range[i])); });
-        if (degradation() <= 1.5 && !lacks) return bvh_update::refit;
+        if (degradation() <= 1.5) return bvh_update::refit;
         const bool soon = refits_ < 16;
         try {
             if (soon)
@@ -164,7 +162,6 @@ class bvh_storage {
             else
                 build(policy, range);
         } catch (const std::bad_alloc&) {
-            if (lacks) throw;
             return bvh_update::refit;
         }
         return soon ? bvh_update::quick_rebuild : bvh_update::rebuild;
@@ -183,8 +180,10 @@ class bvh_storage {
 
     /// Recomputed by every call.
     bvh_statistics statistics() const {
-        return {.primitives = tree_.slots.size() - static_cast<std::size_t>(std::count(
-                                                       tree_.slots.begin(), tree_.slots.end(), no_primitive)),
+        std::size_t empty = 0;
+        for (const auto& one : shape_.leaves)
+            empty += static_cast<std::size_t>(std::count(one.primitive, one.primitive + Width, no_primitive));
+        return {.primitives = tree_.slots.size() - empty,
                 .nodes = tree_.nodes.size(),
                 .leaves = tree_.leaves(),
                 .levels = tree_.levels,
@@ -199,34 +198,19 @@ class bvh_storage {
     void build_by(const Any& builder, const Policy& policy, const Range& range) {
         if (range.size() >= leaf_bit) throw usage_error{"bvh: more than 2147483647 primitives in one tree; split them"};
         topology<Width> made = builder.template operator()<Width>(policy, range);
-        std::vector<std::uint32_t> left_out = left_out_by(made, range.size());
         shape_.reserve(made); // the last call that may throw: strong exception guarantee
         tree_ = std::move(made);
-        left_out_ = std::move(left_out);
         detail::refit(policy, tree_, range, shape_);
         cost_as_built_ = shape_.cost;
         count_ = range.size();
         refits_ = 0;
     }
 
-    static std::vector<std::uint32_t> left_out_by(const topology<Width>& tree, std::size_t count) {
-        std::vector<std::uint32_t> left_out;
-        const auto empty = static_cast<std::size_t>(std::count(tree.slots.begin(), tree.slots.end(), no_primitive));
-        if (tree.slots.size() - empty == count) return left_out;
-        std::vector<std::uint8_t> held(count);
-        for (const std::uint32_t slot : tree.slots)
-            if (slot != no_primitive) held[slot] = 1;
-        for (std::size_t i = 0; i < count; ++i)
-            if (held[i] == 0) left_out.push_back(static_cast<std::uint32_t>(i));
-        return left_out;
-    }
-
     topology<Width> tree_{};
     tree_shape<Range, Width> shape_{};
     double cost_as_built_ = 0;
     std::size_t count_ = 0;
-    std::uint32_t refits_ = 0;              ///< since it was built
-    std::vector<std::uint32_t> left_out_{}; ///< primitives that were not finite when it was built
+    std::uint32_t refits_ = 0; ///< since it was built
 };
 
 } // namespace detail

@@ -7,8 +7,7 @@
 #include <insonify/geometry/mesh.hpp>
 #include <cstdint>
 
-/// The traversal stack of child references, in two orders. Which children are hit is unpredictable, so neither order
-/// branches on it.
+/// The traversal stack of child references. Which children are hit is unpredictable, so nothing branches on it.
 ///
 ///     start()               the root is next
 ///     descend(node, ...)    one of the children that were hit, at least one, is next; the others are pushed
@@ -21,7 +20,7 @@ namespace detail {
 template <int Width>
 inline constexpr std::uint32_t max_stack = max_levels<Width>*(Width - 1) + 1;
 
-/// Front to back, and skips references that begin beyond the limit: for closest hits.
+/// Front to back; skips references that begin beyond the limit.
 template <int Width>
 struct nearest_first {
     std::uint32_t next = 0;
@@ -55,29 +54,7 @@ struct nearest_first {
     INSONIFY_FN INSONIFY_INLINE float entry() const { return __builtin_bit_cast(float, distances[size]); }
 };
 
-/// In no order: for any hit, and for all hits.
-template <int Width>
-struct any_order {
-    std::uint32_t next = 0;
-    std::uint32_t size = 0;
-    std::uint32_t references[max_stack<Width>];
-
-    INSONIFY_FN INSONIFY_INLINE void start() { next = size = 0; }
-
-    /// @param met  a bit for each child that is hit
-    INSONIFY_FN INSONIFY_INLINE void descend(const tree_node<Width>& node, const lanes<Width>&, std::uint32_t met) {
-        size += pack_lanes<Width>(load_bits<Width>(node.child), met, references + size);
-        next = references[--size];
-    }
-
-    INSONIFY_FN INSONIFY_INLINE bool pop(float) {
-        if (size == 0) return false;
-        next = references[--size];
-        return true;
-    }
-};
-
-template <primitive_range Range, int Width, class Order>
+template <primitive_range Range, int Width>
 struct ray_traversal;
 
 } // namespace detail
@@ -109,7 +86,7 @@ struct bvh_view {
     /// The closest hit; ties go to the lowest primitive.
     INSONIFY_FN hit closest(const ray& r) const {
         hit best;
-        detail::ray_traversal<Range, Width, detail::nearest_first<Width>> traversal;
+        detail::ray_traversal<Range, Width> traversal;
         for (bool more = traversal.start(*this, r); more;) more = traversal.step_closest(*this, best);
         return best;
     }
@@ -117,7 +94,7 @@ struct bvh_view {
     /// Whether anything is hit.
     INSONIFY_FN bool any(const ray& r) const {
         bool met = false;
-        detail::ray_traversal<Range, Width, detail::any_order<Width>> traversal;
+        detail::ray_traversal<Range, Width> traversal;
         for (bool more = traversal.start(*this, r); more && !met;)
             more = traversal.step(*this, [&](const hit&) { met = true; });
         return met;
@@ -127,7 +104,7 @@ struct bvh_view {
     INSONIFY_VISITS
     template <class Visit>
     INSONIFY_FN void for_each_hit(const ray& r, Visit&& visit) const {
-        detail::ray_traversal<Range, Width, detail::any_order<Width>> traversal;
+        detail::ray_traversal<Range, Width> traversal;
         for (bool more = traversal.start(*this, r); more;) more = traversal.step(*this, visit);
     }
 
@@ -159,14 +136,13 @@ namespace detail {
 
 /// The traversal of one ray, one node or leaf per step. Each step prefetches the memory of the next, so interleaved
 /// traversals hide the latency.
-/// @tparam Order  `nearest_first` where hits shorten the ray, otherwise `any_order`
-template <primitive_range Range, int Width, class Order>
+template <primitive_range Range, int Width>
 struct ray_traversal {
     using tree_view = bvh_view<Range, Width>;
 
     prepared_ray<Width> r{};
     float limit = 0; ///< hits beyond it do not count; a visitor may lower it
-    Order stack;
+    nearest_first<Width> stack;
 
     /// @return false where nothing can be hit
     INSONIFY_FN INSONIFY_INLINE bool start(const tree_view& tree, const ray& source) {

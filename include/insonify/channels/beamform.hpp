@@ -71,35 +71,12 @@ class wave_front {
         half_width_ = 0.5F * width;
         const ray& one = places[first_];
         direction_ = {std::sin(sent.angle), 0, std::cos(sent.angle)};
-        switch (sent.front) {
-        case transmit::wave::plane:
-            start_ = dot(one.origin, direction_) / speed - sent.delays[first_];
-            break;
-        case transmit::wave::diverging:
-            start_ = length(one.origin - sent.source) / speed - sent.delays[first_];
-            break;
-        case transmit::wave::focused:
-            start_ = length(one.origin - sent.source) / speed + sent.delays[first_];
-            break;
-        case transmit::wave::any:
-            break;
-        }
+        start_ = travelled(one.origin) / speed - sent.delays[first_];
     }
 
     /// Seconds after the first element fires.
     float time(vec3 p) const {
-        switch (sent_.front) {
-        case transmit::wave::plane:
-            return dot(p, direction_) / speed_ - start_;
-        case transmit::wave::diverging:
-            return length(p - sent_.source) / speed_ - start_;
-        case transmit::wave::focused: {
-            const float apart = length(p - sent_.source) / speed_;
-            return beyond_focus(p) ? start_ + apart : start_ - apart;
-        }
-        case transmit::wave::any:
-            break;
-        }
+        if (sent_.front != transmit::wave::any) return travelled(p) / speed_ - start_;
         float first = FLT_MAX;
         for (std::uint32_t i = first_; i < places_.size(); ++i)
             if (sent_.weight(i) != 0) first = min(first, sent_.delays[i] + length(p - places_[i].origin) / speed_);
@@ -124,9 +101,12 @@ class wave_front {
     float fired(std::uint32_t element) const { return std::fabs(sent_.weight(element)); }
 
   private:
-    bool beyond_focus(vec3 p) const {
-        const vec3 axis = sent_.source - sent_.origin;
-        return dot(p - sent_.source, axis) > 0;
+    // How far the front has come at a point, metres; from its source, or its focus.
+    float travelled(vec3 p) const {
+        if (sent_.front == transmit::wave::plane) return dot(p, direction_);
+        const vec3 from = p - sent_.source;
+        const bool converges = sent_.front == transmit::wave::focused && !(dot(from, sent_.source - sent_.origin) > 0);
+        return converges ? -length(from) : length(from);
     }
 
     const transmit& sent_;

@@ -66,7 +66,6 @@ struct slice_lines {
     float radius = 0;       ///< of the face, metres; 0: flat
     float extent = 1;       ///< from the first to the last line: metres, or radians
     float bandwidth = 0.644F;
-    float elevation_height = 5e-3F, elevation_focus = 20e-3F, fnumber = 2;
 
     ray beam(float line) const {
         if (radius == 0) return {.origin = {aperture_fraction(line, lines) * extent, 0, 0}};
@@ -150,10 +149,7 @@ class reflector_search {
         frame_.spacing = depth;
         frame_.pulse_sigma = axial_sigma(bandwidth, frequency);
         frame_.bandwidth = bandwidth;
-        frame_.plane[0] = {};
     }
-
-    const slice_lines& lines() const { return lines_; }
 
     /// The scatterers of the model's field, as they are in pictures.
     /// @param strength   scattering length of a scatterer of amplitude 1 that stands for an area of 1 m^2 of the plane

@@ -189,7 +189,7 @@ class channel_tracer {
                 settings_.frame, height_, [&](float depth) { return field_.tissue(depth); }, all);
         if (settings_.surfaces) search.add_surfaces(policy, field_, all);
 
-        zones_ = zone_order::sort(policy, all, fans_, out.places, record_.sigma_frequency);
+        zones_ = sort_into_zones(policy, all, fans_, out.places, record_.sigma_frequency);
     }
 
     // Scattering lengths from levels of speckle: `medium::backscatter` states them for pictures, relative to a mirror
@@ -485,12 +485,8 @@ template <exec::policy Policy, element_transducer Array, detail::reflects_everyt
 channel_data trace_channels(const Policy& policy, const scene& body, const Array& array, const pose& at,
                             const Model& model, std::span<const transmit> sent, const channel_settings& settings = {}) {
     array.check();
-    body.require_built();
     if constexpr (requires { model.check(); }) model.check();
-    if (!is_rigid(at))
-        throw geometry_error{"trace_channels: the pose of the array is not a rigid transform; make it with look_at, or "
-                             "mend it with orthonormalised"};
-    check_depth(settings.depth, "trace_channels");
+    detail::check_lines(body, array.frequency, at, settings.depth, "trace_channels");
     if (!is_finite(settings.opening) || !(settings.opening >= 0 && settings.opening <= 80 * pi / 180))
         throw usage_error{"trace_channels: `opening` must be 0 to 80 degrees: write 30_deg"};
     if (!detail::is_number(settings.noise_level_db) || settings.noise_level_db > 100)

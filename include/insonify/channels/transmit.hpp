@@ -34,9 +34,7 @@ struct transmit {
     vec3 origin{0, 0, 0};         ///< middle of the elements that fire, metres
 
     /// Of an element.
-    /// @{
     float weight(std::uint32_t element) const { return weights.empty() ? 1.0F : weights[element]; }
-    /// @}
 
     friend bool operator==(const transmit&, const transmit&) = default;
 };

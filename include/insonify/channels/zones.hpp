@@ -24,88 +24,83 @@ struct zone {
     float slope = 0;                ///< there and back: change with frequency, Np/Hz
 };
 
+struct zone_key {
+    vec2 place;
+    float slope; // there and back, Np/Hz
+    std::uint32_t zone, reflector;
+};
+
+// Of the attenuation there and back from the elements that see a place: what others see through bone is of no
+// account. The nearest element and some others stand for all.
+inline float smallest_slope(vec2 place, const element_fans& fans, view<const ray> places) {
+    float smallest = FLT_MAX;
+    const auto see = [&](std::size_t element) {
+        const auto at = fans.find<1>(element, place);
+        const float line = sum(at.line);
+        if (!(line >= 0)) return;
+        const arrived_wave wave = fans.at_point(element, line, sum(at.distance));
+        if (wave.passed > 0) smallest = min(smallest, 2 * wave.lost_slope);
+    };
+    see(nearest_element(places, place));
+    for (std::size_t k = 1; k < 8; k += 2) see(k * places.size() / 8);
+    return smallest < FLT_MAX ? smallest : 0;
+}
+
+// Halves them across their longer side, at whole blocks. Those at one place keep their order.
+inline void sort_into_blocks(zone_key* begin, zone_key* end) {
+    const auto count = static_cast<std::size_t>(end - begin);
+    const auto by_x = [](const zone_key& a, const zone_key& b) {
+        return std::tuple{a.place.x, a.place.y, a.reflector} < std::tuple{b.place.x, b.place.y, b.reflector};
+    };
+    const auto by_depth = [](const zone_key& a, const zone_key& b) {
+        return std::tuple{a.place.y, a.place.x, a.reflector} < std::tuple{b.place.y, b.place.x, b.reflector};
+    };
+    if (count <= reflectors_per_block) {
+        std::sort(begin, end, by_x);
+        return;
+    }
+    const std::size_t blocks = (count + reflectors_per_block - 1) / reflectors_per_block;
+    zone_key* const middle = begin + blocks / 2 * reflectors_per_block;
+    const auto [left, right] = std::minmax_element(begin, end, by_x);
+    const auto [top, bottom] = std::minmax_element(begin, end, by_depth);
+    if (right->place.x - left->place.x > bottom->place.y - top->place.y)
+        std::nth_element(begin, middle, end, by_x);
+    else
+        std::nth_element(begin, middle, end, by_depth);
+    sort_into_blocks(begin, middle);
+    sort_into_blocks(middle, end);
+}
+
 /// Sorts reflectors into zones, and each zone into blocks that are small in space, so that each adds to few samples of
 /// a pair of elements. Within a block they are sorted by x: neighbours, which differ in depth, add to different samples.
-class zone_order {
-  public:
-    /// @param sigma_frequency  of the amplitude spectrum, hertz
-    template <exec::policy Policy>
-    static std::vector<zone> sort(const Policy& policy, std::vector<reflector>& all, const element_fans& fans,
+/// @param sigma_frequency  of the amplitude spectrum, hertz
+template <exec::policy Policy>
+std::vector<zone> sort_into_zones(const Policy& policy, std::vector<reflector>& all, const element_fans& fans,
                                   view<const ray> places, float sigma_frequency) {
-        constexpr float last = 12;   // returns less than -90 dB, of a carrier three deviations from 0 Hz
-        constexpr float step = 0.3F; // Np over a standard deviation of the spectrum; its square over 8 is neglected
-        std::vector<key> keys(all.size());
-        exec::for_each_block(policy, all.size(), 256, 100, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) {
-                const float slope = least_slope(all[i].place, fans, places);
-                keys[i] = {all[i].place, slope,
-                           static_cast<std::uint32_t>(clamp(slope * sigma_frequency / step, 0, last)),
-                           static_cast<std::uint32_t>(i)};
-            }
-        });
-        std::stable_sort(keys.begin(), keys.end(), [](const key& a, const key& b) { return a.zone < b.zone; });
-        std::vector<zone> zones;
-        for (std::size_t begin = 0, end = 0; begin < keys.size(); begin = end) {
-            while (end < keys.size() && keys[end].zone == keys[begin].zone) ++end;
-            sort_into_blocks(keys.data() + begin, keys.data() + end);
-            double sum = 0;
-            for (std::size_t i = begin; i < end; ++i) sum += static_cast<double>(keys[i].slope);
-            zones.push_back({begin, end, static_cast<float>(sum / static_cast<double>(end - begin))});
+    constexpr float last = 12;   // returns less than -90 dB, of a carrier three deviations from 0 Hz
+    constexpr float step = 0.3F; // Np over a standard deviation of the spectrum; its square over 8 is neglected
+    std::vector<zone_key> keys(all.size());
+    exec::for_each_block(policy, all.size(), 256, 100, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            const float slope = smallest_slope(all[i].place, fans, places);
+            keys[i] = {all[i].place, slope, static_cast<std::uint32_t>(clamp(slope * sigma_frequency / step, 0, last)),
+                       static_cast<std::uint32_t>(i)};
         }
-        std::vector<reflector> sorted(all.size());
-        for (std::size_t i = 0; i < keys.size(); ++i) sorted[i] = all[keys[i].reflector];
-        all = std::move(sorted);
-        return zones;
+    });
+    std::stable_sort(keys.begin(), keys.end(), [](const zone_key& a, const zone_key& b) { return a.zone < b.zone; });
+    std::vector<zone> zones;
+    for (std::size_t begin = 0, end = 0; begin < keys.size(); begin = end) {
+        while (end < keys.size() && keys[end].zone == keys[begin].zone) ++end;
+        sort_into_blocks(keys.data() + begin, keys.data() + end);
+        double sum = 0;
+        for (std::size_t i = begin; i < end; ++i) sum += static_cast<double>(keys[i].slope);
+        zones.push_back({begin, end, static_cast<float>(sum / static_cast<double>(end - begin))});
     }
-
-  private:
-    struct key {
-        vec2 place;
-        float slope; // there and back, Np/Hz
-        std::uint32_t zone, reflector;
-    };
-
-    // Of the attenuation there and back from the elements that see a place: what others see through bone is of no
-    // account. The nearest element and some others stand for all.
-    static float least_slope(vec2 place, const element_fans& fans, view<const ray> places) {
-        float least = FLT_MAX;
-        const auto see = [&](std::size_t element) {
-            const auto at = fans.find<1>(element, place);
-            const float line = sum(at.line);
-            if (!(line >= 0)) return;
-            const arrived_wave wave = fans.at_point(element, line, sum(at.distance));
-            if (wave.passed > 0) least = min(least, 2 * wave.lost_slope);
-        };
-        see(nearest_element(places, place));
-        for (std::size_t k = 1; k < 8; k += 2) see(k * places.size() / 8);
-        return least < FLT_MAX ? least : 0;
-    }
-
-    // Halves them across their longer side, at whole blocks. Those at one place keep their order.
-    static void sort_into_blocks(key* begin, key* end) {
-        const auto count = static_cast<std::size_t>(end - begin);
-        const auto by_x = [](const key& a, const key& b) {
-            return std::tuple{a.place.x, a.place.y, a.reflector} < std::tuple{b.place.x, b.place.y, b.reflector};
-        };
-        const auto by_depth = [](const key& a, const key& b) {
-            return std::tuple{a.place.y, a.place.x, a.reflector} < std::tuple{b.place.y, b.place.x, b.reflector};
-        };
-        if (count <= reflectors_per_block) {
-            std::sort(begin, end, by_x);
-            return;
-        }
-        const std::size_t blocks = (count + reflectors_per_block - 1) / reflectors_per_block;
-        key* const middle = begin + blocks / 2 * reflectors_per_block;
-        const auto [left, right] = std::minmax_element(begin, end, by_x);
-        const auto [top, bottom] = std::minmax_element(begin, end, by_depth);
-        if (right->place.x - left->place.x > bottom->place.y - top->place.y)
-            std::nth_element(begin, middle, end, by_x);
-        else
-            std::nth_element(begin, middle, end, by_depth);
-        sort_into_blocks(begin, middle);
-        sort_into_blocks(middle, end);
-    }
-};
+    std::vector<reflector> sorted(all.size());
+    for (std::size_t i = 0; i < keys.size(); ++i) sorted[i] = all[keys[i].reflector];
+    all = std::move(sorted);
+    return zones;
+}
 
 } // namespace insonify::inline INSONIFY_ABI::detail
 

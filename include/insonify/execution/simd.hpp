@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <type_traits>
 #include <utility>
 #if defined(INSONIFY_STD_SIMD)
 #include <experimental/simd>
@@ -94,6 +95,19 @@ struct vector_type {
 template <class T, int N>
 using vector = typename vector_type<T, N>::type;
 #endif
+
+/// The same bits as another type of lanes. Those of several registers are not trivially copyable: through memory.
+template <class To, class From>
+INSONIFY_FN INSONIFY_INLINE To same_bits(const From& from) {
+    static_assert(sizeof(To) == sizeof(From));
+    if constexpr (std::is_trivially_copyable_v<To> && std::is_trivially_copyable_v<From>) {
+        return __builtin_bit_cast(To, from);
+    } else {
+        To to{};
+        std::memcpy(static_cast<void*>(&to), static_cast<const void*>(&from), sizeof to);
+        return to;
+    }
+}
 
 } // namespace detail
 
@@ -308,7 +322,7 @@ INSONIFY_FN INSONIFY_INLINE lanes<N> max(const lanes<N>& a, const lanes<N>& b) {
 template <int N>
 INSONIFY_FN INSONIFY_INLINE lanes<N> abs(const lanes<N>& a) {
     const auto bits = __builtin_bit_cast(detail::vector<std::uint32_t, N>, a) & 0x7FFFFFFFU;
-    return __builtin_bit_cast(lanes<N>, bits);
+    return detail::same_bits<lanes<N>>(bits);
 }
 template <int N>
 INSONIFY_FN INSONIFY_INLINE lanes<N> sqrt(const lanes<N>& a) {
@@ -354,8 +368,8 @@ INSONIFY_FN INSONIFY_INLINE lanes<N> floats_of(bit_lanes<N> bits) {
 #if defined(INSONIFY_NO_SIMD)
     return each_lane<N>([&](int i) { return static_cast<float>(static_cast<std::int32_t>(bits[i])); });
 #else
-    return __builtin_bit_cast(lanes<N>,
-                              __builtin_convertvector((detail::vector<std::int32_t, N>)bits, detail::vector<float, N>));
+    return detail::same_bits<lanes<N>>(
+        __builtin_convertvector((detail::vector<std::int32_t, N>)bits, detail::vector<float, N>));
 #endif
 }
 template <int N>
@@ -365,7 +379,7 @@ INSONIFY_FN INSONIFY_INLINE bit_lanes<N> bits_of_whole(const lanes<N>& x) {
     for (int i = 0; i < N; ++i) bits[i] = static_cast<std::uint32_t>(static_cast<std::int32_t>(x[i]));
     return bits;
 #else
-    return (bit_lanes<N>)__builtin_convertvector(__builtin_bit_cast(detail::vector<float, N>, x),
+    return (bit_lanes<N>)__builtin_convertvector(detail::same_bits<detail::vector<float, N>>(x),
                                                  detail::vector<std::int32_t, N>);
 #endif
 }
@@ -422,11 +436,11 @@ INSONIFY_FN INSONIFY_INLINE bit_lanes<N> steps_of_bits(std::uint32_t first, std:
 /// The 32 bits of each float, and back.
 template <int N>
 INSONIFY_FN INSONIFY_INLINE bit_lanes<N> raw_bits(const lanes<N>& floats) {
-    return __builtin_bit_cast(bit_lanes<N>, floats);
+    return detail::same_bits<bit_lanes<N>>(floats);
 }
 template <int N>
 INSONIFY_FN INSONIFY_INLINE lanes<N> raw_floats(const bit_lanes<N>& bits) {
-    return __builtin_bit_cast(lanes<N>, bits);
+    return detail::same_bits<lanes<N>>(bits);
 }
 
 /// a where the mask is set, b elsewhere.

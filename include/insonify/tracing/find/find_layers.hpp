@@ -231,7 +231,7 @@ void layer_search::find(const Policy& policy, const scene& body, const pose& at,
 template <exec::policy Policy, transducer Probe>
 line_layers find_layers(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                         const acquisition& scan) {
-    detail::check_lines(body, probe, at, scan.depth, "find_layers");
+    detail::check_lines(body, probe.frequency, at, scan.depth, "find_layers");
     detail::check_planes(scan.planes, "find_layers");
     return std::move(
         detail::layer_search{}(detail::any_policy<false>{policy}, body, probe, at, scan, scan.depth, true));

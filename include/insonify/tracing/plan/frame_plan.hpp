@@ -30,15 +30,14 @@ inline constexpr float max_wavelengths = 1 << 24;
 /// Checks the lines of a frame.
 /// @throws usage_error     for a scene that was not built, or a probe or depth out of range
 /// @throws geometry_error  for a pose that is not rigid
-inline void check_lines(const scene& body, const probe_settings& probe, const pose& at, float depth,
-                        const char* caller) {
+inline void check_lines(const scene& body, float frequency, const pose& at, float depth, const char* caller) {
     body.require_built();
     if (!is_rigid(at))
         throw geometry_error{joined({caller, ": the pose of the probe is not a rigid transform; make it with look_at, "
                                              "or mend it with orthonormalised"})};
     check_depth(depth, caller);
-    if (depth * probe.frequency > max_wavelengths * display_speed)
-        throw usage_error{joined({caller, ": a depth of ", number_text(depth), " m at ", number_text(probe.frequency),
+    if (depth * frequency > max_wavelengths * display_speed)
+        throw usage_error{joined({caller, ": a depth of ", number_text(depth), " m at ", number_text(frequency),
                                   " Hz is more than 2^24 wavelengths; lower the depth or the frequency"})};
 }
 
@@ -58,7 +57,7 @@ inline std::uint32_t checked_samples(std::uint32_t lines, std::uint32_t samples,
 template <class Model>
 std::uint32_t check_acquisition(const scene& body, const probe_settings& probe, const pose& at, const Model& model,
                                 const acquisition& settings) {
-    check_lines(body, probe, at, settings.depth, "trace");
+    check_lines(body, probe.frequency, at, settings.depth, "trace");
     if constexpr (requires { model.check(); }) model.check();
     return checked_samples(probe.lines,
                            settings.samples != 0 ? settings.samples : model.samples(settings.depth, probe.frequency),

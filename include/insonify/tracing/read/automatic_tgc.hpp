@@ -75,7 +75,7 @@ inline float automatic_tgc(const line_layers& found, float depth) {
 /// @throws geometry_error  for a pose that is not rigid
 template <exec::policy Policy, transducer Probe>
 float automatic_tgc(const Policy& policy, const scene& body, const Probe& probe, const pose& at, float depth) {
-    detail::check_lines(body, probe, at, depth, "automatic_tgc");
+    detail::check_lines(body, probe.frequency, at, depth, "automatic_tgc");
     const detail::any_policy<false> any{policy};
     return automatic_tgc(detail::layer_search{}(any, body, probe, at, {.depth = depth}, depth, false), depth);
 }

@@ -38,7 +38,7 @@ struct label_stretch {
 /// @return the number of samples of the grid: by default two for each standard deviation of the pulse, a multiple of 64
 inline std::uint32_t check_labels(const scene& body, const probe_settings& probe, const pose& at,
                                   const label_settings& settings, const char* caller) {
-    check_lines(body, probe, at, settings.depth, caller);
+    check_lines(body, probe.frequency, at, settings.depth, caller);
     const float sigma = pulse{}.sigma_z(probe.frequency);
     return checked_samples(probe.lines, settings.samples != 0 ? settings.samples : samples_for(settings.depth, sigma),
                            caller);
