@@ -8,6 +8,15 @@ using namespace insonify;
 static_assert(std::is_trivially_copyable_v<view<const float>>);
 static_assert(!std::constructible_from<view<const float>, std::vector<float>>, "a view of a temporary would dangle");
 
+TEST_CASE("function_ref: calls the function that it refers to, which keeps its state") {
+    int calls = 0;
+    const auto count = [&calls](int more, float) { return calls += more; };
+    const detail::function_ref<int(int, float)> all{count}, copy = all;
+    CHECK(all(2, 0) == 2);
+    CHECK(copy(3, 0) == 5);
+    CHECK(calls == 5);
+}
+
 TEST_CASE("view: refers to the elements of a container") {
     std::vector<int> numbers{4, 5, 6};
     const view<const int> seen{numbers};

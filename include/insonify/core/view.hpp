@@ -23,6 +23,26 @@ INSONIFY_FN INSONIFY_INLINE void prefetch(const void* value) {
 #endif
 }
 
+template <class Signature>
+class function_ref;
+
+/// A reference to a function of any type, which must outlive it, so that what calls the function is compiled once.
+template <class Result, class... Arguments>
+class function_ref<Result(Arguments...)> {
+  public:
+    template <class Function>
+    function_ref(const Function& function)
+        : function_{&function}, call_{[](const void* called, Arguments... arguments) -> Result {
+              return (*static_cast<const Function*>(called))(arguments...);
+          }} {}
+
+    Result operator()(Arguments... arguments) const { return call_(function_, arguments...); }
+
+  private:
+    const void* function_;
+    Result (*call_)(const void*, Arguments...);
+};
+
 } // namespace detail
 
 /// A pointer and a count, like std::span, but trivially copyable and usable in device code. It does not own the

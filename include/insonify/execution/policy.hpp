@@ -3,6 +3,7 @@
 
 #include <insonify/core/save_macros.hpp>
 
+#include <insonify/core/view.hpp>
 #include <insonify/execution/thread_pool.hpp>
 #include <cstddef>
 #include <cstdint>
@@ -140,22 +141,19 @@ class any_policy {
     explicit any_policy(const Policy& policy) : policy_{&policy}, run_{&run<Policy>} {}
 
     /// Forwards to the policy.
-    template <class Body>
-    friend void for_each_index(const any_policy& policy, std::size_t count, const Body& body) {
-        policy.run_(policy.policy_, count, &body,
-                    [](const void* called, std::size_t i) { (*static_cast<const Body*>(called))(i); });
+    friend void for_each_index(const any_policy& policy, std::size_t count,
+                               const function_ref<void(std::size_t index)>& body) {
+        policy.run_(policy.policy_, count, body);
     }
 
   private:
-    using call = void (*)(const void* body, std::size_t index);
-
     template <class Policy>
-    static void run(const void* policy, std::size_t count, const void* body, call one) {
-        for_each_index(*static_cast<const Policy*>(policy), count, [body, one](std::size_t i) { one(body, i); });
+    static void run(const void* policy, std::size_t count, const function_ref<void(std::size_t index)>& body) {
+        for_each_index(*static_cast<const Policy*>(policy), count, body);
     }
 
     const void* policy_;
-    void (*run_)(const void* policy, std::size_t count, const void* body, call one);
+    void (*run_)(const void* policy, std::size_t count, const function_ref<void(std::size_t index)>& body);
 };
 template <class Policy>
 any_policy(const Policy&) -> any_policy<exec::is_unsequenced_v<Policy>>;

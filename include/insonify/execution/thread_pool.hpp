@@ -4,6 +4,7 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/core/error.hpp>
+#include <insonify/core/view.hpp>
 #include <algorithm>
 #include <atomic>
 #include <condition_variable>
@@ -50,19 +51,24 @@ class thread_pool {
     /// If calls throw, the exception of the lowest index is rethrown; every index below it has run.
     /// @param participants  0: one per processor
     /// @throws usage_error  for more than `max_participants`
-    template <class Body>
-    void run(std::size_t count, std::uint32_t participants, const Body& body) {
-        job work{.count = count, .body = &body, .call = [](const void* what, std::size_t index) {
-                     (*static_cast<const Body*>(what))(index);
-                 }};
-        run(work, participants);
+    void run(std::size_t count, std::uint32_t participants, function_ref<void(std::size_t index)> body) {
+        if (participants > max_participants)
+            throw usage_error{joined({"threads(", std::to_string(participants),
+                                      "): at most 1024 threads; omit .threads(n) for one per processor"})};
+        if (participants == 0) participants = processors_;
+        job work{.count = count, .body = body};
+        const auto helpers = static_cast<std::uint32_t>(std::min<std::size_t>(participants, count)) - (count > 0);
+        work.seats = helpers;
+        if (helpers > 0) offer(work);
+        take_part(work);
+        if (helpers > 0) withdraw(work);
+        if (work.failure) std::rethrow_exception(work.failure);
     }
 
   private:
     struct job {
         std::size_t count = 0;
-        const void* body = nullptr;
-        void (*call)(const void*, std::size_t) = nullptr;
+        function_ref<void(std::size_t index)> body;
         std::uint32_t seats = 0;              // helpers that may still join
         std::atomic<std::uint32_t> inside{0}; // helpers working on it
         std::atomic<std::size_t> next{0};
@@ -72,20 +78,6 @@ class thread_pool {
     };
 
     thread_pool() = default;
-
-    void run(job& work, std::uint32_t participants) {
-        if (participants > max_participants)
-            throw usage_error{joined({"threads(", std::to_string(participants),
-                                      "): at most 1024 threads; omit .threads(n) for one per processor"})};
-        if (participants == 0) participants = processors_;
-        const auto helpers =
-            static_cast<std::uint32_t>(std::min<std::size_t>(participants, work.count)) - (work.count > 0);
-        work.seats = helpers;
-        if (helpers > 0) offer(work);
-        take_part(work);
-        if (helpers > 0) withdraw(work);
-        if (work.failure) std::rethrow_exception(work.failure);
-    }
 
     void offer(job& work) {
         const std::uint32_t seats = work.seats; // a copy: helpers decrement it once it is listed
@@ -120,7 +112,7 @@ class thread_pool {
     void take_part(job& work) {
         for (std::size_t i = 0; (i = work.next.fetch_add(1, std::memory_order_relaxed)) < work.count;) {
             try {
-                work.call(work.body, i);
+                work.body(i);
             } catch (...) {
                 const std::lock_guard lock{mutex_};
                 work.next.store(work.count, std::memory_order_relaxed);

@@ -3,6 +3,7 @@
 
 #include <insonify/core/save_macros.hpp>
 
+#include <insonify/core/view.hpp>
 #include <insonify/geometry/mesh.hpp>
 #include <insonify/geometry/ray.hpp>
 #include <algorithm>
@@ -25,25 +26,11 @@ struct implicit_settings {
 
 namespace detail {
 
-/// A reference to a function of any type, so that the lattice is compiled once.
-class implicit_function {
-  public:
-    template <class Function>
-    explicit implicit_function(const Function& function)
-        : of_{&function}, call_{[](const void* of, vec3 p) { return (*static_cast<const Function*>(of))(p); }} {}
-
-    float operator()(vec3 p) const { return call_(of_, p); }
-
-  private:
-    const void* of_;
-    float (*call_)(const void*, vec3);
-};
-
 /// A body-centred cubic lattice: the corners of cubes, and their middles. Four tetrahedra surround the line between the
 /// middles of two cubes that share a face; all are congruent.
 class implicit_lattice {
   public:
-    implicit_lattice(const aabb& box, float cell, implicit_function function)
+    implicit_lattice(const aabb& box, float cell, function_ref<float(vec3)> function)
         : box_{box}, cell_{cell}, function_{function} {
         constexpr double max_points = 1 << 27;
         double points = 2;
@@ -250,7 +237,7 @@ class implicit_lattice {
 
     aabb box_;
     float cell_ = 1;
-    implicit_function function_;
+    function_ref<float(vec3)> function_;
     uvec3 count_{0, 0, 0}; // of the corners of cubes; as many middles are stored, of which the last are not used
     vec3 origin_{0, 0, 0};
     std::size_t step_[3] = {};
@@ -294,7 +281,7 @@ mesh mesh_implicit(const Function& function, const aabb& box, float cell, const 
         throw geometry_error{"mesh_implicit: `max_slope` is " + detail::number_text(settings.max_slope) +
                              "; it must be 0 (unknown) or a bound of the slope, such as 1 for distances"};
     const auto called = [&function](vec3 p) { return static_cast<float>(function(p)); };
-    return detail::implicit_lattice{box, cell, detail::implicit_function{called}}.surface(settings.max_slope);
+    return detail::implicit_lattice{box, cell, called}.surface(settings.max_slope);
 }
 
 } // namespace insonify::inline INSONIFY_ABI
