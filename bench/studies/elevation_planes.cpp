@@ -135,7 +135,7 @@ void add_errors(const Probe& probe, const pairs& of, float from, float to, doubl
     constexpr float depth = 125_mm;
     const auto planes_count = static_cast<std::uint32_t>(2 * of.size() + 1);
     const beam_model beam = beam_of(probe, depth);
-    const elevation_planes planes{beam, planes_count, of, depth, true};
+    const elevation_planes planes{beam, planes_count, depth, true, of};
     for (float z = from; z <= to; z += (to - from) / 22) {
         const auto weights = planes.at(z);
         const auto sigma = static_cast<double>(beam.elevation_sigma(z));
@@ -168,7 +168,7 @@ errors errors_of(const pairs& of) {
     static const beam_model beam = beam_of(focused, depth);
     static const filling discs[] = {
         {{.disc = 0.67F}, focused, beam}, {{.disc = 0.75F}, focused, beam}, {{.disc = 0.83F}, focused, beam}};
-    const elevation_planes planes{beam, static_cast<std::uint32_t>(2 * of.size() + 1), of, depth, true};
+    const elevation_planes planes{beam, static_cast<std::uint32_t>(2 * of.size() + 1), depth, true, of};
     for (const filling& disc : discs)
         all.sphere = std::max(all.sphere, std::fabs(decibels(disc.by(planes)) - decibels(disc.by_beam())));
     return all;

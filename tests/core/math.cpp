@@ -22,6 +22,21 @@ TEST_CASE("math: multiply_add rounds once with fused multiply-add, otherwise twi
     CHECK(multiply_add(a, a, -(1 + 0x1p-11F)) == (detail::has_fma ? once : twice));
 }
 
+TEST_CASE("math: places in a table lie between two of its values, or at its ends") {
+    const auto is = [](float place, std::size_t count, std::size_t above, std::size_t below, float part) {
+        const detail::table_place found{place, count};
+        CHECK(found.above == above);
+        CHECK(found.below == below);
+        CHECK(found.part == part);
+    };
+    is(1.25F, 4, 1, 2, 0.25F);
+    is(2, 4, 2, 3, 0);
+    is(-0.5F, 4, 0, 1, 0);
+    is(3, 4, 3, 3, 0);
+    is(7.5F, 4, 3, 3, 0);
+    is(0.5F, 1, 0, 0, 0);
+}
+
 TEST_CASE("math: min, max, clamp and abs") {
     CHECK(clamp(-1, 0, 2) == 0);
     CHECK(clamp(1, 0, 2) == 1);

@@ -54,3 +54,32 @@ TEST_CASE("logarithms are right to 3e-7, those of powers of two exact, and clamp
     for (const float small : {0.0F, -1.0F, 1e-40F}) CHECK(logarithm(small) == -126);
     CHECK(logarithm(std::numeric_limits<float>::infinity()) == 128);
 }
+
+TEST_CASE("a range is taken in whole registers, then one by one, each float once") {
+    constexpr int n = simd_width;
+    for (std::size_t end = 3; end < 3 + 3 * n; ++end) {
+        std::size_t next = 3, single = 0;
+        detail::in_registers<n>(3, end, [&](std::size_t i, auto width) {
+            CHECK(i == next);
+            next += width;
+            single += width == 1;
+        });
+        CHECK(next == end);
+        CHECK(single == (n == 1 ? end - 3 : (end - 3) % n));
+    }
+}
+
+TEST_CASE("cosines and sines of lanes of turns are right to 2e-7") {
+    double worst = 0;
+    for (double turns = -0.5; turns <= 0.5; turns += 1e-4) {
+        const detail::turned_lanes<4> found{lanes<4>(static_cast<float>(turns))};
+        const double angle = 2 * std::acos(-1.0) * static_cast<double>(static_cast<float>(turns));
+        float x[4], y[4];
+        store(found.x, x);
+        store(found.y, y);
+        worst = std::max({worst, std::fabs(static_cast<double>(x[3]) - std::cos(angle)),
+                          std::fabs(static_cast<double>(y[3]) - std::sin(angle))});
+    }
+    MESSAGE("worst error ", worst);
+    CHECK(worst < 2e-7);
+}

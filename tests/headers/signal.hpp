@@ -26,12 +26,14 @@ void call(detail::lateral_slab& slab, vec2* lines) {
 void call(const detail::tap& one, vec2* samples) { detail::sum_taps<1>({&one, 1}, samples, samples, 1); }
 #endif
 #ifdef CALL_signal_fourier
-float call(const detail::fourier& transform, std::vector<detail::complex_batch>& values) {
+void call(const detail::fourier& transform, std::vector<detail::complex_block>& values) {
     auto room = values;
     transform.forward(values, room);
     transform.inverse(values, room);
-    const detail::turned_lanes<4> turned{lanes<4>(0.25F)};
-    return sum(turned.x * turned.y);
+}
+void call(const std::vector<float>& signals, std::vector<vec2>& to) {
+    detail::for_each_analytic(exec::par_unseq, signals, 64,
+                              [&](std::size_t, std::size_t k, vec2 value) { to[k] = value; });
 }
 #endif
 #ifdef CALL_signal_compound
@@ -50,7 +52,6 @@ iq_lines call(iq_lines lines) { return add_electronic_noise(exec::par, std::move
 scan_lines call(const iq_lines& lines, const scan_lines& rf) {
     return lines.count > 0 ? envelope(exec::par_unseq, lines) : envelope(exec::seq, rf);
 }
-void call(const detail::hilbert_transform& transform, float* one, float* other) { transform.apply<1>(one, other); }
 scan_lines call(const iq_lines& lines) { return to_rf(exec::par, lines, 5e6F); }
 #endif
 #ifdef CALL_signal_gain

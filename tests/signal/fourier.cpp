@@ -13,13 +13,10 @@ namespace {
 
 using number = std::complex<double>;
 
-std::vector<number> of_lane(const std::vector<detail::complex_batch>& values, std::size_t lane) {
+std::vector<number> of_lane(const std::vector<detail::complex_block>& values, std::size_t lane) {
     std::vector<number> numbers;
-    detail::complex_block block;
-    for (const detail::complex_batch& one : values) {
-        block.store_from(one);
-        numbers.emplace_back(static_cast<double>(block.x[lane]), static_cast<double>(block.y[lane]));
-    }
+    for (const detail::complex_block& one : values)
+        numbers.emplace_back(static_cast<double>(one.x[lane]), static_cast<double>(one.y[lane]));
     return numbers;
 }
 
@@ -28,15 +25,16 @@ std::vector<number> of_lane(const std::vector<detail::complex_batch>& values, st
 TEST_CASE("fourier: as the sum that defines it, and back") {
     for (const std::size_t size : {1U, 2U, 3U, 8U, 12U, 64U, 72U}) {
         const detail::fourier transform{size};
-        std::vector<detail::complex_batch> values(size), room(size);
-        for (std::size_t i = 0; i < size; ++i) {
-            const auto value = [i](int lane) { return hash_normal(static_cast<std::uint64_t>(lane), i); };
-            values[i] = {each_lane<detail::complex_batch::width>([&](int lane) { return value(lane).x; }),
-                         each_lane<detail::complex_batch::width>([&](int lane) { return value(lane).y; })};
-        }
-        const std::vector<detail::complex_batch> before = values;
+        std::vector<detail::complex_block> values(size), room(size);
+        for (std::size_t i = 0; i < size; ++i)
+            for (std::size_t lane = 0; lane < detail::complex_batch::width; ++lane) {
+                const vec2 value = hash_normal(lane, i);
+                values[i].x[lane] = value.x;
+                values[i].y[lane] = value.y;
+            }
+        const std::vector<detail::complex_block> before = values;
         transform.forward(values, room);
-        const std::vector<detail::complex_batch> spectra = values;
+        const std::vector<detail::complex_block> spectra = values;
         transform.inverse(values, room);
         for (const std::size_t lane : {std::size_t{0}, detail::complex_batch::width - 1}) {
             const std::vector<number> x = of_lane(before, lane), spectrum = of_lane(spectra, lane),

@@ -150,9 +150,9 @@ TEST_CASE("resample_lines: every policy gives the same to the bit, and lines of 
     for (const iq_lines& other : {resample_lines(exec::unseq, echoes, sparse, dense),
                                   resample_lines(exec::par_unseq.threads(3), echoes, sparse, dense)})
         CHECK(std::memcmp(seen.values.data(), other.values.data(), seen.values.size() * sizeof(vec2)) == 0);
-    CHECK_THROWS_WITH_AS(resample_lines(exec::seq, echoes, dense, sparse),
-                         "resample_lines: the echoes must have as many lines as the probe that was traced",
-                         usage_error);
+    CHECK_THROWS_WITH_AS(
+        resample_lines(exec::seq, echoes, dense, sparse),
+        "resample_lines: the echoes must have as many lines as the probe, and a value for every sample", usage_error);
     CHECK_THROWS_WITH_AS(resample_lines(exec::seq, echoes, sparse, linear_array{.lines = 40}),
                          "resample_lines: the probes are steered differently; both must have the same `steering`",
                          usage_error);

@@ -163,9 +163,8 @@ class echo_line {
 
   private:
     INSONIFY_FN vec2 phase(float depth) const {
-        const double cycles = cycles_ * static_cast<double>(depth);
-        const auto fraction = static_cast<float>(cycles - std::floor(cycles));
-        return {std::cos(2 * pi * fraction), -std::sin(2 * pi * fraction)};
+        const vec2 forwards = detail::turned(cycles_ * static_cast<double>(depth));
+        return {forwards.x, -forwards.y};
     }
 
     // Loads `count` floats, at most a register; the other lanes are 0.

@@ -73,9 +73,8 @@ struct line_aperture {
   private:
     INSONIFY_FN float interpolated(view<const float> values, float depth) const {
         if (values.empty()) return 0;
-        const float place = clamp(depth / spacing - 0.5F, 0, static_cast<float>(values.size() - 1));
-        const auto above = static_cast<std::size_t>(place), below = above + 1 < values.size() ? above + 1 : above;
-        return values[above] + (place - static_cast<float>(above)) * (values[below] - values[above]);
+        const detail::table_place at{depth / spacing - 0.5F, values.size()};
+        return values[at.above] + at.part * (values[at.below] - values[at.above]);
     }
 };
 
@@ -119,12 +118,10 @@ struct layer_gains {
     /// At a distance from the probe face, metres.
     INSONIFY_FN aperture_gain at(float distance) const {
         if (at_steps.empty()) return before;
-        const float place = clamp((distance - first) * per_step, 0, static_cast<float>(at_steps.size() - 1));
-        const auto above = static_cast<std::size_t>(place);
-        const aperture_gain &a = at_steps[above], &b = at_steps[above + 1 < at_steps.size() ? above + 1 : above];
-        const float part = place - static_cast<float>(above);
-        return {a.surfaces + part * (b.surfaces - a.surfaces), a.speckle + part * (b.speckle - a.speckle),
-                a.deeper + part * (b.deeper - a.deeper)};
+        const table_place place{(distance - first) * per_step, at_steps.size()};
+        const aperture_gain &a = at_steps[place.above], &b = at_steps[place.below];
+        return {a.surfaces + place.part * (b.surfaces - a.surfaces), a.speckle + place.part * (b.speckle - a.speckle),
+                a.deeper + place.part * (b.deeper - a.deeper)};
     }
     /// The smallest `deeper` within the layer.
     INSONIFY_FN float min_deeper() const {

@@ -11,7 +11,6 @@
 #include <insonify/core/math.hpp>
 #include <insonify/core/view.hpp>
 #include <insonify/execution/simd.hpp>
-#include <insonify/signal/fourier.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>

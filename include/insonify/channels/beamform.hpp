@@ -9,7 +9,6 @@
 #include <insonify/execution/policy.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/probe/probe_lines.hpp>
-#include <insonify/signal/fourier.hpp>
 #include <insonify/signal/pulse.hpp>
 #include <algorithm>
 #include <cmath>

@@ -114,36 +114,14 @@ iq_channel_data demodulate(const Policy& policy, const channel_data& received) {
     iq_channel_data out = detail::same_acquisition<vec2>(received);
     out.values.resize(received.values.size());
     const std::size_t samples = received.samples;
-    const detail::fourier transform{detail::transform_length(samples + samples / 4)};
-    const std::size_t length = transform.size();
     std::vector<vec2> carrier(samples);
     for (std::size_t k = 0; k < samples; ++k)
         carrier[k] =
-            1 / static_cast<float>(length) *
             detail::turned(-double{received.frequency} *
                            (double{received.start} + static_cast<double>(k) / double{received.sampling_frequency}));
-    const std::size_t channels = std::size_t{received.transmits} * received.elements;
-    constexpr std::size_t together = detail::complex_batch::width;
-    exec::for_each_block(detail::any_policy<false>{policy}, channels, together, 10 * static_cast<float>(length),
-                         [&](std::size_t begin, std::size_t end) {
-                             std::vector<detail::complex_batch> values(length), room(length);
-                             detail::complex_block block{};
-                             for (std::size_t k = 0; k < samples; ++k) {
-                                 for (std::size_t i = begin; i < end; ++i)
-                                     block.x[i - begin] = received.values[i * samples + k];
-                                 values[k] = block.loaded();
-                             }
-                             transform.forward(values, room);
-                             // Twice the positive frequencies, none of the negative ones.
-                             for (std::size_t m = 1; m < length / 2; ++m) values[m] = values[m] + values[m];
-                             for (std::size_t m = length / 2 + 1; m < length; ++m) values[m] = {};
-                             transform.inverse(values, room);
-                             for (std::size_t k = 0; k < samples; ++k) {
-                                 block.store_from(detail::batch_product(carrier[k], values[k]));
-                                 for (std::size_t i = begin; i < end; ++i)
-                                     out.values[i * samples + k] = {block.x[i - begin], block.y[i - begin]};
-                             }
-                         });
+    detail::for_each_analytic(policy, received.values, samples, [&](std::size_t channel, std::size_t k, vec2 value) {
+        out.values[channel * samples + k] = detail::complex_product(carrier[k], value);
+    });
     return out;
 }
 

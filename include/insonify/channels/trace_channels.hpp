@@ -339,9 +339,8 @@ class channel_tracer {
         exec::for_each_block(
             policy, std::size_t{out.transmits} * elements_, complex_batch::width,
             2 * static_cast<float>(longer + count * elements_), [&](std::size_t begin, std::size_t end) {
-                std::vector<complex_batch> values(longer), room(longer);
+                std::vector<complex_block> values(longer), room(longer);
                 std::vector<vec2> whole(count);
-                std::vector<complex_block> batches(count, complex_block{});
                 for (std::size_t i = begin; i < end; ++i) {
                     const std::size_t number = i / elements_, m = i % elements_;
                     const transmit& one = out.sent[number];
@@ -358,20 +357,18 @@ class channel_tracer {
                         std::copy(own, own + count, whole.begin());
                     }
                     for (std::size_t b = 0; b < count; ++b) {
-                        batches[b].x[i - begin] = whole[b].x;
-                        batches[b].y[i - begin] = whole[b].y;
+                        const std::size_t bin = band_.bins[b];
+                        complex_block& to =
+                            values[bin < record_.transform / 2 ? bin : longer - (record_.transform - bin)];
+                        to.x[i - begin] = whole[b].x;
+                        to.y[i - begin] = whole[b].y;
                     }
-                }
-                for (std::size_t b = 0; b < count; ++b) {
-                    const std::size_t bin = band_.bins[b];
-                    values[bin < record_.transform / 2 ? bin : longer - (record_.transform - bin)] =
-                        batches[b].loaded();
                 }
                 back.inverse(values, room);
                 const std::size_t offset = std::size_t{record_.margin} * record_.halves / 2;
                 for (std::size_t k = 0; k < record_.samples; ++k) {
-                    complex_block sample;
-                    sample.store_from(batch_product(carrier[k], values[offset + k]));
+                    complex_block& sample = values[offset + k];
+                    sample.store_from(batch_product(carrier[k], sample.loaded()));
                     for (std::size_t i = begin; i < end; ++i) out.values[i * record_.samples + k] = sample.x[i - begin];
                 }
             });
@@ -414,21 +411,18 @@ class channel_tracer {
                      vec2* to) const {
         constexpr std::size_t wave = floats_per_wave<Nodes>;
         const std::size_t sum_size = record_.length * wave, count = band_.bins.size();
-        std::vector<complex_batch> values(transform.size()), room(transform.size());
-        complex_block block{};
-        for (std::size_t k = 0; k < record_.length; ++k) {
+        std::vector<complex_block> values(transform.size()), room(transform.size());
+        for (std::size_t k = 0; k < record_.length; ++k)
             for (std::size_t p = 0; p < pairs; ++p) {
                 const float* const sample = sums + p * sum_size + wave * k;
                 for (std::size_t node = 0; node < Nodes; ++node) {
-                    block.x[Nodes * p + node] = sample[2 * node];
-                    block.y[Nodes * p + node] = sample[2 * node + 1];
+                    values[k].x[Nodes * p + node] = sample[2 * node];
+                    values[k].y[Nodes * p + node] = sample[2 * node + 1];
                 }
             }
-            values[k] = block.loaded();
-        }
         transform.forward(values, room);
         for (std::size_t b = 0; b < count; ++b) {
-            block.store_from(values[band_.bins[b]]);
+            const complex_block& block = values[band_.bins[b]];
             for (std::size_t p = 0; p < pairs; ++p)
                 for (std::size_t node = 0; node < Nodes; ++node)
                     to[p * count + b] +=

@@ -9,7 +9,6 @@
 #include <insonify/core/math.hpp>
 #include <insonify/core/view.hpp>
 #include <insonify/execution/simd.hpp>
-#include <insonify/signal/fourier.hpp>
 #include <cstddef>
 #include <cstdint>
 #include <vector>

@@ -89,6 +89,27 @@ INSONIFY_FN INSONIFY_INLINE bool is_number(float value) {
 
 /// The product of two complex numbers.
 INSONIFY_FN constexpr vec2 complex_product(vec2 a, vec2 b) { return {a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x}; }
+/// exp(2 pi i turns)
+INSONIFY_FN inline vec2 turned(double turns) {
+    const auto part = static_cast<float>(turns - std::floor(turns));
+    return {std::cos(2 * pi * part), std::sin(2 * pi * part)};
+}
+
+/// A place between two neighbouring values of a table.
+struct table_place {
+    std::size_t above = 0; ///< index of the value before the place
+    std::size_t below = 0; ///< of the next one; at the end of the table the same
+    float part = 0;        ///< of the way from `above` to `below`
+
+    /// @param place  in values from the first one on; beyond the table, that of its nearest value
+    /// @param count  of values, at least 1
+    INSONIFY_FN constexpr table_place(float place, std::size_t count) {
+        const float within = clamp(place, 0, static_cast<float>(count - 1));
+        above = static_cast<std::size_t>(within);
+        below = above + 1 < count ? above + 1 : above;
+        part = within - static_cast<float>(above);
+    }
+};
 
 /// Two axes that form an orthonormal basis with a direction.
 /// Source: Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 2017.

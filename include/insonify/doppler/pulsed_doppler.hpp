@@ -103,8 +103,7 @@ doppler_spectrum spectrum_of(const Policy& policy, const std::vector<vec2>& echo
     constexpr std::size_t together = detail::complex_batch::width;
     exec::for_each_block(
         policy, result.windows, together, 15 * static_cast<float>(size), [&](std::size_t first, std::size_t end) {
-            std::vector<detail::complex_batch> values(size), room(size);
-            std::vector<detail::complex_block> in_lanes(size, detail::complex_block{}); // a window in each lane
+            std::vector<detail::complex_block> values(size), room(size); // a window in each lane
             std::vector<float> part(size);
             for (std::size_t window = first; window < end; ++window)
                 for (const bool real : {true, false}) {
@@ -117,13 +116,13 @@ doppler_spectrum spectrum_of(const Policy& policy, const std::vector<vec2>& echo
                         for (std::uint32_t k = 0; k < size; ++k) part[k] -= static_cast<float>(wall[k] * along);
                     }
                     for (std::uint32_t k = 0; k < size; ++k)
-                        (real ? in_lanes[k].x : in_lanes[k].y)[window - first] = hann[k] * part[k];
+                        (real ? values[k].x : values[k].y)[window - first] = hann[k] * part[k];
                 }
-            for (std::uint32_t k = 0; k < size; ++k) values[k] = in_lanes[k].loaded();
             fourier.forward(values, room);
             const lanes<detail::complex_batch::width> scale(1 / (weight * static_cast<float>(size)));
             for (std::uint32_t i = 0; i < size; ++i) {
-                const detail::complex_batch& bin = values[(static_cast<std::uint32_t>(lowest) + i) & (size - 1)];
+                const detail::complex_batch bin =
+                    values[(static_cast<std::uint32_t>(lowest) + i) & (size - 1)].loaded();
                 float power[together];
                 store(scale * (bin.x * bin.x + bin.y * bin.y), power);
                 for (std::size_t window = first; window < end; ++window)

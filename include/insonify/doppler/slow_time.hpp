@@ -133,17 +133,12 @@ iq_ensemble filter_walls(const Policy& policy, const iq_ensemble& echoes, const 
         const auto floats = [](const iq_lines& lines) { return reinterpret_cast<const float*>(lines.values.data()); };
         for (std::size_t j = 0; j < recycled.pulses.size(); ++j) {
             auto* const to = reinterpret_cast<float*>(recycled.pulses[j].values.data());
-            std::size_t i = begin;
-            for (; i + width <= end; i += width) {
-                lanes<width> sum(0.0F);
+            in_registers<width>(begin, end, [&](std::size_t i, auto n) {
+                lanes<n> sum(0.0F);
                 for (std::size_t k = 0; k < pulses; ++k)
-                    sum = sum + lanes<width>(matrix[j * pulses + k]) * load<width>(floats(echoes.pulses[k]) + i);
+                    sum = sum + lanes<n>(matrix[j * pulses + k]) * load<n>(floats(echoes.pulses[k]) + i);
                 store(sum, to + i);
-            }
-            for (; i < end; ++i) {
-                to[i] = 0;
-                for (std::size_t k = 0; k < pulses; ++k) to[i] += matrix[j * pulses + k] * floats(echoes.pulses[k])[i];
-            }
+            });
         }
     });
     return recycled;

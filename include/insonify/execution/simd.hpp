@@ -546,6 +546,35 @@ INSONIFY_FN INSONIFY_INLINE lanes<N> logarithm_of_two(const lanes<N>& x) {
 
 namespace detail {
 
+/// Calls body(i, n) for a range of floats, of which it is to take n from i on. n is a constant: `Width` as long as there
+/// are so many, then 1.
+template <int Width, class Body>
+INSONIFY_INLINE void in_registers(std::size_t begin, std::size_t end, const Body& body) {
+    std::size_t i = begin;
+    for (; i + Width <= end; i += Width) body(i, std::integral_constant<int, Width>{});
+    for (; i < end; ++i) body(i, std::integral_constant<int, 1>{});
+}
+
+/// Cosine (x) and sine (y) of 2 pi times each lane, within 2e-7 for numbers of turns within +-0.5.
+template <int N>
+struct turned_lanes {
+    lanes<N> x, y;
+
+    INSONIFY_FN explicit turned_lanes(const lanes<N>& turns) {
+        const lanes<N> quarter(0.25F), size = abs(turns);
+        const lanes<N> y_of_positive = sine(quarter - abs(size - quarter));
+        x = sine(quarter - size);
+        y = select(turns < lanes<N>(0.0F), -y_of_positive, y_of_positive);
+    }
+
+  private:
+    INSONIFY_FN static lanes<N> sine(const lanes<N>& turns) { // of turns within +-0.25, by its series
+        const lanes<N> a = lanes<N>(2 * pi) * turns;
+        return a *
+               polynomial<N>(a * a, -2.5052108e-8F, 2.7557319e-6F, -1.9841270e-4F, 8.3333333e-3F, -1.6666667e-1F, 1.0F);
+    }
+};
+
 #if defined(__AVX2__) && !defined(INSONIFY_NO_SIMD)
 /// For each set of eight lanes, given as bits: their indices in order, one byte each.
 struct pack_orders {

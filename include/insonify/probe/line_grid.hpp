@@ -3,6 +3,7 @@
 
 #include <insonify/core/save_macros.hpp>
 
+#include <insonify/core/error.hpp>
 #include <insonify/core/math.hpp>
 #include <cstddef>
 #include <cstdint>
@@ -45,6 +46,18 @@ struct line_grid {
 
     friend bool operator==(const line_grid&, const line_grid&) = default;
 };
+
+namespace detail {
+
+/// @throws usage_error  for echoes that are not those of a probe with so many lines
+template <class Value>
+void check_echoes(const line_grid<Value>& echoes, std::uint32_t lines, const char* caller) {
+    if (echoes.count != lines || echoes.samples == 0 || echoes.values.size() != std::size_t{lines} * echoes.samples)
+        throw usage_error{
+            joined({caller, ": the echoes must have as many lines as the probe, and a value for every sample"})};
+}
+
+} // namespace detail
 
 /// The object at a sample: its `object_id` as a number.
 using label_id = std::uint32_t;

@@ -4,6 +4,7 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/core/math.hpp>
+#include <insonify/execution/policy.hpp>
 #include <insonify/execution/simd.hpp>
 #include <cmath>
 #include <cstddef>
@@ -26,29 +27,14 @@ inline complex_batch batch_product(vec2 a, const complex_batch& b) {
     return {x * b.x - y * b.y, x * b.y + y * b.x};
 }
 
-/// exp(2 pi i turns)
-INSONIFY_FN inline vec2 turned(double turns) {
-    const auto part = static_cast<float>(turns - std::floor(turns));
-    return {std::cos(2 * pi * part), std::sin(2 * pi * part)};
-}
+/// The same in memory.
+struct alignas(complex_batch) complex_block {
+    float x[complex_batch::width], y[complex_batch::width];
 
-/// Cosine (x) and sine (y) of 2 pi times each lane, within 1e-7 for numbers of turns within +-0.5.
-template <int N>
-struct turned_lanes {
-    lanes<N> x, y;
-
-    explicit turned_lanes(const lanes<N>& turns) {
-        const lanes<N> quarter(0.25F), size = abs(turns);
-        const lanes<N> y_of_positive = sine(quarter - abs(size - quarter));
-        x = sine(quarter - size);
-        y = select(turns < lanes<N>(0.0F), -y_of_positive, y_of_positive);
-    }
-
-  private:
-    static lanes<N> sine(const lanes<N>& turns) { // of turns within +-0.25, by its series
-        const lanes<N> a = lanes<N>(2 * pi) * turns;
-        return a *
-               polynomial<N>(a * a, -2.5052108e-8F, 2.7557319e-6F, -1.9841270e-4F, 8.3333333e-3F, -1.6666667e-1F, 1.0F);
+    complex_batch loaded() const { return {load<complex_batch::width>(x), load<complex_batch::width>(y)}; }
+    void store_from(const complex_batch& from) {
+        store(from.x, x);
+        store(from.y, y);
     }
 };
 
@@ -67,10 +53,10 @@ class fourier {
 
     /// In place, of a sequence in each lane. @param room  as many values, which are overwritten
     /// @{
-    void forward(std::vector<complex_batch>& values, std::vector<complex_batch>& room) const {
+    void forward(std::vector<complex_block>& values, std::vector<complex_block>& room) const {
         transform<false>(values, room);
     }
-    void inverse(std::vector<complex_batch>& values, std::vector<complex_batch>& room) const {
+    void inverse(std::vector<complex_block>& values, std::vector<complex_block>& room) const {
         transform<true>(values, room);
     }
     /// @}
@@ -82,7 +68,7 @@ class fourier {
     }
 
     template <bool Inverse>
-    void transform(std::vector<complex_batch>& values, std::vector<complex_batch>& room) const {
+    void transform(std::vector<complex_block>& values, std::vector<complex_block>& room) const {
         std::size_t stride = 1;
         for (std::size_t left = length_; left > 1;) {
             const std::size_t radix = left % 4 == 0 ? 4 : left % 3 == 0 ? 3 : 2, parts = left / radix;
@@ -90,27 +76,28 @@ class fourier {
                 const vec2 first = factor<Inverse>(part * stride),
                            second = factor<Inverse>(2 * part * stride % length_),
                            third = factor<Inverse>(3 * part * stride % length_);
-                const complex_batch* from = values.data() + part * stride;
-                complex_batch* to = room.data() + radix * part * stride;
+                const complex_block* from = values.data() + part * stride;
+                complex_block* to = room.data() + radix * part * stride;
                 for (std::size_t i = 0; i < stride; ++i, ++from, ++to) {
-                    const auto in = [&](std::size_t k) { return from[k * parts * stride]; };
+                    const auto in = [&](std::size_t k) { return from[k * parts * stride].loaded(); };
                     if (radix == 4) {
                         const complex_batch even = in(0) + in(2), odd = in(0) - in(2), other = in(1) + in(3),
                                             turn = quarter_turned<Inverse>(in(1) - in(3));
-                        to[0] = even + other;
-                        to[stride] = batch_product(first, odd + turn);
-                        to[2 * stride] = batch_product(second, even - other);
-                        to[3 * stride] = batch_product(third, odd - turn);
+                        to[0].store_from(even + other);
+                        to[stride].store_from(batch_product(first, odd + turn));
+                        to[2 * stride].store_from(batch_product(second, even - other));
+                        to[3 * stride].store_from(batch_product(third, odd - turn));
                     } else if (radix == 3) {
                         const complex_batch others = in(1) + in(2), middle = in(0) - batch_product({0.5F, 0}, others),
                                             turn =
                                                 batch_product({0.8660254F, 0}, quarter_turned<Inverse>(in(1) - in(2)));
-                        to[0] = in(0) + others;
-                        to[stride] = batch_product(first, middle + turn);
-                        to[2 * stride] = batch_product(second, middle - turn);
+                        to[0].store_from(in(0) + others);
+                        to[stride].store_from(batch_product(first, middle + turn));
+                        to[2 * stride].store_from(batch_product(second, middle - turn));
                     } else {
-                        to[0] = in(0) + in(1);
-                        to[stride] = batch_product(first, in(0) - in(1));
+                        const complex_batch even = in(0), odd = in(1);
+                        to[0].store_from(even + odd);
+                        to[stride].store_from(batch_product(first, even - odd));
                     }
                 }
             }
@@ -128,17 +115,6 @@ class fourier {
     std::vector<vec2> factors_; // exp(-2 pi i k / n)
 };
 
-/// Complex numbers of all lanes in memory: real parts, then imaginary parts.
-struct complex_block {
-    float x[complex_batch::width], y[complex_batch::width];
-
-    complex_batch loaded() const { return {load<complex_batch::width>(x), load<complex_batch::width>(y)}; }
-    void store_from(const complex_batch& from) {
-        store(from.x, x);
-        store(from.y, y);
-    }
-};
-
 /// The shortest even length of transforms that is not below a number.
 constexpr std::size_t transform_length(std::size_t values) {
     std::size_t shortest = 0;
@@ -148,6 +124,43 @@ constexpr std::size_t transform_length(std::size_t values) {
         if (shortest == 0 || length < shortest) shortest = length;
     }
     return shortest;
+}
+
+/// Calls visit(signal, sample, value) with the analytic signals of real ones: RF + i H(RF), where H is the Hilbert
+/// transform, which shifts the phase of every frequency by -90 degrees, so that cos becomes sin. Signals are zero beyond
+/// their ends.
+/// @param signals  one after the other
+/// @param samples  of each signal
+template <class Policy, class Visit>
+void for_each_analytic(const Policy& policy, const std::vector<float>& signals, std::size_t samples,
+                       const Visit& visit) {
+    if (samples == 0) return;
+    const fourier transform{transform_length(samples + samples / 4 + 2)}; // with at least a quarter of zeros
+    const std::size_t length = transform.size();
+    const lanes<complex_batch::width> scale(1 / static_cast<float>(length));
+    const auto analyse = [&](std::size_t first, std::size_t end) {
+        std::vector<complex_block> values(length), room(length);
+        // Two signals in each lane: one as the real and one as the imaginary part. Signal after signal, since samples that
+        // are a power of two apart displace each other in a cache.
+        const auto part = [&](std::size_t signal, std::size_t k) -> float& {
+            const std::size_t lane = (signal - first) / 2;
+            return (signal - first) % 2 == 0 ? values[k].x[lane] : values[k].y[lane];
+        };
+        for (std::size_t i = first; i < end; ++i)
+            for (std::size_t k = 0; k < samples; ++k) part(i, k) = signals[i * samples + k];
+        transform.forward(values, room);
+        values[0] = values[length / 2] = {}; // of DC and of the Nyquist frequency it is 0
+        for (std::size_t m = 1; m < length / 2; ++m) {
+            const complex_batch positive = values[m].loaded(), negative = values[length - m].loaded();
+            values[m].store_from({scale * positive.y, -(scale * positive.x)});
+            values[length - m].store_from({-(scale * negative.y), scale * negative.x});
+        }
+        transform.inverse(values, room);
+        for (std::size_t i = first; i < end; ++i)
+            for (std::size_t k = 0; k < samples; ++k) visit(i, k, vec2{signals[i * samples + k], part(i, k)});
+    };
+    exec::for_each_block(any_policy<false>{policy}, signals.size() / samples, 2 * complex_batch::width,
+                         10 * static_cast<float>(length), analyse);
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail

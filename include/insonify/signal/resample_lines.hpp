@@ -38,9 +38,7 @@ inline float lanczos_weight(float distance) {
 template <exec::policy Policy, transducer Traced, transducer Wanted>
 iq_lines resample_lines(const Policy& policy, const iq_lines& lines, const Traced& traced, const Wanted& wanted,
                         iq_lines recycled = {}) {
-    if (lines.count != traced.lines || lines.samples == 0 ||
-        lines.values.size() != std::size_t{lines.count} * lines.samples)
-        throw usage_error{"resample_lines: the echoes must have as many lines as the probe that was traced"};
+    detail::check_echoes(lines, traced.lines, "resample_lines");
     check_depth(lines.depth, "resample_lines");
     wanted.check();
     const auto middle_direction = [](const auto& probe) {
@@ -71,10 +69,8 @@ iq_lines resample_lines(const Policy& policy, const iq_lines& lines, const Trace
             const auto less_deep = static_cast<int>(std::lround(samples_per_line * apart));
             const vec2* const from =
                 lines.values.data() + static_cast<std::size_t>((i + count) % count) * lines.samples;
-            for (int k = std::max(less_deep, 0); k < std::min(samples + less_deep, samples); ++k) {
-                const vec2 echo = from[k - less_deep];
-                to[k] += vec2{echo.x * factor.x - echo.y * factor.y, echo.x * factor.y + echo.y * factor.x};
-            }
+            for (int k = std::max(less_deep, 0); k < std::min(samples + less_deep, samples); ++k)
+                to[k] += detail::complex_product(from[k - less_deep], factor);
         }
     };
     exec::for_each_block(policy, wanted.lines, 1, 6 * static_cast<float>(samples), interpolate);

@@ -261,10 +261,8 @@ struct placed_structure {
     /// The rms of the factor on amplitude over a large volume, where the beam runs along z; the F-number is that of the
     /// receiving aperture.
     INSONIFY_FN float rms(float fnumber) const {
-        const float place = clamp(steps * std::log2(fnumber), 0, static_cast<float>(fnumbers - 1));
-        const auto above = static_cast<std::uint32_t>(place);
-        const std::uint32_t next = above + 1 < fnumbers ? above + 1 : above;
-        return rms_[above] + (place - static_cast<float>(above)) * (rms_[next] - rms_[above]);
+        const detail::table_place at{steps * std::log2(fnumber), fnumbers};
+        return rms_[at.above] + at.part * (rms_[at.below] - rms_[at.above]);
     }
 
   private:

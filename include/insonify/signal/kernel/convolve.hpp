@@ -212,13 +212,11 @@ struct lateral_kernel {
         float fraction = 0;
     };
     blend blend_at(std::uint32_t sample) const {
-        const auto last = static_cast<float>(entries.size() - 1);
-        const float place = clamp((static_cast<float>(sample) + 0.5F) / depth_step - 0.5F, 0, last);
-        const auto first = static_cast<std::size_t>(place);
-        const entry &above = entries[first], &below = entries[first + (place < last ? 1 : 0)];
+        const table_place place{(static_cast<float>(sample) + 0.5F) / depth_step - 0.5F, entries.size()};
+        const entry &above = entries[place.above], &below = entries[place.below];
         return {.above = {weights.data() + above.begin, above.count},
                 .below = {weights.data() + below.begin, below.count},
-                .fraction = place - static_cast<float>(first)};
+                .fraction = place.part};
     }
 
     /// The largest of all depths, in lines.
@@ -230,11 +228,7 @@ struct lateral_kernel {
 
     bool steered() const { return cycles_per_line != 0; }
     /// Phase of an echo on a line relative to that on line 0, at the same wave front.
-    vec2 phase(std::ptrdiff_t line) const {
-        const double cycles = cycles_per_line * static_cast<double>(line);
-        const auto angle = 2 * pi * static_cast<float>(cycles - std::floor(cycles));
-        return {std::cos(angle), std::sin(angle)};
-    }
+    vec2 phase(std::ptrdiff_t line) const { return turned(cycles_per_line * static_cast<double>(line)); }
 };
 
 /// @param scan      depth and samples of the lines; `samples` must not be 0
@@ -365,8 +359,7 @@ class lateral_slab {
     }
 
     static void turn(vec2* values, std::size_t count, vec2 phase) {
-        for (std::size_t k = 0; k < count; ++k)
-            values[k] = {values[k].x * phase.x - values[k].y * phase.y, values[k].x * phase.y + values[k].y * phase.x};
+        for (std::size_t k = 0; k < count; ++k) values[k] = complex_product(values[k], phase);
     }
 
     // As many samples as eight SIMD registers hold; the sums stay in registers.
@@ -415,10 +408,7 @@ class convolver {
                       const convolve_settings& settings = {}) {
         const detail::probe_settings own{probe};
         sent.check(probe.frequency);
-        if (echoes.count != probe.lines || echoes.samples == 0 ||
-            echoes.values.size() != static_cast<std::size_t>(echoes.count) * echoes.samples)
-            throw usage_error{
-                "convolve: the echoes must have as many lines as the probe, and a value for every sample"};
+        detail::check_echoes(echoes, probe.lines, "convolve");
         check_depth(echoes.depth, "convolve");
         if (settings.decimation == 0 || echoes.samples % settings.decimation != 0)
             throw usage_error{

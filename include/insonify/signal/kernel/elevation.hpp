@@ -77,15 +77,13 @@ class elevation_planes {
     /// @param count  1, 3, 5 or 7: the middle one, and pairs
     /// @param depth  of the image, metres
     /// @param tilted  whether planes follow the beam; else they are parallel, at the heights of half the depth
+    /// @param pairs   (count - 1) / 2 of them; empty: those of `elevation_pairs`
     /// @throws usage_error  for another count
-    elevation_planes(const beam_model& beam, std::uint32_t count, float depth, bool tilted)
-        : elevation_planes{beam, count, elevation_pairs(count), depth, tilted} {}
-
-    /// The same with other pairs, (count - 1) / 2 of them.
-    elevation_planes(const beam_model& beam, std::uint32_t count, view<const elevation_pair> pairs, float depth,
-                     bool tilted)
+    elevation_planes(const beam_model& beam, std::uint32_t count, float depth, bool tilted,
+                     view<const elevation_pair> pairs = {})
         : beam_{beam}, count_{count}, spacing_{depth / depths} {
         check_planes(count, "trace");
+        if (pairs.empty()) pairs = elevation_pairs(count);
         for (std::uint32_t i = 1; i < count; ++i) {
             const elevation_pair& own = pairs[(i - 1) / 2];
             const float side = i % 2 == 0 ? own.delta : -own.delta;
@@ -159,15 +157,13 @@ class elevation_planes {
     /// At a depth in metres: linear between the depths of a table.
     weights at(float depth) const {
         if (count_ == 1) return {.coherent = {1}, .random = {1}};
-        const float place = clamp(depth / spacing_ - 0.5F, 0, static_cast<float>(depths - 1));
-        const auto above = static_cast<std::uint32_t>(place);
-        const weights &a = table_[above], &b = table_[above + 1 < depths ? above + 1 : above];
-        const float part = place - static_cast<float>(above);
+        const table_place place{depth / spacing_ - 0.5F, depths};
+        const weights &a = table_[place.above], &b = table_[place.below];
         weights found;
         for (std::uint32_t i = 0; i < count_; ++i) {
-            found.coherent[i] = a.coherent[i] + part * (b.coherent[i] - a.coherent[i]);
-            found.random[i] = a.random[i] + part * (b.random[i] - a.random[i]);
-            found.strip[i] = a.strip[i] + part * (b.strip[i] - a.strip[i]);
+            found.coherent[i] = a.coherent[i] + place.part * (b.coherent[i] - a.coherent[i]);
+            found.random[i] = a.random[i] + place.part * (b.random[i] - a.random[i]);
+            found.strip[i] = a.strip[i] + place.part * (b.strip[i] - a.strip[i]);
         }
         return found;
     }
@@ -279,20 +275,23 @@ class planes_of_lines {
     template <class Policy>
     void assign(const Policy& policy, const probe_lines& probe, const elevation_planes& planes) {
         set_of_line_.assign(probe.size(), 0);
-        lines_.clear();
+        first_lines_.clear();
         const bool tilted = lines_follow_depth(probe) && planes.count() > 1;
+        const auto angle = [&](std::uint32_t line) {
+            return tilted ? static_cast<int>(std::lround(200 * (1 - probe[line].direction.z))) : 0;
+        };
         for (std::uint32_t i = 0; i < probe.size(); ++i) {
-            const probe_line& line = probe[i];
-            const int angle = tilted ? static_cast<int>(std::lround(200 * (1 - line.direction.z))) : 0;
             std::size_t set = 0;
-            while (set < lines_.size() && lines_[set].angle != angle) ++set;
+            while (set < first_lines_.size() && angle(first_lines_[set]) != angle(i)) ++set;
             set_of_line_[i] = static_cast<std::uint32_t>(set);
-            if (set == lines_.size()) lines_.push_back({angle, line.origin.z, line.direction.z});
+            if (set == first_lines_.size()) first_lines_.push_back(i);
         }
-        sets_.assign(lines_.size(), planes);
+        sets_.assign(first_lines_.size(), planes);
         if (tilted)
-            for_each_index(policy, sets_.size(),
-                           [&](std::size_t set) { sets_[set] = planes.along(lines_[set].begin, lines_[set].cosine); });
+            for_each_index(policy, sets_.size(), [&](std::size_t set) {
+                const probe_line& line = probe[first_lines_[set]];
+                sets_[set] = planes.along(line.origin.z, line.direction.z);
+            });
     }
 
     const std::vector<std::uint32_t>& set_of_line() const { return set_of_line_; }
@@ -300,13 +299,9 @@ class planes_of_lines {
     const elevation_planes& operator[](std::size_t set) const { return sets_[set]; }
 
   private:
-    struct first_line {
-        int angle = 0;
-        float begin = 0, cosine = 1; // z of the origin and of the direction
-    };
     std::vector<std::uint32_t> set_of_line_{};
     std::vector<elevation_planes> sets_{};
-    std::vector<first_line> lines_{}; // of the sets
+    std::vector<std::uint32_t> first_lines_{}; // of the sets
 };
 
 } // namespace detail

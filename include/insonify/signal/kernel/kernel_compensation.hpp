@@ -170,12 +170,10 @@ struct line_kernels {
     /// Of independent echoes, at a displayed depth, metres: linear between the parts, as `elevation_planes::at`.
     INSONIFY_FN float random_weight(float depth) const {
         if (samples.empty()) return 1;
-        const float place = clamp(depth / spacing - 0.5F, 0, static_cast<float>(samples.size() - 1));
-        const auto above = static_cast<std::size_t>(place);
-        const std::size_t below = above + 1 < samples.size() ? above + 1 : above;
-        const float a = of_planes[above * planes + plane].random_weight,
-                    b = of_planes[below * planes + plane].random_weight;
-        return a + (place - static_cast<float>(above)) * (b - a);
+        const table_place place{depth / spacing - 0.5F, samples.size()};
+        const float a = of_planes[place.above * planes + plane].random_weight,
+                    b = of_planes[place.below * planes + plane].random_weight;
+        return a + place.part * (b - a);
     }
     /// The kernels at a displayed depth, metres; without effect where there are none.
     INSONIFY_FN kernel_sample at(float depth) const {
@@ -380,24 +378,8 @@ struct kernel_table_view {
 /// near the border have fewer neighbours, hence tables of their own.
 class kernel_table {
   public:
-    /// Covariance of two echoes, by metres apart in the slice plane and out of it, and radians turned: a reference to a
-    /// function of any type, so that the table is compiled once.
-    class covariance {
-      public:
-        template <class Function>
-        covariance(const Function& function)
-            : function_{&function}, call_{[](const void* called, vec2 apart, float turned) -> float {
-                  return (*static_cast<const Function*>(called))(apart, turned);
-              }} {}
-        float operator()(vec2 apart, float turned) const { return call_(function_, apart, turned); }
-
-      private:
-        const void* function_;
-        float (*call_)(const void*, vec2 apart, float turned);
-    };
-
-    /// Without compensation.
-    void clear() { samples_.resize(0); }
+    /// Covariance of two echoes, by metres apart in the slice plane and out of it, and radians turned.
+    using covariance = function_ref<float(vec2 apart, float turned)>;
 
     /// Computes the table in the same memory.
     /// @param of_lines          the gains are those of the planes along the middle line
@@ -441,22 +423,21 @@ class kernel_table {
                 find_levels<width>(across, turned, planes, z, weights.random,
                                    max_slope * 4 * pi * probe.frequency / display_speed, of, work, found);
             };
-            levels &of_speckle = work.speckle, &of_surface = work.surface, &uncorrelated = work.uncorrelated;
-            levels_with(of_speckle, speckle);
-            levels_with(of_surface, surface);
-            levels_with(uncorrelated, [](vec2, float) { return 0.0F; });
+            levels_with(work.speckle, speckle);
+            levels_with(work.surface, surface);
+            levels_with(work.uncorrelated, [](vec2, float) { return 0.0F; });
             for (std::uint32_t line = 0; line <= border_; ++line)
                 samples_[std::size_t{line} * depths + k] = {
                     .lateral_sigma = probe.lines > 1 ? beam.lateral_sigma(z) : 0.0F,
                     .elevation_sigma = beam.elevation_sigma(z),
                     .line_spacing = across.spacing,
                     .divergence = across.spacing > 0 ? turned / across.spacing : 0.0F,
-                    .speckle_gain = of_speckle[line].gain,
-                    .speckle_spread = of_speckle[line].spread,
-                    .speckle_loss = of_speckle[line].loss,
-                    .surface_gain = of_surface[line].gain,
-                    .surface_spread = of_surface[line].spread,
-                    .uncorrelated_gain = uncorrelated[line].gain};
+                    .speckle_gain = work.speckle[line].gain,
+                    .speckle_spread = work.speckle[line].spread,
+                    .speckle_loss = work.speckle[line].loss,
+                    .surface_gain = work.surface[line].gain,
+                    .surface_spread = work.surface[line].spread,
+                    .uncorrelated_gain = work.uncorrelated[line].gain};
         });
     }
 
@@ -607,7 +588,7 @@ class kernel_table {
     std::vector<scratch> work_; // for each depth
 };
 
-/// Computes the table for a model that states the covariance of its speckle; no compensation for others.
+/// Computes the table for a model that states the covariance of its speckle; that of others stays empty.
 template <class Policy, class Model>
 void compute_kernel_table(const Policy& policy, const probe_lines& probe, float depth, const planes_of_lines& planes,
                           const Model& model, kernel_table& table) {
@@ -625,8 +606,6 @@ void compute_kernel_table(const Policy& policy, const probe_lines& probe, float 
                 else
                     return model.covariance(apart.x + apart.y, turned);
             });
-    else
-        table.clear();
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail

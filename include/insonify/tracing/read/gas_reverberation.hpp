@@ -150,12 +150,11 @@ iq_lines add_gas_reverberation(const Policy& policy, iq_lines echoes, const line
                                const Model& model, const gas_reverberation& settings = {}) {
     settings.check();
     probe.check();
-    if (found.lines != probe.lines || echoes.count != probe.lines || echoes.samples == 0 ||
-        echoes.values.size() != static_cast<std::size_t>(echoes.count) * echoes.samples)
+    if (found.lines != probe.lines)
         throw usage_error{
-            detail::joined({"add_gas_reverberation: the probe has ", std::to_string(probe.lines), " lines, the layers ",
-                            std::to_string(found.lines), " and the echoes ", std::to_string(echoes.count),
-                            "; all must be of one probe, with a value for every sample"})};
+            detail::joined({"add_gas_reverberation: the probe has ", std::to_string(probe.lines),
+                            " lines and the layers ", std::to_string(found.lines), "; both must be of one probe"})};
+    detail::check_echoes(echoes, probe.lines, "add_gas_reverberation");
     if (std::none_of(found.media.begin(), found.media.end(), [](const medium& m) { return detail::is_gas(m); }))
         return echoes;
     constexpr float min_spread = 0.5F; // in the focus of a hollow surface, which is not sharp: as `paths`
@@ -163,9 +162,8 @@ iq_lines add_gas_reverberation(const Policy& policy, iq_lines echoes, const line
     const traced_line pulse{.frequency = stated.frequency, .bandwidth = stated.bandwidth};
     const float spacing = echoes.depth / static_cast<float>(echoes.samples);
     const auto rotation = [&](float depth) { // of the phase of an echo that is that much deeper
-        const double cycles = 2 * double{stated.frequency} / double{display_speed} * double{depth};
-        const auto turn = static_cast<float>(cycles - std::floor(cycles)) * 2 * pi;
-        return vec2{std::cos(turn), -std::sin(turn)};
+        const vec2 forwards = detail::turned(2 * double{stated.frequency} / double{display_speed} * double{depth});
+        return vec2{forwards.x, -forwards.y};
     };
     exec::for_each_block(policy, echoes.count, 8, 2e4F, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {

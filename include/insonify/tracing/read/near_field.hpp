@@ -11,6 +11,7 @@
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/signal/pulse.hpp>
 #include <insonify/tracing/find/find_layers.hpp>
+#include <algorithm>
 #include <string>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -70,12 +71,9 @@ iq_lines add_near_field(const Policy& policy, iq_lines echoes, const line_layers
         throw usage_error{
             detail::joined({"add_near_field: the layers have ", std::to_string(found.lines), " lines and the probe ",
                             std::to_string(probe.lines), "; give those that find_layers finds for this probe"})};
-    if (echoes.count != probe.lines || echoes.samples == 0 ||
-        echoes.values.size() != static_cast<std::size_t>(echoes.count) * echoes.samples)
-        throw usage_error{
-            "add_near_field: the echoes must have as many lines as the probe, and a value for every sample"};
-    bool some_gas = false;
-    for (const medium& m : found.media) some_gas = some_gas || detail::is_gas(m);
+    detail::check_echoes(echoes, probe.lines, "add_near_field");
+    const bool some_gas =
+        std::any_of(found.media.begin(), found.media.end(), [](const medium& m) { return detail::is_gas(m); });
     if (settings.shown == lines::none || (settings.shown == lines::in_gas && !some_gas)) return echoes;
 
     constexpr float faintest = 1e-6F;
