@@ -336,17 +336,10 @@ struct specular_return {
                             polynomial<4>(t, 7.412700F, -21.792025F, 21.327281F, -7.745051F, 1.526002F, -0.030056F);
         const floats odd = squared * squared *
                            polynomial<4>(t, -3.170665F, 16.831362F, -31.552853F, 25.425992F, -8.219520F, 1.004138F);
-        // Sine and cosine of pi x^2 / 2, from those of half the angle, by their series within a quarter turn.
-        const floats cycles = x * x * floats(0.25F),
-                     fraction = cycles - floats_of<4>(floor_bits<4>(cycles + floats(0.5F)));
-        const floats half = floats(pi) * fraction, h = half * half;
-        const floats sine = half * polynomial<4>(h, -2.5052108e-8F, 2.7557319e-6F, -1.9841270e-4F, 8.3333333e-3F,
-                                                 -0.16666667F, 1.0F),
-                     cosine = polynomial<4>(h, 2.0876757e-9F, -2.7557319e-7F, 2.4801587e-5F, -1.3888889e-3F,
-                                            4.1666667e-2F, -0.5F, 1.0F);
-        const floats s = (sine + sine) * cosine, c = one - (sine + sine) * sine;
-        store(even * c + odd * s, real);
-        store(odd * c - even * s, imaginary);
+        const floats cycles = x * x * floats(0.25F); // of pi x^2 / 2
+        const detail::turned_lanes<4> turn{cycles - floats_of<4>(floor_bits<4>(cycles + floats(0.5F)))};
+        store(even * turn.x + odd * turn.y, real);
+        store(odd * turn.x - even * turn.y, imaginary);
     }
 };
 
