@@ -82,9 +82,8 @@ void map_values(const Policy& policy, std::vector<float>& values, const grey_map
     exec::for_each_block(policy, values.size(), 16384, 1, [&](std::size_t begin, std::size_t end) {
         const grey_map own = map; // a local copy, which stores cannot alias, stays in registers
         float* const to = values.data();
-        std::size_t i = begin;
-        for (; i + width <= end; i += width) store(own.of_lanes<width>(load<width>(to + i)), to + i);
-        for (; i < end; ++i) to[i] = own(to[i]);
+        in_registers<width>(begin, end,
+                            [&](std::size_t i, auto n) { store(own.of_lanes<n>(load<n>(to + i)), to + i); });
     });
 }
 

@@ -3,12 +3,11 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/core/memo.hpp>
+#include <insonify/core/math.hpp>
 #include <insonify/image/image.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <algorithm>
 #include <string>
-#include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -43,45 +42,33 @@ class m_mode {
         if (line >= lines.count || lines.samples == 0)
             throw usage_error{"m_mode: the line is " + std::to_string(line) + " of " + std::to_string(lines.count) +
                               ", counted from 0"};
-        const std::uint32_t rows = settings_.rows != 0 ? settings_.rows : lines.samples;
-        if (rows != rows_ || lines.depth != depth_) {
-            detail::check_size({settings_.columns, rows}, "m_mode");
-            columns_.assign(std::size_t{settings_.columns} * rows, settings_.background);
-            rows_ = rows;
+        const uvec2 size{settings_.columns, settings_.rows != 0 ? settings_.rows : lines.samples};
+        if (picture_.pixels.empty() || picture_.size != size || lines.depth != depth_) {
+            detail::check_size(size, "m_mode");
+            picture_ = image{size, settings_.background};
             depth_ = lines.depth;
             count_ = 0;
         }
         const float* const values = lines.values.data() + std::size_t{line} * lines.samples;
-        float* const column = columns_.data() + std::size_t{next_ % settings_.columns} * rows;
-        const auto last = static_cast<float>(lines.samples - 1);
-        for (std::uint32_t row = 0; row < rows; ++row) {
-            const float place =
-                clamp((static_cast<float>(row) + 0.5F) / static_cast<float>(rows) * (last + 1) - 0.5F, 0, last);
-            const float above = std::floor(place);
-            const auto k = static_cast<std::size_t>(above);
-            column[row] = values[k] + (place - above) * (values[k + (above < last ? 1 : 0)] - values[k]);
+        const auto rows = static_cast<float>(size.y), samples = static_cast<float>(lines.samples);
+        for (std::uint32_t row = 0; row < size.y; ++row) {
+            float* const oldest = &picture_(0, row);
+            std::copy(oldest + 1, oldest + size.x, oldest);
+            const detail::table_place at{(static_cast<float>(row) + 0.5F) / rows * samples - 0.5F, lines.samples};
+            picture_(size.x - 1, row) = values[at.above] + at.part * (values[at.below] - values[at.above]);
         }
-        next_ = (next_ + 1) % settings_.columns;
-        count_ = std::min(count_ + 1, settings_.columns);
+        count_ = std::min(count_ + 1, size.x);
     }
 
     /// Time from left to right: the newest column is the last one. Depth from 0 at the upper edge to `depth()`.
-    image picture() const {
-        image seen{{settings_.columns, rows_}, settings_.background};
-        for (std::uint32_t x = settings_.columns - count_; x < settings_.columns; ++x)
-            for (std::uint32_t y = 0; y < rows_; ++y)
-                seen(x, y) = columns_[std::size_t{(next_ + x) % settings_.columns} * rows_ + y];
-        return seen;
-    }
+    image picture() const { return picture_; }
 
     std::uint32_t count() const { return count_; } ///< columns that have been added, at most `columns`
     float depth() const { return depth_; }         ///< of the lower edge, metres
 
   private:
     m_mode_settings settings_{};
-    std::vector<float> columns_{}; // a ring; column after column
-    detail::cleared_by_move<std::uint32_t> rows_{};
-    std::uint32_t next_ = 0;
+    image picture_{};
     std::uint32_t count_ = 0;
     float depth_ = 0;
 };

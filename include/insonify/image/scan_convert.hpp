@@ -96,20 +96,24 @@ void check_lines_of_map(const line_grid<Value>& lines, const scan_map& map) {
             "new one with make_scan_map"};
 }
 
-/// Nearest-neighbour interpolation of each pixel in the field of view; other pixels are unchanged.
+/// Nearest-neighbour interpolation.
+/// @param outside  value of the pixels outside the field of view
 /// @throws usage_error  for lines that do not match the map
 template <exec::policy Policy, class Value>
-void copy_nearest(const Policy& policy, const line_grid<Value>& lines, const scan_map& map,
-                  std::vector<Value>& pixels) {
+pixel_grid<Value> nearest_pixels(const Policy& policy, const line_grid<Value>& lines, const scan_map& map,
+                                 Value outside, pixel_grid<Value> recycled) {
     check_lines_of_map(lines, map);
+    recycled.size = map.size;
+    recycled.pixels.assign(map.first.size(), outside);
     exec::for_each_block(policy, map.size.y, 1, 2 * static_cast<float>(map.size.x), [&](std::size_t y, std::size_t) {
         for (std::size_t i = y * map.size.x; i < (y + 1) * map.size.x; ++i) {
             if (map.first[i] == scan_map::outside) continue;
             const std::size_t line = map.across[i] > 0.5F ? map.beside(map.first[i]) : map.first[i];
             const std::size_t sample = map.along[i] > 0.5F ? 1 : 0;
-            pixels[i] = lines.values[line + sample];
+            recycled.pixels[i] = lines.values[line + sample];
         }
     });
+    return recycled;
 }
 
 /// See `make_scan_map`.
@@ -259,14 +263,7 @@ image scan_convert(const Policy& policy, const scan_lines& lines, const scan_map
     return recycled;
 }
 
-/// An image of labels.
-struct label_image : pixel_grid<label_id> {
-    label_image() = default;
-    /// All pixels have one label.
-    explicit label_image(uvec2 columns_rows, label_id label = background_label) : pixel_grid{columns_rows, label} {}
-
-    friend bool operator==(const label_image&, const label_image&) = default;
-};
+using label_image = pixel_grid<label_id>; ///< the object at each pixel
 
 /// Scan-converts labels: each pixel has the label of the nearest sample, or `background_label` outside the field.
 ///
@@ -280,10 +277,7 @@ struct label_image : pixel_grid<label_id> {
 template <exec::policy Policy>
 label_image scan_convert(const Policy& policy, const label_lines& labels, const scan_map& map,
                          label_image recycled = {}) {
-    recycled.size = map.size;
-    recycled.pixels.assign(map.first.size(), background_label);
-    detail::copy_nearest(policy, labels, map, recycled.pixels);
-    return recycled;
+    return detail::nearest_pixels(policy, labels, map, background_label, std::move(recycled));
 }
 
 /// The same for a single frame of brightness or labels, with a temporary map.
@@ -298,9 +292,7 @@ auto scan_convert(const Policy& policy, const line_grid<Value>& lines, const Pro
 /// @throws usage_error  for lines that do not match the map
 template <exec::policy Policy>
 image scan_convert_nearest(const Policy& policy, const scan_lines& lines, const scan_map& map) {
-    image picture{map.size, map.background};
-    detail::copy_nearest(policy, lines, map, picture.pixels);
-    return picture;
+    return detail::nearest_pixels(policy, lines, map, map.background, image{});
 }
 
 /// Distance between two points of a picture, metres.

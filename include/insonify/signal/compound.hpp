@@ -100,31 +100,18 @@ class compounding {
     static constexpr float min_weight = 1e-3F; // where only ends of looks meet, their mean counts
 
     void begin(const Probe& probe, const acquisition& scan, const compound_settings& settings) {
-        const bool same = settings == settings_ && scan.depth == scan_.depth && scan.samples == scan_.samples &&
-                          scan.planes == scan_.planes && ready_ && is_same(probe);
-        if (same) return;
-        settings.check();
-        probe.check();
-        if (scan.samples == 0) throw usage_error{"compound: `samples` is 0; it must be that of the lines"};
-        ready_ = false; // until all looks are
-        probe_.emplace(probe);
-        scan_ = scan;
-        settings_ = settings;
-        acquired_ = 0;
-        looks_.resize(settings.angles, look{.probe = steered<Probe>{*probe_, 0}});
-        for (std::uint32_t i = 0; i < settings.angles; ++i) assign(looks_[i], settings.steering(i));
-        ready_ = true;
-    }
-
-    // Probes without == count as the same with as many lines from the same places.
-    bool is_same(const Probe& probe) const {
-        if constexpr (detail::comparable<Probe>) return probe == *probe_;
-        if (probe.lines != probe_->lines) return false;
-        for (const float line : {0.0F, 0.5F * static_cast<float>(probe.lines)}) {
-            const ray now = probe.beam(line), before = probe_->beam(line);
-            if (now.origin != before.origin || now.direction != before.direction) return false;
-        }
-        return true;
+        const auto make = [&](char&) {
+            settings.check();
+            probe.check();
+            if (scan.samples == 0) throw usage_error{"compound: `samples` is 0; it must be that of the lines"};
+            probe_.emplace(probe);
+            scan_ = scan;
+            settings_ = settings;
+            acquired_ = 0;
+            looks_.resize(settings.angles, look{.probe = steered<Probe>{*probe_, 0}});
+            for (std::uint32_t i = 0; i < settings.angles; ++i) assign(looks_[i], settings.steering(i));
+        };
+        made_(make, probe, scan.depth, scan.samples, scan.planes, settings);
     }
 
     void assign(look& made, float angle) const {
@@ -241,8 +228,8 @@ class compounding {
     acquisition scan_{};
     compound_settings settings_{};
     std::vector<look> looks_{};
-    std::uint32_t acquired_ = 0; // since the start
-    detail::cleared_by_move<bool> ready_{};
+    std::uint32_t acquired_ = 0;                                                               // since the start
+    detail::memo<char, Probe, float, std::uint32_t, std::uint32_t, compound_settings> made_{}; // looks_
 };
 
 } // namespace insonify::inline INSONIFY_ABI

@@ -8,6 +8,7 @@
 #include <insonify/core/units.hpp>
 #include <insonify/execution/policy.hpp>
 #include <insonify/probe/line_grid.hpp>
+#include <array>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -21,21 +22,16 @@ struct electronic_noise_settings {
 namespace detail {
 
 /// Complex normal numbers of mean power 1, from which hashes draw.
-struct normal_numbers {
-    static constexpr std::uint32_t count = 4096;
-    vec2 values[count];
-
-    normal_numbers() {
-        float power = 0;
-        for (std::uint32_t i = 0; i < count; ++i) {
-            values[i] = hash_normal(count, i);
-            power += dot(values[i], values[i]) / count;
-        }
-        for (vec2& value : values) value /= std::sqrt(power);
+inline std::array<vec2, 4096> normal_numbers() {
+    std::array<vec2, 4096> numbers;
+    float power = 0;
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+        numbers[i] = hash_normal(numbers.size(), i);
+        power += dot(numbers[i], numbers[i]) / static_cast<float>(numbers.size());
     }
-    /// @param bits  random
-    vec2 operator()(std::uint32_t bits) const { return values[bits % count]; }
-};
+    for (vec2& number : numbers) number /= std::sqrt(power);
+    return numbers;
+}
 
 } // namespace detail
 
@@ -47,11 +43,11 @@ iq_lines add_electronic_noise(const Policy& policy, iq_lines lines, const electr
     if (!is_finite(settings.level_db)) throw usage_error{"add_electronic_noise: `level_db` must be finite"};
     const float scale = amplitude_of_decibels(settings.level_db);
     if (scale == 0) return lines;
-    static const detail::normal_numbers numbers;
+    static const auto numbers = detail::normal_numbers();
     const auto stream = static_cast<std::uint32_t>(hash_bits(settings.seed, settings.frame));
     exec::for_each_block(policy, lines.values.size(), 4096, 3, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i)
-            lines.values[i] += scale * numbers(mix_bits(static_cast<std::uint32_t>(i) ^ stream));
+            lines.values[i] += scale * numbers[mix_bits(static_cast<std::uint32_t>(i) ^ stream) % numbers.size()];
     });
     return lines;
 }

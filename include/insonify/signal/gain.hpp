@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <concepts>
+#include <utility>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -58,10 +59,9 @@ scan_lines log_compress(const Policy& policy, scan_lines lines, const log_compre
     constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
     exec::for_each_block(policy, lines.values.size(), 16384, 0.5F, [&](std::size_t begin, std::size_t end) {
         const log_compress_settings own = settings; // a local copy, which stores cannot alias, stays in registers
-        float* values = lines.values.data();
-        std::size_t i = begin;
-        for (; i + width <= end; i += width) store(own.grey<width>(load<width>(values + i)), values + i);
-        for (; i < end; ++i) values[i] = own.grey(values[i]);
+        float* const values = lines.values.data();
+        detail::in_registers<width>(
+            begin, end, [&](std::size_t i, auto n) { store(own.grey<n>(load<n>(values + i)), values + i); });
     });
     return lines;
 }
@@ -125,32 +125,33 @@ struct tgc_settings {
     friend bool operator==(const tgc_settings&, const tgc_settings&) = default;
 };
 
-namespace detail {
-
-/// Multiplies each sample by a gain. @param gain_db  gain_db(depth), decibels
-template <exec::policy Policy, class Value, class Gain>
-void multiply_by_depth(const Policy& policy, line_grid<Value>& lines, const Gain& gain_db) {
+/// Replaces the time gain of lines that have had one: for stored lines, of which only the amplitudes are left.
+/// @param before  the settings with which `tgc` was applied
+/// @throws usage_error  as `tgc`
+template <exec::policy Policy, class Value>
+line_grid<Value> regain(const Policy& policy, line_grid<Value> lines, float frequency, const tgc_settings& before,
+                        const tgc_settings& settings) {
+    settings.check();
+    if (!is_finite(frequency) || !(frequency >= 0))
+        throw usage_error{"tgc: the frequency must be finite and not negative"};
+    if (before == settings) return lines;
     constexpr std::size_t block = 512; // samples, of all lines
     const float spacing = lines.depth / static_cast<float>(lines.samples);
     exec::for_each_block(
         policy, lines.samples, block, 0.5F * static_cast<float>(lines.count), [&](std::size_t begin, std::size_t end) {
             float gain[block];
-            for (std::size_t k = begin; k < end; ++k)
-                gain[k - begin] = amplitude_of_decibels(gain_db((static_cast<float>(k) + 0.5F) * spacing));
+            for (std::size_t k = begin; k < end; ++k) {
+                const float depth = (static_cast<float>(k) + 0.5F) * spacing;
+                gain[k - begin] = amplitude_of_decibels(settings.gain_db(depth, lines.depth, frequency) -
+                                                        before.gain_db(depth, lines.depth, frequency));
+            }
             for (std::size_t line = 0; line < lines.count; ++line) {
                 Value* values = lines.values.data() + line * lines.samples + begin;
                 for (std::size_t k = 0; k < end - begin; ++k) values[k] *= gain[k];
             }
         });
+    return lines;
 }
-
-inline void check_tgc(float frequency, const tgc_settings& settings) {
-    settings.check();
-    if (!is_finite(frequency) || !(frequency >= 0))
-        throw usage_error{"tgc: the frequency must be finite and not negative"};
-}
-
-} // namespace detail
 
 /// Multiplies each sample by the gain at its depth. In place: pass std::move(lines).
 /// @tparam Value     float for amplitudes, vec2 for IQ
@@ -159,25 +160,8 @@ inline void check_tgc(float frequency, const tgc_settings& settings) {
 template <exec::policy Policy, class Value>
     requires std::same_as<Value, float> || std::same_as<Value, vec2> line_grid<Value>
     tgc(const Policy& policy, line_grid<Value> lines, float frequency, const tgc_settings& settings = {}) {
-        detail::check_tgc(frequency, settings);
-        detail::multiply_by_depth(
-            policy, lines, [&, end = lines.depth](float depth) { return settings.gain_db(depth, end, frequency); });
-        return lines;
+        return regain(policy, std::move(lines), frequency, {.attenuation = 0}, settings);
     }
-
-/// Replaces the time gain of lines that have had one: for stored lines, of which only the amplitudes are left.
-/// @param before  the settings with which `tgc` was applied
-/// @throws usage_error  as `tgc`
-template <exec::policy Policy>
-scan_lines regain(const Policy& policy, scan_lines lines, float frequency, const tgc_settings& before,
-                  const tgc_settings& settings) {
-    detail::check_tgc(frequency, settings);
-    if (before == settings) return lines;
-    detail::multiply_by_depth(policy, lines, [&, end = lines.depth](float depth) {
-        return settings.gain_db(depth, end, frequency) - before.gain_db(depth, end, frequency);
-    });
-    return lines;
-}
 
 } // namespace insonify::inline INSONIFY_ABI
 
