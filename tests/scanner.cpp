@@ -352,6 +352,27 @@ TEST_CASE("scanner: the echoes of a compounded frame are those of its straight l
     }
 }
 
+TEST_CASE("scanner: the echoes of a frame of which one look is acquired for its quality are those of that look") {
+    const scene body = phantom();
+    using quality = b_mode_settings::quality_level;
+    using update = compound_settings::update_mode;
+    for (const quality level : {quality::fast, quality::draft})
+        for (const update mode : {update::all, update::one}) {
+            b_mode_settings how = usual;
+            how.quality = level;
+            scanner alone{probe, how};
+            alone.scan(exec::par_unseq, body, pose{});
+            how.compound = {.angles = 3, .update = mode};
+            scanner machine{probe, how};
+            CHECK(machine.echoes().values.empty());
+            for (int frame = 0; frame < 2; ++frame) machine.scan(exec::par_unseq, body, pose{});
+            CHECK(machine.echo_probe().steering == 0);
+            CHECK(machine.echo_probe().lines == machine.echoes().count);
+            CHECK(machine.echoes().count > 0);
+            CHECK(machine.echoes() == alone.echoes());
+        }
+}
+
 } // namespace scanner_test
 
 TEST_CASE("scanner: a scan that is refused leaves the stored picture, its layers and its Doppler") {

@@ -11,6 +11,7 @@
 #include <insonify/signal/compound.hpp>
 #include <insonify/signal/envelope.hpp>
 #include <insonify/signal/gain.hpp>
+#include <insonify/signal/kernel/elevation.hpp>
 #include <insonify/signal/persistence.hpp>
 #include <insonify/signal/pulse.hpp>
 #include <insonify/signal/resample_lines.hpp>
@@ -91,6 +92,7 @@ struct b_mode_settings {
     void check() const {
         compound.check();
         check_depth(depth, "b_mode");
+        detail::check_planes(planes, "b_mode");
         if (!is_finite(tgc) || !(tgc >= 0))
             throw usage_error{
                 "b_mode: `tgc` must be finite and above 0, in dB/m at 1 MHz, or 0 to choose it from the tissue"};
@@ -122,11 +124,9 @@ b_mode_sampling sampling_of(const Probe& probe, const b_mode_settings& settings)
     const float rays = full ? rays_per_line(probe, settings.depth)
                             : rays_per_line(probe, settings.depth, 1 / lines, draft ? 1 / 2.0F : 1 / 1.5F);
     const float sigma = nominal_pulse(probe).sigma_z(probe.frequency);
-    const bool valid = settings.planes % 2 == 1 && settings.planes <= 7; // `trace` refuses another number
-    const std::uint32_t max_planes = full || !valid ? settings.planes : draft ? 1 : 3;
     return {.lines = refined<Probe>{probe, rays}.lines,
             .samples = settings.samples != 0 ? settings.samples : samples_for(settings.depth, full ? sigma : 2 * sigma),
-            .planes = std::min(settings.planes, max_planes),
+            .planes = full ? settings.planes : std::min(settings.planes, draft ? 1U : 3U),
             .looks = full ? settings.compound.angles : 1};
 }
 
@@ -380,14 +380,14 @@ class scanner {
     ///
     /// Of several looks, those of the look that is steered least: the straight one where their number is odd, else the
     /// one next to it towards -x. With `update_mode::one`, those of the look that this frame acquired.
-    const iq_lines& echoes() const { return echoes_; }
+    const iq_lines& echoes() const { return frame_looks_[echo_look_].echoes; }
     /// The lines of `echoes`: usually more than those of the probe, see `rays_per_line`.
     ///
     ///     iq_lines own = resample_lines(policy, machine.echoes(), machine.echo_probe(), machine.probe);
     /// @throws usage_error  before the first picture
     const steered<refined<Probe>>& echo_probe() const {
         check_picture();
-        return *echo_probe_;
+        return *frame_looks_[echo_look_].shown;
     }
     /// What lies along the lines of the look that was acquired last, of `layers_probe`; with a tracer other than
     /// `straight_lines`, no lines. Lines end as deep as the fastest medium of the scene may be displayed within the
@@ -395,13 +395,13 @@ class scanner {
     /// @throws usage_error  before the first picture, and after a `scan` that threw
     const line_layers& layers() const {
         check_layers();
-        return tracers_[last_look_].layers();
+        return frame_looks_[last_look_].lines.layers();
     }
     /// The lines that the layers are those of.
     /// @throws usage_error  before the first picture, and after a `scan` that threw
     const steered<refined<Probe>>& layers_probe() const {
         check_layers();
-        return *layers_probe_;
+        return *frame_looks_[last_look_].traced;
     }
     const scan_map& map() const { return display_.map(); } ///< pixels of the last picture, points {x, z} of the probe
     const pose& at() const { return at_; }                 ///< of the probe, for the last picture
@@ -432,7 +432,7 @@ class scanner {
                                   label_settings::depth_grid::displayed};
         const detail::any_policy<false> any{policy};
         if (shown_ == 0 && label_look_ && !interrupted_)
-            label_lines_ = label(any, tracers_[*label_look_].layers(), grid, std::move(label_lines_));
+            label_lines_ = label(any, frame_looks_[*label_look_].lines.layers(), grid, std::move(label_lines_));
         else
             label_lines_ =
                 label(any, detail::layers_for_labels(any, body, *frame.probe, frame.at, grid, false, search_), grid,
@@ -471,6 +471,12 @@ class scanner {
     using looks_memo = std::conditional_t<detail::comparable<Model>, detail::memo<char, Model, float, time_gain>,
                                           detail::memo<char, float, time_gain>>;
     using look_probe = steered<refined<Probe>>;
+    // What is kept of a look, from frame to frame.
+    struct frame_look {
+        line_tracer<Model, Tracer> lines{};
+        std::optional<look_probe> traced{}, shown{}; // the lines of the layers, and of the echoes
+        iq_lines echoes{};
+    };
 
     void check_picture() const {
         if (cine_.empty())
@@ -482,7 +488,7 @@ class scanner {
     const image& show_by(const detail::any_policy<Unsequenced>& policy, std::uint32_t back);
     void check_layers() const {
         check_picture();
-        if (!layers_probe_.has_value() || interrupted_)
+        if (interrupted_)
             throw usage_error{"scanner: the last `scan` threw, so there are no layers; call `scan` again"};
     }
     // The stages from echoes to stored amplitudes.
@@ -492,7 +498,7 @@ class scanner {
         const refined<Probe> fine{probe, static_cast<float>(sampling.lines) / static_cast<float>(probe.lines)};
         compound_settings compound = settings.compound;
         compound.angles = sampling.looks;
-        if (tracers_.size() < sampling.looks) tracers_.resize(sampling.looks);
+        if (frame_looks_.size() < sampling.looks) frame_looks_.resize(sampling.looks);
         gain_is_chosen_ = false;
         label_look_.reset();
         const auto forget_looks = [&](char&) { looks_.reset(); };
@@ -506,6 +512,8 @@ class scanner {
         frame.amplitudes = looks_(
             policy, fine, {.depth = settings.depth, .samples = sampling.samples, .planes = sampling.planes}, compound,
             [&](std::uint32_t number, const look_probe& look, const acquisition& scan, scan_lines recycled) {
+                if (compound.update == compound_settings::update_mode::one || number == (compound.angles - 1) / 2)
+                    echo_look_ = number;
                 return acquire_look(policy, body, at, number, look, scan, std::move(recycled));
             },
             std::move(frame.amplitudes));
@@ -525,13 +533,13 @@ class scanner {
             settings.interpolates_lines ? min(rays_per_line(probe, settings.depth, 0.25F), look.rays) : look.rays;
         const refined<Probe> straight{probe, rays};
         const look_probe traced{straight, look.steering};
-        iq_lines& echoes = keeps_echoes(number) ? echoes_ : other_echoes_;
-        if (keeps_echoes(number)) echo_probe_.emplace(look);
-        layers_probe_.reset();
-        echoes = tracers_[number].trace(policy, body, traced, at, model, scan, how, std::move(echoes));
-        const line_layers& found = tracers_[number].layers();
+        frame_look& own = frame_looks_[number];
+        own.shown.emplace(look);
+        own.traced.emplace(traced);
         last_look_ = number;
-        layers_probe_.emplace(traced);
+        iq_lines& echoes = own.echoes;
+        echoes = own.lines.trace(policy, body, traced, at, model, scan, how, std::move(echoes));
+        const line_layers& found = own.lines.layers();
         constexpr bool finds_layers = std::same_as<Tracer, straight_lines>;
         const float labelled = detail::max_depth_of(
             label_settings{.depth = settings.depth, .grid = label_settings::depth_grid::displayed}, body.media());
@@ -559,11 +567,6 @@ class scanner {
         return tgc(policy, envelope(policy, echoes, std::move(recycled)), probe.frequency, gain_);
     }
 
-    // Whether a look of a frame is that of `echoes`.
-    bool keeps_echoes(std::uint32_t look) const {
-        const compound_settings& looks = settings.compound;
-        return looks.update == compound_settings::update_mode::one || look == (looks.angles - 1) / 2;
-    }
     // The automatic attenuation is chosen at the first frame, and again where the probe or the depth has changed.
     // `found` are the layers of the first look; where that is steered or has none it is null, and those along the lines
     // of the probe are found.
@@ -583,7 +586,8 @@ class scanner {
         gain_ = detail::time_gain_of(settings, attenuation, detail::restored_bandwidth(model, probe));
     }
 
-    std::deque<line_tracer<Model, Tracer>> tracers_{}; // for each look
+    std::deque<frame_look> frame_looks_ = std::deque<frame_look>(1);
+    std::uint32_t echo_look_ = 0, last_look_ = 0; // of `echoes`, and acquired last
     convolver convolver_{};
     colour_scanner<Model> colour_{};
     gate_scanner<Model> gate_{};
@@ -594,10 +598,6 @@ class scanner {
     detail::clip_watch<Probe> watch_{};
     detail::frame_display<Probe> display_{};
     cine_loop<stored_frame<Probe>> cine_{};
-    iq_lines echoes_{};       // of one look of a frame
-    iq_lines other_echoes_{}; // of the others
-    std::optional<look_probe> echo_probe_{}, layers_probe_{};
-    std::uint32_t last_look_ = 0;
     std::optional<std::uint32_t> label_look_{}; // of the newest frame, whose lines are those of the stored frame
     bool gain_is_chosen_ = false;               // for the frame that is being acquired
     iq_lines resampled_{};
