@@ -4,6 +4,7 @@
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
+#include <clocale>
 #include <cmath>
 #include <doctest/doctest.h>
 #include <string>
@@ -64,6 +65,16 @@ TEST_CASE("diagnose gives the distance of objects beside the field of view") {
     says(diagnose(walled, probe, pose{}, {.depth = 60_mm}), diagnosis::problem::beside,
          "No line meets any object: the nearest surface is 5 mm outside the field of view; move the probe or the "
          "objects.");
+}
+
+TEST_CASE("diagnose states lengths with a decimal point, also in a locale with a decimal comma") {
+    const std::string before = std::setlocale(LC_ALL, nullptr);
+    for (const char* name : {"de_DE.UTF-8", "de_DE.utf8", "German_Germany.1252"}) // where one is installed
+        if (std::setlocale(LC_ALL, name) != nullptr) break;
+    const std::pair<float, const char*> lengths[] = {
+        {0.25e-6F, "0.25 um"}, {4.35e-3F, "4.35 mm"}, {43.5e-3F, "43.5 mm"}, {1.5F, "1.5 m"}, {43250, "43250 m"}};
+    for (const auto& [length, text] : lengths) CHECK(detail::shown(length) == text);
+    std::setlocale(LC_ALL, before.c_str());
 }
 
 TEST_CASE("diagnose reports lines that end before the first surface") {

@@ -19,9 +19,7 @@ namespace insonify::inline INSONIFY_ABI {
 template <exec::policy Policy, transducer Probe>
 image b_mode(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
              const b_mode_settings& settings = {}) {
-    scanner<Probe> machine{probe, settings};
-    machine.scan(policy, body, at);
-    return std::move(machine).picture();
+    return b_mode(policy, body, probe, at, physical<>{}, settings);
 }
 /// The same with other acoustics, and another way for sound to travel.
 ///

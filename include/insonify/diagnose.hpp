@@ -11,7 +11,7 @@
 #include <insonify/scene/queries.hpp>
 #include <insonify/scene/scene.hpp>
 #include <insonify/tracing/read/automatic_tgc.hpp>
-#include <cstdio>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -44,11 +44,9 @@ namespace detail {
 
 /// A length as three digits and a unit: "43 mm".
 inline std::string shown(float metres) {
-    const char* unit = metres < 0.9995e-3F ? " um" : metres < 0.9995F ? " mm" : " m";
-    const double value = static_cast<double>(metres) * (metres < 0.9995e-3F ? 1e6 : metres < 0.9995F ? 1e3 : 1);
-    char text[48];
-    std::snprintf(text, sizeof text, value < 999.5 ? "%.3g" : "%.0f", value);
-    return std::string{text} + unit;
+    if (metres < 0.9995e-3F) return number_text(1e6F * metres, 3) + " um";
+    if (metres < 0.9995F) return number_text(1e3F * metres, 3) + " mm";
+    return metres < 999.5F ? number_text(metres, 3) + " m" : number_text(std::round(metres), 9) + " m";
 }
 
 /// The surfaces that the lines of a probe would cross without a limit of depth.
@@ -206,16 +204,16 @@ diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const 
                                             " were moved so that it is inside out: its faces point the other way than "
                                             "when it was added; check the simulation, or the formula, that moves it.");
     if (found.problems.empty()) {
-        constexpr float max_gain_db = 60, dark_db = 20; // of automatic gain; a third of the usual dynamic range
+        constexpr float dark_db = 20; // a third of the usual dynamic range
         const float half_depth = scan.depth / 2;
         const path_survey half =
             survey_paths(layer_search{}(exec::par, body, probe, at, {.depth = scan.depth}, half_depth, false),
                          probe.frequency, half_depth);
-        const auto of_pulse = [&](float loss_db) {
-            return attenuated(loss_db, probe.frequency, fractional_bandwidth(probe)).loss_db;
-        };
-        const float needed = 2 * clamp(half.attenuation, 50, 100) * probe.frequency * 1e-6F * half.length;
-        const float gain = min(of_pulse(needed), max_gain_db), lost = of_pulse(half.loss_db);
+        const float bandwidth = fractional_bandwidth(probe),
+                    lost = attenuated(half.loss_db, probe.frequency, bandwidth).loss_db,
+                    gain =
+                        tgc_settings{.attenuation = clamp(half.attenuation, 50, 100), .bandwidth = bandwidth}.gain_db(
+                            half.length, scan.depth, probe.frequency);
         if (lost > gain + dark_db)
             report(problem::attenuation, "Echoes from half the depth lose " + number_text(std::round(lost)) +
                                              " dB, and automatic gain restores " + number_text(std::round(gain)) +

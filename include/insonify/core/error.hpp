@@ -37,10 +37,10 @@ inline std::string joined(std::initializer_list<std::string_view> parts) {
     return whole;
 }
 
-/// A number with up to four significant digits and, in every locale, a decimal point.
-inline std::string number_text(float value) {
+/// A number with up to so many significant digits and, in every locale, a decimal point.
+inline std::string number_text(float value, int digits = 4) {
     char text[32];
-    std::snprintf(text, sizeof text, "%.4g", static_cast<double>(value));
+    std::snprintf(text, sizeof text, "%.*g", digits, static_cast<double>(value));
     std::string number{text};
     std::replace(number.begin(), number.end(), ',', '.');
     return number;

@@ -179,10 +179,7 @@ INSONIFY_FN bool is_full_circle(const Probe& probe) {
 /// member.
 template <transducer Probe>
 INSONIFY_FN constexpr float fractional_bandwidth(const Probe& probe) {
-    if constexpr (requires { probe.bandwidth; })
-        return probe.bandwidth;
-    else
-        return 0.644F;
+    return detail::stated_settings{probe}.bandwidth;
 }
 
 /// Checks `lines`, `frequency` and, where the probe has them, `fnumber`, `focus`, `elevation_height`,

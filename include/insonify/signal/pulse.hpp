@@ -218,10 +218,9 @@ inline beam_model make_beam(const stated_settings& probe, float depth) {
 /// @throws usage_error  for a depth or a setting of the probe out of range
 template <transducer Probe>
 beam_model beam_of(const Probe& probe, float depth) {
-    probe.check();
-    check_array(probe);
+    const detail::probe_settings own{probe};
     check_depth(depth, "beam_of");
-    return detail::make_beam(detail::stated_settings{probe}, depth);
+    return detail::make_beam(own, depth);
 }
 
 /// Distance between neighbouring lines at a depth, in the centre of the field of view, metres: across the lines; along
