@@ -3,10 +3,7 @@
 
 /// Channel data: what each element of an array receives, and pictures made from that.
 #include <insonify/channels/beamform.hpp>
-#include <insonify/channels/channel_data.hpp>
-#include <insonify/channels/element_array.hpp>
 #include <insonify/channels/tissue_maps.hpp>
 #include <insonify/channels/trace_channels.hpp>
-#include <insonify/channels/transmit.hpp>
 
 #endif
