@@ -11,19 +11,21 @@ iq_lines call(iq_lines echoes, convolver& own) {
     echoes = convolve(exec::seq, std::move(echoes), pulse{}, pencil{});
     return own.convolve(exec::par_unseq, std::move(echoes), pulse{}, pencil{}, {.decimation = 2});
 }
-float call() {
-    const detail::lateral_kernel kernel = detail::make_lateral_kernel(pencil{}, {.depth = 40_mm, .samples = 64});
-    std::vector<float> amplitudes;
-    const std::vector<float> covariance{1.0F};
-    return kernel.at(0).power<1>(
-        0, view<const float>{covariance}, [](std::uint32_t) { return 1.0F; }, amplitudes);
-}
 void call(detail::lateral_slab& slab, vec2* lines) {
     slab.weigh(0, 1);
     slab.copy(lines, 1, 1);
     slab.apply<1>(lines, 1, 1);
 }
 void call(const detail::tap& one, vec2* samples) { detail::sum_taps<1>({&one, 1}, samples, samples, 1); }
+#endif
+#ifdef CALL_signal_kernel_kernel_table
+float call() {
+    const detail::lateral_kernel kernel = detail::make_lateral_kernel(pencil{}, {.depth = 40_mm, .samples = 64});
+    std::vector<float> amplitudes;
+    const std::vector<float> covariance{1.0F};
+    return detail::weights_at(kernel, 0).power<1>(
+        0, view<const float>{covariance}, [](std::uint32_t) { return 1.0F; }, amplitudes);
+}
 #endif
 #ifdef CALL_signal_fourier
 void call(const detail::fourier& transform, std::vector<detail::complex_block>& values) {

@@ -2,7 +2,7 @@
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/probe/phased_array.hpp>
 #include <insonify/probe/radial_array.hpp>
-#include <insonify/signal/kernel/convolve.hpp>
+#include <insonify/signal/kernel/kernel_table.hpp>
 #include <cmath>
 #include <doctest/doctest.h>
 #include <vector>
@@ -41,7 +41,7 @@ void check_weights(const Probe& probe) {
     const auto gain = [](std::uint32_t line) { return 1 + 0.25F * static_cast<float>(line % 3); };
     const auto lines = static_cast<int>(probe.lines);
     for (const std::uint32_t sample : {4U, 100U, 604U, 1196U}) {
-        const detail::lateral_weights weights = kernel.at(sample);
+        const detail::lateral_weights weights = detail::weights_at(kernel, sample);
         constexpr std::uint32_t step = detail::lateral_kernel::depth_step; // weights are those of the middle of a step
         const double depth = (sample / step * step + 0.5 * step) * static_cast<double>(end) / samples;
         for (const int line : {0, 1, lines / 3, lines - 1}) {
@@ -94,8 +94,8 @@ TEST_CASE("lateral_kernel: weights are linear in depth between the centres of tw
         constexpr std::uint32_t length = detail::lateral_kernel::depth_step, last = 1202 / length;
         const double place = std::min(std::max((sample + 0.5) / length - 0.5, 0.0), static_cast<double>(last));
         const auto step = static_cast<std::uint32_t>(place);
-        const detail::lateral_weights above = kernel.at(length * step),
-                                      below = kernel.at(length * std::min(step + 1, last));
+        const detail::lateral_weights above = detail::weights_at(kernel, length * step),
+                                      below = detail::weights_at(kernel, length * std::min(step + 1, last));
         const detail::lateral_kernel::blend blend = kernel.blend_at(sample);
         CHECK(blend.above.first == above.half.first);
         CHECK(blend.above.size() == above.half.size());
@@ -120,8 +120,8 @@ TEST_CASE("lateral_kernel: a single line has the weight 1") {
     const detail::lateral_kernel kernel =
         detail::make_lateral_kernel(linear_array{.lines = 1}, {.depth = 10_mm, .samples = 20});
     CHECK(kernel.half_width() == 0);
-    CHECK(kernel.at(19).half[0] == 1);
-    CHECK(kernel.at(0).existing(0) == 1);
+    CHECK(detail::weights_at(kernel, 19).half[0] == 1);
+    CHECK(detail::weights_at(kernel, 0).existing(0) == 1);
     CHECK_THROWS_AS(detail::make_lateral_kernel(linear_array{}, {.depth = 10_mm}), usage_error);
 }
 

@@ -7,6 +7,7 @@
 #include <insonify/probe/phased_array.hpp>
 #include <insonify/probe/radial_array.hpp>
 #include <insonify/signal/kernel/convolve.hpp>
+#include <insonify/signal/kernel/kernel_table.hpp>
 #include <insonify/tracing/trace.hpp>
 #include <cmath>
 #include <complex>
@@ -123,7 +124,7 @@ TEST_CASE(
     // In the weights: at the line that is nearest to it.
     const detail::lateral_kernel kernel =
         detail::make_lateral_kernel(with_lobes, {.depth = image_depth, .samples = samples});
-    const detail::lateral_weights focus = kernel.at(samples / 2);
+    const detail::lateral_weights focus = detail::weights_at(kernel, samples / 2);
     const auto nearest = static_cast<std::size_t>(1.43F * beam.side_lobe_width(30_mm) / focus.spacing + 0.5F);
     const auto weight = static_cast<double>(std::fabs(focus.half[nearest] / focus.half[0]));
     MESSAGE("weight of the line there: ", 2 * decibels(weight), " dB");

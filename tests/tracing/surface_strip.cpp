@@ -1,5 +1,5 @@
 #include <insonify/core/units.hpp>
-#include <insonify/signal/kernel/kernel_compensation.hpp>
+#include <insonify/signal/kernel/compensated_echoes.hpp>
 #include <doctest/doctest.h>
 #include <initializer_list>
 

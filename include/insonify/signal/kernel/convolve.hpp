@@ -108,75 +108,6 @@ class axial_kernel {
     std::vector<tap> taps_;
 };
 
-/// Lateral weights at one depth; normalized over the lines that exist.
-struct lateral_weights {
-    view<const float> half{}; ///< by distance in lines, 0 to `half_width`; both sides sum to 1
-    std::uint32_t lines = 1;  ///< number of lines of the probe
-    bool full_circle = false; ///< the last line is next to the first
-    float spacing = 0;        ///< distance between lines at this depth, metres
-
-    INSONIFY_FN int half_width() const { return static_cast<int>(half.size()) - 1; }
-
-    /// Offsets of the first and the last neighbour that exist.
-    INSONIFY_FN int first(std::uint32_t line) const {
-        const int before = static_cast<int>(line);
-        return full_circle || before > half_width() ? -half_width() : -before;
-    }
-    INSONIFY_FN int last(std::uint32_t line) const {
-        const int after = static_cast<int>(lines - 1 - line);
-        return full_circle || after > half_width() ? half_width() : after;
-    }
-
-    /// Sum of the weights over the lines that exist, by which they are divided: 1 except near the ends.
-    INSONIFY_FN float existing(std::uint32_t line) const {
-        const int begin = first(line), end = last(line);
-        if (begin == -half_width() && end == half_width()) return 1;
-        float sum = 0;
-        for (int offset = begin; offset <= end; ++offset) sum += weight(offset);
-        return sum;
-    }
-
-    /// Power of incoherent echoes on a line after weighting: sum_jk w_j g_j w_k g_k C(x_j - x_k).
-    /// @tparam Width       floats in a SIMD register
-    /// @param covariance   C of the echoes on two lines, by their distance in lines, for all of the kernel; 0 from some on
-    /// @param gain         g(line), amplitude of the echoes of a line before weighting
-    /// @param amplitudes   scratch memory
-    template <int Width, class Gain>
-    float power(std::uint32_t line, view<const float> covariance, const Gain& gain,
-                std::vector<float>& amplitudes) const {
-        const int begin = first(line), end = last(line), here = static_cast<int>(line), count = static_cast<int>(lines);
-        amplitudes.resize(static_cast<std::size_t>(end - begin) + 1);
-        float* to = amplitudes.data();
-        for (int offset = begin; offset <= end; ++offset) {
-            int neighbour = here + offset;
-            if (full_circle) neighbour = (neighbour + count) % count;
-            *to++ = weight(offset) * gain(static_cast<std::uint32_t>(neighbour));
-        }
-        const auto neighbours = static_cast<std::ptrdiff_t>(amplitudes.size());
-        const float* const a = amplitudes.data();
-        float sum = 0;
-        for (std::ptrdiff_t lag = 0; lag < neighbours; ++lag) {
-            const float correlated = covariance[static_cast<std::size_t>(lag)];
-            if (lag > 0 && !(std::fabs(correlated) > 0)) break;
-            const float* const b = a + lag;
-            const std::ptrdiff_t products = neighbours - lag, whole = products - products % Width;
-            lanes<Width> in_lanes(0.0F);
-            for (std::ptrdiff_t i = 0; i < whole; i += Width)
-                in_lanes = multiply_add(load<Width>(a + i), load<Width>(b + i), in_lanes);
-            float parts[Width], of_lag = 0;
-            store(in_lanes, parts);
-            for (const float part : parts) of_lag += part;
-            for (std::ptrdiff_t i = whole; i < products; ++i) of_lag += a[i] * b[i];
-            sum += (lag == 0 ? 1 : 2) * correlated * of_lag;
-        }
-        const float all = existing(line);
-        return sum / (all * all);
-    }
-
-  private:
-    INSONIFY_FN float weight(int offset) const { return half[static_cast<std::size_t>(offset < 0 ? -offset : offset)]; }
-};
-
 /// Lateral weights of `convolve` at every depth. Made by `make_lateral_kernel`.
 ///
 /// Computed at the centre of every depth step and interpolated linearly, since steps would add noise.
@@ -195,15 +126,6 @@ struct lateral_kernel {
     std::vector<entry> entries;
     std::vector<float> weights;
     std::vector<std::ptrdiff_t> less; ///< by distance in lines: samples by which a wave front is less deep there
-
-    /// Weights at the centre of the depth step that contains a sample.
-    lateral_weights at(std::uint32_t sample) const {
-        const entry& e = entries[sample / depth_step];
-        return {.half = {weights.data() + e.begin, e.count},
-                .lines = lines,
-                .full_circle = full_circle,
-                .spacing = e.spacing};
-    }
 
     /// Weights at a sample: (1 - fraction) of the weights `above` plus `fraction` of those `below`.
     struct blend {

@@ -6,7 +6,7 @@
 #include <insonify/acoustics/acoustic_model.hpp>
 #include <insonify/acoustics/physical.hpp>
 #include <insonify/scene/layers.hpp>
-#include <insonify/signal/kernel/kernel_compensation.hpp>
+#include <insonify/signal/kernel/compensated_echoes.hpp>
 #include <insonify/tracing/plan/frame_plan.hpp>
 #include <concepts>
 

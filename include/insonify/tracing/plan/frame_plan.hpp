@@ -13,7 +13,7 @@
 #include <insonify/probe/transducer.hpp>
 #include <insonify/scene/scene.hpp>
 #include <insonify/signal/kernel/elevation.hpp>
-#include <insonify/signal/kernel/kernel_compensation.hpp>
+#include <insonify/signal/kernel/kernel_table.hpp>
 #include <insonify/signal/pulse.hpp>
 #include <algorithm>
 #include <cmath>

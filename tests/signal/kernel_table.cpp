@@ -2,7 +2,7 @@
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/probe/phased_array.hpp>
-#include <insonify/signal/kernel/kernel_compensation.hpp>
+#include <insonify/signal/kernel/kernel_table.hpp>
 #include <algorithm>
 #include <cmath>
 #include <doctest/doctest.h>
@@ -77,7 +77,7 @@ errors errors_of(const Probe& probe, float depth) {
     errors worst;
     for (const std::uint32_t part : {0U, 1U, 2U, 5U, 20U, 100U}) {
         const auto of_field = [&](const auto& covariance) {
-            lines_at_depth all{.weights = kernel.at(part * step)};
+            lines_at_depth all{.weights = detail::weights_at(kernel, part * step)};
             for (std::uint32_t lag = 0; lag < probe.lines; ++lag)
                 all.common.push_back(static_cast<double>(
                     covariance(static_cast<float>(lag) * all.weights.spacing, static_cast<float>(lag) * turned)));
