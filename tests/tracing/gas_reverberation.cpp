@@ -156,11 +156,13 @@ TEST_CASE("gas: lines without it, or that start in it, are left as they are; bad
     CHECK(add_gas_reverberation(exec::par, bare, find_layers(exec::par, in_gas, probe, pose{}, scan), probe,
                                 physical<>{}) == bare);
 
-    CHECK_THROWS_WITH_AS(
-        add_gas_reverberation(exec::par, bare, line_layers{}, probe, physical<>{}),
-        "add_gas_reverberation: the probe has 16 lines, the layers 0 and the echoes 16; all must be of one "
-        "probe, with a value for every sample",
-        usage_error);
+    CHECK_THROWS_WITH_AS(add_gas_reverberation(exec::par, bare, line_layers{}, probe, physical<>{}),
+                         "add_gas_reverberation: the probe has 16 lines and the layers 0; both must be of one probe",
+                         usage_error);
+    CHECK_THROWS_WITH_AS(add_gas_reverberation(exec::par, iq_lines{}, found, probe, physical<>{}),
+                         "add_gas_reverberation: the echoes must have as many lines as the probe, and a value for "
+                         "every sample",
+                         usage_error);
     CHECK_THROWS_AS(add_gas_reverberation(exec::par, bare, found, probe, physical<>{}, {.mirror = 2}), usage_error);
     CHECK_THROWS_AS(add_gas_reverberation(exec::par, bare, found, probe, physical<>{}, {.face = -1}), usage_error);
 }

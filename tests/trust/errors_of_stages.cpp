@@ -74,7 +74,7 @@ TEST_CASE("signals and their settings out of range are refused with a sentence")
     const auto amplify = [](const auto& settings) { tgc(exec::seq, scan_lines{}, 5_MHz, settings); };
     check<usage_error>({
         {[&] { convolve(exec::seq, iq_lines{}, pulse{}, probe); },
-         "convolve: the echoes must have as many lines as the probe"},
+         "convolve: the echoes must have as many lines as the probe, and a value for every sample"},
         {[&] {
              convolve(exec::seq, iq_lines{4, 64, 0}, pulse{}, probe);
          },
