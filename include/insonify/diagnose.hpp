@@ -10,6 +10,7 @@
 #include <insonify/scene/object.hpp>
 #include <insonify/scene/queries.hpp>
 #include <insonify/scene/scene.hpp>
+#include <insonify/signal/gain.hpp>
 #include <insonify/tracing/read/automatic_tgc.hpp>
 #include <cmath>
 #include <string>
