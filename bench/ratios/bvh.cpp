@@ -108,7 +108,7 @@ void cut_fans(detail::slice_finder& finder, const scene_view& flat, const std::v
     std::vector<crossing> room(4096);
     for (std::uint32_t fan = 0; fan * lines < rays.size(); ++fan) {
         finder.choose(flat, probe_pose(fan), planes, true, 1);
-        finder.cut(exec::unseq, flat, probe_pose(fan), planes, 300_mm, false);
+        finder.cut(exec::unseq, flat, probe_pose(fan), planes, 300_mm);
         for (std::uint32_t line = 0; line < lines; ++line) {
             if (line % detail::slice_finder::block == 0) finder.find_block(line, of_block);
             line_crossings sorted{.room = view<crossing>{room}};

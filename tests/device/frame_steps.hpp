@@ -107,7 +107,6 @@ struct frame_steps {
                 task.line.gains = shading.gains.of_line(line, plane);
                 task.apply(insonify::exec::sequenced_policy{}, model, found[i * shading.frame.planes + plane].layers,
                            of_plane);
-                return true;
             });
     }
 

@@ -41,11 +41,12 @@ __global__ void frame(detail::frame_view plan, scene_view scene, Model model, Tr
     const std::size_t first = std::size_t{line} * plan.samples;
     const view<typename Model::sample_type> room{plane_samples.data() + first, plan.samples},
         out{samples.data() + first, plan.samples};
-    fits[line] = detail::sum_planes(
+    fits[line] = true;
+    detail::sum_planes(
         plan, line, 1, room, [&](std::size_t) { return out; },
         [&](std::uint32_t plane, view<typename Model::sample_type> of_plane) {
-            return how(exec::sequenced_policy{}, detail::task_of(plan, scene, line, plane), model, scratch[line],
-                       of_plane);
+            fits[line] = fits[line] && how(exec::sequenced_policy{}, detail::task_of(plan, scene, line, plane), model,
+                                           scratch[line], of_plane);
         });
 }
 

@@ -29,7 +29,7 @@ line_lists by_slices(const scene& body, const Probe& probe, const pose& at,
     REQUIRE(slices.assign(probe));
     const scene_view flat = body.view_for_slices(exec::par);
     slices.choose(flat, at, view<const detail::elevation_plane>{planes}, true, 1);
-    slices.cut(exec::par, flat, at, view<const detail::elevation_plane>{planes}, depth, false);
+    slices.cut(exec::par, flat, at, view<const detail::elevation_plane>{planes}, depth);
     line_lists lists;
     detail::crossing_lists found_of_block;
     line_memory memory;

@@ -202,7 +202,7 @@ class reflector_search {
     void add_surfaces(const Policy& policy, const elevation_field& field, std::vector<reflector>& found) {
         layer_finder finder;
         finder.assign(probe_);
-        finder.prepare(policy, body_, frame_, line_search::slices, false, 1, true);
+        finder.prepare(policy, body_, frame_, line_search::slices, false, 1, {.keep_all = true});
         const scene_view seen = body_.view_for_rays(policy);
         if (finder.slices() == nullptr) return;
         std::vector<cut_segment> segments;

@@ -84,19 +84,12 @@ void follow_displayed(const scene& body, const ray& line, float depth, const cha
     const scene_view flat = body.view_for_rays(exec::par);
     const vec3 size = abs(line.direction), scaled = line.direction / max(max(size.x, size.y), size.z);
     const line_frame along{.origin = line.origin, .along = scaled / length(scaled)};
-    std::vector<crossing> crossings(64);
-    std::vector<std::uint32_t> inside(64);
-    std::vector<layer> room(64);
-    for (view<const layer> layers{}; layers.empty();) {
-        line_crossings found{.room = crossings, .inside = {.ranks = inside}};
-        if (find_crossings(flat, {along.origin, along.along}, depth, found))
-            layers = stack_layers(flat, along, depth, found, view<layer>{room}, false);
+    line_memory{}.fit([&](const line_room& room) {
+        const view<const layer> layers = find_line(flat, along, depth, false, {}, room).layers;
         for (const layer& one : layers)
-            if (!in_layer(one.end - one.begin, displayed_stretch(flat.media[one.medium]))) return;
-        crossings.resize(2 * crossings.size());
-        inside.resize(2 * inside.size());
-        room.resize(2 * room.size());
-    }
+            if (!in_layer(one.end - one.begin, displayed_stretch(flat.media[one.medium]))) break;
+        return !layers.empty();
+    });
 }
 
 } // namespace detail

@@ -41,9 +41,9 @@ struct straight_lines {
     template <class Policy, acoustic_model Model>
     INSONIFY_FN bool operator()(const Policy& policy, const line_task& task, const Model& model, line_scratch& scratch,
                                 view<typename Model::sample_type> out) const {
-        if (!find_crossings(task.scene, task.beam(), task.max_depth, scratch.found)) return false;
-        const view<const layer> layers = stack_layers(task.scene, task.line.frame, task.max_depth, scratch.found,
-                                                      scratch.layers, !detail::takes_normal_incidence<Model>);
+        const view<const layer> layers = detail::find_line(task.scene, task.line.frame, task.max_depth,
+                                                           !detail::takes_normal_incidence<Model>, {}, scratch)
+                                             .layers;
         if (layers.empty()) return false;
         task.apply(policy, model, layers, out);
         return true;
@@ -59,14 +59,7 @@ class scratch_memory {
   public:
     scratch_memory() { line_.grow(); }
 
-    line_scratch scratch() {
-        const line_room room = line_.room();
-        return {.found = room.found,
-                .layers = room.layers,
-                .branches = branches_,
-                .branch_objects = branch_objects_,
-                .arrivals = arrivals_};
-    }
+    line_scratch scratch() { return {line_.room(), branches_, branch_objects_, arrivals_}; }
     void grow() {
         line_.grow();
         branches_.resize(2 * branches_.size());
@@ -108,7 +101,7 @@ class line_driver {
         if constexpr (states_arrivals<Model>)
             shaded = how.directions > 1 && fan &&
                      shading_.assign(probe.settings(), finder_.fan(), make_beam(probe.settings(), frame.depth));
-        finder_.prepare(policy, body, frame, how.search, incident || shaded, shaded ? 1 + how.directions : 1, shaded,
+        finder_.prepare(policy, body, frame, how.search, incident || shaded, shaded ? 1 + how.directions : 1,
                         shaded ? shading_.beyond(frame) : outer_lines{});
         scene_view seen = finder_.scene_seen();
         seen.displacements = displaced;
@@ -180,10 +173,7 @@ class line_driver {
                         [&](std::size_t grid) {
                             return view<Sample>{sinks[grid]->values.data() + i * frame.samples, frame.samples};
                         },
-                        [&](std::uint32_t plane, view<Sample> samples) {
-                            trace(block, number, plane, samples);
-                            return true;
-                        });
+                        [&](std::uint32_t plane, view<Sample> samples) { trace(block, number, plane, samples); });
                 }
             });
     }
@@ -248,10 +238,11 @@ line_tracer<Model, Tracer>::trace_lines(const Policy& policy, const scene& body,
     recycled.reshape(probe_.size(), samples, scan.depth);
     line_grid<sample_type>* const sink = &recycled;
     if constexpr (std::same_as<Tracer, straight_lines>)
-        driver_.emit_lines(
-            policy, body, probe_, frame, model, how, detail::nanoseconds_of<Model>() * static_cast<float>(samples),
-            {&sink, 1},
-            [&](std::size_t, const line_task& task, view<sample_type> out) { task.apply(policy, model, out); });
+        driver_.emit_lines(policy, body, probe_, frame, model, how,
+                           detail::nanoseconds_of<Model>() * static_cast<float>(samples), {&sink, 1},
+                           [&](std::size_t, const line_task& task, view<sample_type> out) {
+                               task.apply(policy, model, task.line.layers, out);
+                           });
     else
         driver_.trace_lines(policy, body, frame, model, how, recycled);
     return recycled;

@@ -116,10 +116,10 @@ class aperture_shading {
                              });
     }
 
-    /// The lines beyond those of the probe for which slices must be cut: those of a phased array; none for others.
+    /// The lines for which slices must be cut beside those of the probe: turned ones, and those of a phased array beyond.
     outer_lines beyond(const frame_view& frame) const {
-        if (!is_point()) return {};
-        return {&fan_, half_aperture(frame, frame.depth)};
+        if (!is_point()) return {.keep_all = true};
+        return {true, &fan_, half_aperture(frame, frame.depth)};
     }
 
   private:

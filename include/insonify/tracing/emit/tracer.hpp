@@ -19,9 +19,7 @@ struct path_arrival;
 
 /// Memory of fixed capacity in which one line is traced. If it is too small, the tracer returns false, and the line is
 /// traced again with more.
-struct line_scratch {
-    line_crossings found{};                ///< crossings and containing objects of the line
-    view<layer> layers{};                  ///< room for its layers
+struct line_scratch : detail::line_room {
     view<detail::path_branch> branches{};  ///< room for paths that are yet to be followed
     view<std::uint32_t> branch_objects{};  ///< room for the ranks of the objects that contain them, branch after branch
     view<detail::path_arrival> arrivals{}; ///< room for where paths met surfaces
@@ -32,8 +30,6 @@ struct line_task {
     scene_view scene{};             ///< all objects
     traced_line line{};             ///< as the model will see it, without layers yet
     std::uint32_t number = 0;       ///< of the line
-    std::uint32_t plane = 0;        ///< of the slice's planes, the middle one first
-    std::uint32_t planes = 1;       ///< that there are
     float max_depth = 0;            ///< how far the line is to be followed, metres
     float spacing = 0;              ///< metres from sample to sample
     detail::line_kernels kernels{}; ///< of the stages that follow
@@ -50,17 +46,12 @@ struct line_task {
     template <class Policy, acoustic_model Model>
     INSONIFY_FN void apply(const Policy& policy, const Model& model, view<const layer> layers,
                            view<typename Model::sample_type> out) const {
-        line_task known = *this;
-        known.line.layers = layers;
-        known.apply(policy, model, out);
-    }
-    /// The same where its layers are known.
-    template <class Policy, acoustic_model Model>
-    INSONIFY_FN void apply(const Policy& policy, const Model& model, view<typename Model::sample_type> out) const {
+        traced_line known = line;
+        known.layers = layers;
         if constexpr (emits_echoes<Model>)
-            model.emit(line, echoes(out));
+            model.emit(known, echoes(out));
         else
-            model(policy, line, spacing, out);
+            model(policy, known, spacing, out);
     }
 };
 
@@ -104,8 +95,6 @@ INSONIFY_FN inline line_task task_of(const frame_view& frame, const scene_view& 
                      .frame_number = frame.frame_number,
                      .displacements = scene.displacements},
             .number = number,
-            .plane = plane,
-            .planes = frame.planes,
             .max_depth = frame.max_depth,
             .spacing = frame.spacing,
             .kernels = frame.kernels.of_line(number, plane)};
@@ -127,11 +116,10 @@ INSONIFY_FN void add_weighted(view<Sample> samples, const float* weights, view<S
 /// @param room    for the samples of all grids where there are several, or several planes
 /// @param out_of  out_of(grid): the line in that grid; whatever it held is overwritten
 /// @param trace   trace(plane, samples): adds what is received in a plane to samples that are 0, those of one grid
-///                after those of another; false where it cannot
-/// @return        false where `trace` did; the samples are then undefined
+///                after those of another
 INSONIFY_VISITS
 template <class Sample, class OutOf, class Trace>
-INSONIFY_FN bool sum_planes(const frame_view& frame, std::uint32_t number, std::size_t grids, view<Sample> room,
+INSONIFY_FN void sum_planes(const frame_view& frame, std::uint32_t number, std::size_t grids, view<Sample> room,
                             const OutOf& out_of, const Trace& trace) {
     for (std::size_t grid = 0; grid < grids; ++grid)
         for (Sample& sample : out_of(grid)) sample = Sample{};
@@ -139,7 +127,7 @@ INSONIFY_FN bool sum_planes(const frame_view& frame, std::uint32_t number, std::
     if constexpr (is_average_v<Sample>)
         for (std::uint32_t plane = 0; plane < frame.planes; ++plane) {
             for (Sample& sample : room) sample = Sample{};
-            if (!trace(plane, room)) return false;
+            trace(plane, room);
             for (std::size_t grid = 0; grid < grids; ++grid) {
                 const view<Sample> out = out_of(grid), own{room.data() + grid * out.size(), out.size()};
                 if (frame.planes > 1)
@@ -148,7 +136,6 @@ INSONIFY_FN bool sum_planes(const frame_view& frame, std::uint32_t number, std::
                     for (std::size_t k = 0; k < out.size(); ++k) out[k] = own[k];
             }
         }
-    return true;
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail

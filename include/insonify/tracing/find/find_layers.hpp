@@ -96,11 +96,10 @@ class layer_finder {
     /// Chooses how each object is found, after `assign`, and cuts those for which slices pay.
     /// @param incident    whether `find` or `find_block` is to compute how lines meet surfaces
     /// @param directions  in which each line is traced
-    /// @param keep_all    also keep segments that cross no line
     /// @param beyond      other lines that segments are kept for
     template <exec::policy Policy>
     void prepare(const Policy& policy, const scene& body, const frame_lines& frame, line_search how, bool incident,
-                 std::uint32_t directions = 1, bool keep_all = false, const outer_lines& beyond = {}) {
+                 std::uint32_t directions = 1, const outer_lines& beyond = {}) {
         const view<const elevation_plane> planes{frame.plane, frame.planes};
         sliced_ = false;
         if (how != line_search::rays && can_cut_) {
@@ -108,7 +107,7 @@ class layer_finder {
             sliced_ = slices_.choose(scene_, frame.at, planes, how == line_search::slices, directions);
         }
         if (sliced_) {
-            slices_.cut(policy, scene_, frame.at, planes, frame.max_depth, keep_all, beyond);
+            slices_.cut(policy, scene_, frame.at, planes, frame.max_depth, beyond);
             if (incident) normals_.compute(policy, scene_, slices_.segments());
         } else {
             scene_ = body.view_for_rays(policy);
@@ -139,7 +138,12 @@ class layer_finder {
         block_memory& own = memory_[begin / lines_per_block];
         const crossing_lists& sliced = own.sliced;
         layer_block& into = found.block_at(begin);
-        into.clear(std::size_t{lines_per_block} * frame.planes);
+        const std::size_t lines = std::size_t{lines_per_block} * frame.planes;
+        into.lines.clear();
+        into.layers.clear();
+        into.objects.clear();
+        into.lines.reserve(lines);
+        into.layers.reserve(4 * lines);
         if (sliced_) slices_.find_block(begin, own.sliced);
         short_line_memory memory;
         const auto count = static_cast<std::uint32_t>(begin) + lines_per_block;
@@ -151,7 +155,10 @@ class layer_finder {
                 own.line.fit(memory.room(), [&](const line_room& room) {
                     const found_line one = find_line(scene_, line, frame.max_depth, incident, from, room);
                     if (one.layers.empty()) return false;
-                    into.add(line, one.layers, one.behind_face);
+                    into.lines.push_back(
+                        {line, into.layers.size(), one.layers.size(), into.objects.size(), one.behind_face.size()});
+                    into.layers.insert(into.layers.end(), one.layers.begin(), one.layers.end());
+                    into.objects.insert(into.objects.end(), one.behind_face.begin(), one.behind_face.end());
                     return true;
                 });
             }

@@ -25,19 +25,18 @@ namespace insonify::inline INSONIFY_ABI::detail {
 /// The level of a point has a bit for each slice below it. A point on a slice counts as below it, as if every slice
 /// were shifted upwards by an infinitesimal step.
 struct slice_frame {
-    static constexpr std::uint32_t max_slices = 8;
-
     vec3 origin{0, 0, 0};
     vec3 across{1, 0, 0};
     vec3 along{0, 0, 1};
     std::uint32_t count = 0;
-    vec3 normal[max_slices] = {};  ///< elevation less the slope of the slice times the depth axis: not of length 1
-    float height[max_slices] = {}; ///< along its normal, of the points of a slice above the origin, metres
+    vec3 normal[max_elevation_planes] =
+        {}; ///< elevation less the slope of the slice times the depth axis: not of length 1
+    float height[max_elevation_planes] = {}; ///< along its normal, of the points of a slice above the origin, metres
 
     slice_frame() = default;
 
     /// @param probe_at  whose coordinates the planes are in
-    /// @param planes    at most `max_slices`
+    /// @param planes    at most `max_elevation_planes`
     /// @param fan       coordinates of positions in the slice plane, to those of the probe
     slice_frame(const pose& probe_at, view<const elevation_plane> planes, const pose& fan = {})
         : count{static_cast<std::uint32_t>(planes.size())} {
@@ -64,14 +63,9 @@ struct slice_frame {
     /// Component along an axis of a point relative to the origin; bit-equal for every copy of a point, scalar or in
     /// SIMD.
     template <class Float>
-    INSONIFY_INLINE static Float component(vec3 axis, const Float& x, const Float& y, const Float& z) {
-        return multiply_add(Float(axis.x), x, multiply_add(Float(axis.y), y, Float(axis.z) * z));
-    }
-
-    /// The same of a point in the coordinates of the frame.
-    template <class Float>
     INSONIFY_INLINE Float component_of(vec3 axis, const Float& x, const Float& y, const Float& z) const {
-        return component(axis, x - Float(origin.x), y - Float(origin.y), z - Float(origin.z));
+        return multiply_add(Float(axis.x), x - Float(origin.x),
+                            multiply_add(Float(axis.y), y - Float(origin.y), Float(axis.z) * (z - Float(origin.z))));
     }
     /// Height of a point along the normal of a slice.
     float height_of(std::uint32_t slice, vec3 p) const { return component_of(normal[slice], p.x, p.y, p.z); }
@@ -318,10 +312,11 @@ struct deep_segment {
     friend bool operator<(const deep_segment& a, const deep_segment& b) { return a.depth < b.depth; }
 };
 
-/// Lines beyond those of a fan: between the first and the last of a wider one, from the same point, shifted along the
-/// face by at most a distance.
+/// Which segments are kept beside those that the lines of a fan cross, for other lines: between the first and the last
+/// of a wider fan, from the same point, shifted along the face by at most a distance.
 struct outer_lines {
-    const line_fan* fan = nullptr; ///< null: none
+    bool keep_all = false;         ///< all between the first and the last line
+    const line_fan* fan = nullptr; ///< the wider one; null: none
     float shift = 0;               ///< metres
 };
 
@@ -335,13 +330,11 @@ class slice_cut {
     /// @param probe_at  the frame in whose plane y = 0 the lines of the fan run
     /// @param planes    the slices
     /// @param max_depth  how far lines are followed, metres
-    /// @param keep_all   also keep segments that cross no line
-    /// @param beyond     lines that the segments are kept for, too
+    /// @param beyond     lines that segments are kept for, too
     template <exec::policy Policy>
     void cut(const Policy& policy, const scene_view& scene, view<const std::uint8_t> chosen, const line_fan& fan,
-             const pose& probe_at, view<const elevation_plane> planes, float max_depth, bool keep_all,
-             const outer_lines& beyond) {
-        keep_all_ = keep_all;
+             const pose& probe_at, view<const elevation_plane> planes, float max_depth, const outer_lines& beyond) {
+        keep_all_ = beyond.keep_all;
         plan(scene, chosen, fan, probe_at, planes, max_depth, beyond);
         exec::for_each_block(policy, vertex_parts_.size(), 1, 0.5F * block, [&](std::size_t i, std::size_t) {
             const part& own = vertex_parts_[i];

@@ -106,9 +106,9 @@ class slice_finder {
     /// Cuts the objects that were chosen, of the same scene: see `slice_cut::cut`.
     template <exec::policy Policy>
     void cut(const Policy& policy, const scene_view& scene, const pose& at, view<const elevation_plane> planes,
-             float depth, bool keep_all, const outer_lines& beyond = {}) {
+             float depth, const outer_lines& beyond = {}) {
         slices_ = planes.size();
-        cut_.cut(policy, scene, view<const std::uint8_t>{chosen_}, fan_, at, planes, depth, keep_all, beyond);
+        cut_.cut(policy, scene, view<const std::uint8_t>{chosen_}, fan_, at, planes, depth, beyond);
         const auto each_block = [&](const auto& visit) {
             cut_.for_each_segment([&](const cut_segment& segment) {
                 for (std::size_t b = segment.first / block; b * block < segment.last; ++b) visit(b, segment);

@@ -143,10 +143,6 @@ class frame_plan {
         return frame;
     }
 
-    template <class Policy>
-    frame_view view_of(const Policy&, probe_lines&&, const pose&, const Model&, const acquisition&, std::uint32_t,
-                       view<const medium>) = delete;
-
   private:
     struct tables {
         std::vector<elevation_plane> plane{};
