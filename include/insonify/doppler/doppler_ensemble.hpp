@@ -39,6 +39,12 @@ struct ensemble_echoes {
 
 namespace detail {
 
+/// What the scatterers that are emitted next belong to.
+struct emitted_part {
+    std::uint32_t pulse = ~0U; ///< number in the train; ~0U: all, for tissue at rest
+    float weight = 1;          ///< of the amplitudes
+};
+
 /// A scatterer field at the time of each pulse of a train.
 ///
 /// Space is divided along the line into pieces of one wavelength. From pulse to pulse, the scatterers of a piece move
@@ -50,14 +56,12 @@ namespace detail {
 /// of the field however the vessel is deformed (the Piola transform).
 template <scattering_field Scattering, velocity_field Field>
 struct moving_scatterers {
-    static constexpr std::uint32_t all_pulses = ~0U; ///< the value of `*current` for tissue at rest
-
-    Scattering at_rest{};             ///< at the first pulse
-    const Field* field = nullptr;     ///< velocities
-    pulse_train pulses{};             ///< their times
-    float piece = 0;                  ///< metres
-    float from = 0;                   ///< those nearer to the probe are not needed, metres along the line
-    std::uint32_t* current = nullptr; ///< receives the number in the train of the pulse that is emitted next
+    Scattering at_rest{};            ///< at the first pulse
+    const Field* field = nullptr;    ///< velocities
+    pulse_train pulses{};            ///< their times
+    float piece = 0;                 ///< metres
+    float from = 0;                  ///< those nearer to the probe are not needed, metres along the line
+    emitted_part* current = nullptr; ///< receives what is emitted next
 
     /// See `scattering_field`.
     template <class Emit>
@@ -65,7 +69,7 @@ struct moving_scatterers {
         if (!(end - begin < 0x1p25F * min(spacing, piece))) return;
         float resting_from = begin;
         const auto emit_resting = [&](float until) {
-            *current = all_pulses;
+            *current = {};
             if (until > resting_from) at_rest.scatter(line, resting_from, until, spacing, emit);
         };
         const auto last = static_cast<std::uint32_t>(end / piece);
@@ -124,11 +128,8 @@ struct moving_scatterers {
                 now.displacement = &deformed;
             }
             now.frame_number += number * 0x9E3779B9U;
-            if (weight == 1)
-                at_rest.scatter(now, begin, end, spacing, emit);
-            else
-                at_rest.scatter(now, begin, end, spacing,
-                                [&](const scatterer_run& run) { emit_weighted(run, weight, emit); });
+            current->weight = weight;
+            at_rest.scatter(now, begin, end, spacing, emit);
         };
         const std::uint32_t first =
             renewed && pulses.first >= generation ? pulses.first / generation * generation - stay : 0;
@@ -137,7 +138,7 @@ struct moving_scatterers {
             if (renewed && age == stay) next_birth = moved;
             if (renewed && age == 0) birth = next_birth;
             if (k >= pulses.first) {
-                *current = k - pulses.first;
+                current->pulse = k - pulses.first;
                 if (!renewed || age < stay) {
                     emit_generation(renewed ? number : 0, birth, 1);
                 } else {
@@ -149,25 +150,6 @@ struct moving_scatterers {
             const vec3 velocity =
                 (*field)(object_id{line.object}, around.point, pulses.time(k) + 0.5F * pulses.interval);
             moved += static_cast<double>(pulses.interval * around.factor) * dvec3{velocity};
-        }
-    }
-
-    template <class Emit>
-    INSONIFY_FN static void emit_weighted(scatterer_run run, float weight, Emit&& emit) {
-        constexpr std::uint32_t room = 128;
-        float real[room], imaginary[room];
-        for (std::uint32_t done = 0; done < run.count; done += room) {
-            const std::uint32_t count = run.count - done < room ? run.count - done : room;
-            for (std::uint32_t i = 0; i < count; ++i) {
-                real[i] = weight * run.real[done + i];
-                imaginary[i] = weight * run.imaginary[done + i];
-            }
-            emit(scatterer_run{.first = run.first + static_cast<float>(done) * run.step,
-                               .step = run.step,
-                               .count = count,
-                               .real = real,
-                               .imaginary = imaginary,
-                               .slope = run.slope});
         }
     }
 };
@@ -247,13 +229,13 @@ class moving_surfaces {
 /// Distributes the echoes of one line over the pulses; for models it is an `echo_line`.
 struct pulse_echoes {
     const line_task& task;
-    view<vec2> out;               ///< `samples` of the resting echoes, then as many of each pulse
-    std::size_t samples;          ///< along the line
-    const std::uint32_t& current; ///< the pulse, or `moving_scatterers::all_pulses`
-    bool has_surfaces;            ///< else the echoes of surfaces are dropped
+    view<vec2> out;              ///< `samples` of the resting echoes, then as many of each pulse
+    std::size_t samples;         ///< along the line
+    const emitted_part& current; ///< to which the echoes belong
+    bool has_surfaces;           ///< else the echoes of surfaces are dropped
 
     detail::compensated_echoes now() const {
-        const std::size_t slot = current + 1U; // 0 for all pulses
+        const std::size_t slot = current.pulse + 1U; // 0 for all pulses
         return task.echoes({out.data() + slot * samples, samples});
     }
     float depth() const { return now().depth(); }
@@ -267,7 +249,11 @@ struct pulse_echoes {
     void rough_surface(float at, float amplitude, vec2 slope, vec3 curvature, const Value& value) const {
         if (has_surfaces) now().rough_surface(at, amplitude, slope, curvature, value);
     }
-    void scatterers(const scatterer_echoes& run) const { now().scatterers(run); }
+    void scatterers(scatterer_echoes run) const {
+        run.first_level *= current.weight;
+        run.last_level *= current.weight;
+        now().scatterers(run);
+    }
 };
 
 /// Emits the echoes of one line for every pulse. Its layers are those of the first one: within a train, tissue moves by
@@ -280,7 +266,7 @@ void emit_ensemble(const line_task& task, const Model& model, const Field& field
     traced_line line = task.line;
     const bool surfaces_move = surfaces.assign(line, line.layers, field, pulses);
     using scatterers = moving_scatterers<std::remove_cvref_t<decltype(model.scattering)>, Field>;
-    std::uint32_t current = scatterers::all_pulses;
+    emitted_part current;
     model
         .with_scattering(
             scatterers{model.scattering, &field, pulses, display_speed / line.frequency, pulses.from, &current})
@@ -289,7 +275,7 @@ void emit_ensemble(const line_task& task, const Model& model, const Field& field
     const auto no_speckle = model.with_scattering(no_scatterers{});
     for (std::uint32_t k = 0; k < pulses.end(); ++k) {
         if (k >= pulses.first) {
-            current = k - pulses.first;
+            current.pulse = k - pulses.first;
             line.layers = surfaces.layers();
             no_speckle.emit(line, pulse_echoes{task, out, samples, current, true});
         }
@@ -298,55 +284,6 @@ void emit_ensemble(const line_task& task, const Model& model, const Field& field
 }
 
 } // namespace detail
-
-/// `trace_ensemble`, train after train: holds tables, layers and memory, so that it allocates only while buffers grow.
-template <acoustic_model Model = physical<>>
-class ensemble_tracer {
-  public:
-    /// See `trace_ensemble`.
-    /// @param out  receives the echoes; its memory is reused
-    template <exec::policy Policy, transducer Probe, velocity_field Field>
-    void trace(const Policy& policy, const scene& body, const Probe& probe, const pose& at, const Model& model,
-               const Field& field, const acquisition& scan, const pulse_train& pulses, ensemble_echoes& out) {
-        probe_.assign(probe);
-        const std::uint32_t samples = detail::check_acquisition(body, probe_.settings(), at, model, scan);
-        detail::frame_view frame = plan_.view_of(policy, probe_, at, model, scan, samples, body.media());
-        frame.bandwidth = nominal_pulse(probe, pulses.burst).bandwidth_at_peak();
-        out.moving.resize(pulses.count);
-        sinks_.assign(1, &out.resting);
-        for (iq_lines& each : out.moving) sinks_.push_back(&each);
-        for (iq_lines* const each : sinks_) each->reshape(probe.lines, samples, scan.depth);
-        if (surfaces_.size() < detail::blocks_of(probe.lines)) surfaces_.resize(detail::blocks_of(probe.lines));
-        constexpr float line_time = 1e6F;
-        driver_.emit_lines(policy, body, probe_, frame, model, straight_lines{}, line_time,
-                           {sinks_.data(), sinks_.size()},
-                           [&](std::size_t block, const line_task& task, view<vec2> echoes) {
-                               detail::emit_ensemble(task, model, field, pulses, surfaces_[block], samples, echoes);
-                           });
-    }
-
-  private:
-    detail::probe_lines probe_{};
-    detail::frame_plan<Model> plan_{};
-    detail::line_driver<vec2> driver_{};
-    std::vector<detail::moving_surfaces> surfaces_{}; // of each block of lines
-    std::vector<iq_lines*> sinks_{};
-};
-
-/// What the probe receives of a pulse train while tissue and blood move as `field` says: the geometry is that of the
-/// scene for all pulses.
-///
-/// @param model   `physical`, or another model with its members `scattering`, `with_scattering` and `emit`
-/// @param pulses  their times
-/// @throws usage_error, geometry_error  as `trace`
-template <exec::policy Policy, transducer Probe, acoustic_model Model, velocity_field Field>
-ensemble_echoes trace_ensemble(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                               const Model& model, const Field& field, const acquisition& scan,
-                               const pulse_train& pulses) {
-    ensemble_echoes echoes;
-    ensemble_tracer<Model>{}.trace(detail::any_policy{policy}, body, probe, at, model, field, scan, pulses, echoes);
-    return echoes;
-}
 
 /// How `doppler_ensemble` acquires the echoes of a pulse train.
 struct ensemble_settings {
@@ -375,7 +312,8 @@ struct ensemble_settings {
     }
 };
 
-/// `doppler_ensemble`, train after train: holds tables and memory, so that it allocates only while buffers grow.
+/// `doppler_ensemble` and `trace_ensemble`, train after train: holds tables, layers and memory, so that it allocates only
+/// while buffers grow.
 template <acoustic_model Model = physical<>>
 class ensemble_scanner {
   public:
@@ -390,29 +328,26 @@ class ensemble_scanner {
             settings.samples != 0 ? settings.samples : samples_for(settings.depth, sent.sigma_z(probe.frequency));
         const std::uint32_t frame =
             mix_bits(__builtin_bit_cast(std::uint32_t, settings.time)) | 1U; // not 0: blood flows
-        constexpr float slowest = 0.9F;      // medium over c0: the echoes of slower media are displayed deeper
-        traced_.moving.swap(echoes_.pulses); // the memory of the last train
-        tracer_.trace(detail::any_policy{policy}, body, probe, at, model, field,
-                      {.depth = settings.depth, .samples = samples, .planes = settings.planes, .frame = frame},
-                      {.start = settings.time,
-                       .interval = 1 / settings.prf,
-                       .count = settings.pulses,
-                       .first = settings.first,
-                       .burst = settings.burst,
-                       .from = slowest * settings.from},
-                      traced_);
-        traced_.moving.swap(echoes_.pulses);
+        constexpr float slowest = 0.9F; // medium over c0: the echoes of slower media are displayed deeper
+        trace(detail::any_policy{policy}, body, probe, at, model, field,
+              {.depth = settings.depth, .samples = samples, .planes = settings.planes, .frame = frame},
+              {.start = settings.time,
+               .interval = 1 / settings.prf,
+               .count = settings.pulses,
+               .first = settings.first,
+               .burst = settings.burst,
+               .from = slowest * settings.from},
+              resting_, echoes_.pulses);
         const auto formed = [&](iq_lines echoes) {
             return convolver_.convolve(policy, std::move(echoes), sent, probe);
         };
-        iq_lines& resting = traced_.resting;
-        resting = formed(std::move(resting));
+        resting_ = formed(std::move(resting_));
         echoes_.prf = settings.prf;
         for (std::uint32_t k = 0; k < settings.pulses; ++k) {
             iq_lines& echoes = echoes_.pulses[k];
             echoes = formed(std::move(echoes));
             exec::for_each_block(policy, echoes.values.size(), 4096, 1, [&](std::size_t begin, std::size_t end) {
-                for (std::size_t i = begin; i < end; ++i) echoes.values[i] += resting.values[i];
+                for (std::size_t i = begin; i < end; ++i) echoes.values[i] += resting_.values[i];
             });
             echoes = add_electronic_noise(
                 policy, std::move(echoes),
@@ -421,12 +356,55 @@ class ensemble_scanner {
         return echoes_;
     }
 
+    /// See `trace_ensemble`.
+    /// @param resting, moving  receive the echoes, as in `ensemble_echoes`; their memory is reused
+    template <exec::policy Policy, transducer Probe, velocity_field Field>
+    void trace(const Policy& policy, const scene& body, const Probe& probe, const pose& at, const Model& model,
+               const Field& field, const acquisition& scan, const pulse_train& pulses, iq_lines& resting,
+               std::vector<iq_lines>& moving) {
+        probe_.assign(probe);
+        const std::uint32_t samples = detail::check_acquisition(body, probe_.settings(), at, model, scan);
+        detail::frame_view frame = plan_.view_of(policy, probe_, at, model, scan, samples, body.media());
+        frame.bandwidth = nominal_pulse(probe, pulses.burst).bandwidth_at_peak();
+        moving.resize(pulses.count);
+        sinks_.assign(1, &resting);
+        for (iq_lines& each : moving) sinks_.push_back(&each);
+        for (iq_lines* const each : sinks_) each->reshape(probe.lines, samples, scan.depth);
+        if (surfaces_.size() < detail::blocks_of(probe.lines)) surfaces_.resize(detail::blocks_of(probe.lines));
+        constexpr float line_time = 1e6F;
+        driver_.emit_lines(policy, body, probe_, frame, model, straight_lines{}, line_time,
+                           {sinks_.data(), sinks_.size()},
+                           [&](std::size_t block, const line_task& task, view<vec2> echoes) {
+                               detail::emit_ensemble(task, model, field, pulses, surfaces_[block], samples, echoes);
+                           });
+    }
+
   private:
-    ensemble_tracer<Model> tracer_{};
+    detail::probe_lines probe_{};
+    detail::frame_plan<Model> plan_{};
+    detail::line_driver<vec2> driver_{};
+    std::vector<detail::moving_surfaces> surfaces_{}; // of each block of lines
+    std::vector<iq_lines*> sinks_{};
     convolver convolver_{};
-    ensemble_echoes traced_{};
+    iq_lines resting_{};
     iq_ensemble echoes_{};
 };
+
+/// What the probe receives of a pulse train while tissue and blood move as `field` says: the geometry is that of the
+/// scene for all pulses.
+///
+/// @param model   `physical`, or another model with its members `scattering`, `with_scattering` and `emit`
+/// @param pulses  their times
+/// @throws usage_error, geometry_error  as `trace`
+template <exec::policy Policy, transducer Probe, acoustic_model Model, velocity_field Field>
+ensemble_echoes trace_ensemble(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                               const Model& model, const Field& field, const acquisition& scan,
+                               const pulse_train& pulses) {
+    ensemble_echoes echoes;
+    ensemble_scanner<Model>{}.trace(detail::any_policy{policy}, body, probe, at, model, field, scan, pulses,
+                                    echoes.resting, echoes.moving);
+    return echoes;
+}
 
 /// The echoes of a pulse train along the lines of a probe, after pulse and beam: the input of all Doppler methods.
 ///
