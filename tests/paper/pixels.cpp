@@ -151,6 +151,6 @@ TEST_CASE("cameras refuse settings out of range") {
     CHECK_THROWS_AS(see(orthographic_camera{.size = {0, 5}}), usage_error);
     CHECK_THROWS_AS(see(orthographic_camera{.size = {1U << 20U, 1U << 20U}}), usage_error);
     CHECK_THROWS_AS(see(orthographic_camera{.extent = {0, 1}}), usage_error);
-    CHECK_THROWS_AS(see(orthographic_camera{.at = {.rotation = mat3{0}}}), usage_error);
+    CHECK_THROWS_AS(see(orthographic_camera{.at = {.rotation = mat3{0}}}), geometry_error);
     CHECK_THROWS_AS(see(perspective_camera{.field_of_view = 4}), usage_error);
 }

@@ -75,9 +75,7 @@ tissue_maps map_tissue(const Policy& policy, const scene& body, const pose& at, 
         throw usage_error{"map_tissue: the grid has no pixels, or more than 2^26; set `size` to columns and rows"};
     check_length(grid.spacing, "spacing", max_scan_depth, "map_tissue");
     if (!is_finite(grid.from.x) || !is_finite(grid.from.y)) throw usage_error{"map_tissue: `from` is not finite"};
-    if (!is_rigid(at))
-        throw geometry_error{"map_tissue: the pose is not a rigid transform; make it with look_at, or mend it with "
-                             "orthonormalised"};
+    detail::check_rigid(at, "map_tissue");
     const detail::any_policy<false> any{policy};
     const scene_view seen = body.view_for_rays(any);
     std::vector<float> nodes;

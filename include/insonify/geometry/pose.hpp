@@ -50,6 +50,18 @@ INSONIFY_FN inline bool is_rigid(const pose& p) {
            near_to(dot(r[1], r[2]), 0) && near_to(dot(r[2], r[0]), 0) && determinant(r) > 0;
 }
 
+namespace detail {
+
+/// @param caller, what  start of the sentence
+/// @throws geometry_error  for a pose that is not rigid
+inline void check_rigid(const pose& at, const char* caller, const char* what = "the pose") {
+    if (!is_rigid(at))
+        throw geometry_error{joined(
+            {caller, ": ", what, " is not a rigid transform; make it with look_at, or mend it with orthonormalised"})};
+}
+
+} // namespace detail
+
 /// The pose with an orthonormal rotation, the nearest to one that rounding has made inexact: of a pose that is
 /// multiplied many times, such as that of a robot's arm.
 ///

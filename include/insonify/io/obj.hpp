@@ -113,9 +113,7 @@ void write_drawing(const std::string& path, const std::vector<drawn_object>& obj
 template <transducer Probe>
 void write_debug_obj(const std::string& path, const scene& body, const Probe& probe, const pose& at, float depth) {
     probe.check();
-    if (!is_rigid(at))
-        throw geometry_error{"write_debug_obj: the pose of the probe is not a rigid transform; make it with look_at, "
-                             "or mend it with orthonormalised"};
+    detail::check_rigid(at, "write_debug_obj", "the pose of the probe");
     if (probe.lines > 65536)
         throw usage_error{"write_debug_obj: " + std::to_string(probe.lines) + " lines are more than 65536; draw fewer"};
     check_depth(depth, "write_debug_obj");

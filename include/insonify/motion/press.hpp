@@ -286,9 +286,7 @@ class presser {
         constexpr float behind = 0.05e-3F;
         probe.check();
         body.require_built();
-        if (!is_rigid(at))
-            throw geometry_error{
-                "press: the pose is not a rigid transform; make it with look_at, or mend it with orthonormalised"};
+        detail::check_rigid(at, "press");
         if (!(settings.stiffness >= 0) || !(settings.gel >= 0) || !(settings.decay > 0) || !(settings.recovery > 0))
             throw usage_error{"press: `stiffness` and `gel` must be at least 0, `decay` and `recovery` above 0"};
         if (is_full_circle(probe))

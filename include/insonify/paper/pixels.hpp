@@ -23,16 +23,6 @@ concept camera = requires(const Camera& c, vec2 pixel) {
 
 namespace detail {
 
-/// @throws usage_error  for an image without pixels or of more than 2^28, or a pose that is not rigid
-inline void check_camera(uvec2 size, const pose& at) {
-    const std::uint64_t pixels = std::uint64_t{size.x} * size.y;
-    if (pixels == 0 || pixels > std::uint64_t{1} << 28U)
-        throw usage_error{"camera: `size` must be at least 1 x 1 and at most 2^28 pixels in all"};
-    if (!is_rigid(at))
-        throw usage_error{
-            "camera: its pose is not a rigid transform; make it with look_at, or mend it with orthonormalised"};
-}
-
 /// The paper's two secondary rays of one point on the slice: r2 towards the transducer, for what reaches the point, and
 /// r3 away from it, for an interface within `reflection_length`. The crossings get their depths along the beam.
 ///
@@ -94,9 +84,11 @@ struct orthographic_camera {
         return {.origin = at.point({fraction.x * extent.x, fraction.y * extent.y, 0}),
                 .direction = at.direction({0, 0, 1})};
     }
-    /// @throws usage_error  naming the setting that is out of range
+    /// @throws usage_error     naming the setting that is out of range
+    /// @throws geometry_error  for a pose that is not rigid
     void check() const {
-        detail::check_camera(size, at);
+        detail::check_size(size, "camera");
+        detail::check_rigid(at, "camera");
         if (!is_finite(extent.x) || !is_finite(extent.y) || !(extent.x > 0) || !(extent.y > 0))
             throw usage_error{"camera: `extent` must be two finite lengths in metres above 0"};
     }
@@ -115,9 +107,11 @@ struct perspective_camera {
         return {.origin = at.translation,
                 .direction = at.direction(normalize(vec3{scale * from_centre.x, scale * from_centre.y, 1}))};
     }
-    /// @throws usage_error  naming the setting that is out of range
+    /// @throws usage_error     naming the setting that is out of range
+    /// @throws geometry_error  for a pose that is not rigid
     void check() const {
-        detail::check_camera(size, at);
+        detail::check_size(size, "camera");
+        detail::check_rigid(at, "camera");
         if (!(field_of_view > 0 && field_of_view < pi))
             throw usage_error{"camera: `field_of_view` must lie between 0 and 180 degrees, such as 60_deg"};
     }

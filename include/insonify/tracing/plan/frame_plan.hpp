@@ -32,9 +32,7 @@ inline constexpr float max_wavelengths = 1 << 24;
 /// @throws geometry_error  for a pose that is not rigid
 inline void check_lines(const scene& body, float frequency, const pose& at, float depth, const char* caller) {
     body.require_built();
-    if (!is_rigid(at))
-        throw geometry_error{joined({caller, ": the pose of the probe is not a rigid transform; make it with look_at, "
-                                             "or mend it with orthonormalised"})};
+    check_rigid(at, caller, "the pose of the probe");
     check_depth(depth, caller);
     if (depth * frequency > max_wavelengths * display_speed)
         throw usage_error{joined({caller, ": a depth of ", number_text(depth), " m at ", number_text(frequency),
