@@ -73,20 +73,16 @@ struct line_turn {
     /// Metres along a line to a depth.
     INSONIFY_FN float length_to(float depth) const {
         if (face.form == face_form::plane) return depth / depth_per_metre();
-        if (face.form == face_form::circle) {
-            const float end = face.radius + depth;
-            return std::sqrt(end * end - face.radius * face.radius * sine * sine) - face.radius * cosine;
-        }
-        const float end = max(depth, distance(near_face()));
-        const float length = std::sqrt(max(end * end - shift * shift * cosine * cosine, 0)) - shift * sine;
-        return depth < end ? near_face() * depth / end : length;
+        const float nearest = distance(near_face()), end = face.radius + depth;
+        if (end < nearest) return near_face() * depth / nearest;
+        const float missed = face.radius * face.radius * sine * sine + shift * shift * cosine * cosine;
+        return std::sqrt(max(end * end - missed, 0)) - from_apex();
     }
     /// Depth at metres along a line.
     INSONIFY_FN float depth_at(float length) const {
         if (face.form == face_form::plane) return length * depth_per_metre();
-        if (face.form == face_form::circle)
-            return std::sqrt(face.radius * face.radius + length * (2 * face.radius * cosine + length)) - face.radius;
-        return length < near_face() ? distance(near_face()) * length / near_face() : distance(length);
+        if (length < near_face()) return distance(near_face()) * length / near_face();
+        return distance(length) - face.radius;
     }
     /// How far from the straight line through its point at this depth a line begins, metres along the face.
     INSONIFY_FN float place_on_face(float depth) const {
@@ -110,11 +106,13 @@ struct line_turn {
     }
 
   private:
-    // Near the face a shifted line may approach the apex; there its depth grows evenly from 0.
+    // Near the face a shifted line may approach the apex; there its depth grows evenly from 0. 0 for other lines.
     INSONIFY_FN float near_face() const { return 1.5F * std::fabs(shift); }
-    // Of a point of a shifted line from the apex.
+    // How far along a line its origin lies from the apex: it is on the round face, or was shifted away from it.
+    INSONIFY_FN float from_apex() const { return face.radius * cosine + shift * sine; }
+    // Of a point of a line from the apex.
     INSONIFY_FN float distance(float length) const {
-        return std::sqrt(max(shift * shift + length * (2 * shift * sine + length), 0));
+        return std::sqrt(max(face.radius * face.radius + shift * shift + length * (2 * from_apex() + length), 0));
     }
 };
 
