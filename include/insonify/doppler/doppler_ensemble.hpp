@@ -346,9 +346,8 @@ class ensemble_scanner {
         for (std::uint32_t k = 0; k < settings.pulses; ++k) {
             iq_lines& echoes = echoes_.pulses[k];
             echoes = formed(std::move(echoes));
-            exec::for_each_block(policy, echoes.values.size(), 4096, 1, [&](std::size_t begin, std::size_t end) {
-                for (std::size_t i = begin; i < end; ++i) echoes.values[i] += resting_.values[i];
-            });
+            exec::for_each_in_blocks(policy, echoes.values.size(), 4096, 1,
+                                     [&](std::size_t i) { echoes.values[i] += resting_.values[i]; });
             echoes = add_electronic_noise(
                 policy, std::move(echoes),
                 {.level_db = settings.noise_db, .seed = settings.seed, .frame = frame + settings.first + k});

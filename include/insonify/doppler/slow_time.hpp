@@ -9,6 +9,7 @@
 #include <insonify/execution/simd.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <algorithm>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -60,12 +61,10 @@ inline std::vector<std::vector<double>> orthonormal_polynomials(std::size_t coun
             own[k] = std::pow(2 * static_cast<double>(k) / static_cast<double>(count - 1) - 1, degree);
         for (int twice = 0; twice < 2; ++twice)
             for (std::uint32_t lower = 0; lower < degree; ++lower) {
-                double common = 0;
-                for (std::size_t k = 0; k < count; ++k) common += own[k] * basis[lower][k];
+                const double common = std::inner_product(own.begin(), own.end(), basis[lower].begin(), 0.0);
                 for (std::size_t k = 0; k < count; ++k) own[k] -= common * basis[lower][k];
             }
-        double power = 0;
-        for (const double value : own) power += value * value;
+        const double power = std::inner_product(own.begin(), own.end(), own.begin(), 0.0);
         for (double& value : own) value /= std::sqrt(power);
     }
     return basis;

@@ -124,6 +124,15 @@ void for_each_block(const Policy& policy, std::size_t count, std::size_t block, 
     });
 }
 
+/// Calls body(i) for each i below `count`, in such blocks.
+template <class Policy, class Body>
+void for_each_in_blocks(const Policy& policy, std::size_t count, std::size_t block, float nanoseconds,
+                        const Body& body) {
+    for_each_block(policy, count, block, nanoseconds, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) body(i);
+    });
+}
+
 } // namespace exec
 
 using exec::for_each_index;

@@ -28,11 +28,9 @@ class progressive {
         }
         ++frames_;
         const double f = frames_;
-        exec::for_each_block(policy, mean_.size(), 4096, 1, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) {
-                mean_[i] = static_cast<double>(frame.pixels[i]) / f + (f - 1) / f * mean_[i];
-                picture_.pixels[i] = static_cast<float>(mean_[i]);
-            }
+        exec::for_each_in_blocks(policy, mean_.size(), 4096, 1, [&](std::size_t i) {
+            mean_[i] = static_cast<double>(frame.pixels[i]) / f + (f - 1) / f * mean_[i];
+            picture_.pixels[i] = static_cast<float>(mean_[i]);
         });
         return picture_;
     }
@@ -89,9 +87,8 @@ image add_noise(const Policy& policy, image picture, const image& noise) {
     if (picture.size != noise.size || picture.pixels.size() != noise.pixels.size())
         throw usage_error{"add_noise: the noise must have the size of the image; make it with make_noise(policy, "
                           "picture.size)"};
-    exec::for_each_block(policy, picture.pixels.size(), 4096, 0.3F, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) picture.pixels[i] *= noise.pixels[i];
-    });
+    exec::for_each_in_blocks(policy, picture.pixels.size(), 4096, 0.3F,
+                             [&](std::size_t i) { picture.pixels[i] *= noise.pixels[i]; });
     return picture;
 }
 
@@ -152,13 +149,10 @@ image radial_blur(const Policy& policy, const image& picture, const Probe& probe
     for (std::uint32_t frame = 0; frame < settings.frames; ++frame) {
         const float shift =
             2 * settings.lines * ((static_cast<float>(frame) + 0.5F) / static_cast<float>(settings.frames) - 0.5F);
-        exec::for_each_block(policy, place.size(), 1024, 30, [&](std::size_t first, std::size_t last) {
-            for (std::size_t i = first; i < last; ++i) {
-                if (map.first[i] == scan_map::outside) continue;
-                const vec3 from = probe.beam(clamp(place[i].x + shift, -0.5F, end)).at(place[i].y);
-                displaced.pixels[i] =
-                    detail::pixel_in_field(picture, map, map.pixel({from.x, from.z}), picture.pixels[i]);
-            }
+        exec::for_each_in_blocks(policy, place.size(), 1024, 30, [&](std::size_t i) {
+            if (map.first[i] == scan_map::outside) return;
+            const vec3 from = probe.beam(clamp(place[i].x + shift, -0.5F, end)).at(place[i].y);
+            displaced.pixels[i] = detail::pixel_in_field(picture, map, map.pixel({from.x, from.z}), picture.pixels[i]);
         });
         mean.add(policy, displaced, pose{});
     }

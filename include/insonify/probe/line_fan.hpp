@@ -99,6 +99,7 @@ class line_fan {
 
     std::uint32_t size() const { return static_cast<std::uint32_t>(lines_.size()); }
     const line& operator[](std::size_t i) const { return lines_[i]; }
+    view<const line> lines() const { return lines_; }
 
     bool parallel() const { return parallel_; }
 

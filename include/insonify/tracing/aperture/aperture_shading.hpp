@@ -49,12 +49,10 @@ class aperture_shading {
     /// @param directions  in which lines are traced to each point of a single plane; with several planes, each uses a
     ///                    quarter as many, at least 2, interleaved with the others'
     aperture_view prepare(const scene_view& scene, const frame_view& frame, std::uint32_t directions) {
-        lines_.clear();
-        for (std::uint32_t i = 0; i < fan_.size(); ++i) lines_.push_back(fan_[i]);
         aperture_view all{.frame = frame,
                           .scene = scene,
                           .points = points_,
-                          .fan = lines_,
+                          .fan = fan_.lines(),
                           .upright = fan_.upright(),
                           .directions = frame.planes == 1 ? directions : std::max((directions + 3) / 4, 2U),
                           // To the depth of the picture as if all sound had the display's speed; deeper, the last
@@ -62,7 +60,7 @@ class aperture_shading {
                           .spacing = frame.depth / steps};
         const std::size_t rows = std::size_t{frame.planes} * steps;
         profiles_.resize(std::size_t{frame.planes} * frame.count());
-        sound_.resize(all.directions * rows * lines_.size());
+        sound_.resize(all.directions * rows * fan_.size());
         means_.resize(rows * points_.count);
         gains_.resize(profiles_.size() * steps);
         divide_aperture(all);
@@ -82,10 +80,10 @@ class aperture_shading {
     void compute(const Policy& policy, const aperture_view& all, const Model& model, const line_layers& found,
                  const slice_finder* slices) {
         const std::uint32_t lines = all.frame.count(), planes = all.frame.planes;
-        exec::for_each_block(policy, lines, lines_per_block, 500, [&](std::size_t begin, std::size_t end) {
-            for (auto line = static_cast<std::uint32_t>(begin); line < end; ++line)
-                for (std::uint32_t plane = 0; plane < planes; ++plane)
-                    all.find_profile(line, plane, found(line, plane), model);
+        exec::for_each_in_blocks(policy, lines, lines_per_block, 500, [&](std::size_t i) {
+            const auto line = static_cast<std::uint32_t>(i);
+            for (std::uint32_t plane = 0; plane < planes; ++plane)
+                all.find_profile(line, plane, found(line, plane), model);
         });
         if (slices != nullptr) sort_segments(slices->segments());
         if (of_directions_.size() < all.directions) of_directions_.resize(all.directions);
@@ -109,11 +107,10 @@ class aperture_shading {
             for (std::uint32_t first = 0; first < points_.count; first += all.points_at_once)
                 all.find_means(static_cast<std::uint32_t>(row / steps), row % steps, first);
         });
-        exec::for_each_block(policy, lines, lines_per_block, 100 * static_cast<float>(planes),
-                             [&](std::size_t begin, std::size_t end) {
-                                 for (auto line = static_cast<std::uint32_t>(begin); line < end; ++line)
-                                     for (std::uint32_t plane = 0; plane < planes; ++plane) all.find_gains(line, plane);
-                             });
+        exec::for_each_in_blocks(policy, lines, lines_per_block, 100 * static_cast<float>(planes), [&](std::size_t i) {
+            const auto line = static_cast<std::uint32_t>(i);
+            for (std::uint32_t plane = 0; plane < planes; ++plane) all.find_gains(line, plane);
+        });
     }
 
     /// The lines for which slices must be cut beside those of the probe: turned ones, and those of a phased array beyond.
@@ -196,7 +193,6 @@ class aperture_shading {
 
     line_fan fan_{};
     shaded_lines points_{};
-    std::vector<line_fan::line> lines_{};
     std::vector<line_turn> turns_{};
     std::vector<aperture_part> parts_{};
     std::vector<sound_profile> profiles_{};

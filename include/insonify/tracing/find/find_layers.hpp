@@ -54,12 +54,10 @@ class cut_normals {
                 wanted_in = frame_;
             }
         });
-        exec::for_each_block(policy, wanted_.size(), 256, 150, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) {
-                const auto [object, number] = wanted_[i];
-                surfaces_[object].normals[number] =
-                    scene.objects[object].normals.computed(scene.objects[object].surface, number);
-            }
+        exec::for_each_in_blocks(policy, wanted_.size(), 256, 150, [&](std::size_t i) {
+            const auto [object, number] = wanted_[i];
+            surfaces_[object].normals[number] =
+                scene.objects[object].normals.computed(scene.objects[object].surface, number);
         });
         scene.objects = objects_;
     }

@@ -135,14 +135,12 @@ float sine_to_face(const Probe& probe, float line) {
 ///     at 2 D - z:  r^2 10^(-A(z) / 20) / sqrt(|1 + 2 h k_x| |1 + 2 h k_y|) of the conjugate echo at z < D
 ///     at D + z:    n r f c 10^(-B / 20) of the echo at z, n = 2 for z < D, else 1
 ///
-/// with D the displayed depth of the gas, A(z) what sound loses from z to the gas and back, twice, and B from the
-/// face to
-/// the gas and back (attenuation of the pulse and interfaces, dB), r what gas reflects, f what the lens of the
-/// probe does
-/// (from the impedances of `tissue::lens` and of the first medium), h = D - z, k the curvatures of the surface, behind
-/// which sound diverges, and c the part of the amplitude that returns to the aperture: by the law of specular echoes,
-/// for the slope of the surface and the angle of the line to the face. The image is that of the line itself; `paths`
-/// follows the sound to where it goes.
+/// with D the displayed depth of the gas, A(z) what sound loses from z to the gas and back, twice, and B from the face
+/// to the gas and back (attenuation of the pulse and interfaces, dB), r what gas reflects, f what the lens of the probe
+/// does (from the impedances of `tissue::lens` and of the first medium), h = D - z, k the curvatures of the surface,
+/// behind which sound diverges, and c the part of the amplitude that returns to the aperture: by the law of specular
+/// echoes, for the slope of the surface and the angle of the line to the face. The image is that of the line itself;
+/// `paths` follows the sound to where it goes.
 /// @param found  what lies along the lines of the probe
 /// @throws usage_error  for lines that are not those of the probe, or a setting out of range
 template <exec::policy Policy, transducer Probe, class Model>
@@ -165,36 +163,33 @@ iq_lines add_gas_reverberation(const Policy& policy, iq_lines echoes, const line
         const vec2 forwards = detail::turned(2 * double{stated.frequency} / double{display_speed} * double{depth});
         return vec2{forwards.x, -forwards.y};
     };
-    exec::for_each_block(policy, echoes.count, 8, 2e4F, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            detail::gas_surface<Model> gas{found(static_cast<std::uint32_t>(i)), found.media, pulse, model};
-            if (gas.shown <= spacing || gas.shown >= echoes.depth) continue;
-            vec2* const line = echoes.values.data() + i * echoes.samples;
-            const auto samples = static_cast<std::int64_t>(echoes.samples),
-                       surface = static_cast<std::int64_t>(std::lround(gas.shown / spacing)),
-                       twice = static_cast<std::int64_t>(std::lround(2 * gas.shown / spacing)) - 1;
-            const std::int64_t above = surface - 2; // the echo of the gas itself is divided between two samples
-            const vec2 once_deeper = rotation(gas.shown), twice_deeper = rotation(2 * gas.shown);
-            const float wavelengths = gas.shown * stated.frequency / display_speed;
-            const float tilt = length(vec2{gas.slope.x, detail::sine_to_face(probe, static_cast<float>(i))});
-            const float returned =
-                specular_return{}(std::atan(tilt), stated.fnumber, wavelengths) *
-                specular_return{}(std::atan(gas.slope.y), gas.shown / stated.elevation_height, wavelengths);
-            const float mirrored = settings.mirror * gas.reflected * gas.reflected,
-                        repeated = settings.face * gas.reflected * gas.lens_reflected * returned *
-                                   amplitude_of_decibels(-gas.once_more_db());
-            for (std::int64_t k = surface + 1; k < samples; ++k) {
-                if (const std::int64_t from = twice - k; from >= 0 && from < above) {
-                    const float depth = (static_cast<float>(from) + 0.5F) * spacing;
-                    const vec2 spread =
-                        max(abs(vec2{1, 1} + 2 * (gas.shown - depth) * gas.curvature), vec2{min_spread});
-                    const float level =
-                        mirrored * amplitude_of_decibels(-gas.twice_from_db(depth)) / std::sqrt(spread.x * spread.y);
-                    line[k] += level * detail::complex_product(vec2{line[from].x, -line[from].y}, twice_deeper);
-                }
-                const std::int64_t from = k - surface;
-                line[k] += (from < above ? 2 : 1) * repeated * detail::complex_product(line[from], once_deeper);
+    exec::for_each_in_blocks(policy, echoes.count, 8, 2e4F, [&](std::size_t i) {
+        detail::gas_surface<Model> gas{found(static_cast<std::uint32_t>(i)), found.media, pulse, model};
+        if (gas.shown <= spacing || gas.shown >= echoes.depth) return;
+        vec2* const line = echoes.values.data() + i * echoes.samples;
+        const auto samples = static_cast<std::int64_t>(echoes.samples),
+                   surface = static_cast<std::int64_t>(std::lround(gas.shown / spacing)),
+                   twice = static_cast<std::int64_t>(std::lround(2 * gas.shown / spacing)) - 1;
+        const std::int64_t above = surface - 2; // the echo of the gas itself is divided between two samples
+        const vec2 once_deeper = rotation(gas.shown), twice_deeper = rotation(2 * gas.shown);
+        const float wavelengths = gas.shown * stated.frequency / display_speed;
+        const float tilt = length(vec2{gas.slope.x, detail::sine_to_face(probe, static_cast<float>(i))});
+        const float returned =
+            specular_return{}(std::atan(tilt), stated.fnumber, wavelengths) *
+            specular_return{}(std::atan(gas.slope.y), gas.shown / stated.elevation_height, wavelengths);
+        const float mirrored = settings.mirror * gas.reflected * gas.reflected,
+                    repeated = settings.face * gas.reflected * gas.lens_reflected * returned *
+                               amplitude_of_decibels(-gas.once_more_db());
+        for (std::int64_t k = surface + 1; k < samples; ++k) {
+            if (const std::int64_t from = twice - k; from >= 0 && from < above) {
+                const float depth = (static_cast<float>(from) + 0.5F) * spacing;
+                const vec2 spread = max(abs(vec2{1, 1} + 2 * (gas.shown - depth) * gas.curvature), vec2{min_spread});
+                const float level =
+                    mirrored * amplitude_of_decibels(-gas.twice_from_db(depth)) / std::sqrt(spread.x * spread.y);
+                line[k] += level * detail::complex_product(vec2{line[from].x, -line[from].y}, twice_deeper);
             }
+            const std::int64_t from = k - surface;
+            line[k] += (from < above ? 2 : 1) * repeated * detail::complex_product(line[from], once_deeper);
         }
     });
     return echoes;

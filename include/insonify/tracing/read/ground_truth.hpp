@@ -55,55 +55,54 @@ ground_truth_lines ground_truth(const Policy& policy, const scene& body, const P
     if constexpr (requires { model.check(); }) model.check();
     const std::uint32_t samples = detail::check_labels(body, probe, at, settings, "ground_truth");
     detail::layer_search search;
-    const line_layers& found = detail::layers_for_labels(any, body, probe, at, settings, true, search);
+    const line_layers& found =
+        search(any, body, probe, at, {.depth = settings.depth}, detail::max_depth_of(settings, body.media()), true);
     const label_lines labels{probe.lines, samples, settings.depth};
     const scan_lines numbers{probe.lines, samples, settings.depth};
     ground_truth_lines truth{labels, labels, labels, numbers, numbers, numbers};
     std::fill(truth.surface.values.begin(), truth.surface.values.end(), background_label);
     const float spacing = settings.depth / static_cast<float>(samples);
-    exec::for_each_block(
-        any, found.lines, detail::lines_per_block, 20 * static_cast<float>(samples),
-        [&](std::size_t begin, std::size_t end) {
-            for (auto number = static_cast<std::uint32_t>(begin); number < end; ++number) {
-                const traced_line line{.layers = found(number),
-                                       .media = found.media,
-                                       .frequency = probe.frequency,
-                                       .frame = found.frame(number),
-                                       .pulse_sigma = nominal_pulse(probe).sigma_z(probe.frequency),
-                                       .bandwidth = fractional_bandwidth(probe)};
-                float lost = 0;   // dB, to attenuation
-                float passed = 1; // through interfaces
-                detail::line_refraction<Model> refraction{model, line};
-                const auto visit = [&](std::size_t i, const detail::label_stretch& part) {
-                    const layer& here = line.layers[i];
-                    const medium& m = line.media[here.medium];
-                    const detail::refracted_layer bent = refraction.next();
-                    if (i > 0 && line.layers[i - 1].medium != here.medium) {
-                        const layer& above = line.layers[i - 1];
-                        passed *=
-                            model.at_interface({line.media[above.medium], m, bent.cosine, line.frequency}).transmitted;
-                        const auto k =
-                            static_cast<std::uint32_t>(min(part.begin / spacing, static_cast<float>(samples)));
-                        if (k < samples && truth.surface(number, k) == background_label) {
-                            // Ranks, in which the background comes last: place 0 wraps around.
-                            truth.surface(number, k) = above.place - 1 < here.place - 1 ? above.object : here.object;
-                            // From the slopes, because a cosine loses its digits near normal incidence.
-                            truth.incidence(number, k) = std::atan(length(here.slope));
-                        }
+    exec::for_each_in_blocks(
+        any, found.lines, detail::lines_per_block, 20 * static_cast<float>(samples), [&](std::size_t index) {
+            const auto number = static_cast<std::uint32_t>(index);
+            const traced_line line{.layers = found(number),
+                                   .media = found.media,
+                                   .frequency = probe.frequency,
+                                   .frame = found.frame(number),
+                                   .pulse_sigma = nominal_pulse(probe).sigma_z(probe.frequency),
+                                   .bandwidth = fractional_bandwidth(probe)};
+            float lost = 0;   // dB, to attenuation
+            float passed = 1; // through interfaces
+            detail::line_refraction<Model> refraction{model, line};
+            const auto visit = [&](std::size_t i, const detail::label_stretch& part) {
+                const layer& here = line.layers[i];
+                const medium& m = line.media[here.medium];
+                const detail::refracted_layer bent = refraction.next();
+                if (i > 0 && line.layers[i - 1].medium != here.medium) {
+                    const layer& above = line.layers[i - 1];
+                    passed *=
+                        model.at_interface({line.media[above.medium], m, bent.cosine, line.frequency}).transmitted;
+                    const auto k = static_cast<std::uint32_t>(min(part.begin / spacing, static_cast<float>(samples)));
+                    if (k < samples && truth.surface(number, k) == background_label) {
+                        // Ranks, in which the background comes last: place 0 wraps around.
+                        truth.surface(number, k) = above.place - 1 < here.place - 1 ? above.object : here.object;
+                        // From the slopes, because a cosine loses its digits near normal incidence.
+                        truth.incidence(number, k) = std::atan(length(here.slope));
                     }
-                    const float per_metre = model.loss(m, line.frequency);
-                    for (auto k = static_cast<std::uint32_t>(part.first); k < part.last; ++k) {
-                        const float into = ((static_cast<float>(k) + 0.5F) * spacing - part.begin) / part.scale;
-                        truth.label(number, k) = here.object;
-                        truth.medium(number, k) = here.medium;
-                        truth.transmitted(number, k) = passed * amplitude_of_decibels(-detail::pulse_loss(
-                                                                    model, line, lost + per_metre * bent.length(into)));
-                        truth.depth(number, k) = here.begin + into;
-                    }
-                    lost += per_metre * bent.length(here.end - here.begin);
-                };
-                detail::for_each_stretch(line.layers, line.media, settings.grid, samples, spacing, visit);
-            }
+                }
+                const float per_metre = model.loss(m, line.frequency);
+                for (auto k = static_cast<std::uint32_t>(part.first); k < part.last; ++k) {
+                    const float into = ((static_cast<float>(k) + 0.5F) * spacing - part.begin) / part.scale;
+                    truth.label(number, k) = here.object;
+                    truth.medium(number, k) = here.medium;
+                    truth.transmitted(number, k) =
+                        passed *
+                        amplitude_of_decibels(-detail::pulse_loss(model, line, lost + per_metre * bent.length(into)));
+                    truth.depth(number, k) = here.begin + into;
+                }
+                lost += per_metre * bent.length(here.end - here.begin);
+            };
+            detail::for_each_stretch(line.layers, line.media, settings.grid, samples, spacing, visit);
         });
     return truth;
 }

@@ -73,13 +73,6 @@ void for_each_stretch(view<const layer> layers, view<const medium> media, label_
     }
 }
 
-/// The layers that labels are read from: of one plane.
-template <exec::policy Policy, transducer Probe>
-const line_layers& layers_for_labels(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                                     const label_settings& settings, bool incident, layer_search& search) {
-    return search(policy, body, probe, at, {.depth = settings.depth}, max_depth_of(settings, body.media()), incident);
-}
-
 } // namespace detail
 
 /// The object that each sample of lines lies in, whose layers have been found.
@@ -97,18 +90,15 @@ label_lines label(const Policy& policy, const line_layers& found, const label_se
     const std::uint32_t samples = detail::checked_samples(found.lines, settings.samples, "label");
     recycled.reshape(found.lines, samples, settings.depth);
     const float spacing = settings.depth / static_cast<float>(samples);
-    const auto label_line = [&](std::uint32_t line) {
-        const view<const layer> layers = found(line);
-        label_id* const out = recycled.values.data() + std::size_t{line} * samples;
+    const auto line_time = 0.2F * static_cast<float>(samples);
+    exec::for_each_in_blocks(policy, found.lines, detail::lines_per_block, line_time, [&](std::size_t line) {
+        const view<const layer> layers = found(static_cast<std::uint32_t>(line));
+        label_id* const out = recycled.values.data() + line * samples;
         const auto fill = [&](std::size_t i, const detail::label_stretch& part) {
             std::fill(out + part.first, out + part.last, layers[i].object);
         };
         detail::for_each_stretch(layers, found.media, settings.grid, samples, spacing, fill);
-    };
-    exec::for_each_block(policy, found.lines, detail::lines_per_block, 0.2F * static_cast<float>(samples),
-                         [&](std::size_t begin, std::size_t end) {
-                             for (std::size_t i = begin; i < end; ++i) label_line(static_cast<std::uint32_t>(i));
-                         });
+    });
     return recycled;
 }
 
@@ -129,7 +119,8 @@ label_lines label(const Policy& policy, const scene& body, const Probe& probe, c
     const detail::any_policy<false> any{policy};
     const std::uint32_t samples = detail::check_labels(body, probe, at, settings, "label");
     detail::layer_search search;
-    return label(any, detail::layers_for_labels(any, body, probe, at, settings, false, search),
+    const float max_depth = detail::max_depth_of(settings, body.media());
+    return label(any, search(any, body, probe, at, {.depth = settings.depth}, max_depth, false),
                  {settings.depth, samples, settings.grid});
 }
 

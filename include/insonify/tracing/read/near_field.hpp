@@ -85,31 +85,29 @@ iq_lines add_near_field(const Policy& policy, iq_lines echoes, const line_layers
     // Of a constant signal, `convolve` makes the sum of the pulse's samples times as much.
     const float sigma = nominal_pulse(probe).sigma_z(probe.frequency);
     const float ringing = amplitude_of_decibels(settings.ring_down_db) * spacing / (std::sqrt(2 * pi) * sigma);
-    exec::for_each_block(policy, echoes.count, 8, 1000, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            const view<vec2> line{echoes.values.data() + i * echoes.samples, echoes.samples};
-            const view<const layer> layers = found(static_cast<std::uint32_t>(i));
-            std::size_t touched = 0;
-            while (touched + 1 < layers.size() && layers[touched].end <= detail::below_face) ++touched;
-            const medium& below = found.media[layers[touched].medium];
-            const bool gas = detail::is_gas(below);
-            if (gas)
-                for (vec2& sample : line) sample = {0, 0};
-            else if (settings.shown == lines::in_gas)
-                continue;
-            const float face = (below.impedance() - lens.impedance()) / (below.impedance() + lens.impedance());
-            const echo_line echo{line, spacing, probe.frequency};
-            float amplitude = face;
-            for (int k = 0; std::fabs(amplitude) > faintest && static_cast<float>(k) * step < echoes.depth; ++k) {
-                echo.add(static_cast<float>(k) * step, {amplitude, 0});
-                amplitude *= face * round_trip;
-            }
-            if (settings.shown != lines::all) continue;
-            for (std::uint32_t k = 0; k < echoes.samples; ++k) {
-                const float depth = (static_cast<float>(k) + 0.5F) * spacing;
-                if (depth > 2 * settings.ring_down) break;
-                line[k] += vec2{ringing * amplitude_of_decibels(-60 * depth / settings.ring_down), 0};
-            }
+    exec::for_each_in_blocks(policy, echoes.count, 8, 1000, [&](std::size_t i) {
+        const view<vec2> line{echoes.values.data() + i * echoes.samples, echoes.samples};
+        const view<const layer> layers = found(static_cast<std::uint32_t>(i));
+        std::size_t touched = 0;
+        while (touched + 1 < layers.size() && layers[touched].end <= detail::below_face) ++touched;
+        const medium& below = found.media[layers[touched].medium];
+        const bool gas = detail::is_gas(below);
+        if (gas)
+            for (vec2& sample : line) sample = {0, 0};
+        else if (settings.shown == lines::in_gas)
+            return;
+        const float face = (below.impedance() - lens.impedance()) / (below.impedance() + lens.impedance());
+        const echo_line echo{line, spacing, probe.frequency};
+        float amplitude = face;
+        for (int k = 0; std::fabs(amplitude) > faintest && static_cast<float>(k) * step < echoes.depth; ++k) {
+            echo.add(static_cast<float>(k) * step, {amplitude, 0});
+            amplitude *= face * round_trip;
+        }
+        if (settings.shown != lines::all) return;
+        for (std::uint32_t k = 0; k < echoes.samples; ++k) {
+            const float depth = (static_cast<float>(k) + 0.5F) * spacing;
+            if (depth > 2 * settings.ring_down) break;
+            line[k] += vec2{ringing * amplitude_of_decibels(-60 * depth / settings.ring_down), 0};
         }
     });
     return echoes;
