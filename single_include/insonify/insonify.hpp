@@ -294,6 +294,7 @@ using dvec3 = glm::dvec3;
 using uvec2 = glm::uvec2;
 using uvec3 = glm::uvec3;
 using mat3 = glm::mat3;
+using dmat3 = glm::dmat3;
 /// @}
 
 static_assert(
@@ -306,6 +307,7 @@ using glm::dot;
 using glm::inverse;
 using glm::length;
 using glm::normalize;
+using glm::outerProduct;
 using glm::transpose;
 
 /// Half a turn, radians.
@@ -346,6 +348,27 @@ INSONIFY_FN INSONIFY_INLINE bool is_number(float value) {
 
 /// The product of two complex numbers.
 INSONIFY_FN constexpr vec2 complex_product(vec2 a, vec2 b) { return {a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x}; }
+/// exp(2 pi i turns)
+INSONIFY_FN inline vec2 turned(double turns) {
+    const auto part = static_cast<float>(turns - std::floor(turns));
+    return {std::cos(2 * pi * part), std::sin(2 * pi * part)};
+}
+
+/// A place between two neighbouring values of a table.
+struct table_place {
+    std::size_t above = 0; ///< index of the value before the place
+    std::size_t below = 0; ///< of the next one; at the end of the table the same
+    float part = 0;        ///< of the way from `above` to `below`
+
+    /// @param place  in values from the first one on; beyond the table, that of its nearest value
+    /// @param count  of values, at least 1
+    INSONIFY_FN constexpr table_place(float place, std::size_t count) {
+        const float within = clamp(place, 0, static_cast<float>(count - 1));
+        above = static_cast<std::size_t>(within);
+        below = above + 1 < count ? above + 1 : above;
+        part = within - static_cast<float>(above);
+    }
+};
 
 /// Two axes that form an orthonormal basis with a direction.
 /// Source: Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 2017.
@@ -507,6 +530,26 @@ INSONIFY_FN INSONIFY_INLINE void prefetch(const void* value) {
     static_cast<void>(value);
 #endif
 }
+
+template <class Signature>
+class function_ref;
+
+/// A reference to a function of any type, which must outlive it, so that what calls the function is compiled once.
+template <class Result, class... Arguments>
+class function_ref<Result(Arguments...)> {
+  public:
+    template <class Function>
+    function_ref(const Function& function)
+        : function_{&function}, call_{[](const void* called, Arguments... arguments) -> Result {
+              return (*static_cast<const Function*>(called))(arguments...);
+          }} {}
+
+    Result operator()(Arguments... arguments) const { return call_(function_, arguments...); }
+
+  private:
+    const void* function_;
+    Result (*call_)(const void*, Arguments...);
+};
 
 } // namespace detail
 
@@ -800,10 +843,8 @@ struct placed_structure {
     /// The rms of the factor on amplitude over a large volume, where the beam runs along z; the F-number is that of the
     /// receiving aperture.
     INSONIFY_FN float rms(float fnumber) const {
-        const float place = clamp(steps * std::log2(fnumber), 0, static_cast<float>(fnumbers - 1));
-        const auto above = static_cast<std::uint32_t>(place);
-        const std::uint32_t next = above + 1 < fnumbers ? above + 1 : above;
-        return rms_[above] + (place - static_cast<float>(above)) * (rms_[next] - rms_[above]);
+        const detail::table_place at{steps * std::log2(fnumber), fnumbers};
+        return rms_[at.above] + at.part * (rms_[at.below] - rms_[at.above]);
     }
 
   private:
@@ -901,6 +942,10 @@ INSONIFY_FN inline bool blocks_sound(const medium& m) { return m.impedance() > 3
 /// Whether a medium is none of soft tissue: tendon, the hardest one, has an impedance of 2.0e6, trabecular bone 2.5e6.
 INSONIFY_FN inline bool is_hard(const medium& m) { return m.impedance() > 2.2e6F || is_gas(m); }
 
+/// Distance at which the diffuse echoes of a rough surface are independent, metres along the line: an eighth of the
+/// wavelength c0 / f0. Convention.
+INSONIFY_FN constexpr float surface_grain(float frequency) { return display_speed / (8 * frequency); }
+
 } // namespace detail
 } // namespace insonify::inline INSONIFY_ABI
 
@@ -943,10 +988,10 @@ inline std::string joined(std::initializer_list<std::string_view> parts) {
     return whole;
 }
 
-/// A number with up to four significant digits and, in every locale, a decimal point.
-inline std::string number_text(float value) {
+/// A number with up to so many significant digits and, in every locale, a decimal point.
+inline std::string number_text(float value, int digits = 4) {
     char text[32];
-    std::snprintf(text, sizeof text, "%.4g", static_cast<double>(value));
+    std::snprintf(text, sizeof text, "%.*g", digits, static_cast<double>(value));
     std::string number{text};
     std::replace(number.begin(), number.end(), ',', '.');
     return number;
@@ -1011,19 +1056,24 @@ class thread_pool {
     /// If calls throw, the exception of the lowest index is rethrown; every index below it has run.
     /// @param participants  0: one per processor
     /// @throws usage_error  for more than `max_participants`
-    template <class Body>
-    void run(std::size_t count, std::uint32_t participants, const Body& body) {
-        job work{.count = count, .body = &body, .call = [](const void* what, std::size_t index) {
-                     (*static_cast<const Body*>(what))(index);
-                 }};
-        run(work, participants);
+    void run(std::size_t count, std::uint32_t participants, function_ref<void(std::size_t index)> body) {
+        if (participants > max_participants)
+            throw usage_error{joined({"threads(", std::to_string(participants),
+                                      "): at most 1024 threads; omit .threads(n) for one per processor"})};
+        if (participants == 0) participants = processors_;
+        job work{.count = count, .body = body};
+        const auto helpers = static_cast<std::uint32_t>(std::min<std::size_t>(participants, count)) - (count > 0);
+        work.seats = helpers;
+        if (helpers > 0) offer(work);
+        take_part(work);
+        if (helpers > 0) withdraw(work);
+        if (work.failure) std::rethrow_exception(work.failure);
     }
 
   private:
     struct job {
         std::size_t count = 0;
-        const void* body = nullptr;
-        void (*call)(const void*, std::size_t) = nullptr;
+        function_ref<void(std::size_t index)> body;
         std::uint32_t seats = 0;              // helpers that may still join
         std::atomic<std::uint32_t> inside{0}; // helpers working on it
         std::atomic<std::size_t> next{0};
@@ -1033,20 +1083,6 @@ class thread_pool {
     };
 
     thread_pool() = default;
-
-    void run(job& work, std::uint32_t participants) {
-        if (participants > max_participants)
-            throw usage_error{joined({"threads(", std::to_string(participants),
-                                      "): at most 1024 threads; omit .threads(n) for one per processor"})};
-        if (participants == 0) participants = processors_;
-        const auto helpers =
-            static_cast<std::uint32_t>(std::min<std::size_t>(participants, work.count)) - (work.count > 0);
-        work.seats = helpers;
-        if (helpers > 0) offer(work);
-        take_part(work);
-        if (helpers > 0) withdraw(work);
-        if (work.failure) std::rethrow_exception(work.failure);
-    }
 
     void offer(job& work) {
         const std::uint32_t seats = work.seats; // a copy: helpers decrement it once it is listed
@@ -1081,7 +1117,7 @@ class thread_pool {
     void take_part(job& work) {
         for (std::size_t i = 0; (i = work.next.fetch_add(1, std::memory_order_relaxed)) < work.count;) {
             try {
-                work.call(work.body, i);
+                work.body(i);
             } catch (...) {
                 const std::lock_guard lock{mutex_};
                 work.next.store(work.count, std::memory_order_relaxed);
@@ -1258,6 +1294,15 @@ void for_each_block(const Policy& policy, std::size_t count, std::size_t block, 
     });
 }
 
+/// Calls body(i) for each i below `count`, in such blocks.
+template <class Policy, class Body>
+void for_each_in_blocks(const Policy& policy, std::size_t count, std::size_t block, float nanoseconds,
+                        const Body& body) {
+    for_each_block(policy, count, block, nanoseconds, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) body(i);
+    });
+}
+
 } // namespace exec
 
 using exec::for_each_index;
@@ -1275,22 +1320,19 @@ class any_policy {
     explicit any_policy(const Policy& policy) : policy_{&policy}, run_{&run<Policy>} {}
 
     /// Forwards to the policy.
-    template <class Body>
-    friend void for_each_index(const any_policy& policy, std::size_t count, const Body& body) {
-        policy.run_(policy.policy_, count, &body,
-                    [](const void* called, std::size_t i) { (*static_cast<const Body*>(called))(i); });
+    friend void for_each_index(const any_policy& policy, std::size_t count,
+                               const function_ref<void(std::size_t index)>& body) {
+        policy.run_(policy.policy_, count, body);
     }
 
   private:
-    using call = void (*)(const void* body, std::size_t index);
-
     template <class Policy>
-    static void run(const void* policy, std::size_t count, const void* body, call one) {
-        for_each_index(*static_cast<const Policy*>(policy), count, [body, one](std::size_t i) { one(body, i); });
+    static void run(const void* policy, std::size_t count, const function_ref<void(std::size_t index)>& body) {
+        for_each_index(*static_cast<const Policy*>(policy), count, body);
     }
 
     const void* policy_;
-    void (*run_)(const void* policy, std::size_t count, const void* body, call one);
+    void (*run_)(const void* policy, std::size_t count, const function_ref<void(std::size_t index)>& body);
 };
 template <class Policy>
 any_policy(const Policy&) -> any_policy<exec::is_unsequenced_v<Policy>>;
@@ -1314,6 +1356,7 @@ inline constexpr bool exec::is_unsequenced_v<detail::any_policy<true>> = true;
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <type_traits>
 #include <utility>
 #if defined(INSONIFY_STD_SIMD)
 #include <experimental/simd>
@@ -1398,6 +1441,19 @@ struct vector_type {
 template <class T, int N>
 using vector = typename vector_type<T, N>::type;
 #endif
+
+/// The same bits as another type of lanes. Those of several registers are not trivially copyable: through memory.
+template <class To, class From>
+INSONIFY_FN INSONIFY_INLINE To same_bits(const From& from) {
+    static_assert(sizeof(To) == sizeof(From));
+    if constexpr (std::is_trivially_copyable_v<To> && std::is_trivially_copyable_v<From>) {
+        return __builtin_bit_cast(To, from);
+    } else {
+        To to{};
+        std::memcpy(static_cast<void*>(&to), static_cast<const void*>(&from), sizeof to);
+        return to;
+    }
+}
 
 } // namespace detail
 
@@ -1612,7 +1668,7 @@ INSONIFY_FN INSONIFY_INLINE lanes<N> max(const lanes<N>& a, const lanes<N>& b) {
 template <int N>
 INSONIFY_FN INSONIFY_INLINE lanes<N> abs(const lanes<N>& a) {
     const auto bits = __builtin_bit_cast(detail::vector<std::uint32_t, N>, a) & 0x7FFFFFFFU;
-    return __builtin_bit_cast(lanes<N>, bits);
+    return detail::same_bits<lanes<N>>(bits);
 }
 template <int N>
 INSONIFY_FN INSONIFY_INLINE lanes<N> sqrt(const lanes<N>& a) {
@@ -1658,8 +1714,8 @@ INSONIFY_FN INSONIFY_INLINE lanes<N> floats_of(bit_lanes<N> bits) {
 #if defined(INSONIFY_NO_SIMD)
     return each_lane<N>([&](int i) { return static_cast<float>(static_cast<std::int32_t>(bits[i])); });
 #else
-    return __builtin_bit_cast(lanes<N>,
-                              __builtin_convertvector((detail::vector<std::int32_t, N>)bits, detail::vector<float, N>));
+    return detail::same_bits<lanes<N>>(
+        __builtin_convertvector((detail::vector<std::int32_t, N>)bits, detail::vector<float, N>));
 #endif
 }
 template <int N>
@@ -1669,7 +1725,7 @@ INSONIFY_FN INSONIFY_INLINE bit_lanes<N> bits_of_whole(const lanes<N>& x) {
     for (int i = 0; i < N; ++i) bits[i] = static_cast<std::uint32_t>(static_cast<std::int32_t>(x[i]));
     return bits;
 #else
-    return (bit_lanes<N>)__builtin_convertvector(__builtin_bit_cast(detail::vector<float, N>, x),
+    return (bit_lanes<N>)__builtin_convertvector(detail::same_bits<detail::vector<float, N>>(x),
                                                  detail::vector<std::int32_t, N>);
 #endif
 }
@@ -1726,11 +1782,11 @@ INSONIFY_FN INSONIFY_INLINE bit_lanes<N> steps_of_bits(std::uint32_t first, std:
 /// The 32 bits of each float, and back.
 template <int N>
 INSONIFY_FN INSONIFY_INLINE bit_lanes<N> raw_bits(const lanes<N>& floats) {
-    return __builtin_bit_cast(bit_lanes<N>, floats);
+    return detail::same_bits<bit_lanes<N>>(floats);
 }
 template <int N>
 INSONIFY_FN INSONIFY_INLINE lanes<N> raw_floats(const bit_lanes<N>& bits) {
-    return __builtin_bit_cast(lanes<N>, bits);
+    return detail::same_bits<lanes<N>>(bits);
 }
 
 /// a where the mask is set, b elsewhere.
@@ -1836,6 +1892,35 @@ INSONIFY_FN INSONIFY_INLINE lanes<N> logarithm_of_two(const lanes<N>& x) {
 
 namespace detail {
 
+/// Calls body(i, n) for a range of floats, of which it is to take n from i on. n is a constant: `Width` as long as there
+/// are so many, then 1.
+template <int Width, class Body>
+INSONIFY_INLINE void in_registers(std::size_t begin, std::size_t end, const Body& body) {
+    std::size_t i = begin;
+    for (; i + Width <= end; i += Width) body(i, std::integral_constant<int, Width>{});
+    for (; i < end; ++i) body(i, std::integral_constant<int, 1>{});
+}
+
+/// Cosine (x) and sine (y) of 2 pi times each lane, within 2e-7 for numbers of turns within +-0.5.
+template <int N>
+struct turned_lanes {
+    lanes<N> x, y;
+
+    INSONIFY_FN explicit turned_lanes(const lanes<N>& turns) {
+        const lanes<N> quarter(0.25F), size = abs(turns);
+        const lanes<N> y_of_positive = sine(quarter - abs(size - quarter));
+        x = sine(quarter - size);
+        y = select(turns < lanes<N>(0.0F), -y_of_positive, y_of_positive);
+    }
+
+  private:
+    INSONIFY_FN static lanes<N> sine(const lanes<N>& turns) { // of turns within +-0.25, by its series
+        const lanes<N> a = lanes<N>(2 * pi) * turns;
+        return a *
+               polynomial<N>(a * a, -2.5052108e-8F, 2.7557319e-6F, -1.9841270e-4F, 8.3333333e-3F, -1.6666667e-1F, 1.0F);
+    }
+};
+
 #if defined(__AVX2__) && !defined(INSONIFY_NO_SIMD)
 /// For each set of eight lanes, given as bits: their indices in order, one byte each.
 struct pack_orders {
@@ -1927,6 +2012,18 @@ struct line_grid {
     friend bool operator==(const line_grid&, const line_grid&) = default;
 };
 
+namespace detail {
+
+/// @throws usage_error  for echoes that are not those of a probe with so many lines
+template <class Value>
+void check_echoes(const line_grid<Value>& echoes, std::uint32_t lines, const char* caller) {
+    if (echoes.count != lines || echoes.samples == 0 || echoes.values.size() != std::size_t{lines} * echoes.samples)
+        throw usage_error{
+            joined({caller, ": the echoes must have as many lines as the probe, and a value for every sample"})};
+}
+
+} // namespace detail
+
 /// The object at a sample: its `object_id` as a number.
 using label_id = std::uint32_t;
 
@@ -1950,6 +2047,7 @@ struct acquisition {
 
 #endif
 #include <algorithm>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -2001,12 +2099,10 @@ inline std::vector<std::vector<double>> orthonormal_polynomials(std::size_t coun
             own[k] = std::pow(2 * static_cast<double>(k) / static_cast<double>(count - 1) - 1, degree);
         for (int twice = 0; twice < 2; ++twice)
             for (std::uint32_t lower = 0; lower < degree; ++lower) {
-                double common = 0;
-                for (std::size_t k = 0; k < count; ++k) common += own[k] * basis[lower][k];
+                const double common = std::inner_product(own.begin(), own.end(), basis[lower].begin(), 0.0);
                 for (std::size_t k = 0; k < count; ++k) own[k] -= common * basis[lower][k];
             }
-        double power = 0;
-        for (const double value : own) power += value * value;
+        const double power = std::inner_product(own.begin(), own.end(), own.begin(), 0.0);
         for (double& value : own) value /= std::sqrt(power);
     }
     return basis;
@@ -2074,17 +2170,12 @@ iq_ensemble filter_walls(const Policy& policy, const iq_ensemble& echoes, const 
         const auto floats = [](const iq_lines& lines) { return reinterpret_cast<const float*>(lines.values.data()); };
         for (std::size_t j = 0; j < recycled.pulses.size(); ++j) {
             auto* const to = reinterpret_cast<float*>(recycled.pulses[j].values.data());
-            std::size_t i = begin;
-            for (; i + width <= end; i += width) {
-                lanes<width> sum(0.0F);
+            in_registers<width>(begin, end, [&](std::size_t i, auto n) {
+                lanes<n> sum(0.0F);
                 for (std::size_t k = 0; k < pulses; ++k)
-                    sum = sum + lanes<width>(matrix[j * pulses + k]) * load<width>(floats(echoes.pulses[k]) + i);
+                    sum = sum + lanes<n>(matrix[j * pulses + k]) * load<n>(floats(echoes.pulses[k]) + i);
                 store(sum, to + i);
-            }
-            for (; i < end; ++i) {
-                to[i] = 0;
-                for (std::size_t k = 0; k < pulses; ++k) to[i] += matrix[j * pulses + k] * floats(echoes.pulses[k])[i];
-            }
+            });
         }
     });
     return recycled;
@@ -2248,6 +2339,18 @@ INSONIFY_FN inline bool is_rigid(const pose& p) {
            near_to(dot(r[1], r[2]), 0) && near_to(dot(r[2], r[0]), 0) && determinant(r) > 0;
 }
 
+namespace detail {
+
+/// @param caller, what  start of the sentence
+/// @throws geometry_error  for a pose that is not rigid
+inline void check_rigid(const pose& at, const char* caller, const char* what = "the pose") {
+    if (!is_rigid(at))
+        throw geometry_error{joined(
+            {caller, ": ", what, " is not a rigid transform; make it with look_at, or mend it with orthonormalised"})};
+}
+
+} // namespace detail
+
 /// The pose with an orthonormal rotation, the nearest to one that rounding has made inexact: of a pose that is
 /// multiplied many times, such as that of a robot's arm.
 ///
@@ -2310,6 +2413,24 @@ struct tube_section {
     friend bool operator==(const tube_section&, const tube_section&) = default;
 };
 
+/// A tube at one place of its line: what a straight one would be there.
+struct line_place {
+    vec3 centre{0, 0, 0};      ///< on the line, metres
+    vec3 along{0, 0, 1};       ///< direction of the line, of length 1
+    vec3 first_axis{1, 0, 0};  ///< of the first of the radii, of length 1
+    vec3 second_axis{0, 1, 0}; ///< of the second one
+    vec2 radii{1e-3F, 1e-3F};  ///< of the ellipse across the line, metres
+
+    /// The square of the distance of a point from the line over that of the wall in its direction: 1 on the wall.
+    float squared(vec3 point) const {
+        const vec2 away = vec2{dot(point - centre, first_axis), dot(point - centre, second_axis)} / radii;
+        return dot(away, away);
+    }
+    float area() const { return pi * radii.x * radii.y; } ///< of the ellipse, m^2
+
+    friend bool operator==(const line_place&, const line_place&) = default;
+};
+
 } // namespace insonify::inline INSONIFY_ABI
 
 namespace insonify::inline INSONIFY_ABI::detail {
@@ -2335,16 +2456,11 @@ inline void check_shape_length(const std::string& shape, const std::string& what
         throw geometry_error{shape + ": the " + what + " must be above 0 and at most 1000 km"};
 }
 
-/// The directions of a section: along the line, and of the two axes of its ellipse.
-struct section_axes {
-    vec3 along{0, 0, 1}, first{1, 0, 0}, second{0, 1, 0};
-};
-
-/// The axes of all sections of a line. They do not twist about it: they are carried along by parallel transport, and
+/// The places of all sections of a line. Their axes do not twist about it: they are carried along by parallel transport, and
 /// turned by `turn`. Source: Wang et al. 2008, ACM Trans. Graph. 27, 2: double reflection.
 /// @param across  first axis of the first section, as far as it is across; 0: any
 /// @throws geometry_error  for a line that is not a tube's
-inline std::vector<section_axes> axes_along(const std::vector<tube_section>& line, vec3 across,
+inline std::vector<line_place> places_along(const std::vector<tube_section>& line, vec3 across,
                                             const std::string& caller) {
     const std::size_t count = line.size();
     if (count < 2 || count > (1U << 20U))
@@ -2360,7 +2476,7 @@ inline std::vector<section_axes> axes_along(const std::vector<tube_section>& lin
             check_shape_length(caller, "distance between two points", length(line[i].centre - line[i - 1].centre));
     }
 
-    std::vector<section_axes> axes(count);
+    std::vector<line_place> axes(count);
     for (std::size_t i = 0; i < count; ++i) {
         const vec3 before = i > 0 ? normalize(line[i].centre - line[i - 1].centre) : vec3{0, 0, 0};
         const vec3 after = i + 1 < count ? normalize(line[i + 1].centre - line[i].centre) : vec3{0, 0, 0};
@@ -2370,20 +2486,22 @@ inline std::vector<section_axes> axes_along(const std::vector<tube_section>& lin
         axes[i].along = normalize(before + after);
     }
     const vec3 wanted = across - dot(across, axes[0].along) * axes[0].along;
-    axes[0].first = length(wanted) > 1e-4F * length(across) ? normalize(wanted) : unit_across(axes[0].along);
+    axes[0].first_axis = length(wanted) > 1e-4F * length(across) ? normalize(wanted) : unit_across(axes[0].along);
     const auto mirrored = [](vec3 v, vec3 plane) { return v - 2 * dot(v, plane) / dot(plane, plane) * plane; };
     for (std::size_t i = 1; i < count; ++i) {
         const vec3 step = line[i].centre - line[i - 1].centre, left = mirrored(axes[i - 1].along, step);
-        vec3 carried = mirrored(axes[i - 1].first, step);
+        vec3 carried = mirrored(axes[i - 1].first_axis, step);
         if (const vec3 rest = axes[i].along - left; dot(rest, rest) > 0) carried = mirrored(carried, rest);
-        axes[i].first = normalize(carried - dot(carried, axes[i].along) * axes[i].along);
+        axes[i].first_axis = normalize(carried - dot(carried, axes[i].along) * axes[i].along);
     }
     for (std::size_t i = 0; i < count; ++i) {
-        section_axes& own = axes[i];
-        const vec3 first = own.first, second = cross(own.along, first);
+        line_place& own = axes[i];
+        const vec3 first = own.first_axis, second = cross(own.along, first);
         const float c = std::cos(line[i].turn), s = std::sin(line[i].turn);
-        own.first = c * first + s * second;
-        own.second = c * second - s * first;
+        own.first_axis = c * first + s * second;
+        own.second_axis = c * second - s * first;
+        own.centre = line[i].centre;
+        own.radii = line[i].radii;
     }
     return axes;
 }
@@ -2391,22 +2509,6 @@ inline std::vector<section_axes> axes_along(const std::vector<tube_section>& lin
 } // namespace insonify::inline INSONIFY_ABI::detail
 
 namespace insonify::inline INSONIFY_ABI {
-
-/// A tube at one place of its line: what a straight one would be there.
-struct line_place {
-    vec3 centre{0, 0, 0};      ///< on the line, metres
-    vec3 along{0, 0, 1};       ///< direction of the line, of length 1
-    vec3 first_axis{1, 0, 0};  ///< of the first of the radii, of length 1
-    vec3 second_axis{0, 1, 0}; ///< of the second one
-    vec2 radii{1e-3F, 1e-3F};  ///< of the ellipse across the line, metres
-
-    /// The square of the distance of a point from the line over that of the wall in its direction: 1 on the wall.
-    float squared(vec3 point) const {
-        const vec2 away = vec2{dot(point - centre, first_axis), dot(point - centre, second_axis)} / radii;
-        return dot(away, away);
-    }
-    float area() const { return pi * radii.x * radii.y; } ///< of the ellipse, m^2
-};
 
 /// The course of a tube that bends: sections along a line, as `make_tube` takes them. Copies are cheap, and share the
 /// sections.
@@ -2421,12 +2523,9 @@ class centre_line {
     /// @param sections  at least 2, each at a point different from the one before
     /// @param across    first axis of the first section, as far as it is across; 0: any
     /// @throws geometry_error  for a line that has fewer, or turns back
-    centre_line(const std::vector<tube_section>& sections, vec3 across = {0, 0, 0}) { // NOLINT(*-explicit-*)
-        const std::vector<detail::section_axes> axes = detail::axes_along(sections, across, "centre_line");
-        std::vector<node> nodes;
-        for (std::size_t i = 0; i < sections.size(); ++i) nodes.push_back({sections[i], axes[i]});
-        nodes_ = std::make_shared<const std::vector<node>>(std::move(nodes));
-    }
+    centre_line(const std::vector<tube_section>& sections, vec3 across = {0, 0, 0}) // NOLINT(*-explicit-*)
+        : nodes_{
+              std::make_shared<const std::vector<line_place>>(detail::places_along(sections, across, "centre_line"))} {}
 
     /// Whether there is no line.
     bool empty() const { return !nodes_; }
@@ -2435,7 +2534,7 @@ class centre_line {
 
     /// The place of a point, on the cross-section whose centre is nearest. The line must not be empty.
     line_place place(vec3 point) const {
-        const std::vector<node>& nodes = *nodes_;
+        const std::vector<line_place>& nodes = *nodes_;
         line_place found = at(0, min(along_segment(0, point), 0.0F));
         float nearest = FLT_MAX;
         for (std::size_t i = 0; i + 1 < nodes.size(); ++i) {
@@ -2457,49 +2556,38 @@ class centre_line {
     }
 
   private:
-    struct node {
-        tube_section section{};
-        detail::section_axes axes{};
-
-        friend bool operator==(const node& a, const node& b) {
-            return a.section == b.section && a.axes.first == b.axes.first;
-        }
-    };
-
     // Where a point is between two sections: 0 to 1; below 0 and above 1 before and behind them. Its plane is that of
     // the normals of both, mixed in this ratio.
     float along_segment(std::size_t i, vec3 point) const {
-        const node &a = (*nodes_)[i], &b = (*nodes_)[i + 1];
-        const float from = dot(point - a.section.centre, a.axes.along),
-                    to = dot(point - b.section.centre, b.axes.along);
-        if (from < 0) return from / length(b.section.centre - a.section.centre);
-        if (to > 0) return 1 + to / length(b.section.centre - a.section.centre);
+        const line_place &a = (*nodes_)[i], &b = (*nodes_)[i + 1];
+        const float from = dot(point - a.centre, a.along), to = dot(point - b.centre, b.along);
+        if (from < 0) return from / length(b.centre - a.centre);
+        if (to > 0) return 1 + to / length(b.centre - a.centre);
         return from - to > 0 ? from / (from - to) : 0;
     }
 
     line_place at(std::size_t i, float part) const {
-        const node &a = (*nodes_)[i], &b = (*nodes_)[i + 1];
-        const vec3 step = b.section.centre - a.section.centre;
+        const line_place &a = (*nodes_)[i], &b = (*nodes_)[i + 1];
+        const vec3 step = b.centre - a.centre;
         if (part < 0 || part > 1) {
-            const node& end = part < 0 ? a : b;
-            const float beyond = (part < 0 ? part : part - 1) * length(step);
-            return {end.section.centre + beyond * end.axes.along, end.axes.along, end.axes.first, end.axes.second,
-                    end.section.radii};
+            line_place end = part < 0 ? a : b;
+            end.centre += (part < 0 ? part : part - 1) * length(step) * end.along;
+            return end;
         }
         line_place made;
-        const vec3 normal = a.axes.along + part * (b.axes.along - a.axes.along);
+        const vec3 normal = a.along + part * (b.along - a.along);
         made.along = normalize(normal);
         // The centre lies on the plane of `along_segment`, which meets the straight line between both centres there.
-        const float off = part * (1 - part) * (dot(step, b.axes.along) - dot(step, a.axes.along));
-        made.centre = a.section.centre + part * step + off / dot(normal, normal) * normal;
-        const vec3 first = a.axes.first + part * (b.axes.first - a.axes.first);
+        const float off = part * (1 - part) * (dot(step, b.along) - dot(step, a.along));
+        made.centre = a.centre + part * step + off / dot(normal, normal) * normal;
+        const vec3 first = a.first_axis + part * (b.first_axis - a.first_axis);
         made.first_axis = normalize(first - dot(first, made.along) * made.along);
         made.second_axis = cross(made.along, made.first_axis);
-        made.radii = a.section.radii + part * (b.section.radii - a.section.radii);
+        made.radii = a.radii + part * (b.radii - a.radii);
         return made;
     }
 
-    std::shared_ptr<const std::vector<node>> nodes_{};
+    std::shared_ptr<const std::vector<line_place>> nodes_{};
 };
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -2837,6 +2925,17 @@ inline void sort_by_ends(std::vector<half_edge>& edges) {
     std::sort(edges.begin(), edges.end(), [](const half_edge& a, const half_edge& b) { return a.ends < b.ends; });
 }
 
+/// The half edges of all faces, those of one edge next to one another.
+inline std::vector<half_edge> sorted_edges(const std::vector<uvec3>& faces) {
+    std::vector<half_edge> edges(3 * faces.size());
+    for (std::uint32_t slot = 0; slot < edges.size(); ++slot) {
+        const auto [from, to] = vertices_of_side(faces[slot / 3], slot % 3);
+        edges[slot] = {from, to, slot};
+    }
+    sort_by_ends(edges);
+    return edges;
+}
+
 /// Numbers in sets that can be joined; the lowest number stands for its set. Source: union-find; Cormen et al.,
 /// Introduction to Algorithms, chapter 21.
 class disjoint_sets {
@@ -2979,55 +3078,38 @@ class layer_normals : public fibre_directions {
 
 namespace detail {
 
-/// A symmetric matrix.
-struct symmetric3 {
-    double at[3][3] = {};
-
-    void add(double weight, const dvec3& a, const dvec3& b) {
-        for (int i = 0; i < 3; ++i)
-            for (int j = 0; j < 3; ++j) at[i][j] += weight * a[i] * b[j];
-    }
-};
-
-/// Eigenvectors as columns, by descending eigenvalue.
+/// Eigenvectors of a symmetric matrix as columns, by descending eigenvalue.
 /// Source: the cyclic Jacobi method; Golub & Van Loan, Matrix Computations, section 8.5.
-inline mat3 principal_axes(symmetric3 m) {
-    double v[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+inline mat3 principal_axes(dmat3 m) {
+    dmat3 v{1};
     for (int sweep = 0; sweep < 12; ++sweep)
         for (int p = 0; p < 2; ++p)
             for (int q = p + 1; q < 3; ++q) {
-                if (m.at[p][q] == 0) continue;
-                const double angle = (m.at[q][q] - m.at[p][p]) / (2 * m.at[p][q]);
+                if (m[q][p] == 0) continue;
+                const double angle = (m[q][q] - m[p][p]) / (2 * m[q][p]);
                 const double t = (angle < 0 ? -1 : 1) / (std::fabs(angle) + std::sqrt(angle * angle + 1));
                 const double c = 1 / std::sqrt(t * t + 1), s = t * c;
-                for (int k = 0; k < 3; ++k) {
-                    const double a = m.at[k][p], b = m.at[k][q];
-                    m.at[k][p] = c * a - s * b;
-                    m.at[k][q] = s * a + c * b;
+                const auto turn = [&](dmat3& columns) {
+                    const dvec3 a = columns[p], b = columns[q];
+                    columns[p] = c * a - s * b;
+                    columns[q] = s * a + c * b;
+                };
+                for (int side = 0; side < 2; ++side) {
+                    turn(m);
+                    m = transpose(m);
                 }
-                for (int k = 0; k < 3; ++k) {
-                    const double a = m.at[p][k], b = m.at[q][k];
-                    m.at[p][k] = c * a - s * b;
-                    m.at[q][k] = s * a + c * b;
-                    const double d = v[k][p], e = v[k][q];
-                    v[k][p] = c * d - s * e;
-                    v[k][q] = s * d + c * e;
-                }
+                turn(v);
             }
     int order[3] = {0, 1, 2};
     for (const int i : {0, 1, 0})
-        if (m.at[order[i]][order[i]] < m.at[order[i + 1]][order[i + 1]]) std::swap(order[i], order[i + 1]);
-    mat3 axes{1};
-    for (int i = 0; i < 3; ++i)
-        axes[i] = vec3{static_cast<float>(v[0][order[i]]), static_cast<float>(v[1][order[i]]),
-                       static_cast<float>(v[2][order[i]])};
-    return axes;
+        if (m[order[i]][order[i]] < m[order[i + 1]][order[i + 1]]) std::swap(order[i], order[i + 1]);
+    return mat3{vec3{v[order[0]]}, vec3{v[order[1]]}, vec3{v[order[2]]}};
 }
 
 /// Covariance of the volume that a closed surface encloses, times that volume. Each face adds its tetrahedron with the
 /// middle of the box; outside the surface these cancel.
-inline symmetric3 volume_covariance(const mesh_view& surface, const aabb& box) {
-    symmetric3 second;
+inline dmat3 volume_covariance(const mesh_view& surface, const aabb& box) {
+    dmat3 second{0};
     dvec3 first{0, 0, 0};
     double volume = 0;
     const dvec3 middle{box.centre()};
@@ -3035,22 +3117,12 @@ inline symmetric3 volume_covariance(const mesh_view& surface, const aabb& box) {
         const triangle face = surface[i];
         const dvec3 a = dvec3{face.a} - middle, b = dvec3{face.b} - middle, c = dvec3{face.c} - middle, sum = a + b + c;
         const double own = dot(a, cross(b, c)) / 6;
-        for (const dvec3& corner : {a, b, c, sum}) second.add(own / 20, corner, corner);
+        for (const dvec3& corner : {a, b, c, sum}) second += outerProduct(own / 20 * corner, corner);
         first += 0.25 * own * sum;
         volume += own;
     }
-    if (volume != 0) second.add(-1 / volume, first, first);
-    if (volume < 0)
-        for (auto& row : second.at)
-            for (double& value : row) value = -value;
-    return second;
-}
-
-/// Axes from the longest to the shortest side of a box.
-inline mat3 axes_of(const aabb& box) {
-    symmetric3 sides;
-    for (int i = 0; i < 3; ++i) sides.at[i][i] = box.empty() ? -i : static_cast<double>(box.size()[i]);
-    return principal_axes(sides);
+    if (volume != 0) second += outerProduct(-1 / volume * first, first);
+    return volume < 0 ? -second : second;
 }
 
 /// The axes with the first one along `fibres`, if that is not 0, and the last one as it was, as far as possible.
@@ -3075,11 +3147,15 @@ inline mat3 aligned(const mat3& axes, vec3 fibres, vec3 normal) {
     return own;
 }
 
-/// The axes of an object's moments of inertia, the longest first.
+/// The axes of an object's moments of inertia, the longest first; of its box where it encloses nothing.
 inline mat3 axes_of(const mesh_view& surface, const aabb& box) {
-    const symmetric3 moments = volume_covariance(surface, box);
-    const double trace = moments.at[0][0] + moments.at[1][1] + moments.at[2][2];
-    return trace > 0 && trace < 1e30 ? principal_axes(moments) : axes_of(box);
+    dmat3 moments = volume_covariance(surface, box);
+    const double trace = moments[0][0] + moments[1][1] + moments[2][2];
+    for (int i = 0; i < 3 && !(trace > 0 && trace < 1e30); ++i) {
+        moments[i] = {0, 0, 0};
+        moments[i][i] = box.empty() ? -i : static_cast<double>(box.size()[i]);
+    }
+    return principal_axes(moments);
 }
 
 /// Coordinates in which the fibres of an object are straight.
@@ -3657,6 +3733,26 @@ INSONIFY_FN constexpr float line_at_fraction(float fraction, std::uint32_t lines
 
 namespace detail {
 
+/// Lines that diverge from an apex, which lies `radius` behind the face.
+struct sector {
+    std::uint32_t lines = 1;
+    float radius = 0;        ///< radius of the face, metres
+    float field_of_view = 1; ///< angle between the ends of the sector, radians
+    float behind = 1;        ///< 0 where the origin of the probe is the apex
+
+    /// From (R sin t, 0, R cos t - R) towards (sin t, 0, cos t).
+    INSONIFY_FN ray beam(float line) const {
+        const float angle = aperture_fraction(line, lines) * field_of_view;
+        const vec3 direction{std::sin(angle), 0, std::cos(angle)};
+        return {.origin = radius * (direction - vec3{0, 0, behind}), .direction = direction};
+    }
+    INSONIFY_FN vec2 locate(vec2 point) const {
+        const float along = point.y + behind * radius;
+        const float from_apex = std::sqrt(point.x * point.x + along * along);
+        return {line_at_fraction(std::atan2(point.x, along) / field_of_view, lines), from_apex - radius};
+    }
+};
+
 /// The settings of a probe: those that it states, and for those that it lacks the values here.
 struct stated_settings {
     std::uint32_t lines = 0;
@@ -3715,10 +3811,7 @@ INSONIFY_FN bool is_full_circle(const Probe& probe) {
 /// member.
 template <transducer Probe>
 INSONIFY_FN constexpr float fractional_bandwidth(const Probe& probe) {
-    if constexpr (requires { probe.bandwidth; })
-        return probe.bandwidth;
-    else
-        return 0.644F;
+    return detail::stated_settings{probe}.bandwidth;
 }
 
 /// Checks `lines`, `frequency` and, where the probe has them, `fnumber`, `focus`, `elevation_height`,
@@ -3728,29 +3821,6 @@ template <class Array>
 void check_array(const Array& array) {
     detail::stated_settings{array}.check();
 }
-
-namespace detail {
-
-/// Lines that diverge from an apex, which lies `radius` behind the face.
-struct sector {
-    std::uint32_t lines = 1;
-    float radius = 0;        ///< radius of the face, metres
-    float field_of_view = 1; ///< angle between the ends of the sector, radians
-
-    /// From (R sin t, 0, R cos t - R) towards (sin t, 0, cos t).
-    INSONIFY_FN ray beam(float line) const {
-        const float angle = aperture_fraction(line, lines) * field_of_view;
-        const vec3 direction{std::sin(angle), 0, std::cos(angle)};
-        return {.origin = radius * (direction - vec3{0, 0, 1}), .direction = direction};
-    }
-    INSONIFY_FN vec2 locate(vec2 point) const {
-        const float along = point.y + radius;
-        const float from_apex = std::sqrt(point.x * point.x + along * along);
-        return {line_at_fraction(std::atan2(point.x, along) / field_of_view, lines), from_apex - radius};
-    }
-};
-
-} // namespace detail
 
 /// A probe whose lines are all turned in the slice plane by one angle, each about its origin on the face: one look of a
 /// compounded image. The lines of a linear array fill a parallelogram.
@@ -3934,6 +4004,7 @@ INSONIFY_FN inline vec2 hash_normal(std::uint64_t seed, std::uint64_t index) {
 
 
 #endif
+#include <array>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -3947,21 +4018,16 @@ struct electronic_noise_settings {
 namespace detail {
 
 /// Complex normal numbers of mean power 1, from which hashes draw.
-struct normal_numbers {
-    static constexpr std::uint32_t count = 4096;
-    vec2 values[count];
-
-    normal_numbers() {
-        float power = 0;
-        for (std::uint32_t i = 0; i < count; ++i) {
-            values[i] = hash_normal(count, i);
-            power += dot(values[i], values[i]) / count;
-        }
-        for (vec2& value : values) value /= std::sqrt(power);
+inline std::array<vec2, 4096> normal_numbers() {
+    std::array<vec2, 4096> numbers;
+    float power = 0;
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+        numbers[i] = hash_normal(numbers.size(), i);
+        power += dot(numbers[i], numbers[i]) / static_cast<float>(numbers.size());
     }
-    /// @param bits  random
-    vec2 operator()(std::uint32_t bits) const { return values[bits % count]; }
-};
+    for (vec2& number : numbers) number /= std::sqrt(power);
+    return numbers;
+}
 
 } // namespace detail
 
@@ -3973,11 +4039,11 @@ iq_lines add_electronic_noise(const Policy& policy, iq_lines lines, const electr
     if (!is_finite(settings.level_db)) throw usage_error{"add_electronic_noise: `level_db` must be finite"};
     const float scale = amplitude_of_decibels(settings.level_db);
     if (scale == 0) return lines;
-    static const detail::normal_numbers numbers;
+    static const auto numbers = detail::normal_numbers();
     const auto stream = static_cast<std::uint32_t>(hash_bits(settings.seed, settings.frame));
     exec::for_each_block(policy, lines.values.size(), 4096, 3, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i)
-            lines.values[i] += scale * numbers(mix_bits(static_cast<std::uint32_t>(i) ^ stream));
+            lines.values[i] += scale * numbers[mix_bits(static_cast<std::uint32_t>(i) ^ stream) % numbers.size()];
     });
     return lines;
 }
@@ -4320,18 +4386,8 @@ class tree_assembler {
             pieces.push_back(top);
         else
             add_node(policy, top, all, 1, &pieces);
-        // The largest first, for load balance. Pieces stay in the order of the traversal.
-        std::vector<std::size_t> order(pieces.size());
-        std::iota(order.begin(), order.end(), std::size_t{0});
-        std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-            const std::size_t of_a = pieces[a].all.size(), of_b = pieces[b].all.size();
-            return of_a != of_b ? of_a > of_b : a < b;
-        });
-        for_each_index(policy, order.size(), [&](std::size_t i) {
-            piece& one = pieces[order[i]];
-            const std::size_t leaves = one.all.size() / Width;
-            one.nodes.reserve(leaves / 4);
-            one.slots.reserve((leaves + leaves / 4) * Width);
+        for_each_index(policy, pieces.size(), [&](std::size_t i) {
+            piece& one = pieces[i];
             add_node(any_policy<false>{exec::seq}, one, one.all, one.level, nullptr);
         });
         return joined(policy, top, pieces);
@@ -4886,41 +4942,6 @@ struct centre_range {
 /// (bench/bvh.cpp refits a small mesh and a large one).
 inline constexpr std::size_t prefetch_threshold = std::size_t{1} << 17U;
 
-/// One point of each of four primitives, as structure of arrays.
-struct four_points {
-    lanes<4> x, y, z;
-
-    INSONIFY_INLINE explicit four_points(float all) : x(all), y(all), z(all) {}
-    INSONIFY_INLINE four_points(const lanes<4>& xs, const lanes<4>& ys, const lanes<4>& zs) : x{xs}, y{ys}, z{zs} {}
-    INSONIFY_INLINE four_points(const vec3& a, const vec3& b, const vec3& c, const vec3& d)
-        : x{of(a.x, b.x, c.x, d.x)}, y{of(a.y, b.y, c.y, d.y)}, z{of(a.z, b.z, c.z, d.z)} {}
-
-    /// Negative where a coordinate is not finite.
-    INSONIFY_INLINE bit_lanes<4> wild() const { return not_finite<4>(x) | not_finite<4>(y) | not_finite<4>(z); }
-
-    template <int Width>
-    INSONIFY_INLINE void put(float (&rows)[3][Width], int first) const {
-        store(x, rows[0] + first);
-        store(y, rows[1] + first);
-        store(z, rows[2] + first);
-    }
-
-    INSONIFY_INLINE friend four_points min(const four_points& a, const four_points& b) {
-        return {min(a.x, b.x), min(a.y, b.y), min(a.z, b.z)};
-    }
-    INSONIFY_INLINE friend four_points max(const four_points& a, const four_points& b) {
-        return {max(a.x, b.x), max(a.y, b.y), max(a.z, b.z)};
-    }
-    INSONIFY_INLINE friend four_points select(const lane_mask<4>& mask, const four_points& a, const four_points& b) {
-        return {select(mask, a.x, b.x), select(mask, a.y, b.y), select(mask, a.z, b.z)};
-    }
-
-  private:
-    INSONIFY_INLINE static lanes<4> of(float a, float b, float c, float d) {
-        return each_lane<4>([&](int i) { return i < 2 ? (i == 0 ? a : b) : (i == 2 ? c : d); });
-    }
-};
-
 /// A leaf holds the indices of its primitives and reads them from the range. Triangles are stored in it: see below.
 template <class Range, int Width>
 struct leaf {
@@ -4940,11 +4961,9 @@ struct leaf {
         return whole;
     }
 
-    /// Finds the box of a primitive. @return false where it is empty or not finite
-    static bool bound(const Range& range, std::size_t i, build_box& box) {
-        const aabb found = bounds(range[i]);
-        box = build_box{found};
-        return is_finite(found);
+    /// Finds the box of a primitive; where that is empty or not finite, the box stays as it is.
+    static void bound(const Range& range, std::size_t i, build_box& box) {
+        if (const aabb found = bounds(range[i]); is_finite(found)) box = build_box{found};
     }
 
     /// Calls visit(hit) for every hit between min_distance and max_distance, which visit may lower.
@@ -5027,39 +5046,40 @@ struct alignas(64) leaf<Range, Width> {
     }
 
     aabb fill(const Range& range, const std::uint32_t* slots) {
-        static_assert(Width % 4 == 0); // four at a time: more corners would not fit into registers
-        const four_points none(FLT_MAX), none_above(-FLT_MAX);
-        four_points low = none, high = none_above;
-        for (int first = 0; first < Width; first += 4) {
-            const auto in = [&](int i) {
-                return range[slots[first + i] != no_primitive ? slots[first + i] : slots[0]];
+        triangle t[Width];
+        for (int i = 0; i < Width; ++i) t[i] = range[slots[i] != no_primitive ? slots[i] : slots[0]];
+        lanes<Width> low[3], high[3];
+        bit_lanes<Width> wild{};
+        for (int axis = 0; axis < 3; ++axis) {
+            const auto put = [&](vec3 triangle::*which, int c) {
+                const auto row = each_lane<Width>([&](int i) { return (t[i].*which)[axis]; });
+                store(row, corner[c][axis]);
+                wild = wild | not_finite<Width>(row);
+                return row;
             };
-            const triangle t[] = {in(0), in(1), in(2), in(3)};
-            const four_points a{t[0].a, t[1].a, t[2].a, t[3].a}, b{t[0].b, t[1].b, t[2].b, t[3].b};
-            const four_points c{t[0].c, t[1].c, t[2].c, t[3].c};
-            const bit_lanes<4> wild = a.wild() | b.wild() | c.wild();
-            const auto finite = lanes<4>(0.0F) <= floats_of<4>(wild);
-            low = min(low, select(finite, min(min(a, b), c), none));
-            high = max(high, select(finite, max(max(a, b), c), none_above));
-            a.put(corner[0], first);
-            b.put(corner[1], first);
-            c.put(corner[2], first);
-            const bit_lanes<4> left_out = bit_lanes<4>{} - (wild >> 31); // a full mask
-            store_bits<4>(load_bits<4>(slots + first) | left_out, primitive + first);
+            const auto a = put(&triangle::a, 0), b = put(&triangle::b, 1), c = put(&triangle::c, 2);
+            low[axis] = min(min(a, b), c);
+            high[axis] = max(max(a, b), c);
         }
-        return {{reduce_min(low.x), reduce_min(low.y), reduce_min(low.z)},
-                {reduce_max(high.x), reduce_max(high.y), reduce_max(high.z)}};
+        const auto finite = lanes<Width>(0.0F) <= floats_of<Width>(wild);
+        aabb whole;
+        for (int axis = 0; axis < 3; ++axis) {
+            whole.lower[axis] = reduce_min(select(finite, low[axis], lanes<Width>(FLT_MAX)));
+            whole.upper[axis] = reduce_max(select(finite, high[axis], lanes<Width>(-FLT_MAX)));
+        }
+        const bit_lanes<Width> left_out = bit_lanes<Width>{} - (wild >> 31); // a full mask
+        store_bits<Width>(load_bits<Width>(slots) | left_out, primitive);
+        return whole;
     }
 
-    INSONIFY_INLINE static bool bound(const Range& range, std::size_t i, build_box& box) {
+    INSONIFY_INLINE static void bound(const Range& range, std::size_t i, build_box& box) {
         const triangle t = range[i];
         const auto corner_of = [](const vec3& p) {
             return each_lane<4>([&p](int axis) { return axis < 3 ? p[axis] : 0.0F; });
         };
         const lanes<4> a = corner_of(t.a), b = corner_of(t.b), c = corner_of(t.c);
         const lanes<4> wild = floats_of<4>(not_finite<4>(a) | not_finite<4>(b) | not_finite<4>(c));
-        box = {-min(min(a, b), c), max(max(a, b), c)};
-        return bits_of(wild < lanes<4>(0.0F)) == 0;
+        if (bits_of(wild < lanes<4>(0.0F)) == 0) box = {-min(min(a, b), c), max(max(a, b), c)};
     }
 
     /// Calls visit(hit) for every triangle that the ray hits between its limits.
@@ -5187,17 +5207,17 @@ class morton_order {
   public:
     template <class Policy, class Range>
     morton_order(const Policy& policy, const Range& range)
-        : block_size_{std::max<std::size_t>(8192, range.size() / 32 + 1)},
-          used_((range.size() + block_size_ - 1) / block_size_), keys_(range.size()) {
+        : block_size_{std::max<std::size_t>(8192, range.size() / 32 + 1)}, blocks_{(range.size() + block_size_ - 1) /
+                                                                                   block_size_},
+          keys_(range.size()) {
         find_keys(policy, range);
-        for (const std::uint32_t one : used_) count_ += one;
         if (range.size() < 1024)
-            std::sort(keys_.data(), keys_.data() + count_);
+            std::sort(keys_.begin(), keys_.end());
         else
             sort(policy);
     }
 
-    std::size_t size() const { return count_; }
+    std::size_t size() const { return keys_.size(); }
     std::uint32_t cell(std::size_t place) const { return static_cast<std::uint32_t>(keys_[place] >> 32U); }
     std::uint32_t primitive(std::size_t place) const { return static_cast<std::uint32_t>(keys_[place]); }
 
@@ -5222,9 +5242,11 @@ class morton_order {
     template <class Policy, class Range>
     void find_keys(const Policy& policy, const Range& range) {
         centre_range some;
-        for (std::size_t i = 0; i < range.size(); i += range.size() / 1024 + 1)
-            if (build_box box; leaf<Range, simd_width>::bound(range, i, box))
-                some.add(box.half_centre(), box.half_centre());
+        build_box box{aabb{vec3{0}, vec3{0}}};
+        for (std::size_t i = 0; i < range.size(); i += range.size() / 1024 + 1) {
+            leaf<Range, simd_width>::bound(range, i, box);
+            some.add(box.half_centre(), box.half_centre());
+        }
         const centre_range around = some.widened(1.0F / 64);
         const centre_range all = put_keys(policy, range, around);
         if (!around.holds(all)) put_keys(policy, range, all);
@@ -5233,44 +5255,47 @@ class morton_order {
     // Quantises half centres to a grid of cubes. @return their bounds
     template <class Policy, class Range>
     centre_range put_keys(const Policy& policy, const Range& range, const centre_range& grid) {
-        std::vector<centre_range> partial(used_.size());
+        std::vector<centre_range> partial(blocks_);
         const float widest = min(grid.widest(), FLT_MAX);
         const lanes<4> start = widest > 0 ? load<4>(grid.begin) : lanes<4>(0.0F);
         const lanes<4> scale(widest > 0 ? min(last_cell / widest, FLT_MAX) : 0.0F);
         exec::for_each_block(policy, range.size(), block_size_, 10, [&](std::size_t begin, std::size_t end) {
-            std::uint64_t* next = keys_.data() + begin;
+            build_box box{aabb{vec3{0}, vec3{0}}};
             lanes<4> first(FLT_MAX), last(-FLT_MAX);
             for (std::size_t i = begin; i < end; ++i) {
                 if constexpr (requires { range.prefetch_corners(0); })
                     if (range.size() >= prefetch_threshold && i + 16 < end) range.prefetch_corners(i + 16);
-                build_box box;
-                if (!leaf<Range, simd_width>::bound(range, i, box)) continue;
+                leaf<Range, simd_width>::bound(range, i, box);
                 const lanes<4> at = box.half_centre();
                 first = min(first, at);
                 last = max(last, at);
                 std::uint32_t cell[4];
                 store_bits<4>(spread((at - start) * scale), cell);
-                *next++ = std::uint64_t{cell[0] | cell[1] << 1U | cell[2] << 2U} << 32U | i;
+                keys_[i] = std::uint64_t{cell[0] | cell[1] << 1U | cell[2] << 2U} << 32U | i;
             }
             partial[begin / block_size_].add(first, last);
-            used_[begin / block_size_] = static_cast<std::uint32_t>(next - (keys_.data() + begin));
         });
         centre_range all;
         for (const centre_range& one : partial) all.add(load<4>(one.begin), load<4>(one.end));
         return all;
     }
 
-    // Radix sort by the highest digit, blocks in parallel, which also closes the gaps; then the keys of each digit by
-    // themselves, which fit into the cache.
+    // Radix sort by the highest digit, blocks in parallel; then the keys of each digit by themselves, which fit into the
+    // cache.
     template <class Policy>
     void sort(const Policy& policy) {
-        large_array<std::uint64_t> apart(count_);
-        std::vector<counts<10>> places(used_.size());
+        large_array<std::uint64_t> apart(keys_.size());
+        std::vector<counts<10>> places(blocks_);
         const auto digit = [](std::uint64_t key) { return static_cast<std::uint32_t>(key >> 52U); };
-        for_each_index(policy, used_.size(), [&](std::size_t b) {
-            places[b] = {};
-            const std::uint64_t* const from = keys_.data() + b * block_size_;
-            for (std::size_t i = 0; i < used_[b]; ++i) ++places[b][digit(from[i])];
+        const auto for_each_block = [&](const auto& body) {
+            for_each_index(policy, blocks_, [&](std::size_t b) {
+                const std::size_t begin = b * block_size_, count = std::min(block_size_, keys_.size() - begin);
+                body(keys_.data() + begin, static_cast<std::uint32_t>(count), places[b]);
+            });
+        };
+        for_each_block([&](const std::uint64_t* from, std::uint32_t count, counts<10>& place) {
+            place = {};
+            for (std::uint32_t i = 0; i < count; ++i) ++place[digit(from[i])];
         });
         counts<10> next = {}; // the histogram of all blocks, then the begin of each digit, at last its end
         for (const auto& some : places)
@@ -5278,17 +5303,15 @@ class morton_order {
         exclusive_scan(next);
         for (auto& place : places)
             for (std::size_t d = 0; d < next.size(); ++d) next[d] += std::exchange(place[d], next[d]);
-        for_each_index(policy, used_.size(), [&](std::size_t b) {
-            const std::uint64_t* const from = keys_.data() + b * block_size_;
-            scatter(from, used_[b], digit, places[b], apart.data());
+        for_each_block([&](const std::uint64_t* from, std::uint32_t count, counts<10>& place) {
+            scatter(from, count, digit, place, apart.data());
         });
         std::swap(keys_, apart); // the old keys are not needed any more
         const auto first = [&next](std::size_t d) { return d > 0 ? next[d - 1] : 0; };
         constexpr std::size_t together = 4; // digits per task
-        const float each = 12 * static_cast<float>(count_) / static_cast<float>(next.size());
-        exec::for_each_block(policy, next.size(), together, each, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t d = begin; d < end; ++d)
-                sort_cells(keys_.data() + first(d), apart.data() + first(d), next[d] - first(d));
+        const float each = 12 * static_cast<float>(keys_.size()) / static_cast<float>(next.size());
+        exec::for_each_in_blocks(policy, next.size(), together, each, [&](std::size_t d) {
+            sort_cells(keys_.data() + first(d), apart.data() + first(d), next[d] - first(d));
         });
     }
 
@@ -5327,20 +5350,11 @@ class morton_order {
         for (std::uint32_t& one : counted) before += std::exchange(one, before);
     }
 
-    // Writes each key to the next position of its digit, two at a time to shorten the dependency between counters.
+    // Writes each key to the next position of its digit.
     template <class Digit, class Counts>
     static void scatter(const std::uint64_t* keys, std::uint32_t count, const Digit& digit, Counts& next,
                         std::uint64_t* to) {
-        std::uint32_t i = 0;
-        for (; i + 1 < count; i += 2) {
-            const std::uint32_t one = digit(keys[i]), other = digit(keys[i + 1]);
-            const std::uint32_t first = next[one], second = next[other] + (one == other ? 1 : 0);
-            next[one] = first + 1;
-            next[other] = second + 1;
-            to[first] = keys[i];
-            to[second] = keys[i + 1];
-        }
-        if (i < count) to[next[digit(keys[i])]++] = keys[i];
+        for (std::uint32_t i = 0; i < count; ++i) to[next[digit(keys[i])]++] = keys[i];
     }
 
     // Inserts two zeros after each bit of a coordinate.
@@ -5352,10 +5366,8 @@ class morton_order {
         return (bits | bits << 2) & 0x9249249U;
     }
 
-    std::size_t block_size_;
-    std::vector<std::uint32_t> used_; // keys per block; primitives that were left out leave a gap after them
+    std::size_t block_size_, blocks_;
     large_array<std::uint64_t> keys_;
-    std::size_t count_ = 0;
 };
 
 /// Splits ranges of the Morton order for `tree_assembler`.
@@ -5416,7 +5428,7 @@ namespace insonify::inline INSONIFY_ABI {
 ///     Morton codes:  0010 0010 0011 | 0100 0101     split where the highest differing bit changes, then
 ///     positions:        0    1    2 |    3    4     moved to the next multiple of Width, so that leaves are full
 ///
-/// The tree depends only on the boxes. Boxes that are empty or not finite are left out.
+/// The tree depends only on the boxes. A box that is empty or not finite counts as that before it.
 struct build_morton {
     /// The tree over the boxes of a range of primitives.
     template <int Width, exec::policy Policy, class Range>
@@ -5618,36 +5630,29 @@ class sah_splitter {
 
     template <class Policy, class Range>
     sah_splitter(const Policy& policy, const Range& range) {
-        boxes_[0].resize(range.size());
+        for (large_array<build_box>& boxes : boxes_) boxes.resize(range.size());
+        bins_.resize(range.size());
         std::vector<group> pieces(blocks(range.size()));
         exec::for_each_block(policy, range.size(), block_size, 10, [&](std::size_t begin, std::size_t end) {
-            build_box* next = boxes_[0].data() + begin;
             lanes<4> minus_lower(-FLT_MAX), upper(-FLT_MAX), first(FLT_MAX), last(-FLT_MAX);
+            build_box box{aabb{vec3{0}, vec3{0}}};
             for (std::size_t i = begin; i < end; ++i) {
-                build_box box;
-                if (!leaf<Range, Width>::bound(range, i, box)) continue;
+                leaf<Range, Width>::bound(range, i, box);
                 minus_lower = max(minus_lower, box.minus_lower());
                 upper = max(upper, box.upper());
                 first = min(first, box.half_centre());
                 last = max(last, box.half_centre());
-                *next = box;
-                next++->name(static_cast<std::uint32_t>(i));
+                boxes_[0][i] = box;
+                boxes_[0][i].name(static_cast<std::uint32_t>(i));
             }
-            group& one = pieces[begin / block_size];
-            one.begin = begin;
-            one.end = static_cast<std::size_t>(next - boxes_[0].data());
-            one.box = {minus_lower, upper};
-            one.centres.add(first, last);
+            pieces[begin / block_size].box = {minus_lower, upper};
+            pieces[begin / block_size].centres.add(first, last);
         });
-        for (const group& one : pieces) { // closes the gaps of primitives that were left out
-            build_box* const boxes = boxes_[0].data();
-            if (all_.end != one.begin) std::copy(boxes + one.begin, boxes + one.end, boxes + all_.end);
-            all_.end += one.size();
+        all_.end = range.size();
+        for (const group& one : pieces) {
             all_.box.add(one.box);
             all_.centres.add(load<4>(one.centres.begin), load<4>(one.centres.end));
         }
-        boxes_[1].resize(all_.end);
-        bins_.resize(all_.end);
     }
 
     const group& all() const { return all_; }
@@ -5732,7 +5737,7 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// Builds a wide BVH from the top down by binned SAH. The cost of a child is its area times its number of leaves.
 ///
-/// The tree depends only on the boxes. Boxes that are empty or not finite are left out.
+/// The tree depends only on the boxes. A box that is empty or not finite counts as that before it.
 /// Source: Wald 2007, "On fast construction of SAH-based bounding volume hierarchies".
 struct build_sah {
     /// The tree over the boxes of a range of primitives.
@@ -5753,8 +5758,7 @@ struct build_sah {
 
 #include <cstdint>
 
-/// The traversal stack of child references, in two orders. Which children are hit is unpredictable, so neither order
-/// branches on it.
+/// The traversal stack of child references. Which children are hit is unpredictable, so nothing branches on it.
 ///
 ///     start()               the root is next
 ///     descend(node, ...)    one of the children that were hit, at least one, is next; the others are pushed
@@ -5767,7 +5771,7 @@ namespace detail {
 template <int Width>
 inline constexpr std::uint32_t max_stack = max_levels<Width>*(Width - 1) + 1;
 
-/// Front to back, and skips references that begin beyond the limit: for closest hits.
+/// Front to back; skips references that begin beyond the limit.
 template <int Width>
 struct nearest_first {
     std::uint32_t next = 0;
@@ -5801,29 +5805,7 @@ struct nearest_first {
     INSONIFY_FN INSONIFY_INLINE float entry() const { return __builtin_bit_cast(float, distances[size]); }
 };
 
-/// In no order: for any hit, and for all hits.
-template <int Width>
-struct any_order {
-    std::uint32_t next = 0;
-    std::uint32_t size = 0;
-    std::uint32_t references[max_stack<Width>];
-
-    INSONIFY_FN INSONIFY_INLINE void start() { next = size = 0; }
-
-    /// @param met  a bit for each child that is hit
-    INSONIFY_FN INSONIFY_INLINE void descend(const tree_node<Width>& node, const lanes<Width>&, std::uint32_t met) {
-        size += pack_lanes<Width>(load_bits<Width>(node.child), met, references + size);
-        next = references[--size];
-    }
-
-    INSONIFY_FN INSONIFY_INLINE bool pop(float) {
-        if (size == 0) return false;
-        next = references[--size];
-        return true;
-    }
-};
-
-template <primitive_range Range, int Width, class Order>
+template <primitive_range Range, int Width>
 struct ray_traversal;
 
 } // namespace detail
@@ -5855,7 +5837,7 @@ struct bvh_view {
     /// The closest hit; ties go to the lowest primitive.
     INSONIFY_FN hit closest(const ray& r) const {
         hit best;
-        detail::ray_traversal<Range, Width, detail::nearest_first<Width>> traversal;
+        detail::ray_traversal<Range, Width> traversal;
         for (bool more = traversal.start(*this, r); more;) more = traversal.step_closest(*this, best);
         return best;
     }
@@ -5863,7 +5845,7 @@ struct bvh_view {
     /// Whether anything is hit.
     INSONIFY_FN bool any(const ray& r) const {
         bool met = false;
-        detail::ray_traversal<Range, Width, detail::any_order<Width>> traversal;
+        detail::ray_traversal<Range, Width> traversal;
         for (bool more = traversal.start(*this, r); more && !met;)
             more = traversal.step(*this, [&](const hit&) { met = true; });
         return met;
@@ -5873,7 +5855,7 @@ struct bvh_view {
     INSONIFY_VISITS
     template <class Visit>
     INSONIFY_FN void for_each_hit(const ray& r, Visit&& visit) const {
-        detail::ray_traversal<Range, Width, detail::any_order<Width>> traversal;
+        detail::ray_traversal<Range, Width> traversal;
         for (bool more = traversal.start(*this, r); more;) more = traversal.step(*this, visit);
     }
 
@@ -5905,14 +5887,13 @@ namespace detail {
 
 /// The traversal of one ray, one node or leaf per step. Each step prefetches the memory of the next, so interleaved
 /// traversals hide the latency.
-/// @tparam Order  `nearest_first` where hits shorten the ray, otherwise `any_order`
-template <primitive_range Range, int Width, class Order>
+template <primitive_range Range, int Width>
 struct ray_traversal {
     using tree_view = bvh_view<Range, Width>;
 
     prepared_ray<Width> r{};
     float limit = 0; ///< hits beyond it do not count; a visitor may lower it
-    Order stack;
+    nearest_first<Width> stack;
 
     /// @return false where nothing can be hit
     INSONIFY_FN INSONIFY_INLINE bool start(const tree_view& tree, const ray& source) {
@@ -6152,15 +6133,13 @@ class bvh_storage {
     /// fewer than 16 updates.
     ///
     /// A rebuild by `build_sah` takes as long as 14 to 22 refits, by `build_morton` as 3 to 7, and trees of the latter
-    /// cost rays about 1.15 times as much (bench/bvh.cpp). Also rebuilds where a primitive that was left out has become
-    /// finite. If memory for a rebuild is not available, the refitted tree stays.
+    /// cost rays about 1.15 times as much (bench/bvh.cpp). If memory for a rebuild is not available, the refitted tree
+    /// stays.
     /// @throws geometry_error  where the number of primitives has changed
     template <exec::policy Policy>
     bvh_update update(const Policy& policy, const Range& range) {
         refit(policy, range);
-        const bool lacks = std::any_of(left_out_.begin(), left_out_.end(),
-                                       [&](std::uint32_t i) { return is_finite(bounds(range[i])); });
-        if (degradation() <= 1.5 && !lacks) return bvh_update::refit;
+        if (degradation() <= 1.5) return bvh_update::refit;
         const bool soon = refits_ < 16;
         try {
             if (soon)
@@ -6168,7 +6147,6 @@ class bvh_storage {
             else
                 build(policy, range);
         } catch (const std::bad_alloc&) {
-            if (lacks) throw;
             return bvh_update::refit;
         }
         return soon ? bvh_update::quick_rebuild : bvh_update::rebuild;
@@ -6187,8 +6165,10 @@ class bvh_storage {
 
     /// Recomputed by every call.
     bvh_statistics statistics() const {
-        return {.primitives = tree_.slots.size() - static_cast<std::size_t>(std::count(
-                                                       tree_.slots.begin(), tree_.slots.end(), no_primitive)),
+        std::size_t empty = 0;
+        for (const auto& one : shape_.leaves)
+            empty += static_cast<std::size_t>(std::count(one.primitive, one.primitive + Width, no_primitive));
+        return {.primitives = tree_.slots.size() - empty,
                 .nodes = tree_.nodes.size(),
                 .leaves = tree_.leaves(),
                 .levels = tree_.levels,
@@ -6203,34 +6183,19 @@ class bvh_storage {
     void build_by(const Any& builder, const Policy& policy, const Range& range) {
         if (range.size() >= leaf_bit) throw usage_error{"bvh: more than 2147483647 primitives in one tree; split them"};
         topology<Width> made = builder.template operator()<Width>(policy, range);
-        std::vector<std::uint32_t> left_out = left_out_by(made, range.size());
         shape_.reserve(made); // the last call that may throw: strong exception guarantee
         tree_ = std::move(made);
-        left_out_ = std::move(left_out);
         detail::refit(policy, tree_, range, shape_);
         cost_as_built_ = shape_.cost;
         count_ = range.size();
         refits_ = 0;
     }
 
-    static std::vector<std::uint32_t> left_out_by(const topology<Width>& tree, std::size_t count) {
-        std::vector<std::uint32_t> left_out;
-        const auto empty = static_cast<std::size_t>(std::count(tree.slots.begin(), tree.slots.end(), no_primitive));
-        if (tree.slots.size() - empty == count) return left_out;
-        std::vector<std::uint8_t> held(count);
-        for (const std::uint32_t slot : tree.slots)
-            if (slot != no_primitive) held[slot] = 1;
-        for (std::size_t i = 0; i < count; ++i)
-            if (held[i] == 0) left_out.push_back(static_cast<std::uint32_t>(i));
-        return left_out;
-    }
-
     topology<Width> tree_{};
     tree_shape<Range, Width> shape_{};
     double cost_as_built_ = 0;
     std::size_t count_ = 0;
-    std::uint32_t refits_ = 0;              ///< since it was built
-    std::vector<std::uint32_t> left_out_{}; ///< primitives that were not finite when it was built
+    std::uint32_t refits_ = 0; ///< since it was built
 };
 
 } // namespace detail
@@ -6303,8 +6268,6 @@ struct packet_traversal {
 /// A query initialises the result of ray i with begin(i), and advances its traversal with step(tree, traversal, i)
 /// until that returns false. For a packet whose first ray is i it uses step_packet, then finish(traversal, i).
 struct closest_query {
-    template <int Width>
-    using order = nearest_first<Width>;
     hit* hits = nullptr;
 
     void begin(std::size_t i) const { hits[i] = {}; }
@@ -6334,8 +6297,6 @@ struct closest_query {
 };
 
 struct any_query {
-    template <int Width>
-    using order = any_order<Width>;
     std::uint8_t* met = nullptr;
 
     void begin(std::size_t i) const { met[i] = 0; }
@@ -6357,8 +6318,6 @@ struct any_query {
 };
 
 struct all_query {
-    template <int Width>
-    using order = any_order<Width>;
     std::vector<hit>* hits = nullptr;
 
     void begin(std::size_t i) const { hits[i].clear(); }
@@ -6406,7 +6365,7 @@ void interleave(const Start& start, const Step& step) {
 /// Runs the query for every ray. Packets begin at multiples of Width, so results do not depend on the policy.
 template <class Policy, class Range, int Width, class Query>
 void trace_batch(const Policy& policy, const bvh_view<Range, Width>& tree, view<const ray> rays, const Query& query) {
-    using single = ray_traversal<Range, Width, typename Query::template order<Width>>;
+    using single = ray_traversal<Range, Width>;
     using packet = packet_traversal<Range, Width>;
     constexpr std::size_t block_size = 1024;
     if (tree.nodes.empty()) {
@@ -6463,7 +6422,8 @@ namespace insonify::inline INSONIFY_ABI {
 ///     bvh tree{exec::par, some_mesh};        // triangles, watertight
 ///
 /// Empty, single and identical primitives are legal. Queries are const and may run on many threads at once.
-/// @tparam Width    children per node and primitives per leaf; the SIMD width, 4 to 8
+/// @tparam Width    children per node and primitives per leaf, 4 or 8; the SIMD width is fastest, and of more lanes than a
+///                  register has compilers may warn (-Wpsabi)
 /// @tparam Builder  `build_sah`, or `build_morton`, which builds faster and traces slower
 template <primitive_range Range, int Width = simd_width, class Builder = build_sah>
 class bvh {
@@ -6740,9 +6700,8 @@ struct line_aperture {
   private:
     INSONIFY_FN float interpolated(view<const float> values, float depth) const {
         if (values.empty()) return 0;
-        const float place = clamp(depth / spacing - 0.5F, 0, static_cast<float>(values.size() - 1));
-        const auto above = static_cast<std::size_t>(place), below = above + 1 < values.size() ? above + 1 : above;
-        return values[above] + (place - static_cast<float>(above)) * (values[below] - values[above]);
+        const detail::table_place at{depth / spacing - 0.5F, values.size()};
+        return values[at.above] + at.part * (values[at.below] - values[at.above]);
     }
 };
 
@@ -6786,12 +6745,10 @@ struct layer_gains {
     /// At a distance from the probe face, metres.
     INSONIFY_FN aperture_gain at(float distance) const {
         if (at_steps.empty()) return before;
-        const float place = clamp((distance - first) * per_step, 0, static_cast<float>(at_steps.size() - 1));
-        const auto above = static_cast<std::size_t>(place);
-        const aperture_gain &a = at_steps[above], &b = at_steps[above + 1 < at_steps.size() ? above + 1 : above];
-        const float part = place - static_cast<float>(above);
-        return {a.surfaces + part * (b.surfaces - a.surfaces), a.speckle + part * (b.speckle - a.speckle),
-                a.deeper + part * (b.deeper - a.deeper)};
+        const table_place place{(distance - first) * per_step, at_steps.size()};
+        const aperture_gain &a = at_steps[place.above], &b = at_steps[place.below];
+        return {a.surfaces + place.part * (b.surfaces - a.surfaces), a.speckle + place.part * (b.speckle - a.speckle),
+                a.deeper + place.part * (b.deeper - a.deeper)};
     }
     /// The smallest `deeper` within the layer.
     INSONIFY_FN float min_deeper() const {
@@ -6995,13 +6952,12 @@ struct vertex_groups {
     void divide(const mesh_view& surface, const std::vector<vec3>& normal, std::uint32_t* first, std::uint32_t count,
                 std::uint32_t begin) {
         sides_.clear();
-        joined_.resize(count);
+        disjoint_sets joined{count};
         for (std::uint32_t i = 0; i < count; ++i) {
             const uvec3& face = surface.faces[first[i] / 3];
             const std::uint32_t corner = first[i] % 3;
             sides_.push_back({vertices_of_side(face, corner).second, i});
             sides_.push_back({vertices_of_side(face, (corner + 2) % 3).first, i});
-            joined_[i] = {i, first[i]};
         }
         std::sort(sides_.begin(), sides_.end());
         for (std::size_t i = 0; i + 1 < sides_.size(); ++i) {
@@ -7010,35 +6966,31 @@ struct vertex_groups {
             if (end != other_end) continue;
             const vec3 &na = normal[first[a] / 3], &nb = normal[first[b] / 3];
             const bool without_area = na == vec3{0, 0, 0} || nb == vec3{0, 0, 0};
-            if (!without_area && dot(na, nb) < min_cosine_) continue;
-            const std::uint32_t of_a = root(a), of_b = root(b);
-            joined_[std::max(of_a, of_b)].first = std::min(of_a, of_b);
+            if (without_area || dot(na, nb) >= min_cosine_) joined.join(a, b);
         }
-        for (std::uint32_t i = 0; i < count; ++i) joined_[i].first = root(i);
-        std::sort(joined_.begin(), joined_.end());
+        groups_.clear();
+        for (std::uint32_t i = 0; i < count; ++i) groups_.push_back({joined.find(i), first[i]});
+        std::sort(groups_.begin(), groups_.end());
         for (std::uint32_t i = 0; i < count; ++i) {
-            first[i] = joined_[i].second;
-            if (i + 1 == count || joined_[i + 1].first != joined_[i].first) ends.push_back(begin + i + 1);
+            first[i] = groups_[i].second;
+            if (i + 1 == count || groups_[i + 1].first != groups_[i].first) ends.push_back(begin + i + 1);
         }
-    }
-
-    std::uint32_t root(std::uint32_t i) {
-        for (; joined_[i].first != i; i = joined_[i].first) joined_[i].first = joined_[joined_[i].first].first;
-        return i;
     }
 
     float min_cosine_ = 1;
     std::vector<pair>
         sides_{}; // edges at the vertex: the other end, and the number of the slot among those of the vertex
-    std::vector<pair> joined_{}; // the representative of each slot's group, and the slot
+    std::vector<pair> groups_{}; // the representative of each slot's group, and the slot
 };
 
 } // namespace insonify::inline INSONIFY_ABI::detail
 
 
 #endif
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -7209,6 +7161,22 @@ struct crossing_collector {
         INSONIFY_VISITS
         INSONIFY_FN void operator()(const hit& at) const { visit(crossing{at.distance, rank, at.primitive}); }
     };
+};
+
+/// Where the crossings of a line come from: slices have found those with some objects, rays find those with the others.
+struct crossing_source {
+    view<const crossing> sliced{};  ///< at any distances
+    view<const std::uint8_t> cut{}; ///< of each object, by rank, whether slices have cut it; empty: none
+    bool rays = true;               ///< whether there are others
+
+    /// Calls visit(crossing) for those in front of the origin.
+    INSONIFY_VISITS
+    template <class Visit>
+    INSONIFY_FN void for_each(const crossing_collector& collector, const Visit& visit) const {
+        for (const crossing& one : sliced)
+            if (one.distance >= 0) visit(one);
+        if (rays) collector.trace(cut, visit);
+    }
 };
 
 /// How a line meets a surface.
@@ -7416,6 +7384,88 @@ INSONIFY_FN view<const layer> stack_layers(const scene_view& scene, const Line& 
     }
     return found.inside.overflow ? view<const layer>{} : view<const layer>{room.data(), count};
 }
+
+namespace detail {
+
+/// Memory of fixed capacity in which the layers of one line are found.
+struct line_room {
+    line_crossings found{};            ///< its crossings, and the objects that contain its origin
+    view<layer> layers{};              ///< room for its layers
+    view<std::uint32_t> behind_face{}; ///< room for ranks of objects
+};
+
+/// The same on the stack, for most lines.
+struct short_line_memory {
+    static constexpr std::size_t size = 8;
+    crossing crossings[2 * size];
+    std::uint32_t inside[size], behind_face[size];
+    layer layers[size];
+
+    line_room room() {
+        return {
+            {.room = {crossings, 2 * size}, .inside = {.ranks = {inside, size}}}, {layers, size}, {behind_face, size}};
+    }
+};
+
+/// The same on the heap: allocated when it is first needed, and grows until the line fits.
+struct line_memory {
+    std::vector<crossing> crossings{};
+    std::vector<std::uint32_t> inside{}, behind_face{};
+    std::vector<layer> layers{};
+
+    line_room room() { return {{.room = crossings, .inside = {.ranks = inside}}, layers, behind_face}; }
+
+    void grow() {
+        const std::size_t size = std::max(short_line_memory::size, 2 * layers.size());
+        crossings.resize(2 * size);
+        inside.resize(size);
+        behind_face.resize(size);
+        layers.resize(size);
+    }
+
+    /// Calls attempt(room), in larger and larger memory, until it returns true.
+    template <class Attempt>
+    void fit(const Attempt& attempt) {
+        if (layers.empty()) grow();
+        while (!attempt(room())) grow();
+    }
+    /// The same, first in memory of the caller, until a line has not fitted there.
+    template <class Attempt>
+    void fit(const line_room& first, const Attempt& attempt) {
+        if (layers.empty() && attempt(first)) return;
+        fit(attempt);
+    }
+};
+
+/// What lies along a line, in the memory in which it was found.
+struct found_line {
+    view<const layer> layers{}; ///< none: the memory was too small
+    view<const std::uint32_t>
+        behind_face{}; ///< ranks of the objects that contain its origin, behind the face; ascending
+};
+
+/// Finds what lies along a straight line.
+/// @param max_depth  how far it is followed, metres
+/// @param incident   whether to compute how it intersects surfaces: see `stack_layers`
+INSONIFY_FN inline found_line find_line(const scene_view& scene, const line_frame& line, float max_depth, bool incident,
+                                        const crossing_source& from, line_room room) {
+    room.found.clear();
+    const crossing_collector collector{scene, {line.origin, line.path(), 0, max_depth}, max_depth, room.found};
+    from.for_each(collector, [&](const crossing& one) { collector.add(one); });
+    room.found.sort();
+    if (!room.found.complete()) return {};
+    media_stack behind_face{.ranks = room.behind_face};
+    behind_face.assign(room.found.inside);
+    for (const crossing& one : room.found.sorted()) {
+        if (one.distance > touching_distance) break;
+        behind_face.toggle(one.rank);
+    }
+    if (behind_face.overflow) return {};
+    return {stack_layers(scene, line, max_depth, room.found, room.layers, incident),
+            {behind_face.ranks.data(), behind_face.count}};
+}
+
+} // namespace detail
 
 } // namespace insonify::inline INSONIFY_ABI
 
@@ -7666,9 +7716,6 @@ struct tetrahedral_mesh {
         inside_.build(exec::par, view<const aabb>{boxes_});
         around_.build(exec::par, mesh_view{surface});
     }
-    tetrahedral_mesh(const tetrahedral_mesh&) = delete; // the trees refer to it
-    tetrahedral_mesh& operator=(const tetrahedral_mesh&) = delete;
-    ~tetrahedral_mesh() = default;
 
     /// The point itself, or the nearest one of the surface; in the tetrahedron that contains it most deeply.
     tetrahedral_point locate(vec3 point) const {
@@ -7692,33 +7739,24 @@ struct tetrahedral_mesh {
 
   private:
     void find_surface() {
-        struct face {
-            std::array<std::uint32_t, 3> sorted;
-            std::uint32_t cell;
-            uvec3 corners;
-        };
-        std::vector<face> faces;
+        constexpr std::size_t sides[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
+        std::vector<std::pair<std::array<std::uint32_t, 3>, std::size_t>> faces; // nodes, and 4 * cell + side
         faces.reserve(4 * cells.size());
-        constexpr int sides[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
-        for (std::uint32_t i = 0; i < cells.size(); ++i)
-            for (const auto& side : sides) {
-                const uvec3 corners{cells[i][static_cast<std::size_t>(side[0])],
-                                    cells[i][static_cast<std::size_t>(side[1])],
-                                    cells[i][static_cast<std::size_t>(side[2])]};
-                face one{{corners.x, corners.y, corners.z}, i, corners};
-                std::sort(one.sorted.begin(), one.sorted.end());
-                faces.push_back(one);
-            }
-        std::sort(faces.begin(), faces.end(), [](const face& a, const face& b) {
-            return a.sorted != b.sorted ? a.sorted < b.sorted : a.cell < b.cell;
-        });
+        for (std::size_t i = 0; i < 4 * cells.size(); ++i) {
+            const auto& [a, b, c] = sides[i % 4];
+            faces.push_back({{cells[i / 4][a], cells[i / 4][b], cells[i / 4][c]}, i});
+            std::sort(faces.back().first.begin(), faces.back().first.end());
+        }
+        std::sort(faces.begin(), faces.end());
         surface.positions = rest;
         for (std::size_t i = 0; i < faces.size(); ++i) {
-            const bool shared = (i > 0 && faces[i - 1].sorted == faces[i].sorted) ||
-                                (i + 1 < faces.size() && faces[i + 1].sorted == faces[i].sorted);
+            const bool shared = (i > 0 && faces[i - 1].first == faces[i].first) ||
+                                (i + 1 < faces.size() && faces[i + 1].first == faces[i].first);
             if (shared) continue;
-            surface.faces.push_back(faces[i].corners);
-            behind.push_back(faces[i].cell);
+            const std::size_t cell = faces[i].second / 4;
+            const auto& [a, b, c] = sides[faces[i].second % 4];
+            surface.faces.emplace_back(cells[cell][a], cells[cell][b], cells[cell][c]);
+            behind.push_back(static_cast<std::uint32_t>(cell));
         }
     }
 
@@ -7803,15 +7841,13 @@ struct inverse_tetrahedra {
                   view<vec3> now) const {
         if (located.mesh != map.mesh_ || !(located.at == at)) {
             located.points.resize(rest.size());
-            exec::for_each_block(policy, rest.size(), 256, 1e3F, [&](std::size_t begin, std::size_t end) {
-                for (std::size_t i = begin; i < end; ++i) located.points[i] = map.mesh_->locate(at.point(rest[i]));
-            });
+            exec::for_each_in_blocks(policy, rest.size(), 256, 1e3F,
+                                     [&](std::size_t i) { located.points[i] = map.mesh_->locate(at.point(rest[i])); });
             located.mesh = map.mesh_;
             located.at = at;
         }
-        exec::for_each_block(policy, rest.size(), 8192, 10, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i)
-                now[i] = rest[i] + at.local_direction(map.displacement(located.points[i]));
+        exec::for_each_in_blocks(policy, rest.size(), 8192, 10, [&](std::size_t i) {
+            now[i] = rest[i] + at.local_direction(map.displacement(located.points[i]));
         });
         return map.nodes_ != map.mesh_->rest;
     }
@@ -8974,9 +9010,8 @@ class echo_line {
 
   private:
     INSONIFY_FN vec2 phase(float depth) const {
-        const double cycles = cycles_ * static_cast<double>(depth);
-        const auto fraction = static_cast<float>(cycles - std::floor(cycles));
-        return {std::cos(2 * pi * fraction), -std::sin(2 * pi * fraction)};
+        const vec2 forwards = detail::turned(cycles_ * static_cast<double>(depth));
+        return {forwards.x, -forwards.y};
     }
 
     // Loads `count` floats, at most a register; the other lanes are 0.
@@ -9103,13 +9138,10 @@ float max_depth_of(const Model& model, float depth, view<const medium> media) {
 }
 
 /// True for models that assume normal incidence.
-template <acoustic_model Model>
-INSONIFY_FN constexpr bool takes_normal_incidence() {
-    if constexpr (requires { Model::normal_incidence; })
-        return Model::normal_incidence;
-    else
-        return false;
-}
+template <class Model>
+concept takes_normal_incidence = requires {
+    requires Model::normal_incidence;
+};
 
 /// Nanoseconds per sample.
 template <acoustic_model Model>
@@ -9261,21 +9293,22 @@ class line_fan {
         float right(vec2 p) const { return (p.x - origin.x) * along.y - (p.y - origin.y) * along.x; }
     };
 
-    /// N neighbouring lines, one in each lane.
-    template <int N>
+    using floats = lanes<simd_width>;
+
+    /// Neighbouring lines, one in each lane.
     struct neighbours {
-        lanes<N> origin_x, origin_y, along_x, along_y;
+        floats origin_x, origin_y, along_x, along_y;
 
         /// Distance along each line at which the segment from p to q crosses it, given that it does.
-        INSONIFY_INLINE lanes<N> intersect(vec2 p, vec2 q) const {
-            const lanes<N> zero(0.0F), one(1.0F);
-            const lanes<N> px = lanes<N>(p.x) - origin_x, py = lanes<N>(p.y) - origin_y;
-            const lanes<N> qx = lanes<N>(q.x) - origin_x, qy = lanes<N>(q.y) - origin_y;
-            const lanes<N> right_of_p = px * along_y - py * along_x, right_of_q = qx * along_y - qy * along_x;
-            const lanes<N> beyond = right_of_p - right_of_q;
+        INSONIFY_INLINE floats intersect(vec2 p, vec2 q) const {
+            const floats zero(0.0F), one(1.0F);
+            const floats px = floats(p.x) - origin_x, py = floats(p.y) - origin_y;
+            const floats qx = floats(q.x) - origin_x, qy = floats(q.y) - origin_y;
+            const floats right_of_p = px * along_y - py * along_x, right_of_q = qx * along_y - qy * along_x;
+            const floats beyond = right_of_p - right_of_q;
             const auto parallel = beyond == zero;
-            const lanes<N> fraction = select(parallel, lanes<N>(0.5F), right_of_p) / select(parallel, one, beyond);
-            const lanes<N> down_p = px * along_x + py * along_y, down_q = qx * along_x + qy * along_y;
+            const floats fraction = select(parallel, floats(0.5F), right_of_p) / select(parallel, one, beyond);
+            const floats down_p = px * along_x + py * along_y, down_q = qx * along_x + qy * along_y;
             return down_p + min(max(fraction, zero), one) * (down_q - down_p);
         }
     };
@@ -9327,6 +9360,7 @@ class line_fan {
 
     std::uint32_t size() const { return static_cast<std::uint32_t>(lines_.size()); }
     const line& operator[](std::size_t i) const { return lines_[i]; }
+    view<const line> lines() const { return lines_; }
 
     bool parallel() const { return parallel_; }
 
@@ -9347,42 +9381,38 @@ class line_fan {
     bool is_wedge() const { return parallel_ || (lines_.front().along.y > 1e-3F && lines_.back().along.y > 1e-3F); }
 
     /// The lines from `first` on; the last line fills the lanes beyond it.
-    template <int N>
-    neighbours<N> from(std::size_t first) const {
+    neighbours from(std::size_t first) const {
         const auto each = [&](auto value) {
-            return each_lane<N>(
+            return each_lane<simd_width>(
                 [&](int i) { return value(lines_[std::min(first + static_cast<std::size_t>(i), lines_.size() - 1)]); });
         };
         return {each([](const line& l) { return l.origin.x; }), each([](const line& l) { return l.origin.y; }),
                 each([](const line& l) { return l.along.x; }), each([](const line& l) { return l.along.y; })};
     }
 
-    /// Search keys of N points for `gap`.
-    template <int N>
+    /// Search keys of points for `gap`.
     struct places {
-        float key[N];
-        std::uint32_t bin[N];
+        float key[simd_width];
+        std::uint32_t bin[simd_width];
     };
-    template <int N>
-    INSONIFY_INLINE places<N> places_of(const lanes<N>& x, const lanes<N>& y) const {
-        places<N> found;
-        const lanes<N> keys = key_of<N>(x, y);
+    INSONIFY_INLINE places places_of(const floats& x, const floats& y) const {
+        places found;
+        const floats keys = key_of(x, y);
         store(keys, found.key);
-        store_bits<N>(bin_of<N>(keys), found.bin);
+        // Monotonic in the key, whatever the rounding; NaN is in the first bin.
+        const floats bin = max(floats(0.0F), (keys - floats(keys_[0])) * floats(bins_per_key_));
+        store_bits<simd_width>(bits_of_whole<simd_width>(min(bin, floats(static_cast<float>(last_bin_)))), found.bin);
         return found;
     }
 
     /// The gap of point i, which must be finite: the number of lines on its left.
-    template <int N>
-    INSONIFY_INLINE std::uint32_t gap(const places<N>& of, std::uint32_t i) const {
+    INSONIFY_INLINE std::uint32_t gap(const places& of, std::uint32_t i) const {
         std::uint32_t left = first_in_bin_[std::min(of.bin[i], last_bin_)];
         left += keys_[left] < of.key[i]; // usually sufficient, and branchless
         while (keys_[left] < of.key[i]) ++left;
         return left;
     }
-    std::uint32_t gap(vec2 p) const {
-        return gap(places_of<simd_width>(lanes<simd_width>(p.x), lanes<simd_width>(p.y)), 0);
-    }
+    std::uint32_t gap(vec2 p) const { return gap(places_of(floats(p.x), floats(p.y)), 0); }
 
     /// Calls visit(first, last) for each range of lines [first, last) that the segment from p to q crosses; at most
     /// two.
@@ -9451,49 +9481,32 @@ class line_fan {
     vec2 turned(vec2 v) const { return {v.x * axis_.y - v.y * axis_.x, v.x * axis_.x + v.y * axis_.y}; }
 
     bool number_gaps() {
-        constexpr std::size_t width = simd_width;
-        keys_.resize(lines_.size() + width); // sentinels end every search
-        const auto place = [&](std::size_t i) { return parallel_ ? lines_[i].origin : lines_[i].along; };
-        for (std::size_t i = 0; i < lines_.size(); i += width) {
-            const auto each = [&](int axis) {
-                return each_lane<width>([&](int lane) {
-                    return place(std::min(i + static_cast<std::size_t>(lane), lines_.size() - 1))[axis];
-                });
-            };
-            store(key_of<width>(each(0), each(1)), keys_.data() + i);
-        }
-        std::fill(keys_.data() + size(), keys_.data() + keys_.size(), FLT_MAX);
+        const auto places_of_line = [&](std::size_t i) {
+            const vec2 p = parallel_ ? lines_[i].origin : lines_[i].along;
+            return places_of(floats(p.x), floats(p.y));
+        };
+        bins_per_key_ = 0;
+        keys_.assign(lines_.size() + 1, FLT_MAX); // the last one ends every search
+        for (std::size_t i = 0; i < lines_.size(); ++i) keys_[i] = places_of_line(i).key[0];
         if (!std::is_sorted(keys_.begin(), keys_.end())) return false;
         const std::size_t bins = 2 * lines_.size() + 1;
         const float extent = keys_[lines_.size() - 1] - keys_[0];
         last_bin_ = static_cast<std::uint32_t>(bins - 1);
         bins_per_key_ = extent > 0 ? static_cast<float>(bins - 1) / extent : 0.0F;
         first_in_bin_.assign(bins, size());
-        for (std::size_t i = lines_.size(); i > 0;) {
-            std::uint32_t bin[width];
-            const std::size_t first = (i - 1) / width * width;
-            store_bits<width>(bin_of<width>(load<width>(keys_.data() + first)), bin);
-            for (; i > first; --i) first_in_bin_[bin[i - 1 - first]] = static_cast<std::uint32_t>(i - 1);
-        }
+        for (std::size_t i = lines_.size(); i-- > 0;)
+            first_in_bin_[places_of_line(i).bin[0]] = static_cast<std::uint32_t>(i);
         for (std::size_t bin = bins - 1; bin > 0; --bin)
             first_in_bin_[bin - 1] = std::min(first_in_bin_[bin - 1], first_in_bin_[bin]);
         return true;
     }
 
-    // Monotonic in the key, whatever the rounding; NaN is in the first bin.
-    template <int N>
-    INSONIFY_INLINE bit_lanes<N> bin_of(const lanes<N>& key) const {
-        const lanes<N> bin = max(lanes<N>(0.0F), (key - lanes<N>(keys_[0])) * lanes<N>(bins_per_key_));
-        return bits_of_whole<N>(min(bin, lanes<N>(static_cast<float>(last_bin_))));
-    }
-
     // Increases from line to line: the position across or, for a fan, a diamond angle: -2 to 2 for -180 to 180 degrees.
-    template <int N>
-    INSONIFY_INLINE lanes<N> key_of(const lanes<N>& x, const lanes<N>& y) const {
+    INSONIFY_INLINE floats key_of(const floats& x, const floats& y) const {
         if (parallel_) return x;
-        const lanes<N> zero(0.0F), size = abs(x) + abs(y);
-        const lanes<N> ratio = x / select(zero < size, size, lanes<N>(1.0F));
-        const lanes<N> behind = select(zero <= x, lanes<N>(2.0F), lanes<N>(-2.0F)) - ratio;
+        const floats zero(0.0F), size = abs(x) + abs(y);
+        const floats ratio = x / select(zero < size, size, floats(1.0F));
+        const floats behind = select(zero <= x, floats(2.0F), floats(-2.0F)) - ratio;
         return select(zero <= y, ratio, behind);
     }
 
@@ -9739,10 +9752,9 @@ inline beam_model make_beam(const stated_settings& probe, float depth) {
 /// @throws usage_error  for a depth or a setting of the probe out of range
 template <transducer Probe>
 beam_model beam_of(const Probe& probe, float depth) {
-    probe.check();
-    check_array(probe);
+    const detail::probe_settings own{probe};
     check_depth(depth, "beam_of");
-    return detail::make_beam(detail::stated_settings{probe}, depth);
+    return detail::make_beam(own, depth);
 }
 
 /// Distance between neighbouring lines at a depth, in the centre of the field of view, metres: across the lines; along
@@ -9848,15 +9860,13 @@ class elevation_planes {
     /// @param count  1, 3, 5 or 7: the middle one, and pairs
     /// @param depth  of the image, metres
     /// @param tilted  whether planes follow the beam; else they are parallel, at the heights of half the depth
+    /// @param pairs   (count - 1) / 2 of them; empty: those of `elevation_pairs`
     /// @throws usage_error  for another count
-    elevation_planes(const beam_model& beam, std::uint32_t count, float depth, bool tilted)
-        : elevation_planes{beam, count, elevation_pairs(count), depth, tilted} {}
-
-    /// The same with other pairs, (count - 1) / 2 of them.
-    elevation_planes(const beam_model& beam, std::uint32_t count, view<const elevation_pair> pairs, float depth,
-                     bool tilted)
+    elevation_planes(const beam_model& beam, std::uint32_t count, float depth, bool tilted,
+                     view<const elevation_pair> pairs = {})
         : beam_{beam}, count_{count}, spacing_{depth / depths} {
         check_planes(count, "trace");
+        if (pairs.empty()) pairs = elevation_pairs(count);
         for (std::uint32_t i = 1; i < count; ++i) {
             const elevation_pair& own = pairs[(i - 1) / 2];
             const float side = i % 2 == 0 ? own.delta : -own.delta;
@@ -9930,15 +9940,13 @@ class elevation_planes {
     /// At a depth in metres: linear between the depths of a table.
     weights at(float depth) const {
         if (count_ == 1) return {.coherent = {1}, .random = {1}};
-        const float place = clamp(depth / spacing_ - 0.5F, 0, static_cast<float>(depths - 1));
-        const auto above = static_cast<std::uint32_t>(place);
-        const weights &a = table_[above], &b = table_[above + 1 < depths ? above + 1 : above];
-        const float part = place - static_cast<float>(above);
+        const table_place place{depth / spacing_ - 0.5F, depths};
+        const weights &a = table_[place.above], &b = table_[place.below];
         weights found;
         for (std::uint32_t i = 0; i < count_; ++i) {
-            found.coherent[i] = a.coherent[i] + part * (b.coherent[i] - a.coherent[i]);
-            found.random[i] = a.random[i] + part * (b.random[i] - a.random[i]);
-            found.strip[i] = a.strip[i] + part * (b.strip[i] - a.strip[i]);
+            found.coherent[i] = a.coherent[i] + place.part * (b.coherent[i] - a.coherent[i]);
+            found.random[i] = a.random[i] + place.part * (b.random[i] - a.random[i]);
+            found.strip[i] = a.strip[i] + place.part * (b.strip[i] - a.strip[i]);
         }
         return found;
     }
@@ -10050,20 +10058,23 @@ class planes_of_lines {
     template <class Policy>
     void assign(const Policy& policy, const probe_lines& probe, const elevation_planes& planes) {
         set_of_line_.assign(probe.size(), 0);
-        lines_.clear();
+        first_lines_.clear();
         const bool tilted = lines_follow_depth(probe) && planes.count() > 1;
+        const auto angle = [&](std::uint32_t line) {
+            return tilted ? static_cast<int>(std::lround(200 * (1 - probe[line].direction.z))) : 0;
+        };
         for (std::uint32_t i = 0; i < probe.size(); ++i) {
-            const probe_line& line = probe[i];
-            const int angle = tilted ? static_cast<int>(std::lround(200 * (1 - line.direction.z))) : 0;
             std::size_t set = 0;
-            while (set < lines_.size() && lines_[set].angle != angle) ++set;
+            while (set < first_lines_.size() && angle(first_lines_[set]) != angle(i)) ++set;
             set_of_line_[i] = static_cast<std::uint32_t>(set);
-            if (set == lines_.size()) lines_.push_back({angle, line.origin.z, line.direction.z});
+            if (set == first_lines_.size()) first_lines_.push_back(i);
         }
-        sets_.assign(lines_.size(), planes);
+        sets_.assign(first_lines_.size(), planes);
         if (tilted)
-            for_each_index(policy, sets_.size(),
-                           [&](std::size_t set) { sets_[set] = planes.along(lines_[set].begin, lines_[set].cosine); });
+            for_each_index(policy, sets_.size(), [&](std::size_t set) {
+                const probe_line& line = probe[first_lines_[set]];
+                sets_[set] = planes.along(line.origin.z, line.direction.z);
+            });
     }
 
     const std::vector<std::uint32_t>& set_of_line() const { return set_of_line_; }
@@ -10071,13 +10082,9 @@ class planes_of_lines {
     const elevation_planes& operator[](std::size_t set) const { return sets_[set]; }
 
   private:
-    struct first_line {
-        int angle = 0;
-        float begin = 0, cosine = 1; // z of the origin and of the direction
-    };
     std::vector<std::uint32_t> set_of_line_{};
     std::vector<elevation_planes> sets_{};
-    std::vector<first_line> lines_{}; // of the sets
+    std::vector<std::uint32_t> first_lines_{}; // of the sets
 };
 
 } // namespace detail
@@ -10096,19 +10103,18 @@ namespace insonify::inline INSONIFY_ABI::detail {
 /// The level of a point has a bit for each slice below it. A point on a slice counts as below it, as if every slice
 /// were shifted upwards by an infinitesimal step.
 struct slice_frame {
-    static constexpr std::uint32_t max_slices = 8;
-
     vec3 origin{0, 0, 0};
     vec3 across{1, 0, 0};
     vec3 along{0, 0, 1};
     std::uint32_t count = 0;
-    vec3 normal[max_slices] = {};  ///< elevation less the slope of the slice times the depth axis: not of length 1
-    float height[max_slices] = {}; ///< along its normal, of the points of a slice above the origin, metres
+    vec3 normal[max_elevation_planes] =
+        {}; ///< elevation less the slope of the slice times the depth axis: not of length 1
+    float height[max_elevation_planes] = {}; ///< along its normal, of the points of a slice above the origin, metres
 
     slice_frame() = default;
 
     /// @param probe_at  whose coordinates the planes are in
-    /// @param planes    at most `max_slices`
+    /// @param planes    at most `max_elevation_planes`
     /// @param fan       coordinates of positions in the slice plane, to those of the probe
     slice_frame(const pose& probe_at, view<const elevation_plane> planes, const pose& fan = {})
         : count{static_cast<std::uint32_t>(planes.size())} {
@@ -10135,14 +10141,9 @@ struct slice_frame {
     /// Component along an axis of a point relative to the origin; bit-equal for every copy of a point, scalar or in
     /// SIMD.
     template <class Float>
-    INSONIFY_INLINE static Float component(vec3 axis, const Float& x, const Float& y, const Float& z) {
-        return multiply_add(Float(axis.x), x, multiply_add(Float(axis.y), y, Float(axis.z) * z));
-    }
-
-    /// The same of a point in the coordinates of the frame.
-    template <class Float>
     INSONIFY_INLINE Float component_of(vec3 axis, const Float& x, const Float& y, const Float& z) const {
-        return component(axis, x - Float(origin.x), y - Float(origin.y), z - Float(origin.z));
+        return multiply_add(Float(axis.x), x - Float(origin.x),
+                            multiply_add(Float(axis.y), y - Float(origin.y), Float(axis.z) * (z - Float(origin.z))));
     }
     /// Height of a point along the normal of a slice.
     float height_of(std::uint32_t slice, vec3 p) const { return component_of(normal[slice], p.x, p.y, p.z); }
@@ -10389,10 +10390,11 @@ struct deep_segment {
     friend bool operator<(const deep_segment& a, const deep_segment& b) { return a.depth < b.depth; }
 };
 
-/// Lines beyond those of a fan: between the first and the last of a wider one, from the same point, shifted along the
-/// face by at most a distance.
+/// Which segments are kept beside those that the lines of a fan cross, for other lines: between the first and the last
+/// of a wider fan, from the same point, shifted along the face by at most a distance.
 struct outer_lines {
-    const line_fan* fan = nullptr; ///< null: none
+    bool keep_all = false;         ///< all between the first and the last line
+    const line_fan* fan = nullptr; ///< the wider one; null: none
     float shift = 0;               ///< metres
 };
 
@@ -10406,13 +10408,11 @@ class slice_cut {
     /// @param probe_at  the frame in whose plane y = 0 the lines of the fan run
     /// @param planes    the slices
     /// @param max_depth  how far lines are followed, metres
-    /// @param keep_all   also keep segments that cross no line
-    /// @param beyond     lines that the segments are kept for, too
+    /// @param beyond     lines that segments are kept for, too
     template <exec::policy Policy>
     void cut(const Policy& policy, const scene_view& scene, view<const std::uint8_t> chosen, const line_fan& fan,
-             const pose& probe_at, view<const elevation_plane> planes, float max_depth, bool keep_all,
-             const outer_lines& beyond) {
-        keep_all_ = keep_all;
+             const pose& probe_at, view<const elevation_plane> planes, float max_depth, const outer_lines& beyond) {
+        keep_all_ = beyond.keep_all;
         plan(scene, chosen, fan, probe_at, planes, max_depth, beyond);
         exec::for_each_block(policy, vertex_parts_.size(), 1, 0.5F * block, [&](std::size_t i, std::size_t) {
             const part& own = vertex_parts_[i];
@@ -10526,8 +10526,8 @@ class slice_cut {
                 float ends[4][simd_width];
                 const lanes<simd_width>* const of_ends[4] = {&from.across, &from.along, &to.across, &to.along};
                 for (int i = 0; i < 4; ++i) store(*of_ends[i], ends[i]);
-                const auto places_from = fan.places_of<simd_width>(from.across, from.along);
-                const auto places_to = fan.places_of<simd_width>(to.across, to.along);
+                const auto places_from = fan.places_of(from.across, from.along);
+                const auto places_to = fan.places_of(to.across, to.along);
                 for (; cut_ones != 0; cut_ones &= cut_ones - 1) {
                     const std::uint32_t i = lowest_bit(cut_ones);
                     const vec2 p{ends[0][i], ends[1][i]}, q{ends[2][i], ends[3][i]};
@@ -10588,6 +10588,7 @@ class slice_cut {
 #define INSONIFY_TRACING_FIND_LINE_LAYERS_HPP
 
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <utility>
@@ -10597,79 +10598,6 @@ namespace insonify::inline INSONIFY_ABI {
 
 namespace detail {
 
-/// Where the crossings of a line come from: slices have found those with some objects, rays find those with the others.
-struct crossing_source {
-    view<const crossing> sliced{};  ///< at any distances
-    view<const std::uint8_t> cut{}; ///< of each object, by rank, whether slices have cut it; empty: none
-    bool rays = true;               ///< whether there are others
-
-    /// Calls visit(crossing) for those in front of the origin.
-    INSONIFY_VISITS
-    template <class Visit>
-    INSONIFY_FN void for_each(const crossing_collector& collector, const Visit& visit) const {
-        for (const crossing& one : sliced)
-            if (one.distance >= 0) visit(one);
-        if (rays) collector.trace(cut, visit);
-    }
-};
-
-/// Memory of fixed capacity in which the layers of one line are found.
-struct line_room {
-    line_crossings found{};            ///< its crossings, and the objects that contain its origin
-    view<layer> layers{};              ///< room for its layers
-    view<std::uint32_t> behind_face{}; ///< room for ranks of objects
-};
-
-/// The same on the host: grows until the line fits.
-struct line_memory {
-    std::vector<crossing> crossings = std::vector<crossing>(16);
-    std::vector<std::uint32_t> inside = std::vector<std::uint32_t>(8), behind_face = std::vector<std::uint32_t>(8);
-    std::vector<layer> layers = std::vector<layer>(8);
-
-    line_room room() { return {{.room = crossings, .inside = {.ranks = inside}}, layers, behind_face}; }
-
-    void grow() {
-        crossings.resize(2 * crossings.size());
-        inside.resize(2 * inside.size());
-        behind_face.resize(2 * behind_face.size());
-        layers.resize(2 * layers.size());
-    }
-
-    /// Calls attempt(room), in larger and larger memory, until it returns true.
-    template <class Attempt>
-    void fit(const Attempt& attempt) {
-        while (!attempt(room())) grow();
-    }
-};
-
-/// What lies along a line, in the memory in which it was found.
-struct found_line {
-    view<const layer> layers{}; ///< none: the memory was too small
-    view<const std::uint32_t>
-        behind_face{}; ///< ranks of the objects that contain its origin, behind the face; ascending
-};
-
-/// Finds what lies along a straight line.
-/// @param max_depth  how far it is followed, metres
-/// @param incident   whether to compute how it intersects surfaces: see `stack_layers`
-INSONIFY_FN inline found_line find_line(const scene_view& scene, const line_frame& line, float max_depth, bool incident,
-                                        const crossing_source& from, line_room room) {
-    room.found.clear();
-    const crossing_collector collector{scene, {line.origin, line.path(), 0, max_depth}, max_depth, room.found};
-    from.for_each(collector, [&](const crossing& one) { collector.add(one); });
-    room.found.sort();
-    if (!room.found.complete()) return {};
-    media_stack behind_face{.ranks = room.behind_face};
-    behind_face.assign(room.found.inside);
-    for (const crossing& one : room.found.sorted()) {
-        if (one.distance > touching_distance) break;
-        behind_face.toggle(one.rank);
-    }
-    if (behind_face.overflow) return {};
-    return {stack_layers(scene, line, max_depth, room.found, room.layers, incident),
-            {behind_face.ranks.data(), behind_face.count}};
-}
-
 class layer_finder;
 
 /// Number of lines in a block of work.
@@ -10678,42 +10606,16 @@ inline constexpr std::uint32_t lines_per_block = 8;
 constexpr std::size_t blocks_of(std::uint32_t lines) { return (lines + lines_per_block - 1) / lines_per_block; }
 
 /// The layers of a block of lines, by line and plane. Keeps its memory.
-class layer_block {
-  public:
-    /// @param lines  that are then added
-    void clear(std::size_t lines) {
-        lines_.clear();
-        layers_.clear();
-        objects_.clear();
-        lines_.reserve(lines);
-        layers_.reserve(4 * lines);
-    }
-    /// Adds the next line.
-    void add(const line_frame& frame, view<const layer> layers, view<const std::uint32_t> objects) {
-        lines_.push_back({frame, layers_.size(), layers.size(), objects_.size(), objects.size()});
-        layers_.insert(layers_.end(), layers.begin(), layers.end());
-        objects_.insert(objects_.end(), objects.begin(), objects.end());
-    }
-
-    view<const layer> layers(std::size_t number) const {
-        const line& own = lines_[number];
-        return {layers_.data() + own.first_layer, own.layers};
-    }
-    view<const std::uint32_t> objects(std::size_t number) const {
-        const line& own = lines_[number];
-        return {objects_.data() + own.first_object, own.objects};
-    }
-    const line_frame& frame(std::size_t number) const { return lines_[number].frame; }
-
-  private:
+struct layer_block {
     struct line {
-        line_frame frame;
-        std::size_t first_layer, layers, first_object, objects;
+        line_frame frame{};
+        std::size_t first_layer = 0, layers = 0;
+        std::size_t first_object = 0, objects = 0; ///< that contain its origin, behind the face
     };
 
-    std::vector<line> lines_{};
-    std::vector<layer> layers_{};
-    std::vector<std::uint32_t> objects_{}; // ranks
+    std::vector<line> lines{};
+    std::vector<layer> layers{};
+    std::vector<std::uint32_t> objects{}; ///< ranks
 };
 
 } // namespace detail
@@ -10748,17 +10650,17 @@ class line_layers {
 
     /// From the probe face on, without gaps: each layer begins where the one before ends. The numbers are not checked.
     view<const layer> operator()(std::uint32_t line, std::uint32_t plane = 0) const {
-        return block_of(line).layers(number_in_block(line, plane));
+        const detail::layer_block::line& own = line_of(line, plane);
+        return {block_of(line).layers.data() + own.first_layer, own.layers};
     }
     /// Where a line runs, in the world: `frame(line).at(one.begin)` is the point at which a layer begins.
-    const line_frame& frame(std::uint32_t line, std::uint32_t plane = 0) const {
-        return block_of(line).frame(number_in_block(line, plane));
-    }
+    const line_frame& frame(std::uint32_t line, std::uint32_t plane = 0) const { return line_of(line, plane).frame; }
 
     /// Ranks (numbers in `scene_view::objects`) of the objects that contain the origin of a line, just behind the face;
     /// ascending.
     view<const std::uint32_t> objects_behind_face(std::uint32_t line, std::uint32_t plane) const {
-        return block_of(line).objects(number_in_block(line, plane));
+        const detail::layer_block::line& own = line_of(line, plane);
+        return {block_of(line).objects.data() + own.first_object, own.objects};
     }
 
   private:
@@ -10775,8 +10677,8 @@ class line_layers {
     detail::layer_block& block_at(std::size_t line) { return blocks_[line / detail::lines_per_block]; }
 
     const detail::layer_block& block_of(std::uint32_t line) const { return blocks_[line / detail::lines_per_block]; }
-    std::size_t number_in_block(std::uint32_t line, std::uint32_t plane) const {
-        return std::size_t{line % detail::lines_per_block} * planes + plane;
+    const detail::layer_block::line& line_of(std::uint32_t line, std::uint32_t plane) const {
+        return block_of(line).lines[std::size_t{line % detail::lines_per_block} * planes + plane];
     }
 
     std::vector<detail::layer_block> blocks_{};
@@ -10883,9 +10785,9 @@ class slice_finder {
     /// Cuts the objects that were chosen, of the same scene: see `slice_cut::cut`.
     template <exec::policy Policy>
     void cut(const Policy& policy, const scene_view& scene, const pose& at, view<const elevation_plane> planes,
-             float depth, bool keep_all, const outer_lines& beyond = {}) {
+             float depth, const outer_lines& beyond = {}) {
         slices_ = planes.size();
-        cut_.cut(policy, scene, view<const std::uint8_t>{chosen_}, fan_, at, planes, depth, keep_all, beyond);
+        cut_.cut(policy, scene, view<const std::uint8_t>{chosen_}, fan_, at, planes, depth, beyond);
         const auto each_block = [&](const auto& visit) {
             cut_.for_each_segment([&](const cut_segment& segment) {
                 for (std::size_t b = segment.first / block; b * block < segment.last; ++b) visit(b, segment);
@@ -10914,8 +10816,8 @@ class slice_finder {
             for (std::size_t line = from; line < to; ++line) found.count(list_of(line, segment.slice));
         });
         found.make_room();
-        line_fan::neighbours<simd_width> lines[block / simd_width];
-        for (std::size_t i = 0; i < block; i += simd_width) lines[i / simd_width] = fan_.from<simd_width>(begin + i);
+        line_fan::neighbours lines[block / simd_width];
+        for (std::size_t i = 0; i < block; i += simd_width) lines[i / simd_width] = fan_.from(begin + i);
         each_segment([&](const cut_segment& segment, std::size_t from, std::size_t to) {
             float distance[block];
             for (std::size_t i = 0; i < block; i += simd_width)
@@ -11034,20 +10936,16 @@ struct line_turn {
     /// Metres along a line to a depth.
     INSONIFY_FN float length_to(float depth) const {
         if (face.form == face_form::plane) return depth / depth_per_metre();
-        if (face.form == face_form::circle) {
-            const float end = face.radius + depth;
-            return std::sqrt(end * end - face.radius * face.radius * sine * sine) - face.radius * cosine;
-        }
-        const float end = max(depth, distance(near_face()));
-        const float length = std::sqrt(max(end * end - shift * shift * cosine * cosine, 0)) - shift * sine;
-        return depth < end ? near_face() * depth / end : length;
+        const float nearest = distance(near_face()), end = face.radius + depth;
+        if (end < nearest) return near_face() * depth / nearest;
+        const float missed = face.radius * face.radius * sine * sine + shift * shift * cosine * cosine;
+        return std::sqrt(max(end * end - missed, 0)) - from_apex();
     }
     /// Depth at metres along a line.
     INSONIFY_FN float depth_at(float length) const {
         if (face.form == face_form::plane) return length * depth_per_metre();
-        if (face.form == face_form::circle)
-            return std::sqrt(face.radius * face.radius + length * (2 * face.radius * cosine + length)) - face.radius;
-        return length < near_face() ? distance(near_face()) * length / near_face() : distance(length);
+        if (length < near_face()) return distance(near_face()) * length / near_face();
+        return distance(length) - face.radius;
     }
     /// How far from the straight line through its point at this depth a line begins, metres along the face.
     INSONIFY_FN float place_on_face(float depth) const {
@@ -11071,11 +10969,13 @@ struct line_turn {
     }
 
   private:
-    // Near the face a shifted line may approach the apex; there its depth grows evenly from 0.
+    // Near the face a shifted line may approach the apex; there its depth grows evenly from 0. 0 for other lines.
     INSONIFY_FN float near_face() const { return 1.5F * std::fabs(shift); }
-    // Of a point of a shifted line from the apex.
+    // How far along a line its origin lies from the apex: it is on the round face, or was shifted away from it.
+    INSONIFY_FN float from_apex() const { return face.radius * cosine + shift * sine; }
+    // Of a point of a line from the apex.
     INSONIFY_FN float distance(float length) const {
-        return std::sqrt(max(shift * shift + length * (2 * shift * sine + length), 0));
+        return std::sqrt(max(face.radius * face.radius + shift * shift + length * (2 * from_apex() + length), 0));
     }
 };
 
@@ -11171,7 +11071,7 @@ class turned_fan {
     }
 
     /// The lines from `first` on; the last line fills the lanes beyond it.
-    line_fan::neighbours<simd_width> from(std::uint32_t first) const {
+    line_fan::neighbours from(std::uint32_t first) const {
         const auto at = [&](int k) { return load<simd_width>(lines_[k].data() + first); };
         return {at(0), at(1), at(2), at(3)};
     }
@@ -11183,8 +11083,8 @@ class turned_fan {
         for (std::size_t begin = 0; begin < segments.size(); begin += width) {
             const point_lanes from = segments.from(begin), to = segments.to(begin);
             const point_lanes first = straightened(from), last = straightened(to);
-            const auto places_first = straight.places_of<width>(first.x, first.y),
-                       places_last = straight.places_of<width>(last.x, last.y);
+            const auto places_first = straight.places_of(first.x, first.y),
+                       places_last = straight.places_of(last.x, last.y);
             const std::uint32_t divided = divided_ones(from, to);
             float ends[4][width];
             store(first.x, ends[0]), store(first.y, ends[1]), store(last.x, ends[2]), store(last.y, ends[3]);
@@ -11526,14 +11426,6 @@ INSONIFY_FN inline float rms_height(const incidence& at) {
     return at.roughness < 0 ? max(at.before.roughness, at.after.roughness) : at.roughness;
 }
 
-namespace detail {
-
-/// Distance at which the diffuse echoes of a rough surface are independent, metres along the line: an eighth of the
-/// wavelength c0 / f0. Convention.
-INSONIFY_FN constexpr float surface_grain(float frequency) { return display_speed / (8 * frequency); }
-
-} // namespace detail
-
 /// A roughness law: law.coherent(incidence) is the factor on the amplitude of the specular echo, and
 /// law.diffuse(incidence) the fraction of the reflected energy that is scattered diffusely; both 0 to 1.
 template <class Law>
@@ -11681,17 +11573,10 @@ struct specular_return {
                             polynomial<4>(t, 7.412700F, -21.792025F, 21.327281F, -7.745051F, 1.526002F, -0.030056F);
         const floats odd = squared * squared *
                            polynomial<4>(t, -3.170665F, 16.831362F, -31.552853F, 25.425992F, -8.219520F, 1.004138F);
-        // Sine and cosine of pi x^2 / 2, from those of half the angle, by their series within a quarter turn.
-        const floats cycles = x * x * floats(0.25F),
-                     fraction = cycles - floats_of<4>(floor_bits<4>(cycles + floats(0.5F)));
-        const floats half = floats(pi) * fraction, h = half * half;
-        const floats sine = half * polynomial<4>(h, -2.5052108e-8F, 2.7557319e-6F, -1.9841270e-4F, 8.3333333e-3F,
-                                                 -0.16666667F, 1.0F),
-                     cosine = polynomial<4>(h, 2.0876757e-9F, -2.7557319e-7F, 2.4801587e-5F, -1.3888889e-3F,
-                                            4.1666667e-2F, -0.5F, 1.0F);
-        const floats s = (sine + sine) * cosine, c = one - (sine + sine) * sine;
-        store(even * c + odd * s, real);
-        store(odd * c - even * s, imaginary);
+        const floats cycles = x * x * floats(0.25F); // of pi x^2 / 2
+        const detail::turned_lanes<4> turn{cycles - floats_of<4>(floor_bits<4>(cycles + floats(0.5F)))};
+        store(even * turn.x + odd * turn.y, real);
+        store(odd * turn.x - even * turn.y, imaginary);
     }
 };
 
@@ -12595,6 +12480,7 @@ class sheath_gains {
         range_ = min(2 * of.thickness / max(std::fabs(cosine), 1e-3F), max_range);
         begin_ = max(cosine > 0 ? surface : surface - range_, 0);
         end_ = min(cosine > 0 ? surface + range_ : surface, segment.length);
+        if (begin_ < end_) prepare();
     }
 
     /// Multiplies complex amplitudes at equal steps from a distance on; metres from the origin of the segment. The
@@ -12607,7 +12493,6 @@ class sheath_gains {
         const std::uint32_t from = slot(begin_) / wide_lanes * wide_lanes,
                             to = slot(end_ + 1.5F * step); // past the slot that the end cuts
         if (from >= to) return;
-        if (!prepared_) prepare();
         const floats per_width(1 / min(0.12e-3F / of_.thickness, 0.25F)); // standard deviation of a line
         for (std::uint32_t i = from; i < to; i += wide_lanes) {
             const float here = first + static_cast<float>(i) * step;
@@ -12638,7 +12523,6 @@ class sheath_gains {
         evaluate(level_, 5e-3F, 2, bits_per_decibel * of_.spread_db,
                  bits_per_decibel * of_.level_db + std::log2(max(echo, 1e-12F)));
         evaluate(other_, 5e-3F, 3, 2, -1.5F);
-        prepared_ = true;
     }
 
     const structure::sheath_layer& of_;
@@ -12646,7 +12530,6 @@ class sheath_gains {
     float surface_, cosine_;
     float range_ = 0;           // length of the sheath, metres along the line
     float begin_ = 0, end_ = 0; // of it, metres from the origin
-    bool prepared_ = false;
     // Thickness relative to the mean; amplitude of the first line, and of the other relative to it.
     line_nodes thickness_, level_, other_;
 };
@@ -13085,7 +12968,7 @@ struct cell_field {
                          cells * (-2.25F + cells * (-2.5F + cells * (0.75F + cells * (0.65625F + cells * 0.109375F)))));
         return end * end * end * factor * detail::same_view_probability(angle);
     }
-    /// The same of `surface_values`: of linear interpolation that keeps the power.
+    /// The same of `value`: of linear interpolation that keeps the power.
     INSONIFY_FN float value_covariance(float distance, float angle) const {
         // At distances of eighths of a cell, by numerical integration; linear in between.
         constexpr float eighths[] = {1,        0.9804F,  0.9248F,  0.84031F, 0.73599F, 0.62104F,
@@ -13110,66 +12993,30 @@ struct cell_field {
         }
         for (float from = begin; from < end;) {
             const detail::rest_curve curve{line, from, end, nullptr};
-            if (line.chart() == nullptr)
-                scatter_curved(line, curve, curve, spacing, emit);
-            else
-                scatter_curved(line, curve, detail::rest_curve{line, from, end, line.chart()}, spacing, emit);
+            scatter_curved(line, curve, detail::rest_curve{line, from, end, line.chart()}, spacing, emit);
             from = curve.distance(curve.last());
         }
     }
 
-    /// Values of the field at points of one line, interpolated between slots too: for surfaces, which have no volume.
-    /// Within the few millimetres that a surface takes of it, the line counts as straight in tissue at rest.
-    class surface_values {
-      public:
-        /// Of a line, around a distance along it, metres; the spacing of scatterers is in metres.
-        INSONIFY_FN surface_values(const cell_field& field, const material_line& line, float around, float spacing)
-            : field_{field}, around_{around}, spacing_{spacing}, line_{field.rest_at(line, around, spacing)} {}
-
-        /// At a distance along the line, metres.
-        INSONIFY_FN vec2 operator()(float distance) {
-            detail::rest_line line = line_;
-            line.origin = line_.at(distance - around_);
-            const double slab = std::floor(detail::slab_position(line.origin));
-            if (slab != slab_) { // points of one slab have one layout
-                cells_ = detail::make_cell_layout(field_.seed, field_.cell, line, slab, spacing_);
-                slab_ = slab;
-                origin_ = distance;
-                first_ = INT64_MAX;
-            }
-            const double slot = cells_.slot + static_cast<double>(distance - origin_) * cells_.slots_per_metre,
-                         below = std::floor(slot);
-            const auto number = static_cast<std::int64_t>(below);
-            if (number < first_ || number - first_ > room - 2) compute_from(number);
-            const auto i = static_cast<std::size_t>(number - first_);
-            const auto weight = static_cast<float>(slot - below);
-            const vec2 sum =
-                (1 - weight) * vec2{real_[i], imaginary_[i]} + weight * vec2{real_[i + 1], imaginary_[i + 1]};
-            return sum / std::sqrt((1 - weight) * (1 - weight) + weight * weight);
-        }
-
-      private:
-        const cell_field& field_;
-        float around_, spacing_;
-        detail::rest_line line_;
-        double slab_ = FLT_MAX; // none yet
-        float origin_ = 0;      // of the layout, metres along the line
-        detail::cell_layout cells_{};
-        // Values are computed for some slots at a time: points follow each other closely.
-        static constexpr int room = max_simd_width > 4 ? max_simd_width : 4;
-        std::int64_t first_ = 0;
-        float real_[room] = {}, imaginary_[room] = {};
-
-        INSONIFY_FN void compute_from(std::int64_t slot) {
-            first_ = slot;
-            const auto offset = static_cast<float>(static_cast<double>(slot) + 0.5 - cells_.slot);
-            const detail::complex_lanes<room> some = cells_.template values<room, true>(
-                static_cast<std::uint32_t>(slot), floats_of<room>(steps_of_bits<room>(0, 1)) + lanes<room>(offset),
-                field_.numbers);
-            store(some.real, real_);
-            store(some.imaginary, imaginary_);
-        }
-    };
+    /// The field at a point of a line, interpolated between slots too: for surfaces, which have no volume. Within the few
+    /// millimetres that a surface takes of it, the line counts as straight in tissue at rest.
+    /// @param around   where on the line the surface lies, metres
+    /// @param further  from there to the point, metres
+    /// @param spacing  of scatterers, metres
+    INSONIFY_FN vec2 value(const material_line& line, float around, float further, float spacing) const {
+        detail::rest_line rest = rest_at(line, around, spacing);
+        rest.origin = rest.at(further);
+        const double slab = std::floor(detail::slab_position(rest.origin));
+        const detail::cell_layout cells = detail::make_cell_layout(seed, cell, rest, slab, spacing);
+        const double below = std::floor(cells.slot);
+        const auto number = static_cast<std::uint32_t>(static_cast<std::int64_t>(below));
+        const auto weight = static_cast<float>(cells.slot - below);
+        const auto both = cells.template values<detail::wide_lanes, true>(
+            number, detail::whole_numbers(0) + detail::wide_floats(0.5F - weight), numbers);
+        const vec2 sum =
+            (1 - weight) * vec2{both.real[0], both.imaginary[0]} + weight * vec2{both.real[1], both.imaginary[1]};
+        return sum / std::sqrt((1 - weight) * (1 - weight) + weight * weight);
+    }
 
     friend bool operator==(const cell_field&, const cell_field&) = default;
 
@@ -13347,18 +13194,6 @@ using poisson_scatterers = cell_field<poisson_numbers>;
 #endif
 
 namespace insonify::inline INSONIFY_ABI {
-namespace detail {
-
-/// The surface at which the present layer began.
-struct layer_entry {
-    float reflected = 0;             ///< there, from outside; 0: the probe's face
-    float shown = 0;                 ///< displayed depth, metres
-    float loss_db = 0;               ///< attenuation up to there, there and back, of the peak of the pulse, dB
-    const layer* present = nullptr;  ///< which begins there
-    const medium* outside = nullptr; ///< before it
-};
-
-} // namespace detail
 
 /// The pulse-echo model: complex pressure amplitudes at baseband, as input for `convolve`.
 ///
@@ -13383,6 +13218,15 @@ template <interface_law Boundary = fresnel, scattering_field Scattering = gaussi
           attenuation_law Attenuation = power_law>
 struct physical {
     using sample_type = vec2; ///< in-phase and quadrature component
+
+    /// The surface at which the present layer began.
+    struct layer_entry {
+        float reflected = 0;             ///< there, from outside; 0: the probe's face
+        float shown = 0;                 ///< displayed depth, metres
+        float loss_db = 0;               ///< attenuation up to there, there and back, of the peak of the pulse, dB
+        const layer* present = nullptr;  ///< which begins there
+        const medium* outside = nullptr; ///< before it
+    };
 
     Boundary boundary{};                                     ///< reflection and transmission at interfaces
     Scattering scattering{};                                 ///< speckle
@@ -13533,7 +13377,7 @@ struct physical {
     /// Emits the echoes of one line to `echoes`: an `echo_line`, or another type with its members.
     template <class Echoes>
     INSONIFY_FN void emit(const traced_line& line, const Echoes& echoes) const {
-        detail::layer_entry entry{};
+        layer_entry entry{};
         const auto add_surface = [&](std::size_t i, const layer& here, const echo_path& path) {
             const layer& above = line.layers[i - 1];
             const response met = add_interface(line, above, here, path, echoes, entry);
@@ -13548,144 +13392,7 @@ struct physical {
         });
     }
 
-    /// Emits the speckle of a layer and advances `path` to its end.
-    template <class Echoes>
-    INSONIFY_FN void add_layer(const traced_line& line, const layer& here, echo_path& path,
-                               const Echoes& echoes) const {
-        emit_speckle(line, here, path, echoes);
-        detail::pass(*this, line, here, path);
-    }
-
-    /// Emits the echoes of the surface between two layers, at the position of `path`; returns the response of the
-    /// interface.
-    /// @param entry  the surface at which the layer above began; by default the echo does not repeat
-    template <class Echoes>
-    INSONIFY_FN response add_interface(const traced_line& line, const layer& above, const layer& below,
-                                       const echo_path& path, const Echoes& echoes,
-                                       const detail::layer_entry& entry = {}) const {
-        const medium &before = line.media[above.medium], &after = line.media[below.medium];
-        const bool normal_incidence = angle == insonify::angle::normal;
-        const float cosine = normal_incidence ? 1.0F : below.cosine;
-        const vec2 tangent = normal_incidence ? vec2{0, 0} : below.slope;
-        const incidence at{before, after, cosine, line.frequency, below.roughness};
-        const response wave = at_interface(at);
-        const float loss_db = pulse_loss(line, path.loss_db);
-        const float arrived =
-            line.gains.amplitude(path.passed * amplitude_of_decibels(-loss_db), path.gains.last().surfaces);
-        const float shown = path.shown + path.gains.last().deeper;
-
-        constexpr float steepest = 5.8F; // 80 degrees
-        const float stretch = detail::displayed_stretch(timing, before);
-        const vec2 slope = stretch * vec2{clamp(tangent.x, -steepest, steepest), clamp(tangent.y, -steepest, steepest)};
-        curved_echo coherent{.depth = shown,
-                             .amplitude = arrived * wave.reflected * roughness.coherent(at),
-                             .collected = collected(line, shown, tangent),
-                             .slope = slope,
-                             .curvature = normal_incidence ? vec3{0, 0, 0} : stretch * below.curvature};
-        if (min_ringing < 1) add_repetitions(coherent, line, entry, above, below, path.shown, loss_db, wave.reflected);
-        if (normal_incidence && coherent.repeat_ratio == 0) // no surface turns from line to line
-            echoes.surface(shown, coherent.amplitude * coherent.collected.x * coherent.collected.y, slope);
-        else if (coherent.amplitude != 0)
-            echoes.curved_surface(coherent);
-
-        // Over the solid angle of the array Lambert's law has 0.166 / (Fx Fy), calibrated by an independent simulation.
-        const float rough = roughness.diffuse(at);
-        float diffuse = 0;
-        if (rough > 0) {
-            const bool hard = detail::is_hard(before) || detail::is_hard(after);
-            const float reflected = hard ? wave.reflected : at_interface({before, after, 1, line.frequency}).reflected;
-            const float fnumbers = line.aperture.fnumber(shown) * line.aperture.elevation_fnumber;
-            diffuse =
-                std::fabs(arrived * reflected) * std::sqrt(rough * scattered_back(hard, cosine) * 0.166F / fnumbers);
-        }
-        if (diffuse > 0) {
-            const pose at_place = line.places.empty() ? pose{} : line.places[below.place];
-            material_line inside = in_object(line.frame, at_place, below.object);
-            inside.displacement = line.displacement(below.place);
-            const gaussian_field field = surface_field();
-            gaussian_field::surface_values values{field, inside, below.begin, detail::surface_grain(line.frequency)};
-            echoes.rough_surface(shown, diffuse, slope, coherent.curvature,
-                                 [&](float x) { return values(below.begin + x / stretch); });
-        }
-        return wave;
-    }
-
-    friend bool operator==(const physical&, const physical&) = default;
-
-  private:
-    template <class A, class B, class C, class D, class E>
-    physical<A, B, C, D, E> with(const A& a, const B& b, const C& c, const D& d, const E& e) const {
-        return {a, b, c, timing, angle, bandwidth, texture_db, shadow_floor_db, seed, d, e, min_ringing};
-    }
-
-    // Of a pulse of 2.5 cycles, whose fractional bandwidth is 1.61 / 2.5.
-    INSONIFY_FN static float nominal_sigma(float frequency) { return axial_sigma(0.644F, frequency); }
-
-    // Fractions that the aperture collects of the specular echo of a surface of this slope, as in `curved_echo`.
-    INSONIFY_FN vec2 collected(const traced_line& line, float shown, vec2 slope) const {
-        const float wavelengths = max(shown, 1e-4F) * line.frequency / display_speed;
-        return {specular(std::atan(slope.x), line.aperture.fnumber(shown), wavelengths),
-                specular(std::atan(slope.y), line.aperture.elevation_fnumber, wavelengths)};
-    }
-
-    // Sound reverberates in a thin hard layer, such as a needle, and each time part of it leaves towards the probe: the
-    // echo of the layer's far surface repeats at its thickness, a ladder of lines that grow fainter.
-    //
-    //     ratio = r' r 10^(-loss / 20),   r' = -r of the near surface from outside
-    //
-    // for each time that sound crosses the layer and returns. Where the surfaces are not parallel, the ratio takes the
-    // fraction of the first repetition that the aperture collects. Slopes, angles and thickness are those of the place
-    // that is nearest to the probe: a needle rings alike in all planes that cut it.
-    // @param far        the layer that begins at the far surface
-    // @param shown      displayed depth of the far surface, metres
-    // @param loss_db    attenuation down to it, there and back, of the peak of the pulse, dB
-    // @param reflected  r of the far surface
-    INSONIFY_FN void add_repetitions(curved_echo& one, const traced_line& line, const detail::layer_entry& near,
-                                     const layer& present, const layer& far, float shown, float loss_db,
-                                     float reflected) const {
-        constexpr float thickest = 2e-3F; // displayed: beyond, the beam has widened
-        float step = shown - near.shown;
-        if (near.reflected == 0 || !(step > 0) || step > thickest) return;
-        const medium &inside = line.media[present.medium], &behind = line.media[far.medium];
-        const float stretch = detail::displayed_stretch(timing, inside);
-        const float speeds = inside.sound_speed / near.outside->sound_speed;
-        vec2 near_slope = near.present->slope, far_slope = far.slope, whole = one.collected;
-        float near_reflected = near.reflected;
-        const vec2 near_bend{near.present->curvature.x, near.present->curvature.y},
-            bend{far.curvature.x, far.curvature.y};
-        // Metres across the line from there, at most half of the thickness.
-        const float half = 0.5F * step / stretch;
-        const auto nearest_along = [&](int i) {
-            return bend[i] == 0 ? 0.0F : clamp(far_slope[i] / bend[i], -half, half);
-        };
-        const vec2 nearest{nearest_along(0), nearest_along(1)};
-        if (nearest != vec2{0, 0}) {
-            step += stretch * dot(near_slope - far_slope + 0.5F * (bend - near_bend) * nearest, nearest);
-            near_slope -= near_bend * nearest;
-            far_slope -= bend * nearest;
-            const float sine = std::sqrt(dot(near_slope, near_slope) / (1 + dot(near_slope, near_slope))),
-                        sine_inside = speeds * sine;
-            if (sine_inside >= 1) return;
-            const auto reflects = [&](const medium& from, const medium& to, float cosine) {
-                return at_interface({from, to, cosine, line.frequency}).reflected;
-            };
-            near_reflected = reflects(*near.outside, inside, std::sqrt(1 - sine * sine));
-            reflected = reflects(inside, behind, std::sqrt(1 - sine_inside * sine_inside));
-            whole = collected(line, one.depth, far_slope);
-        }
-        const float ratio = -near_reflected * reflected * amplitude_of_decibels(min(near.loss_db - loss_db, 0));
-        if (!(std::fabs(ratio) >= min_ringing)) return;
-        // A wedge turns sound in the layer by twice its angle, and refraction changes that outside.
-        const vec2 by = (far_slope - near_slope) / speeds;
-        const vec2 turned = dot(by, by) < 1e-8F ? whole : collected(line, one.depth, far_slope + by);
-        const float first = whole.x * whole.y;
-        one.repeat_ratio = ratio * (first > 0 ? min(turned.x * turned.y / first, 1) : 0);
-        one.repeat_step = step;
-    }
-
-    INSONIFY_FN gaussian_field surface_field() const { return {.seed = seed}; }
-
-    // Emits the speckle of one layer, from `path` at its beginning on.
+    /// Emits the speckle of one layer, from `path` at its beginning on.
     template <class Echoes>
     INSONIFY_FN void emit_speckle(const traced_line& line, const layer& here, const echo_path& path,
                                   const Echoes& echoes) const {
@@ -13746,541 +13453,147 @@ struct physical {
                                .slope = run.slope * displayed});
         });
     }
+
+    /// Emits the echoes of the surface between two layers, at the position of `path`; returns the response of the
+    /// interface.
+    /// @param entry  the surface at which the layer above began; by default the echo does not repeat
+    template <class Echoes>
+    INSONIFY_FN response add_interface(const traced_line& line, const layer& above, const layer& below,
+                                       const echo_path& path, const Echoes& echoes,
+                                       const layer_entry& entry = {}) const {
+        const medium &before = line.media[above.medium], &after = line.media[below.medium];
+        const bool normal_incidence = angle == insonify::angle::normal;
+        const float cosine = normal_incidence ? 1.0F : below.cosine;
+        const vec2 tangent = normal_incidence ? vec2{0, 0} : below.slope;
+        const incidence at{before, after, cosine, line.frequency, below.roughness};
+        const response wave = at_interface(at);
+        const float loss_db = pulse_loss(line, path.loss_db);
+        const float arrived =
+            line.gains.amplitude(path.passed * amplitude_of_decibels(-loss_db), path.gains.last().surfaces);
+        const float shown = path.shown + path.gains.last().deeper;
+
+        constexpr float steepest = 5.8F; // 80 degrees
+        const float stretch = detail::displayed_stretch(timing, before);
+        const vec2 slope = stretch * vec2{clamp(tangent.x, -steepest, steepest), clamp(tangent.y, -steepest, steepest)};
+        curved_echo coherent{.depth = shown,
+                             .amplitude = arrived * wave.reflected * roughness.coherent(at),
+                             .collected = collected(line, shown, tangent),
+                             .slope = slope,
+                             .curvature = normal_incidence ? vec3{0, 0, 0} : stretch * below.curvature};
+        if (min_ringing < 1) add_repetitions(coherent, line, entry, above, below, path.shown, loss_db, wave.reflected);
+        if (normal_incidence && coherent.repeat_ratio == 0) // no surface turns from line to line
+            echoes.surface(shown, coherent.amplitude * coherent.collected.x * coherent.collected.y, slope);
+        else if (coherent.amplitude != 0)
+            echoes.curved_surface(coherent);
+
+        // Over the solid angle of the array Lambert's law has 0.166 / (Fx Fy), calibrated by an independent simulation.
+        const float rough = roughness.diffuse(at);
+        float diffuse = 0;
+        if (rough > 0) {
+            const bool hard = detail::is_hard(before) || detail::is_hard(after);
+            const float reflected = hard ? wave.reflected : at_interface({before, after, 1, line.frequency}).reflected;
+            const float fnumbers = line.aperture.fnumber(shown) * line.aperture.elevation_fnumber;
+            diffuse =
+                std::fabs(arrived * reflected) * std::sqrt(rough * scattered_back(hard, cosine) * 0.166F / fnumbers);
+        }
+        if (diffuse > 0) {
+            const pose at_place = line.places.empty() ? pose{} : line.places[below.place];
+            material_line inside = in_object(line.frame, at_place, below.object);
+            inside.displacement = line.displacement(below.place);
+            echoes.rough_surface(shown, diffuse, slope, coherent.curvature, [&](float x) {
+                return surface_field().value(inside, below.begin, x / stretch, detail::surface_grain(line.frequency));
+            });
+        }
+        return wave;
+    }
+
+    friend bool operator==(const physical&, const physical&) = default;
+
+  private:
+    template <class A, class B, class C, class D, class E>
+    physical<A, B, C, D, E> with(const A& a, const B& b, const C& c, const D& d, const E& e) const {
+        return {a, b, c, timing, angle, bandwidth, texture_db, shadow_floor_db, seed, d, e, min_ringing};
+    }
+
+    // Of a pulse of 2.5 cycles, whose fractional bandwidth is 1.61 / 2.5.
+    INSONIFY_FN static float nominal_sigma(float frequency) { return axial_sigma(0.644F, frequency); }
+
+    // Fractions that the aperture collects of the specular echo of a surface of this slope, as in `curved_echo`.
+    INSONIFY_FN vec2 collected(const traced_line& line, float shown, vec2 slope) const {
+        const float wavelengths = max(shown, 1e-4F) * line.frequency / display_speed;
+        return {specular(std::atan(slope.x), line.aperture.fnumber(shown), wavelengths),
+                specular(std::atan(slope.y), line.aperture.elevation_fnumber, wavelengths)};
+    }
+
+    // Sound reverberates in a thin hard layer, such as a needle, and each time part of it leaves towards the probe: the
+    // echo of the layer's far surface repeats at its thickness, a ladder of lines that grow fainter.
+    //
+    //     ratio = r' r 10^(-loss / 20),   r' = -r of the near surface from outside
+    //
+    // for each time that sound crosses the layer and returns. Where the surfaces are not parallel, the ratio takes the
+    // fraction of the first repetition that the aperture collects. Slopes, angles and thickness are those of the place
+    // that is nearest to the probe: a needle rings alike in all planes that cut it.
+    // @param far        the layer that begins at the far surface
+    // @param shown      displayed depth of the far surface, metres
+    // @param loss_db    attenuation down to it, there and back, of the peak of the pulse, dB
+    // @param reflected  r of the far surface
+    INSONIFY_FN void add_repetitions(curved_echo& one, const traced_line& line, const layer_entry& near,
+                                     const layer& present, const layer& far, float shown, float loss_db,
+                                     float reflected) const {
+        constexpr float thickest = 2e-3F; // displayed: beyond, the beam has widened
+        float step = shown - near.shown;
+        if (near.reflected == 0 || !(step > 0) || step > thickest) return;
+        const medium &inside = line.media[present.medium], &behind = line.media[far.medium];
+        const float stretch = detail::displayed_stretch(timing, inside);
+        const float speeds = inside.sound_speed / near.outside->sound_speed;
+        vec2 near_slope = near.present->slope, far_slope = far.slope, whole = one.collected;
+        float near_reflected = near.reflected;
+        const vec2 near_bend{near.present->curvature.x, near.present->curvature.y},
+            bend{far.curvature.x, far.curvature.y};
+        // Metres across the line from there, at most half of the thickness.
+        const float half = 0.5F * step / stretch;
+        const auto nearest_along = [&](int i) {
+            return bend[i] == 0 ? 0.0F : clamp(far_slope[i] / bend[i], -half, half);
+        };
+        const vec2 nearest{nearest_along(0), nearest_along(1)};
+        if (nearest != vec2{0, 0}) {
+            step += stretch * dot(near_slope - far_slope + 0.5F * (bend - near_bend) * nearest, nearest);
+            near_slope -= near_bend * nearest;
+            far_slope -= bend * nearest;
+            const float sine = std::sqrt(dot(near_slope, near_slope) / (1 + dot(near_slope, near_slope))),
+                        sine_inside = speeds * sine;
+            if (sine_inside >= 1) return;
+            const auto reflects = [&](const medium& from, const medium& to, float cosine) {
+                return at_interface({from, to, cosine, line.frequency}).reflected;
+            };
+            near_reflected = reflects(*near.outside, inside, std::sqrt(1 - sine * sine));
+            reflected = reflects(inside, behind, std::sqrt(1 - sine_inside * sine_inside));
+            whole = collected(line, one.depth, far_slope);
+        }
+        const float ratio = -near_reflected * reflected * amplitude_of_decibels(min(near.loss_db - loss_db, 0));
+        if (!(std::fabs(ratio) >= min_ringing)) return;
+        // A wedge turns sound in the layer by twice its angle, and refraction changes that outside.
+        const vec2 by = (far_slope - near_slope) / speeds;
+        const vec2 turned = dot(by, by) < 1e-8F ? whole : collected(line, one.depth, far_slope + by);
+        const float first = whole.x * whole.y;
+        one.repeat_ratio = ratio * (first > 0 ? min(turned.x * turned.y / first, 1) : 0);
+        one.repeat_step = step;
+    }
+
+    INSONIFY_FN gaussian_field surface_field() const { return {.seed = seed}; }
 };
 
 } // namespace insonify::inline INSONIFY_ABI
 
 
 #endif
-#ifndef INSONIFY_SIGNAL_KERNEL_KERNEL_COMPENSATION_HPP
-#define INSONIFY_SIGNAL_KERNEL_KERNEL_COMPENSATION_HPP
+#ifndef INSONIFY_SIGNAL_KERNEL_COMPENSATED_ECHOES_HPP
+#define INSONIFY_SIGNAL_KERNEL_COMPENSATED_ECHOES_HPP
 
 
-#ifndef INSONIFY_SIGNAL_KERNEL_CONVOLVE_HPP
-#define INSONIFY_SIGNAL_KERNEL_CONVOLVE_HPP
-
-
-#include <algorithm>
-#include <string>
-#include <utility>
-#include <vector>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// One coefficient of an FIR filter.
-struct tap {
-    float weight = 0;
-    std::ptrdiff_t offset = 0; ///< of its input sample relative to the result, in complex samples
-};
-
-/// Number of samples that `sum_taps` may read beyond those that its results need.
-inline constexpr std::size_t tap_room = std::size_t{4} * simd_width;
-
-/// Computes as many results as eight SIMD registers hold; the sums stay in registers.
-template <int Width, std::size_t... I>
-INSONIFY_INLINE void sum_taps_of_block(view<const tap> taps, const float* from, float* to, std::index_sequence<I...>) {
-    lanes<Width> sums[] = {lanes<Width>(static_cast<float>(I - I))...};
-    for (const tap& one : taps) {
-        const lanes<Width> weight(one.weight);
-        const float* at = from + 2 * one.offset;
-        ((sums[I] = multiply_add(load<Width>(at + I * Width), weight, sums[I])), ...);
-    }
-    (store(sums[I], to + I * Width), ...);
-}
-
-/// Filters complex samples: to[i] = sum over the taps of weight * from[i + offset].
-///
-/// @tparam Width  floats in a SIMD register
-/// @param from  read up to `tap_room` samples beyond what `count` results need
-/// @param to    must not overlap the samples read
-template <int Width>
-void sum_taps(view<const tap> taps, const vec2* from, vec2* to, std::size_t count) {
-    constexpr std::size_t block = std::size_t{4} * Width;
-    constexpr auto registers = std::make_index_sequence<8>{};
-    std::size_t begin = 0;
-    for (; begin + block <= count; begin += block)
-        sum_taps_of_block<Width>(taps, reinterpret_cast<const float*>(from + begin),
-                                 reinterpret_cast<float*>(to + begin), registers);
-    if (begin == count) return;
-    vec2 last[block];
-    sum_taps_of_block<Width>(taps, reinterpret_cast<const float*>(from + begin), reinterpret_cast<float*>(last),
-                             registers);
-    for (std::size_t i = 0; begin + i < count; ++i) to[begin + i] = last[i];
-}
-
-/// FIR filter with the envelope of a pulse along a line of complex samples, with one result for every D samples.
-///
-/// Result k is at the centre of samples k D to k D + D - 1. A line is stored as D polyphase rows (samples 0, D, 2 D,
-/// ..., then 1, D + 1, ...), each padded with zeros, so that a tap reads consecutive samples for consecutive results.
-class axial_kernel {
-  public:
-    /// Recomputes the kernel in the same memory. @param envelope  in units of samples
-    void set(std::size_t samples, const pulse_envelope& envelope, std::size_t decimation) {
-        decimation_ = decimation;
-        results_ = samples / decimation;
-        const auto length = static_cast<std::size_t>(min(envelope.length_behind(), static_cast<float>(samples)));
-        zeros_ = length / decimation + 1;
-        stride_ = results_ + 2 * zeros_ + tap_room;
-        taps_.clear();
-        const std::size_t begin = zeros_ * decimation; // of the line in one padded row, before it is split into phases
-        for (std::size_t at = begin - length; at < begin + length + decimation; ++at) {
-            const float centre = static_cast<float>(begin) + 0.5F * static_cast<float>(decimation - 1);
-            const float behind = centre - static_cast<float>(at); // the echo of that sample
-            if (behind < -envelope.half_length() || behind > envelope.length_behind()) continue;
-            taps_.push_back({.weight = envelope(behind),
-                             .offset = static_cast<std::ptrdiff_t>(at % decimation * stride_ + at / decimation)});
-        }
-    }
-
-    /// Size of a polyphase line, in samples.
-    std::size_t layout_size() const { return decimation_ * stride_; }
-
-    /// Approximate time for a line.
-    float nanoseconds() const { return static_cast<float>(results_ * (2 + taps_.size() / 8)); }
-
-    /// Stores a line as polyphase rows. @param layout  zeros, or an earlier line
-    void lay_out(const vec2* line, vec2* layout) const {
-        for (std::size_t phase = 0; phase < decimation_; ++phase)
-            for (std::size_t i = 0; i < results_; ++i)
-                layout[phase * stride_ + zeros_ + i] = line[i * decimation_ + phase];
-    }
-
-    /// @tparam Width  floats in a SIMD register
-    template <int Width>
-    void apply(const vec2* layout, vec2* results) const {
-        sum_taps<Width>({taps_.data(), taps_.size()}, layout, results, results_);
-    }
-
-  private:
-    std::size_t decimation_ = 1;
-    std::size_t results_ = 0;
-    std::size_t zeros_ = 0;  // padding before and after each row
-    std::size_t stride_ = 0; // from row to row
-    std::vector<tap> taps_;
-};
-
-/// Lateral weights at one depth; normalized over the lines that exist.
-struct lateral_weights {
-    view<const float> half{}; ///< by distance in lines, 0 to `half_width`; both sides sum to 1
-    std::uint32_t lines = 1;  ///< number of lines of the probe
-    bool full_circle = false; ///< the last line is next to the first
-    float spacing = 0;        ///< distance between lines at this depth, metres
-
-    INSONIFY_FN int half_width() const { return static_cast<int>(half.size()) - 1; }
-
-    /// Offsets of the first and the last neighbour that exist.
-    INSONIFY_FN int first(std::uint32_t line) const {
-        const int before = static_cast<int>(line);
-        return full_circle || before > half_width() ? -half_width() : -before;
-    }
-    INSONIFY_FN int last(std::uint32_t line) const {
-        const int after = static_cast<int>(lines - 1 - line);
-        return full_circle || after > half_width() ? half_width() : after;
-    }
-
-    /// Sum of the weights over the lines that exist, by which they are divided: 1 except near the ends.
-    INSONIFY_FN float existing(std::uint32_t line) const {
-        const int begin = first(line), end = last(line);
-        if (begin == -half_width() && end == half_width()) return 1;
-        float sum = 0;
-        for (int offset = begin; offset <= end; ++offset) sum += weight(offset);
-        return sum;
-    }
-
-    /// Power of incoherent echoes on a line after weighting: sum_jk w_j g_j w_k g_k C(x_j - x_k).
-    /// @tparam Width       floats in a SIMD register
-    /// @param covariance   C of the echoes on two lines, by their distance in lines, for all of the kernel; 0 from some on
-    /// @param gain         g(line), amplitude of the echoes of a line before weighting
-    /// @param amplitudes   scratch memory
-    template <int Width, class Gain>
-    float power(std::uint32_t line, view<const float> covariance, const Gain& gain,
-                std::vector<float>& amplitudes) const {
-        const int begin = first(line), end = last(line), here = static_cast<int>(line), count = static_cast<int>(lines);
-        amplitudes.resize(static_cast<std::size_t>(end - begin) + 1);
-        float* to = amplitudes.data();
-        for (int offset = begin; offset <= end; ++offset) {
-            int neighbour = here + offset;
-            if (full_circle) neighbour = (neighbour + count) % count;
-            *to++ = weight(offset) * gain(static_cast<std::uint32_t>(neighbour));
-        }
-        const auto neighbours = static_cast<std::ptrdiff_t>(amplitudes.size());
-        const float* const a = amplitudes.data();
-        float sum = 0;
-        for (std::ptrdiff_t lag = 0; lag < neighbours; ++lag) {
-            const float correlated = covariance[static_cast<std::size_t>(lag)];
-            if (lag > 0 && !(std::fabs(correlated) > 0)) break;
-            const float* const b = a + lag;
-            const std::ptrdiff_t products = neighbours - lag, whole = products - products % Width;
-            lanes<Width> in_lanes(0.0F);
-            for (std::ptrdiff_t i = 0; i < whole; i += Width)
-                in_lanes = multiply_add(load<Width>(a + i), load<Width>(b + i), in_lanes);
-            float parts[Width], of_lag = 0;
-            store(in_lanes, parts);
-            for (const float part : parts) of_lag += part;
-            for (std::ptrdiff_t i = whole; i < products; ++i) of_lag += a[i] * b[i];
-            sum += (lag == 0 ? 1 : 2) * correlated * of_lag;
-        }
-        const float all = existing(line);
-        return sum / (all * all);
-    }
-
-  private:
-    INSONIFY_FN float weight(int offset) const { return half[static_cast<std::size_t>(offset < 0 ? -offset : offset)]; }
-};
-
-/// Lateral weights of `convolve` at every depth. Made by `make_lateral_kernel`.
-///
-/// Computed at the centre of every depth step and interpolated linearly, since steps would add noise.
-struct lateral_kernel {
-    static constexpr std::uint32_t depth_step = 4; ///< samples
-
-    /// Range of the weights of a depth step in `weights`.
-    struct entry {
-        std::size_t begin = 0;
-        std::size_t count = 0;
-        float spacing = 0; ///< distance between lines, metres
-    };
-    std::uint32_t lines = 1;
-    bool full_circle = false;   ///< the last line is next to the first
-    double cycles_per_line = 0; ///< `line_advance` of the probe, cycles of the carrier of an echo
-    std::vector<entry> entries;
-    std::vector<float> weights;
-    std::vector<std::ptrdiff_t> less; ///< by distance in lines: samples by which a wave front is less deep there
-
-    /// Weights at the centre of the depth step that contains a sample.
-    lateral_weights at(std::uint32_t sample) const {
-        const entry& e = entries[sample / depth_step];
-        return {.half = {weights.data() + e.begin, e.count},
-                .lines = lines,
-                .full_circle = full_circle,
-                .spacing = e.spacing};
-    }
-
-    /// Weights at a sample: (1 - fraction) of the weights `above` plus `fraction` of those `below`.
-    struct blend {
-        view<const float> above{};
-        view<const float> below{};
-        float fraction = 0;
-    };
-    blend blend_at(std::uint32_t sample) const {
-        const auto last = static_cast<float>(entries.size() - 1);
-        const float place = clamp((static_cast<float>(sample) + 0.5F) / depth_step - 0.5F, 0, last);
-        const auto first = static_cast<std::size_t>(place);
-        const entry &above = entries[first], &below = entries[first + (place < last ? 1 : 0)];
-        return {.above = {weights.data() + above.begin, above.count},
-                .below = {weights.data() + below.begin, below.count},
-                .fraction = place - static_cast<float>(first)};
-    }
-
-    /// The largest of all depths, in lines.
-    std::size_t half_width() const {
-        std::size_t longest = 1;
-        for (const entry& e : entries) longest = std::max(longest, e.count);
-        return longest - 1;
-    }
-
-    bool steered() const { return cycles_per_line != 0; }
-    /// Phase of an echo on a line relative to that on line 0, at the same wave front.
-    vec2 phase(std::ptrdiff_t line) const {
-        const double cycles = cycles_per_line * static_cast<double>(line);
-        const auto angle = 2 * pi * static_cast<float>(cycles - std::floor(cycles));
-        return {std::cos(angle), std::sin(angle)};
-    }
-};
-
-/// @param scan      depth and samples of the lines; `samples` must not be 0
-/// @param recycled  a kernel whose memory is reused
-/// @throws usage_error  for an acquisition out of range
-inline lateral_kernel make_lateral_kernel(const probe_settings& probe, const acquisition& scan,
-                                          lateral_kernel recycled = {}) {
-    check_depth(scan.depth, "make_lateral_kernel");
-    const beam_model beam = make_beam(probe, scan.depth);
-    if (scan.samples == 0) throw usage_error{"make_lateral_kernel: `samples` is 0; it must be that of the lines"};
-    constexpr std::uint32_t step = lateral_kernel::depth_step;
-    lateral_kernel kernel = std::move(recycled);
-    kernel.lines = probe.lines;
-    kernel.full_circle = probe.full_circle;
-    const float advance = probe.advance();
-    kernel.cycles_per_line = 2.0 * static_cast<double>(probe.frequency) * static_cast<double>(advance / display_speed);
-    auto& entries = kernel.entries;
-    auto& weights = kernel.weights;
-    entries.clear();
-    weights.clear();
-    const std::uint32_t last = kernel.full_circle ? (probe.lines - 1) / 2 : probe.lines - 1;
-    for (std::uint32_t sample = 0; sample < scan.samples; sample += step) {
-        const float depth = (static_cast<float>(sample) + 0.5F * step) * scan.depth / static_cast<float>(scan.samples);
-        const float sigma = beam.lateral_sigma(depth), lobe = beam.side_lobe_width(depth);
-        const float spacing = probe.spacing(depth);
-        const float max_sigmas =
-            max(kernel_sigmas, beam.side_lobes > 0 ? beam_model::side_lobe_extent * lobe / sigma : 0);
-        const std::size_t begin = weights.size();
-        double sum = 0;
-        for (std::uint32_t offset = 0; offset <= last; ++offset) {
-            const float apart = static_cast<float>(offset) * spacing, sigmas = apart / sigma;
-            if (sigmas > max_sigmas) break;
-            weights.push_back(std::exp(-0.5F * sigmas * sigmas) + beam.side_lobe(apart / lobe));
-            sum += (offset == 0 ? 1 : 2) * static_cast<double>(weights.back());
-        }
-        const std::size_t end = weights.size();
-        for (std::size_t i = begin; i < end; ++i)
-            weights[i] = static_cast<float>(static_cast<double>(weights[i]) / sum);
-        entries.push_back({.begin = begin, .count = end - begin, .spacing = spacing});
-    }
-    const float samples_per_line = advance * static_cast<float>(scan.samples) / scan.depth;
-    kernel.less.resize(kernel.half_width() + 1);
-    for (std::size_t i = 0; i < kernel.less.size(); ++i)
-        kernel.less[i] = static_cast<std::ptrdiff_t>(std::lround(samples_per_line * static_cast<float>(i)));
-    return kernel;
-}
-
-/// A copy of a few consecutive samples of every line, for filtering across the lines. H: half width of the kernel.
-///
-///     line  -H ... -1 | 0 ... lines - 1 | lines ... lines - 1 + H
-///           zeros, or for a full circle the lines from the other end
-///
-/// SIMD works along the line: each sample has its own weights. Across steered lines the filter follows the wave front:
-/// it reads neighbours a few samples above or below, with the phase that they have at the same wave front.
-class lateral_slab {
-  public:
-    static constexpr std::size_t samples = 32;
-
-    /// @param memory  scratch memory; grows as needed
-    lateral_slab(const lateral_kernel& kernel, std::vector<vec2>& memory)
-        : kernel_{kernel}, lines_{kernel.lines}, half_width_{kernel.half_width()},
-          margin_{static_cast<std::size_t>(std::abs(kernel.less.back()))}, stride_{samples + 2 * margin_} {
-        memory.resize(2 * (half_width_ + 1) * samples + (lines_ + 2 * half_width_) * stride_);
-        weights_ = memory.data();
-        tails_ = weights_ + (half_width_ + 1) * samples;
-        values_ = tails_ + (half_width_ + 1) * samples;
-        std::fill(values_, values_ + (lines_ + 2 * half_width_) * stride_, vec2{0, 0});
-    }
-
-    /// Computes the weights of samples `first` to `first` + `count` - 1.
-    void weigh(std::size_t first, std::size_t count) {
-        std::fill(weights_, values_, vec2{0, 0});
-        for (std::size_t k = 0; k < count; ++k) {
-            const lateral_kernel::blend at = kernel_.blend_at(static_cast<std::uint32_t>(first + k));
-            for (std::size_t i = 0; i < at.above.size(); ++i)
-                weights_[i * samples + k] += (1 - at.fraction) * at.above[i];
-            for (std::size_t i = 0; i < at.below.size(); ++i) weights_[i * samples + k] += at.fraction * at.below[i];
-        }
-        for (std::size_t i = half_width_; i-- > 0;) // sum of the weights of the neighbours beyond the i-th
-            for (std::size_t k = 0; k < samples; ++k)
-                tails_[i * samples + k] = tails_[(i + 1) * samples + k] + weights_[(i + 1) * samples + k];
-    }
-
-    /// Copies samples of all lines.
-    /// @param stride  from line to line
-    /// @param before  samples of the lines before `from`
-    /// @param after   samples of the lines after these
-    void copy(const vec2* from, std::size_t stride, std::size_t count, std::size_t before = 0, std::size_t after = 0) {
-        const std::size_t above = std::min(before, margin_), below = std::min(after, margin_);
-        const auto beyond = static_cast<std::ptrdiff_t>(kernel_.full_circle ? half_width_ : 0);
-        const auto lines = static_cast<std::ptrdiff_t>(lines_);
-        for (std::ptrdiff_t line = -beyond; line < lines + beyond; ++line) {
-            const vec2* source = from + static_cast<std::size_t>((line + lines) % lines) * stride - above;
-            vec2* const to = row(line);
-            std::fill(to - margin_, to - above, vec2{0, 0});
-            std::copy_n(source, above + count + below, to - above);
-            std::fill(to + count + below, to + samples + margin_, vec2{0, 0});
-            if (kernel_.steered()) turn(to - above, above + count + below, kernel_.phase(-line));
-        }
-    }
-
-    /// Filters across the lines; the weights are normalized over the lines that exist.
-    /// @tparam Width  floats in a SIMD register
-    /// @param to      in place only where lines are not steered
-    template <int Width>
-    void apply(vec2* to, std::size_t stride, std::size_t count) const {
-        vec2 sums[samples];
-        for (std::size_t line = 0; line < lines_; ++line) {
-            const std::size_t after = lines_ - 1 - line;
-            const bool whole = kernel_.full_circle || (line >= half_width_ && after >= half_width_);
-            vec2* out = whole && count == samples ? to + line * stride : sums;
-            const vec2* const here = row(static_cast<std::ptrdiff_t>(line));
-            for (std::size_t part = 0; part < samples; part += std::size_t{4} * Width)
-                sum_neighbours<Width>(here + part, weights_ + part, out + part, std::make_index_sequence<8>{});
-            if (!whole)
-                for (std::size_t k = 0; k < count; ++k)
-                    sums[k] /= 1 - (line < half_width_ ? tails_[line * samples + k].x : 0) -
-                               (after < half_width_ ? tails_[after * samples + k].x : 0);
-            if (out == sums) std::copy_n(sums, count, to + line * stride);
-            if (kernel_.steered()) turn(to + line * stride, count, kernel_.phase(static_cast<std::ptrdiff_t>(line)));
-        }
-    }
-
-  private:
-    vec2* row(std::ptrdiff_t line) const {
-        return values_ + (static_cast<std::ptrdiff_t>(half_width_) + line) * static_cast<std::ptrdiff_t>(stride_) +
-               margin_;
-    }
-
-    static void turn(vec2* values, std::size_t count, vec2 phase) {
-        for (std::size_t k = 0; k < count; ++k)
-            values[k] = {values[k].x * phase.x - values[k].y * phase.y, values[k].x * phase.y + values[k].y * phase.x};
-    }
-
-    // As many samples as eight SIMD registers hold; the sums stay in registers.
-    template <int Width, std::size_t... I>
-    INSONIFY_INLINE void sum_neighbours(const vec2* here, const vec2* weights, vec2* to,
-                                        std::index_sequence<I...>) const {
-        const auto floats = [](const vec2* at) { return reinterpret_cast<const float*>(at); };
-        lanes<Width> sums[] = {load<Width>(floats(here) + I * Width) * load<Width>(floats(weights) + I * Width)...};
-        const std::ptrdiff_t* const less_deep = kernel_.less.data();
-        for (std::size_t apart = 1; apart <= half_width_; ++apart) {
-            const std::ptrdiff_t less = less_deep[apart];
-            const float *left = floats(here - apart * stride_ + less), *right = floats(here + apart * stride_ - less),
-                        *weight = floats(weights + apart * samples);
-            ((sums[I] = multiply_add(load<Width>(left + I * Width) + load<Width>(right + I * Width),
-                                     load<Width>(weight + I * Width), sums[I])),
-             ...);
-        }
-        (store(sums[I], reinterpret_cast<float*>(to) + I * Width), ...);
-    }
-
-    const lateral_kernel& kernel_;
-    std::size_t lines_ = 0;
-    std::size_t half_width_ = 0;
-    std::size_t margin_ = 0;  // samples above and below that steered lines need
-    std::size_t stride_ = 0;  // from line to line of the copy
-    vec2* weights_ = nullptr; // by distance in lines, that of each sample twice: for x and y
-    vec2* tails_ = nullptr;   // by distance in lines: sum of the weights beyond
-    vec2* values_ = nullptr;
-};
-
-} // namespace insonify::inline INSONIFY_ABI::detail
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Options of `convolve`.
-struct convolve_settings {
-    std::uint32_t decimation = 1; ///< samples per result; a divisor of the number of samples
-};
-
-/// `convolve`, frame after frame: holds tables and memory, so that it allocates only while buffers grow.
-class convolver {
-  public:
-    /// See `insonify::convolve`.
-    template <exec::policy Policy, transducer Probe>
-    iq_lines convolve(const Policy& policy, iq_lines echoes, const pulse& sent, const Probe& probe,
-                      const convolve_settings& settings = {}) {
-        const detail::probe_settings own{probe};
-        sent.check(probe.frequency);
-        if (echoes.count != probe.lines || echoes.samples == 0 ||
-            echoes.values.size() != static_cast<std::size_t>(echoes.count) * echoes.samples)
-            throw usage_error{
-                "convolve: the echoes must have as many lines as the probe, and a value for every sample"};
-        check_depth(echoes.depth, "convolve");
-        if (settings.decimation == 0 || echoes.samples % settings.decimation != 0)
-            throw usage_error{
-                detail::joined({"convolve: decimation is ", std::to_string(settings.decimation),
-                                "; it must be a divisor of the number of samples, ", std::to_string(echoes.samples)})};
-        const float per_metre = static_cast<float>(echoes.samples) / echoes.depth;
-        pulse_envelope envelope = sent.envelope(probe.frequency);
-        envelope.sigma *= per_metre;
-        envelope.burst *= per_metre;
-        const auto decimation = static_cast<float>(settings.decimation);
-        if (!(envelope.sigma * 1.0001F >= decimation)) {
-            const float needed = min(std::ceil(static_cast<float>(echoes.samples) * decimation / envelope.sigma), 1e9F);
-            throw usage_error{
-                detail::joined({"convolve: the samples are too coarse for the pulse; a line needs at least ",
-                                std::to_string(static_cast<std::uint32_t>(needed)), " (twice as many are usual)",
-                                settings.decimation > 1 ? ", or a smaller `decimation`" : ""})};
-        }
-
-        iq_lines lines = along(policy, std::move(echoes), envelope, settings.decimation);
-        lateral_ =
-            detail::make_lateral_kernel(own, {.depth = lines.depth, .samples = lines.samples}, std::move(lateral_));
-        return across(policy, std::move(lines));
-    }
-
-  private:
-    template <exec::policy Policy>
-    iq_lines along(const Policy& policy, iq_lines echoes, const pulse_envelope& sent, std::uint32_t decimation);
-    template <exec::policy Policy>
-    iq_lines across(const Policy& policy, iq_lines lines);
-    // Calls body(begin, end, memory) for blocks of eight.
-    template <class Policy, class Body>
-    void for_each_block(const Policy& policy, std::size_t count, float nanoseconds, const Body& body) {
-        if (blocks_.size() < count / 8 + 1) blocks_.resize(count / 8 + 1);
-        exec::for_each_block(policy, count, 8, nanoseconds,
-                             [&](std::size_t begin, std::size_t end) { body(begin, end, blocks_[begin / 8]); });
-    }
-
-    detail::lateral_kernel lateral_{};        // weights across the lines
-    detail::axial_kernel axial_{};            // weights along a line
-    std::vector<std::vector<vec2>> blocks_{}; // scratch memory of each block of lines or samples
-    iq_lines decimated_{};                    // the lines of the previous frame
-    iq_lines steered_{};                      // lines that cannot be filtered in place
-};
-
-// The axial half of `convolve`; in place without decimation.
-// @param sent  in units of samples
-template <exec::policy Policy>
-iq_lines convolver::along(const Policy& policy, iq_lines echoes, const pulse_envelope& sent, std::uint32_t decimation) {
-    constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
-    axial_.set(echoes.samples, sent, decimation);
-    if (decimation > 1) decimated_.reshape(echoes.count, echoes.samples / decimation, echoes.depth);
-    iq_lines& results = decimation > 1 ? decimated_ : echoes;
-    for_each_block(policy, echoes.count, axial_.nanoseconds(),
-                   [&](std::size_t begin, std::size_t end, std::vector<vec2>& layout) {
-                       layout.assign(axial_.layout_size(), vec2{0, 0});
-                       for (std::size_t line = begin; line < end; ++line) {
-                           axial_.lay_out(echoes.values.data() + line * echoes.samples, layout.data());
-                           axial_.template apply<width>(layout.data(), results.values.data() + line * results.samples);
-                       }
-                   });
-    if (decimation > 1) std::swap(decimated_, echoes);
-    return echoes;
-}
-
-// The lateral half of `convolve`; in place where lines are not steered. The weights change from sample to sample.
-template <exec::policy Policy>
-iq_lines convolver::across(const Policy& policy, iq_lines lines) {
-    constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
-    constexpr std::size_t thickness = detail::lateral_slab::samples;
-    const std::size_t slabs = (lines.samples + thickness - 1) / thickness;
-    const bool in_place = !lateral_.steered();
-    if (!in_place) steered_.reshape(lines.count, lines.samples, lines.depth);
-    iq_lines& results = in_place ? lines : steered_;
-    const float slab_time = 0.2F * static_cast<float>((2 * lateral_.half_width() + 1) * lines.count * thickness);
-    for_each_block(policy, slabs, slab_time, [&](std::size_t begin, std::size_t end, std::vector<vec2>& memory) {
-        detail::lateral_slab slab{lateral_, memory};
-        for (std::size_t i = begin; i < end; ++i) {
-            const std::size_t first = i * thickness, count = std::min(thickness, lines.samples - first);
-            slab.weigh(first, count);
-            slab.copy(lines.values.data() + first, lines.samples, count, first, lines.samples - first - count);
-            slab.template apply<width>(results.values.data() + first, lines.samples, count);
-        }
-    });
-    if (!in_place) std::swap(steered_, lines);
-    return lines;
-}
-
-/// Convolves echoes with the point-spread function of the probe: the pulse along each line, the beam across the lines.
-///
-/// Axial: the pulse envelope, with peak 1. Lateral: a Gaussian of width `beam_model::lateral_sigma` along the wave
-/// front, at right angles to the lines (`line_advance`), whose weights sum to 1 over the lines that exist, at the ends
-/// as well. So a plate keeps its amplitude at every depth, sampling and line spacing. Lines are zero beyond their ends,
-/// so speckle fades within two standard deviations of the pulse from them. In place: pass std::move(echoes).
-/// @param echoes  baseband: an echo a at displayed depth z is a exp(-j 4 pi f0 z / c0), with c0 = display_speed
-/// @throws usage_error  for lines that are not those of the probe, samples coarser than the standard deviation of the
-///                      pulse, a pulse frequency other than that of the probe, and settings out of range
-template <exec::policy Policy, transducer Probe>
-iq_lines convolve(const Policy& policy, iq_lines echoes, const pulse& sent, const Probe& probe,
-                  const convolve_settings& settings = {}) {
-    return convolver{}.convolve(policy, std::move(echoes), sent, probe, settings);
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <utility>
-#include <vector>
+#include <cstdint>
 
 /// The acoustic model computes physics only: it emits the echo that the probe receives. `convolve` then averages
 /// neighbouring lines, and elevation planes are averaged too, which weakens echoes that differ from line to line. Here
@@ -14436,12 +13749,10 @@ struct line_kernels {
     /// Of independent echoes, at a displayed depth, metres: linear between the parts, as `elevation_planes::at`.
     INSONIFY_FN float random_weight(float depth) const {
         if (samples.empty()) return 1;
-        const float place = clamp(depth / spacing - 0.5F, 0, static_cast<float>(samples.size() - 1));
-        const auto above = static_cast<std::size_t>(place);
-        const std::size_t below = above + 1 < samples.size() ? above + 1 : above;
-        const float a = of_planes[above * planes + plane].random_weight,
-                    b = of_planes[below * planes + plane].random_weight;
-        return a + (place - static_cast<float>(above)) * (b - a);
+        const table_place place{depth / spacing - 0.5F, samples.size()};
+        const float a = of_planes[place.above * planes + plane].random_weight,
+                    b = of_planes[place.below * planes + plane].random_weight;
+        return a + place.part * (b - a);
     }
     /// The kernels at a displayed depth, metres; without effect where there are none.
     INSONIFY_FN kernel_sample at(float depth) const {
@@ -14614,6 +13925,537 @@ class compensated_echoes {
     float phase_per_metre_;
 };
 
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+
+#endif
+#ifndef INSONIFY_TRACING_PLAN_FRAME_PLAN_HPP
+#define INSONIFY_TRACING_PLAN_FRAME_PLAN_HPP
+
+
+#ifndef INSONIFY_SIGNAL_KERNEL_KERNEL_TABLE_HPP
+#define INSONIFY_SIGNAL_KERNEL_KERNEL_TABLE_HPP
+
+
+#ifndef INSONIFY_SIGNAL_KERNEL_CONVOLVE_HPP
+#define INSONIFY_SIGNAL_KERNEL_CONVOLVE_HPP
+
+
+#include <algorithm>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// One coefficient of an FIR filter.
+struct tap {
+    float weight = 0;
+    std::ptrdiff_t offset = 0; ///< of its input sample relative to the result, in complex samples
+};
+
+/// Number of samples that `sum_taps` may read beyond those that its results need.
+inline constexpr std::size_t tap_room = std::size_t{4} * simd_width;
+
+/// Computes as many results as eight SIMD registers hold; the sums stay in registers.
+template <int Width, std::size_t... I>
+INSONIFY_INLINE void sum_taps_of_block(view<const tap> taps, const float* from, float* to, std::index_sequence<I...>) {
+    lanes<Width> sums[] = {lanes<Width>(static_cast<float>(I - I))...};
+    for (const tap& one : taps) {
+        const lanes<Width> weight(one.weight);
+        const float* at = from + 2 * one.offset;
+        ((sums[I] = multiply_add(load<Width>(at + I * Width), weight, sums[I])), ...);
+    }
+    (store(sums[I], to + I * Width), ...);
+}
+
+/// Filters complex samples: to[i] = sum over the taps of weight * from[i + offset].
+///
+/// @tparam Width  floats in a SIMD register
+/// @param from  read up to `tap_room` samples beyond what `count` results need
+/// @param to    must not overlap the samples read
+template <int Width>
+void sum_taps(view<const tap> taps, const vec2* from, vec2* to, std::size_t count) {
+    constexpr std::size_t block = std::size_t{4} * Width;
+    constexpr auto registers = std::make_index_sequence<8>{};
+    std::size_t begin = 0;
+    for (; begin + block <= count; begin += block)
+        sum_taps_of_block<Width>(taps, reinterpret_cast<const float*>(from + begin),
+                                 reinterpret_cast<float*>(to + begin), registers);
+    if (begin == count) return;
+    vec2 last[block];
+    sum_taps_of_block<Width>(taps, reinterpret_cast<const float*>(from + begin), reinterpret_cast<float*>(last),
+                             registers);
+    for (std::size_t i = 0; begin + i < count; ++i) to[begin + i] = last[i];
+}
+
+/// FIR filter with the envelope of a pulse along a line of complex samples, with one result for every D samples.
+///
+/// Result k is at the centre of samples k D to k D + D - 1. A line is stored as D polyphase rows (samples 0, D, 2 D,
+/// ..., then 1, D + 1, ...), each padded with zeros, so that a tap reads consecutive samples for consecutive results.
+class axial_kernel {
+  public:
+    /// Recomputes the kernel in the same memory. @param envelope  in units of samples
+    void set(std::size_t samples, const pulse_envelope& envelope, std::size_t decimation) {
+        decimation_ = decimation;
+        results_ = samples / decimation;
+        const auto length = static_cast<std::size_t>(min(envelope.length_behind(), static_cast<float>(samples)));
+        zeros_ = length / decimation + 1;
+        stride_ = results_ + 2 * zeros_ + tap_room;
+        taps_.clear();
+        const std::size_t begin = zeros_ * decimation; // of the line in one padded row, before it is split into phases
+        for (std::size_t at = begin - length; at < begin + length + decimation; ++at) {
+            const float centre = static_cast<float>(begin) + 0.5F * static_cast<float>(decimation - 1);
+            const float behind = centre - static_cast<float>(at); // the echo of that sample
+            if (behind < -envelope.half_length() || behind > envelope.length_behind()) continue;
+            taps_.push_back({.weight = envelope(behind),
+                             .offset = static_cast<std::ptrdiff_t>(at % decimation * stride_ + at / decimation)});
+        }
+    }
+
+    /// Size of a polyphase line, in samples.
+    std::size_t layout_size() const { return decimation_ * stride_; }
+
+    /// Approximate time for a line.
+    float nanoseconds() const { return static_cast<float>(results_ * (2 + taps_.size() / 8)); }
+
+    /// Stores a line as polyphase rows. @param layout  zeros, or an earlier line
+    void lay_out(const vec2* line, vec2* layout) const {
+        for (std::size_t phase = 0; phase < decimation_; ++phase)
+            for (std::size_t i = 0; i < results_; ++i)
+                layout[phase * stride_ + zeros_ + i] = line[i * decimation_ + phase];
+    }
+
+    /// @tparam Width  floats in a SIMD register
+    template <int Width>
+    void apply(const vec2* layout, vec2* results) const {
+        sum_taps<Width>({taps_.data(), taps_.size()}, layout, results, results_);
+    }
+
+  private:
+    std::size_t decimation_ = 1;
+    std::size_t results_ = 0;
+    std::size_t zeros_ = 0;  // padding before and after each row
+    std::size_t stride_ = 0; // from row to row
+    std::vector<tap> taps_;
+};
+
+/// Lateral weights of `convolve` at every depth. Made by `make_lateral_kernel`.
+///
+/// Computed at the centre of every depth step and interpolated linearly, since steps would add noise.
+struct lateral_kernel {
+    static constexpr std::uint32_t depth_step = 4; ///< samples
+
+    /// Range of the weights of a depth step in `weights`.
+    struct entry {
+        std::size_t begin = 0;
+        std::size_t count = 0;
+        float spacing = 0; ///< distance between lines, metres
+    };
+    std::uint32_t lines = 1;
+    bool full_circle = false;   ///< the last line is next to the first
+    double cycles_per_line = 0; ///< `line_advance` of the probe, cycles of the carrier of an echo
+    std::vector<entry> entries;
+    std::vector<float> weights;
+    std::vector<std::ptrdiff_t> less; ///< by distance in lines: samples by which a wave front is less deep there
+
+    /// Weights at a sample: (1 - fraction) of the weights `above` plus `fraction` of those `below`.
+    struct blend {
+        view<const float> above{};
+        view<const float> below{};
+        float fraction = 0;
+    };
+    blend blend_at(std::uint32_t sample) const {
+        const table_place place{(static_cast<float>(sample) + 0.5F) / depth_step - 0.5F, entries.size()};
+        const entry &above = entries[place.above], &below = entries[place.below];
+        return {.above = {weights.data() + above.begin, above.count},
+                .below = {weights.data() + below.begin, below.count},
+                .fraction = place.part};
+    }
+
+    /// The largest of all depths, in lines.
+    std::size_t half_width() const {
+        std::size_t longest = 1;
+        for (const entry& e : entries) longest = std::max(longest, e.count);
+        return longest - 1;
+    }
+
+    bool steered() const { return cycles_per_line != 0; }
+    /// Phase of an echo on a line relative to that on line 0, at the same wave front.
+    vec2 phase(std::ptrdiff_t line) const { return turned(cycles_per_line * static_cast<double>(line)); }
+};
+
+/// @param scan      depth and samples of the lines; `samples` must not be 0
+/// @param recycled  a kernel whose memory is reused
+/// @throws usage_error  for an acquisition out of range
+inline lateral_kernel make_lateral_kernel(const probe_settings& probe, const acquisition& scan,
+                                          lateral_kernel recycled = {}) {
+    check_depth(scan.depth, "make_lateral_kernel");
+    const beam_model beam = make_beam(probe, scan.depth);
+    if (scan.samples == 0) throw usage_error{"make_lateral_kernel: `samples` is 0; it must be that of the lines"};
+    constexpr std::uint32_t step = lateral_kernel::depth_step;
+    lateral_kernel kernel = std::move(recycled);
+    kernel.lines = probe.lines;
+    kernel.full_circle = probe.full_circle;
+    const float advance = probe.advance();
+    kernel.cycles_per_line = 2.0 * static_cast<double>(probe.frequency) * static_cast<double>(advance / display_speed);
+    auto& entries = kernel.entries;
+    auto& weights = kernel.weights;
+    entries.clear();
+    weights.clear();
+    const std::uint32_t last = kernel.full_circle ? (probe.lines - 1) / 2 : probe.lines - 1;
+    for (std::uint32_t sample = 0; sample < scan.samples; sample += step) {
+        const float depth = (static_cast<float>(sample) + 0.5F * step) * scan.depth / static_cast<float>(scan.samples);
+        const float sigma = beam.lateral_sigma(depth), lobe = beam.side_lobe_width(depth);
+        const float spacing = probe.spacing(depth);
+        const float max_sigmas =
+            max(kernel_sigmas, beam.side_lobes > 0 ? beam_model::side_lobe_extent * lobe / sigma : 0);
+        const std::size_t begin = weights.size();
+        double sum = 0;
+        for (std::uint32_t offset = 0; offset <= last; ++offset) {
+            const float apart = static_cast<float>(offset) * spacing, sigmas = apart / sigma;
+            if (sigmas > max_sigmas) break;
+            weights.push_back(std::exp(-0.5F * sigmas * sigmas) + beam.side_lobe(apart / lobe));
+            sum += (offset == 0 ? 1 : 2) * static_cast<double>(weights.back());
+        }
+        const std::size_t end = weights.size();
+        for (std::size_t i = begin; i < end; ++i)
+            weights[i] = static_cast<float>(static_cast<double>(weights[i]) / sum);
+        entries.push_back({.begin = begin, .count = end - begin, .spacing = spacing});
+    }
+    const float samples_per_line = advance * static_cast<float>(scan.samples) / scan.depth;
+    kernel.less.resize(kernel.half_width() + 1);
+    for (std::size_t i = 0; i < kernel.less.size(); ++i)
+        kernel.less[i] = static_cast<std::ptrdiff_t>(std::lround(samples_per_line * static_cast<float>(i)));
+    return kernel;
+}
+
+/// A copy of a few consecutive samples of every line, for filtering across the lines. H: half width of the kernel.
+///
+///     line  -H ... -1 | 0 ... lines - 1 | lines ... lines - 1 + H
+///           zeros, or for a full circle the lines from the other end
+///
+/// SIMD works along the line: each sample has its own weights. Across steered lines the filter follows the wave front:
+/// it reads neighbours a few samples above or below, with the phase that they have at the same wave front.
+class lateral_slab {
+  public:
+    static constexpr std::size_t samples = 32;
+
+    /// @param memory  scratch memory; grows as needed
+    lateral_slab(const lateral_kernel& kernel, std::vector<vec2>& memory)
+        : kernel_{kernel}, lines_{kernel.lines}, half_width_{kernel.half_width()},
+          margin_{static_cast<std::size_t>(std::abs(kernel.less.back()))}, stride_{samples + 2 * margin_} {
+        memory.resize(2 * (half_width_ + 1) * samples + (lines_ + 2 * half_width_) * stride_);
+        weights_ = memory.data();
+        tails_ = weights_ + (half_width_ + 1) * samples;
+        values_ = tails_ + (half_width_ + 1) * samples;
+        std::fill(values_, values_ + (lines_ + 2 * half_width_) * stride_, vec2{0, 0});
+    }
+
+    /// Computes the weights of samples `first` to `first` + `count` - 1.
+    void weigh(std::size_t first, std::size_t count) {
+        std::fill(weights_, values_, vec2{0, 0});
+        for (std::size_t k = 0; k < count; ++k) {
+            const lateral_kernel::blend at = kernel_.blend_at(static_cast<std::uint32_t>(first + k));
+            for (std::size_t i = 0; i < at.above.size(); ++i)
+                weights_[i * samples + k] += (1 - at.fraction) * at.above[i];
+            for (std::size_t i = 0; i < at.below.size(); ++i) weights_[i * samples + k] += at.fraction * at.below[i];
+        }
+        for (std::size_t i = half_width_; i-- > 0;) // sum of the weights of the neighbours beyond the i-th
+            for (std::size_t k = 0; k < samples; ++k)
+                tails_[i * samples + k] = tails_[(i + 1) * samples + k] + weights_[(i + 1) * samples + k];
+    }
+
+    /// Copies samples of all lines.
+    /// @param stride  from line to line
+    /// @param before  samples of the lines before `from`
+    /// @param after   samples of the lines after these
+    void copy(const vec2* from, std::size_t stride, std::size_t count, std::size_t before = 0, std::size_t after = 0) {
+        const std::size_t above = std::min(before, margin_), below = std::min(after, margin_);
+        const auto beyond = static_cast<std::ptrdiff_t>(kernel_.full_circle ? half_width_ : 0);
+        const auto lines = static_cast<std::ptrdiff_t>(lines_);
+        for (std::ptrdiff_t line = -beyond; line < lines + beyond; ++line) {
+            const vec2* source = from + static_cast<std::size_t>((line + lines) % lines) * stride - above;
+            vec2* const to = row(line);
+            std::fill(to - margin_, to - above, vec2{0, 0});
+            std::copy_n(source, above + count + below, to - above);
+            std::fill(to + count + below, to + samples + margin_, vec2{0, 0});
+            if (kernel_.steered()) turn(to - above, above + count + below, kernel_.phase(-line));
+        }
+    }
+
+    /// Filters across the lines; the weights are normalized over the lines that exist.
+    /// @tparam Width  floats in a SIMD register
+    /// @param to      in place only where lines are not steered
+    template <int Width>
+    void apply(vec2* to, std::size_t stride, std::size_t count) const {
+        vec2 sums[samples];
+        for (std::size_t line = 0; line < lines_; ++line) {
+            const std::size_t after = lines_ - 1 - line;
+            const bool whole = kernel_.full_circle || (line >= half_width_ && after >= half_width_);
+            vec2* out = whole && count == samples ? to + line * stride : sums;
+            const vec2* const here = row(static_cast<std::ptrdiff_t>(line));
+            for (std::size_t part = 0; part < samples; part += std::size_t{4} * Width)
+                sum_neighbours<Width>(here + part, weights_ + part, out + part, std::make_index_sequence<8>{});
+            if (!whole)
+                for (std::size_t k = 0; k < count; ++k)
+                    sums[k] /= 1 - (line < half_width_ ? tails_[line * samples + k].x : 0) -
+                               (after < half_width_ ? tails_[after * samples + k].x : 0);
+            if (out == sums) std::copy_n(sums, count, to + line * stride);
+            if (kernel_.steered()) turn(to + line * stride, count, kernel_.phase(static_cast<std::ptrdiff_t>(line)));
+        }
+    }
+
+  private:
+    vec2* row(std::ptrdiff_t line) const {
+        return values_ + (static_cast<std::ptrdiff_t>(half_width_) + line) * static_cast<std::ptrdiff_t>(stride_) +
+               margin_;
+    }
+
+    static void turn(vec2* values, std::size_t count, vec2 phase) {
+        for (std::size_t k = 0; k < count; ++k) values[k] = complex_product(values[k], phase);
+    }
+
+    // As many samples as eight SIMD registers hold; the sums stay in registers.
+    template <int Width, std::size_t... I>
+    INSONIFY_INLINE void sum_neighbours(const vec2* here, const vec2* weights, vec2* to,
+                                        std::index_sequence<I...>) const {
+        const auto floats = [](const vec2* at) { return reinterpret_cast<const float*>(at); };
+        lanes<Width> sums[] = {load<Width>(floats(here) + I * Width) * load<Width>(floats(weights) + I * Width)...};
+        const std::ptrdiff_t* const less_deep = kernel_.less.data();
+        for (std::size_t apart = 1; apart <= half_width_; ++apart) {
+            const std::ptrdiff_t less = less_deep[apart];
+            const float *left = floats(here - apart * stride_ + less), *right = floats(here + apart * stride_ - less),
+                        *weight = floats(weights + apart * samples);
+            ((sums[I] = multiply_add(load<Width>(left + I * Width) + load<Width>(right + I * Width),
+                                     load<Width>(weight + I * Width), sums[I])),
+             ...);
+        }
+        (store(sums[I], reinterpret_cast<float*>(to) + I * Width), ...);
+    }
+
+    const lateral_kernel& kernel_;
+    std::size_t lines_ = 0;
+    std::size_t half_width_ = 0;
+    std::size_t margin_ = 0;  // samples above and below that steered lines need
+    std::size_t stride_ = 0;  // from line to line of the copy
+    vec2* weights_ = nullptr; // by distance in lines, that of each sample twice: for x and y
+    vec2* tails_ = nullptr;   // by distance in lines: sum of the weights beyond
+    vec2* values_ = nullptr;
+};
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Options of `convolve`.
+struct convolve_settings {
+    std::uint32_t decimation = 1; ///< samples per result; a divisor of the number of samples
+};
+
+/// `convolve`, frame after frame: holds tables and memory, so that it allocates only while buffers grow.
+class convolver {
+  public:
+    /// See `insonify::convolve`.
+    template <exec::policy Policy, transducer Probe>
+    iq_lines convolve(const Policy& policy, iq_lines echoes, const pulse& sent, const Probe& probe,
+                      const convolve_settings& settings = {}) {
+        const detail::probe_settings own{probe};
+        sent.check(probe.frequency);
+        detail::check_echoes(echoes, probe.lines, "convolve");
+        check_depth(echoes.depth, "convolve");
+        if (settings.decimation == 0 || echoes.samples % settings.decimation != 0)
+            throw usage_error{
+                detail::joined({"convolve: decimation is ", std::to_string(settings.decimation),
+                                "; it must be a divisor of the number of samples, ", std::to_string(echoes.samples)})};
+        const float per_metre = static_cast<float>(echoes.samples) / echoes.depth;
+        pulse_envelope envelope = sent.envelope(probe.frequency);
+        envelope.sigma *= per_metre;
+        envelope.burst *= per_metre;
+        const auto decimation = static_cast<float>(settings.decimation);
+        if (!(envelope.sigma * 1.0001F >= decimation)) {
+            const float needed = min(std::ceil(static_cast<float>(echoes.samples) * decimation / envelope.sigma), 1e9F);
+            throw usage_error{
+                detail::joined({"convolve: the samples are too coarse for the pulse; a line needs at least ",
+                                std::to_string(static_cast<std::uint32_t>(needed)), " (twice as many are usual)",
+                                settings.decimation > 1 ? ", or a smaller `decimation`" : ""})};
+        }
+
+        iq_lines lines = along(policy, std::move(echoes), envelope, settings.decimation);
+        lateral_ =
+            detail::make_lateral_kernel(own, {.depth = lines.depth, .samples = lines.samples}, std::move(lateral_));
+        return across(policy, std::move(lines));
+    }
+
+  private:
+    template <exec::policy Policy>
+    iq_lines along(const Policy& policy, iq_lines echoes, const pulse_envelope& sent, std::uint32_t decimation);
+    template <exec::policy Policy>
+    iq_lines across(const Policy& policy, iq_lines lines);
+    // Calls body(begin, end, memory) for blocks of eight.
+    template <class Policy, class Body>
+    void for_each_block(const Policy& policy, std::size_t count, float nanoseconds, const Body& body) {
+        if (blocks_.size() < count / 8 + 1) blocks_.resize(count / 8 + 1);
+        exec::for_each_block(policy, count, 8, nanoseconds,
+                             [&](std::size_t begin, std::size_t end) { body(begin, end, blocks_[begin / 8]); });
+    }
+
+    detail::lateral_kernel lateral_{};        // weights across the lines
+    detail::axial_kernel axial_{};            // weights along a line
+    std::vector<std::vector<vec2>> blocks_{}; // scratch memory of each block of lines or samples
+    iq_lines decimated_{};                    // the lines of the previous frame
+    iq_lines steered_{};                      // lines that cannot be filtered in place
+};
+
+// The axial half of `convolve`; in place without decimation.
+// @param sent  in units of samples
+template <exec::policy Policy>
+iq_lines convolver::along(const Policy& policy, iq_lines echoes, const pulse_envelope& sent, std::uint32_t decimation) {
+    constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
+    axial_.set(echoes.samples, sent, decimation);
+    if (decimation > 1) decimated_.reshape(echoes.count, echoes.samples / decimation, echoes.depth);
+    iq_lines& results = decimation > 1 ? decimated_ : echoes;
+    for_each_block(policy, echoes.count, axial_.nanoseconds(),
+                   [&](std::size_t begin, std::size_t end, std::vector<vec2>& layout) {
+                       layout.assign(axial_.layout_size(), vec2{0, 0});
+                       for (std::size_t line = begin; line < end; ++line) {
+                           axial_.lay_out(echoes.values.data() + line * echoes.samples, layout.data());
+                           axial_.template apply<width>(layout.data(), results.values.data() + line * results.samples);
+                       }
+                   });
+    if (decimation > 1) std::swap(decimated_, echoes);
+    return echoes;
+}
+
+// The lateral half of `convolve`; in place where lines are not steered. The weights change from sample to sample.
+template <exec::policy Policy>
+iq_lines convolver::across(const Policy& policy, iq_lines lines) {
+    constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
+    constexpr std::size_t thickness = detail::lateral_slab::samples;
+    const std::size_t slabs = (lines.samples + thickness - 1) / thickness;
+    const bool in_place = !lateral_.steered();
+    if (!in_place) steered_.reshape(lines.count, lines.samples, lines.depth);
+    iq_lines& results = in_place ? lines : steered_;
+    const float slab_time = 0.2F * static_cast<float>((2 * lateral_.half_width() + 1) * lines.count * thickness);
+    for_each_block(policy, slabs, slab_time, [&](std::size_t begin, std::size_t end, std::vector<vec2>& memory) {
+        detail::lateral_slab slab{lateral_, memory};
+        for (std::size_t i = begin; i < end; ++i) {
+            const std::size_t first = i * thickness, count = std::min(thickness, lines.samples - first);
+            slab.weigh(first, count);
+            slab.copy(lines.values.data() + first, lines.samples, count, first, lines.samples - first - count);
+            slab.template apply<width>(results.values.data() + first, lines.samples, count);
+        }
+    });
+    if (!in_place) std::swap(steered_, lines);
+    return lines;
+}
+
+/// Convolves echoes with the point-spread function of the probe: the pulse along each line, the beam across the lines.
+///
+/// Axial: the pulse envelope, with peak 1. Lateral: a Gaussian of width `beam_model::lateral_sigma` along the wave
+/// front, at right angles to the lines (`line_advance`), whose weights sum to 1 over the lines that exist, at the ends
+/// as well. So a plate keeps its amplitude at every depth, sampling and line spacing. Lines are zero beyond their ends,
+/// so speckle fades within two standard deviations of the pulse from them. In place: pass std::move(echoes).
+/// @param echoes  baseband: an echo a at displayed depth z is a exp(-j 4 pi f0 z / c0), with c0 = display_speed
+/// @throws usage_error  for lines that are not those of the probe, samples coarser than the standard deviation of the
+///                      pulse, a pulse frequency other than that of the probe, and settings out of range
+template <exec::policy Policy, transducer Probe>
+iq_lines convolve(const Policy& policy, iq_lines echoes, const pulse& sent, const Probe& probe,
+                  const convolve_settings& settings = {}) {
+    return convolver{}.convolve(policy, std::move(echoes), sent, probe, settings);
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI::detail {
+
+/// Lateral weights at one depth; normalized over the lines that exist.
+struct lateral_weights {
+    view<const float> half{}; ///< by distance in lines, 0 to `half_width`; both sides sum to 1
+    std::uint32_t lines = 1;  ///< number of lines of the probe
+    bool full_circle = false; ///< the last line is next to the first
+    float spacing = 0;        ///< distance between lines at this depth, metres
+
+    INSONIFY_FN int half_width() const { return static_cast<int>(half.size()) - 1; }
+
+    /// Offsets of the first and the last neighbour that exist.
+    INSONIFY_FN int first(std::uint32_t line) const {
+        const int before = static_cast<int>(line);
+        return full_circle || before > half_width() ? -half_width() : -before;
+    }
+    INSONIFY_FN int last(std::uint32_t line) const {
+        const int after = static_cast<int>(lines - 1 - line);
+        return full_circle || after > half_width() ? half_width() : after;
+    }
+
+    /// Sum of the weights over the lines that exist, by which they are divided: 1 except near the ends.
+    INSONIFY_FN float existing(std::uint32_t line) const {
+        const int begin = first(line), end = last(line);
+        if (begin == -half_width() && end == half_width()) return 1;
+        float sum = 0;
+        for (int offset = begin; offset <= end; ++offset) sum += weight(offset);
+        return sum;
+    }
+
+    /// Power of incoherent echoes on a line after weighting: sum_jk w_j g_j w_k g_k C(x_j - x_k).
+    /// @tparam Width       floats in a SIMD register
+    /// @param covariance   C of the echoes on two lines, by their distance in lines, for all of the kernel; 0 from some on
+    /// @param gain         g(line), amplitude of the echoes of a line before weighting
+    /// @param amplitudes   scratch memory
+    template <int Width, class Gain>
+    float power(std::uint32_t line, view<const float> covariance, const Gain& gain,
+                std::vector<float>& amplitudes) const {
+        const int begin = first(line), end = last(line), here = static_cast<int>(line), count = static_cast<int>(lines);
+        amplitudes.resize(static_cast<std::size_t>(end - begin) + 1);
+        float* to = amplitudes.data();
+        for (int offset = begin; offset <= end; ++offset) {
+            int neighbour = here + offset;
+            if (full_circle) neighbour = (neighbour + count) % count;
+            *to++ = weight(offset) * gain(static_cast<std::uint32_t>(neighbour));
+        }
+        const auto neighbours = static_cast<std::ptrdiff_t>(amplitudes.size());
+        const float* const a = amplitudes.data();
+        float sum = 0;
+        for (std::ptrdiff_t lag = 0; lag < neighbours; ++lag) {
+            const float correlated = covariance[static_cast<std::size_t>(lag)];
+            if (lag > 0 && !(std::fabs(correlated) > 0)) break;
+            const float* const b = a + lag;
+            const std::ptrdiff_t products = neighbours - lag, whole = products - products % Width;
+            lanes<Width> in_lanes(0.0F);
+            for (std::ptrdiff_t i = 0; i < whole; i += Width)
+                in_lanes = multiply_add(load<Width>(a + i), load<Width>(b + i), in_lanes);
+            float parts[Width], of_lag = 0;
+            store(in_lanes, parts);
+            for (const float part : parts) of_lag += part;
+            for (std::ptrdiff_t i = whole; i < products; ++i) of_lag += a[i] * b[i];
+            sum += (lag == 0 ? 1 : 2) * correlated * of_lag;
+        }
+        const float all = existing(line);
+        return sum / (all * all);
+    }
+
+  private:
+    INSONIFY_FN float weight(int offset) const { return half[static_cast<std::size_t>(offset < 0 ? -offset : offset)]; }
+};
+
+/// Those at the centre of the depth step that contains a sample.
+inline lateral_weights weights_at(const lateral_kernel& kernel, std::uint32_t sample) {
+    const lateral_kernel::entry& e = kernel.entries[sample / lateral_kernel::depth_step];
+    return {.half = {kernel.weights.data() + e.begin, e.count},
+            .lines = kernel.lines,
+            .full_circle = kernel.full_circle,
+            .spacing = e.spacing};
+}
+
 /// `kernel_table` in flat arrays. Trivially copyable.
 struct kernel_table_view {
     static constexpr std::uint32_t depths = 128; ///< parts of the displayed depth
@@ -14646,24 +14488,8 @@ struct kernel_table_view {
 /// near the border have fewer neighbours, hence tables of their own.
 class kernel_table {
   public:
-    /// Covariance of two echoes, by metres apart in the slice plane and out of it, and radians turned: a reference to a
-    /// function of any type, so that the table is compiled once.
-    class covariance {
-      public:
-        template <class Function>
-        covariance(const Function& function)
-            : function_{&function}, call_{[](const void* called, vec2 apart, float turned) -> float {
-                  return (*static_cast<const Function*>(called))(apart, turned);
-              }} {}
-        float operator()(vec2 apart, float turned) const { return call_(function_, apart, turned); }
-
-      private:
-        const void* function_;
-        float (*call_)(const void*, vec2 apart, float turned);
-    };
-
-    /// Without compensation.
-    void clear() { samples_.resize(0); }
+    /// Covariance of two echoes, by metres apart in the slice plane and out of it, and radians turned.
+    using covariance = function_ref<float(vec2 apart, float turned)>;
 
     /// Computes the table in the same memory.
     /// @param of_lines          the gains are those of the planes along the middle line
@@ -14701,28 +14527,28 @@ class kernel_table {
                         .random_weight = min(here.random[i] / max(here.coherent[i], 1e-12F), max_random_weight),
                         .strip = here.strip[i]};
             }
-            const lateral_weights across = kernel_.at(static_cast<std::uint32_t>(k) * lateral_kernel::depth_step);
+            const lateral_weights across =
+                weights_at(kernel_, static_cast<std::uint32_t>(k) * lateral_kernel::depth_step);
             scratch& work = work_[k];
             const auto levels_with = [&](levels& found, const covariance& of) {
                 find_levels<width>(across, turned, planes, z, weights.random,
                                    max_slope * 4 * pi * probe.frequency / display_speed, of, work, found);
             };
-            levels &of_speckle = work.speckle, &of_surface = work.surface, &uncorrelated = work.uncorrelated;
-            levels_with(of_speckle, speckle);
-            levels_with(of_surface, surface);
-            levels_with(uncorrelated, [](vec2, float) { return 0.0F; });
+            levels_with(work.speckle, speckle);
+            levels_with(work.surface, surface);
+            levels_with(work.uncorrelated, [](vec2, float) { return 0.0F; });
             for (std::uint32_t line = 0; line <= border_; ++line)
                 samples_[std::size_t{line} * depths + k] = {
                     .lateral_sigma = probe.lines > 1 ? beam.lateral_sigma(z) : 0.0F,
                     .elevation_sigma = beam.elevation_sigma(z),
                     .line_spacing = across.spacing,
                     .divergence = across.spacing > 0 ? turned / across.spacing : 0.0F,
-                    .speckle_gain = of_speckle[line].gain,
-                    .speckle_spread = of_speckle[line].spread,
-                    .speckle_loss = of_speckle[line].loss,
-                    .surface_gain = of_surface[line].gain,
-                    .surface_spread = of_surface[line].spread,
-                    .uncorrelated_gain = uncorrelated[line].gain};
+                    .speckle_gain = work.speckle[line].gain,
+                    .speckle_spread = work.speckle[line].spread,
+                    .speckle_loss = work.speckle[line].loss,
+                    .surface_gain = work.surface[line].gain,
+                    .surface_spread = work.surface[line].spread,
+                    .uncorrelated_gain = work.uncorrelated[line].gain};
         });
     }
 
@@ -14873,7 +14699,7 @@ class kernel_table {
     std::vector<scratch> work_; // for each depth
 };
 
-/// Computes the table for a model that states the covariance of its speckle; no compensation for others.
+/// Computes the table for a model that states the covariance of its speckle; that of others stays empty.
 template <class Policy, class Model>
 void compute_kernel_table(const Policy& policy, const probe_lines& probe, float depth, const planes_of_lines& planes,
                           const Model& model, kernel_table& table) {
@@ -14891,18 +14717,12 @@ void compute_kernel_table(const Policy& policy, const probe_lines& probe, float 
                 else
                     return model.covariance(apart.x + apart.y, turned);
             });
-    else
-        table.clear();
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
 
 
 #endif
-#ifndef INSONIFY_TRACING_PLAN_FRAME_PLAN_HPP
-#define INSONIFY_TRACING_PLAN_FRAME_PLAN_HPP
-
-
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -14918,15 +14738,12 @@ inline constexpr float max_wavelengths = 1 << 24;
 /// Checks the lines of a frame.
 /// @throws usage_error     for a scene that was not built, or a probe or depth out of range
 /// @throws geometry_error  for a pose that is not rigid
-inline void check_lines(const scene& body, const probe_settings& probe, const pose& at, float depth,
-                        const char* caller) {
+inline void check_lines(const scene& body, float frequency, const pose& at, float depth, const char* caller) {
     body.require_built();
-    if (!is_rigid(at))
-        throw geometry_error{joined({caller, ": the pose of the probe is not a rigid transform; make it with look_at, "
-                                             "or mend it with orthonormalised"})};
+    check_rigid(at, caller, "the pose of the probe");
     check_depth(depth, caller);
-    if (depth * probe.frequency > max_wavelengths * display_speed)
-        throw usage_error{joined({caller, ": a depth of ", number_text(depth), " m at ", number_text(probe.frequency),
+    if (depth * frequency > max_wavelengths * display_speed)
+        throw usage_error{joined({caller, ": a depth of ", number_text(depth), " m at ", number_text(frequency),
                                   " Hz is more than 2^24 wavelengths; lower the depth or the frequency"})};
 }
 
@@ -14946,7 +14763,7 @@ inline std::uint32_t checked_samples(std::uint32_t lines, std::uint32_t samples,
 template <class Model>
 std::uint32_t check_acquisition(const scene& body, const probe_settings& probe, const pose& at, const Model& model,
                                 const acquisition& settings) {
-    check_lines(body, probe, at, settings.depth, "trace");
+    check_lines(body, probe.frequency, at, settings.depth, "trace");
     if constexpr (requires { model.check(); }) model.check();
     return checked_samples(probe.lines,
                            settings.samples != 0 ? settings.samples : model.samples(settings.depth, probe.frequency),
@@ -15031,10 +14848,6 @@ class frame_plan {
         for (std::uint32_t i = 0; i < frame.planes; ++i) frame.plane[i] = made.plane[i];
         return frame;
     }
-
-    template <class Policy>
-    frame_view view_of(const Policy&, probe_lines&&, const pose&, const Model&, const acquisition&, std::uint32_t,
-                       view<const medium>) = delete;
 
   private:
     struct tables {
@@ -15150,9 +14963,7 @@ struct path_arrival;
 
 /// Memory of fixed capacity in which one line is traced. If it is too small, the tracer returns false, and the line is
 /// traced again with more.
-struct line_scratch {
-    line_crossings found{};                ///< crossings and containing objects of the line
-    view<layer> layers{};                  ///< room for its layers
+struct line_scratch : detail::line_room {
     view<detail::path_branch> branches{};  ///< room for paths that are yet to be followed
     view<std::uint32_t> branch_objects{};  ///< room for the ranks of the objects that contain them, branch after branch
     view<detail::path_arrival> arrivals{}; ///< room for where paths met surfaces
@@ -15163,8 +14974,6 @@ struct line_task {
     scene_view scene{};             ///< all objects
     traced_line line{};             ///< as the model will see it, without layers yet
     std::uint32_t number = 0;       ///< of the line
-    std::uint32_t plane = 0;        ///< of the slice's planes, the middle one first
-    std::uint32_t planes = 1;       ///< that there are
     float max_depth = 0;            ///< how far the line is to be followed, metres
     float spacing = 0;              ///< metres from sample to sample
     detail::line_kernels kernels{}; ///< of the stages that follow
@@ -15181,17 +14990,12 @@ struct line_task {
     template <class Policy, acoustic_model Model>
     INSONIFY_FN void apply(const Policy& policy, const Model& model, view<const layer> layers,
                            view<typename Model::sample_type> out) const {
-        line_task known = *this;
-        known.line.layers = layers;
-        known.apply(policy, model, out);
-    }
-    /// The same where its layers are known.
-    template <class Policy, acoustic_model Model>
-    INSONIFY_FN void apply(const Policy& policy, const Model& model, view<typename Model::sample_type> out) const {
+        traced_line known = line;
+        known.layers = layers;
         if constexpr (emits_echoes<Model>)
-            model.emit(line, echoes(out));
+            model.emit(known, echoes(out));
         else
-            model(policy, line, spacing, out);
+            model(policy, known, spacing, out);
     }
 };
 
@@ -15235,8 +15039,6 @@ INSONIFY_FN inline line_task task_of(const frame_view& frame, const scene_view& 
                      .frame_number = frame.frame_number,
                      .displacements = scene.displacements},
             .number = number,
-            .plane = plane,
-            .planes = frame.planes,
             .max_depth = frame.max_depth,
             .spacing = frame.spacing,
             .kernels = frame.kernels.of_line(number, plane)};
@@ -15258,19 +15060,18 @@ INSONIFY_FN void add_weighted(view<Sample> samples, const float* weights, view<S
 /// @param room    for the samples of all grids where there are several, or several planes
 /// @param out_of  out_of(grid): the line in that grid; whatever it held is overwritten
 /// @param trace   trace(plane, samples): adds what is received in a plane to samples that are 0, those of one grid
-///                after those of another; false where it cannot
-/// @return        false where `trace` did; the samples are then undefined
+///                after those of another
 INSONIFY_VISITS
 template <class Sample, class OutOf, class Trace>
-INSONIFY_FN bool sum_planes(const frame_view& frame, std::uint32_t number, std::size_t grids, view<Sample> room,
-                            const OutOf& out_of, const Trace& trace) {
+INSONIFY_FN INSONIFY_INLINE void sum_planes(const frame_view& frame, std::uint32_t number, std::size_t grids,
+                                            view<Sample> room, const OutOf& out_of, const Trace& trace) {
     for (std::size_t grid = 0; grid < grids; ++grid)
         for (Sample& sample : out_of(grid)) sample = Sample{};
     if (frame.planes == 1 && grids == 1) return trace(0U, out_of(0));
     if constexpr (is_average_v<Sample>)
         for (std::uint32_t plane = 0; plane < frame.planes; ++plane) {
             for (Sample& sample : room) sample = Sample{};
-            if (!trace(plane, room)) return false;
+            trace(plane, room);
             for (std::size_t grid = 0; grid < grids; ++grid) {
                 const view<Sample> out = out_of(grid), own{room.data() + grid * out.size(), out.size()};
                 if (frame.planes > 1)
@@ -15279,7 +15080,6 @@ INSONIFY_FN bool sum_planes(const frame_view& frame, std::uint32_t number, std::
                     for (std::size_t k = 0; k < out.size(); ++k) out[k] = own[k];
             }
         }
-    return true;
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
@@ -15466,7 +15266,7 @@ struct aperture_view {
         room.found.sort();
         if (!room.found.complete()) return false;
         heard.layers =
-            stack_layers(scene, turned, frame.max_depth, room.found, room.layers, !takes_normal_incidence<Model>());
+            stack_layers(scene, turned, frame.max_depth, room.found, room.layers, !takes_normal_incidence<Model>);
         if (heard.layers.empty()) return false;
         sound_profile profile;
         profile.compute(heard, model, spacing);
@@ -15682,12 +15482,10 @@ class aperture_shading {
     /// @param directions  in which lines are traced to each point of a single plane; with several planes, each uses a
     ///                    quarter as many, at least 2, interleaved with the others'
     aperture_view prepare(const scene_view& scene, const frame_view& frame, std::uint32_t directions) {
-        lines_.clear();
-        for (std::uint32_t i = 0; i < fan_.size(); ++i) lines_.push_back(fan_[i]);
         aperture_view all{.frame = frame,
                           .scene = scene,
                           .points = points_,
-                          .fan = lines_,
+                          .fan = fan_.lines(),
                           .upright = fan_.upright(),
                           .directions = frame.planes == 1 ? directions : std::max((directions + 3) / 4, 2U),
                           // To the depth of the picture as if all sound had the display's speed; deeper, the last
@@ -15695,7 +15493,7 @@ class aperture_shading {
                           .spacing = frame.depth / steps};
         const std::size_t rows = std::size_t{frame.planes} * steps;
         profiles_.resize(std::size_t{frame.planes} * frame.count());
-        sound_.resize(all.directions * rows * lines_.size());
+        sound_.resize(all.directions * rows * fan_.size());
         means_.resize(rows * points_.count);
         gains_.resize(profiles_.size() * steps);
         divide_aperture(all);
@@ -15715,10 +15513,10 @@ class aperture_shading {
     void compute(const Policy& policy, const aperture_view& all, const Model& model, const line_layers& found,
                  const slice_finder* slices) {
         const std::uint32_t lines = all.frame.count(), planes = all.frame.planes;
-        exec::for_each_block(policy, lines, lines_per_block, 500, [&](std::size_t begin, std::size_t end) {
-            for (auto line = static_cast<std::uint32_t>(begin); line < end; ++line)
-                for (std::uint32_t plane = 0; plane < planes; ++plane)
-                    all.find_profile(line, plane, found(line, plane), model);
+        exec::for_each_in_blocks(policy, lines, lines_per_block, 500, [&](std::size_t i) {
+            const auto line = static_cast<std::uint32_t>(i);
+            for (std::uint32_t plane = 0; plane < planes; ++plane)
+                all.find_profile(line, plane, found(line, plane), model);
         });
         if (slices != nullptr) sort_segments(slices->segments());
         if (of_directions_.size() < all.directions) of_directions_.resize(all.directions);
@@ -15742,17 +15540,16 @@ class aperture_shading {
             for (std::uint32_t first = 0; first < points_.count; first += all.points_at_once)
                 all.find_means(static_cast<std::uint32_t>(row / steps), row % steps, first);
         });
-        exec::for_each_block(policy, lines, lines_per_block, 100 * static_cast<float>(planes),
-                             [&](std::size_t begin, std::size_t end) {
-                                 for (auto line = static_cast<std::uint32_t>(begin); line < end; ++line)
-                                     for (std::uint32_t plane = 0; plane < planes; ++plane) all.find_gains(line, plane);
-                             });
+        exec::for_each_in_blocks(policy, lines, lines_per_block, 100 * static_cast<float>(planes), [&](std::size_t i) {
+            const auto line = static_cast<std::uint32_t>(i);
+            for (std::uint32_t plane = 0; plane < planes; ++plane) all.find_gains(line, plane);
+        });
     }
 
-    /// The lines beyond those of the probe for which slices must be cut: those of a phased array; none for others.
+    /// The lines for which slices must be cut beside those of the probe: turned ones, and those of a phased array beyond.
     outer_lines beyond(const frame_view& frame) const {
-        if (!is_point()) return {};
-        return {&fan_, half_aperture(frame, frame.depth)};
+        if (!is_point()) return {.keep_all = true};
+        return {true, &fan_, half_aperture(frame, frame.depth)};
     }
 
   private:
@@ -15829,7 +15626,6 @@ class aperture_shading {
 
     line_fan fan_{};
     shaded_lines points_{};
-    std::vector<line_fan::line> lines_{};
     std::vector<line_turn> turns_{};
     std::vector<aperture_part> parts_{};
     std::vector<sound_profile> profiles_{};
@@ -15893,12 +15689,10 @@ class cut_normals {
                 wanted_in = frame_;
             }
         });
-        exec::for_each_block(policy, wanted_.size(), 256, 150, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) {
-                const auto [object, number] = wanted_[i];
-                surfaces_[object].normals[number] =
-                    scene.objects[object].normals.computed(scene.objects[object].surface, number);
-            }
+        exec::for_each_in_blocks(policy, wanted_.size(), 256, 150, [&](std::size_t i) {
+            const auto [object, number] = wanted_[i];
+            surfaces_[object].normals[number] =
+                scene.objects[object].normals.computed(scene.objects[object].surface, number);
         });
         scene.objects = objects_;
     }
@@ -15935,11 +15729,10 @@ class layer_finder {
     /// Chooses how each object is found, after `assign`, and cuts those for which slices pay.
     /// @param incident    whether `find` or `find_block` is to compute how lines meet surfaces
     /// @param directions  in which each line is traced
-    /// @param keep_all    also keep segments that cross no line
     /// @param beyond      other lines that segments are kept for
     template <exec::policy Policy>
     void prepare(const Policy& policy, const scene& body, const frame_lines& frame, line_search how, bool incident,
-                 std::uint32_t directions = 1, bool keep_all = false, const outer_lines& beyond = {}) {
+                 std::uint32_t directions = 1, const outer_lines& beyond = {}) {
         const view<const elevation_plane> planes{frame.plane, frame.planes};
         sliced_ = false;
         if (how != line_search::rays && can_cut_) {
@@ -15947,7 +15740,7 @@ class layer_finder {
             sliced_ = slices_.choose(scene_, frame.at, planes, how == line_search::slices, directions);
         }
         if (sliced_) {
-            slices_.cut(policy, scene_, frame.at, planes, frame.max_depth, keep_all, beyond);
+            slices_.cut(policy, scene_, frame.at, planes, frame.max_depth, beyond);
             if (incident) normals_.compute(policy, scene_, slices_.segments());
         } else {
             scene_ = body.view_for_rays(policy);
@@ -15978,20 +15771,29 @@ class layer_finder {
         block_memory& own = memory_[begin / lines_per_block];
         const crossing_lists& sliced = own.sliced;
         layer_block& into = found.block_at(begin);
-        into.clear(std::size_t{lines_per_block} * frame.planes);
+        const std::size_t lines = std::size_t{lines_per_block} * frame.planes;
+        into.lines.clear();
+        into.layers.clear();
+        into.objects.clear();
+        into.lines.reserve(lines);
+        into.layers.reserve(4 * lines);
         if (sliced_) slices_.find_block(begin, own.sliced);
+        short_line_memory memory;
         const auto count = static_cast<std::uint32_t>(begin) + lines_per_block;
         for (auto number = static_cast<std::uint32_t>(begin); number < frame.count() && number < count; ++number)
             for (std::uint32_t plane = 0; plane < frame.planes; ++plane) {
                 const line_frame line = frame.line(number, plane);
                 const crossing_source from =
                     sliced_ ? slices_.source(sliced[slice_finder::list_of(number, plane)]) : crossing_source{};
-                found_line one;
-                own.line.fit([&](const line_room& room) {
-                    one = find_line(scene_, line, frame.max_depth, incident, from, room);
-                    return !one.layers.empty();
+                own.line.fit(memory.room(), [&](const line_room& room) {
+                    const found_line one = find_line(scene_, line, frame.max_depth, incident, from, room);
+                    if (one.layers.empty()) return false;
+                    into.lines.push_back(
+                        {line, into.layers.size(), one.layers.size(), into.objects.size(), one.behind_face.size()});
+                    into.layers.insert(into.layers.end(), one.layers.begin(), one.layers.end());
+                    into.objects.insert(into.objects.end(), one.behind_face.begin(), one.behind_face.end());
+                    return true;
                 });
-                into.add(line, one.layers, one.behind_face);
             }
     }
 
@@ -16069,7 +15871,7 @@ void layer_search::find(const Policy& policy, const scene& body, const pose& at,
 template <exec::policy Policy, transducer Probe>
 line_layers find_layers(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                         const acquisition& scan) {
-    detail::check_lines(body, probe, at, scan.depth, "find_layers");
+    detail::check_lines(body, probe.frequency, at, scan.depth, "find_layers");
     detail::check_planes(scan.planes, "find_layers");
     return std::move(
         detail::layer_search{}(detail::any_policy<false>{policy}, body, probe, at, scan, scan.depth, true));
@@ -16140,18 +15942,16 @@ class ray_tube {
         const float towards = dot(normal, reflected);
         ray_tube next;
         if (std::fabs(towards) < 0.05F) return next;
-        const mat3 mirror = mat3{1} - 2.0F * product(normal, normal);
+        const mat3 mirror = mat3{1} - 2.0F * outerProduct(normal, normal);
         const vec3 x = across - (dot(across, reflected) / towards) * normal,
                    y = elevation - (dot(elevation, reflected) / towards) * normal;
         next.bend_ = mirror * bend_ * mirror +
-                     (2 * towards * towards) * (curvature.x * product(x, x) + curvature.y * product(y, y) +
-                                                curvature.z * (product(x, y) + product(y, x)));
+                     (2 * towards * towards) * (curvature.x * outerProduct(x, x) + curvature.y * outerProduct(y, y) +
+                                                curvature.z * (outerProduct(x, y) + outerProduct(y, x)));
         return next;
     }
 
   private:
-    INSONIFY_FN static mat3 product(vec3 a, vec3 b) { return {b.x * a, b.y * a, b.z * a}; } // a b^T
-
     mat3 bend_{0}; // K
 };
 
@@ -16183,7 +15983,7 @@ struct path_arrival {
 template <class Model>
 concept path_model = acoustic_model<Model> && requires(const Model& m, const traced_line& line, const layer& one,
                                                        echo_path& path, const echo_line& echoes, const incidence& at) {
-    m.add_layer(line, one, path, echoes);
+    m.emit_speckle(line, one, path, echoes);
     { m.add_interface(line, one, one, path, echoes) } -> std::same_as<response>;
     { m.roughness.coherent(at) } -> std::convertible_to<float>;
     { m.refracted(vec3{}, vec3{}, at.before, at.after) } -> std::convertible_to<vec3>;
@@ -16247,7 +16047,8 @@ class path_follower {
         for (layer above; walk.next(above);) {
             if (walk.at_end()) above.end = limit;
             now.path.gains = now.path.gains.next(line_.gains, above, line_.media[above.medium]);
-            model_.add_layer(line_, above, now.path, echoes_);
+            model_.emit_speckle(line_, above, now.path, echoes_);
+            pass(model_, line_, above, now.path);
             if (walk.at_end()) break;
             layer below = walk.beyond();
             if (above.medium != below.medium) {
@@ -16492,9 +16293,9 @@ struct straight_lines {
     template <class Policy, acoustic_model Model>
     INSONIFY_FN bool operator()(const Policy& policy, const line_task& task, const Model& model, line_scratch& scratch,
                                 view<typename Model::sample_type> out) const {
-        if (!find_crossings(task.scene, task.beam(), task.max_depth, scratch.found)) return false;
-        const view<const layer> layers = stack_layers(task.scene, task.line.frame, task.max_depth, scratch.found,
-                                                      scratch.layers, !detail::takes_normal_incidence<Model>());
+        const view<const layer> layers = detail::find_line(task.scene, task.line.frame, task.max_depth,
+                                                           !detail::takes_normal_incidence<Model>, {}, scratch)
+                                             .layers;
         if (layers.empty()) return false;
         task.apply(policy, model, layers, out);
         return true;
@@ -16508,14 +16309,9 @@ namespace detail {
 /// The scratch of one thread on the host: doubles until the line fits.
 class scratch_memory {
   public:
-    line_scratch scratch() {
-        const line_room room = line_.room();
-        return {.found = room.found,
-                .layers = room.layers,
-                .branches = branches_,
-                .branch_objects = branch_objects_,
-                .arrivals = arrivals_};
-    }
+    scratch_memory() { line_.grow(); }
+
+    line_scratch scratch() { return {line_.room(), branches_, branch_objects_, arrivals_}; }
     void grow() {
         line_.grow();
         branches_.resize(2 * branches_.size());
@@ -16550,14 +16346,14 @@ class line_driver {
     void emit_lines(const Policy& policy, const scene& body, const probe_lines& probe, const frame_view& frame,
                     const Model& model, const straight_lines& how, float line_time,
                     view<line_grid<Sample>* const> sinks, const Emit& emit) {
-        constexpr bool incident = !takes_normal_incidence<Model>();
+        constexpr bool incident = !takes_normal_incidence<Model>;
         const view<const displacement_view> displaced = displacements_.compute(policy, body, frame);
         const bool fan = finder_.assign(probe);
         bool shaded = false;
         if constexpr (states_arrivals<Model>)
             shaded = how.directions > 1 && fan &&
                      shading_.assign(probe.settings(), finder_.fan(), make_beam(probe.settings(), frame.depth));
-        finder_.prepare(policy, body, frame, how.search, incident || shaded, shaded ? 1 + how.directions : 1, shaded,
+        finder_.prepare(policy, body, frame, how.search, incident || shaded, shaded ? 1 + how.directions : 1,
                         shaded ? shading_.beyond(frame) : outer_lines{});
         scene_view seen = finder_.scene_seen();
         seen.displacements = displaced;
@@ -16629,10 +16425,7 @@ class line_driver {
                         [&](std::size_t grid) {
                             return view<Sample>{sinks[grid]->values.data() + i * frame.samples, frame.samples};
                         },
-                        [&](std::uint32_t plane, view<Sample> samples) {
-                            trace(block, number, plane, samples);
-                            return true;
-                        });
+                        [&](std::uint32_t plane, view<Sample> samples) { trace(block, number, plane, samples); });
                 }
             });
     }
@@ -16697,10 +16490,11 @@ line_tracer<Model, Tracer>::trace_lines(const Policy& policy, const scene& body,
     recycled.reshape(probe_.size(), samples, scan.depth);
     line_grid<sample_type>* const sink = &recycled;
     if constexpr (std::same_as<Tracer, straight_lines>)
-        driver_.emit_lines(
-            policy, body, probe_, frame, model, how, detail::nanoseconds_of<Model>() * static_cast<float>(samples),
-            {&sink, 1},
-            [&](std::size_t, const line_task& task, view<sample_type> out) { task.apply(policy, model, out); });
+        driver_.emit_lines(policy, body, probe_, frame, model, how,
+                           detail::nanoseconds_of<Model>() * static_cast<float>(samples), {&sink, 1},
+                           [&](std::size_t, const line_task& task, view<sample_type> out) {
+                               task.apply(policy, model, task.line.layers, out);
+                           });
     else
         driver_.trace_lines(policy, body, frame, model, how, recycled);
     return recycled;
@@ -16761,6 +16555,12 @@ struct ensemble_echoes {
 
 namespace detail {
 
+/// What the scatterers that are emitted next belong to.
+struct emitted_part {
+    std::uint32_t pulse = ~0U; ///< number in the train; ~0U: all, for tissue at rest
+    float weight = 1;          ///< of the amplitudes
+};
+
 /// A scatterer field at the time of each pulse of a train.
 ///
 /// Space is divided along the line into pieces of one wavelength. From pulse to pulse, the scatterers of a piece move
@@ -16772,14 +16572,12 @@ namespace detail {
 /// of the field however the vessel is deformed (the Piola transform).
 template <scattering_field Scattering, velocity_field Field>
 struct moving_scatterers {
-    static constexpr std::uint32_t all_pulses = ~0U; ///< the value of `*current` for tissue at rest
-
-    Scattering at_rest{};             ///< at the first pulse
-    const Field* field = nullptr;     ///< velocities
-    pulse_train pulses{};             ///< their times
-    float piece = 0;                  ///< metres
-    float from = 0;                   ///< those nearer to the probe are not needed, metres along the line
-    std::uint32_t* current = nullptr; ///< receives the number in the train of the pulse that is emitted next
+    Scattering at_rest{};            ///< at the first pulse
+    const Field* field = nullptr;    ///< velocities
+    pulse_train pulses{};            ///< their times
+    float piece = 0;                 ///< metres
+    float from = 0;                  ///< those nearer to the probe are not needed, metres along the line
+    emitted_part* current = nullptr; ///< receives what is emitted next
 
     /// See `scattering_field`.
     template <class Emit>
@@ -16787,7 +16585,7 @@ struct moving_scatterers {
         if (!(end - begin < 0x1p25F * min(spacing, piece))) return;
         float resting_from = begin;
         const auto emit_resting = [&](float until) {
-            *current = all_pulses;
+            *current = {};
             if (until > resting_from) at_rest.scatter(line, resting_from, until, spacing, emit);
         };
         const auto last = static_cast<std::uint32_t>(end / piece);
@@ -16846,11 +16644,8 @@ struct moving_scatterers {
                 now.displacement = &deformed;
             }
             now.frame_number += number * 0x9E3779B9U;
-            if (weight == 1)
-                at_rest.scatter(now, begin, end, spacing, emit);
-            else
-                at_rest.scatter(now, begin, end, spacing,
-                                [&](const scatterer_run& run) { emit_weighted(run, weight, emit); });
+            current->weight = weight;
+            at_rest.scatter(now, begin, end, spacing, emit);
         };
         const std::uint32_t first =
             renewed && pulses.first >= generation ? pulses.first / generation * generation - stay : 0;
@@ -16859,7 +16654,7 @@ struct moving_scatterers {
             if (renewed && age == stay) next_birth = moved;
             if (renewed && age == 0) birth = next_birth;
             if (k >= pulses.first) {
-                *current = k - pulses.first;
+                current->pulse = k - pulses.first;
                 if (!renewed || age < stay) {
                     emit_generation(renewed ? number : 0, birth, 1);
                 } else {
@@ -16871,25 +16666,6 @@ struct moving_scatterers {
             const vec3 velocity =
                 (*field)(object_id{line.object}, around.point, pulses.time(k) + 0.5F * pulses.interval);
             moved += static_cast<double>(pulses.interval * around.factor) * dvec3{velocity};
-        }
-    }
-
-    template <class Emit>
-    INSONIFY_FN static void emit_weighted(scatterer_run run, float weight, Emit&& emit) {
-        constexpr std::uint32_t room = 128;
-        float real[room], imaginary[room];
-        for (std::uint32_t done = 0; done < run.count; done += room) {
-            const std::uint32_t count = run.count - done < room ? run.count - done : room;
-            for (std::uint32_t i = 0; i < count; ++i) {
-                real[i] = weight * run.real[done + i];
-                imaginary[i] = weight * run.imaginary[done + i];
-            }
-            emit(scatterer_run{.first = run.first + static_cast<float>(done) * run.step,
-                               .step = run.step,
-                               .count = count,
-                               .real = real,
-                               .imaginary = imaginary,
-                               .slope = run.slope});
         }
     }
 };
@@ -16969,13 +16745,13 @@ class moving_surfaces {
 /// Distributes the echoes of one line over the pulses; for models it is an `echo_line`.
 struct pulse_echoes {
     const line_task& task;
-    view<vec2> out;               ///< `samples` of the resting echoes, then as many of each pulse
-    std::size_t samples;          ///< along the line
-    const std::uint32_t& current; ///< the pulse, or `moving_scatterers::all_pulses`
-    bool has_surfaces;            ///< else the echoes of surfaces are dropped
+    view<vec2> out;              ///< `samples` of the resting echoes, then as many of each pulse
+    std::size_t samples;         ///< along the line
+    const emitted_part& current; ///< to which the echoes belong
+    bool has_surfaces;           ///< else the echoes of surfaces are dropped
 
     detail::compensated_echoes now() const {
-        const std::size_t slot = current + 1U; // 0 for all pulses
+        const std::size_t slot = current.pulse + 1U; // 0 for all pulses
         return task.echoes({out.data() + slot * samples, samples});
     }
     float depth() const { return now().depth(); }
@@ -16989,7 +16765,11 @@ struct pulse_echoes {
     void rough_surface(float at, float amplitude, vec2 slope, vec3 curvature, const Value& value) const {
         if (has_surfaces) now().rough_surface(at, amplitude, slope, curvature, value);
     }
-    void scatterers(const scatterer_echoes& run) const { now().scatterers(run); }
+    void scatterers(scatterer_echoes run) const {
+        run.first_level *= current.weight;
+        run.last_level *= current.weight;
+        now().scatterers(run);
+    }
 };
 
 /// Emits the echoes of one line for every pulse. Its layers are those of the first one: within a train, tissue moves by
@@ -17002,7 +16782,7 @@ void emit_ensemble(const line_task& task, const Model& model, const Field& field
     traced_line line = task.line;
     const bool surfaces_move = surfaces.assign(line, line.layers, field, pulses);
     using scatterers = moving_scatterers<std::remove_cvref_t<decltype(model.scattering)>, Field>;
-    std::uint32_t current = scatterers::all_pulses;
+    emitted_part current;
     model
         .with_scattering(
             scatterers{model.scattering, &field, pulses, display_speed / line.frequency, pulses.from, &current})
@@ -17011,7 +16791,7 @@ void emit_ensemble(const line_task& task, const Model& model, const Field& field
     const auto no_speckle = model.with_scattering(no_scatterers{});
     for (std::uint32_t k = 0; k < pulses.end(); ++k) {
         if (k >= pulses.first) {
-            current = k - pulses.first;
+            current.pulse = k - pulses.first;
             line.layers = surfaces.layers();
             no_speckle.emit(line, pulse_echoes{task, out, samples, current, true});
         }
@@ -17020,55 +16800,6 @@ void emit_ensemble(const line_task& task, const Model& model, const Field& field
 }
 
 } // namespace detail
-
-/// `trace_ensemble`, train after train: holds tables, layers and memory, so that it allocates only while buffers grow.
-template <acoustic_model Model = physical<>>
-class ensemble_tracer {
-  public:
-    /// See `trace_ensemble`.
-    /// @param out  receives the echoes; its memory is reused
-    template <exec::policy Policy, transducer Probe, velocity_field Field>
-    void trace(const Policy& policy, const scene& body, const Probe& probe, const pose& at, const Model& model,
-               const Field& field, const acquisition& scan, const pulse_train& pulses, ensemble_echoes& out) {
-        probe_.assign(probe);
-        const std::uint32_t samples = detail::check_acquisition(body, probe_.settings(), at, model, scan);
-        detail::frame_view frame = plan_.view_of(policy, probe_, at, model, scan, samples, body.media());
-        frame.bandwidth = nominal_pulse(probe, pulses.burst).bandwidth_at_peak();
-        out.moving.resize(pulses.count);
-        sinks_.assign(1, &out.resting);
-        for (iq_lines& each : out.moving) sinks_.push_back(&each);
-        for (iq_lines* const each : sinks_) each->reshape(probe.lines, samples, scan.depth);
-        if (surfaces_.size() < detail::blocks_of(probe.lines)) surfaces_.resize(detail::blocks_of(probe.lines));
-        constexpr float line_time = 1e6F;
-        driver_.emit_lines(policy, body, probe_, frame, model, straight_lines{}, line_time,
-                           {sinks_.data(), sinks_.size()},
-                           [&](std::size_t block, const line_task& task, view<vec2> echoes) {
-                               detail::emit_ensemble(task, model, field, pulses, surfaces_[block], samples, echoes);
-                           });
-    }
-
-  private:
-    detail::probe_lines probe_{};
-    detail::frame_plan<Model> plan_{};
-    detail::line_driver<vec2> driver_{};
-    std::vector<detail::moving_surfaces> surfaces_{}; // of each block of lines
-    std::vector<iq_lines*> sinks_{};
-};
-
-/// What the probe receives of a pulse train while tissue and blood move as `field` says: the geometry is that of the
-/// scene for all pulses.
-///
-/// @param model   `physical`, or another model with its members `scattering`, `with_scattering` and `emit`
-/// @param pulses  their times
-/// @throws usage_error, geometry_error  as `trace`
-template <exec::policy Policy, transducer Probe, acoustic_model Model, velocity_field Field>
-ensemble_echoes trace_ensemble(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                               const Model& model, const Field& field, const acquisition& scan,
-                               const pulse_train& pulses) {
-    ensemble_echoes echoes;
-    ensemble_tracer<Model>{}.trace(detail::any_policy{policy}, body, probe, at, model, field, scan, pulses, echoes);
-    return echoes;
-}
 
 /// How `doppler_ensemble` acquires the echoes of a pulse train.
 struct ensemble_settings {
@@ -17097,7 +16828,8 @@ struct ensemble_settings {
     }
 };
 
-/// `doppler_ensemble`, train after train: holds tables and memory, so that it allocates only while buffers grow.
+/// `doppler_ensemble` and `trace_ensemble`, train after train: holds tables, layers and memory, so that it allocates only
+/// while buffers grow.
 template <acoustic_model Model = physical<>>
 class ensemble_scanner {
   public:
@@ -17112,30 +16844,26 @@ class ensemble_scanner {
             settings.samples != 0 ? settings.samples : samples_for(settings.depth, sent.sigma_z(probe.frequency));
         const std::uint32_t frame =
             mix_bits(__builtin_bit_cast(std::uint32_t, settings.time)) | 1U; // not 0: blood flows
-        constexpr float slowest = 0.9F;      // medium over c0: the echoes of slower media are displayed deeper
-        traced_.moving.swap(echoes_.pulses); // the memory of the last train
-        tracer_.trace(detail::any_policy{policy}, body, probe, at, model, field,
-                      {.depth = settings.depth, .samples = samples, .planes = settings.planes, .frame = frame},
-                      {.start = settings.time,
-                       .interval = 1 / settings.prf,
-                       .count = settings.pulses,
-                       .first = settings.first,
-                       .burst = settings.burst,
-                       .from = slowest * settings.from},
-                      traced_);
-        traced_.moving.swap(echoes_.pulses);
+        constexpr float slowest = 0.9F; // medium over c0: the echoes of slower media are displayed deeper
+        trace(detail::any_policy{policy}, body, probe, at, model, field,
+              {.depth = settings.depth, .samples = samples, .planes = settings.planes, .frame = frame},
+              {.start = settings.time,
+               .interval = 1 / settings.prf,
+               .count = settings.pulses,
+               .first = settings.first,
+               .burst = settings.burst,
+               .from = slowest * settings.from},
+              resting_, echoes_.pulses);
         const auto formed = [&](iq_lines echoes) {
             return convolver_.convolve(policy, std::move(echoes), sent, probe);
         };
-        iq_lines& resting = traced_.resting;
-        resting = formed(std::move(resting));
+        resting_ = formed(std::move(resting_));
         echoes_.prf = settings.prf;
         for (std::uint32_t k = 0; k < settings.pulses; ++k) {
             iq_lines& echoes = echoes_.pulses[k];
             echoes = formed(std::move(echoes));
-            exec::for_each_block(policy, echoes.values.size(), 4096, 1, [&](std::size_t begin, std::size_t end) {
-                for (std::size_t i = begin; i < end; ++i) echoes.values[i] += resting.values[i];
-            });
+            exec::for_each_in_blocks(policy, echoes.values.size(), 4096, 1,
+                                     [&](std::size_t i) { echoes.values[i] += resting_.values[i]; });
             echoes = add_electronic_noise(
                 policy, std::move(echoes),
                 {.level_db = settings.noise_db, .seed = settings.seed, .frame = frame + settings.first + k});
@@ -17143,12 +16871,55 @@ class ensemble_scanner {
         return echoes_;
     }
 
+    /// See `trace_ensemble`.
+    /// @param resting, moving  receive the echoes, as in `ensemble_echoes`; their memory is reused
+    template <exec::policy Policy, transducer Probe, velocity_field Field>
+    void trace(const Policy& policy, const scene& body, const Probe& probe, const pose& at, const Model& model,
+               const Field& field, const acquisition& scan, const pulse_train& pulses, iq_lines& resting,
+               std::vector<iq_lines>& moving) {
+        probe_.assign(probe);
+        const std::uint32_t samples = detail::check_acquisition(body, probe_.settings(), at, model, scan);
+        detail::frame_view frame = plan_.view_of(policy, probe_, at, model, scan, samples, body.media());
+        frame.bandwidth = nominal_pulse(probe, pulses.burst).bandwidth_at_peak();
+        moving.resize(pulses.count);
+        sinks_.assign(1, &resting);
+        for (iq_lines& each : moving) sinks_.push_back(&each);
+        for (iq_lines* const each : sinks_) each->reshape(probe.lines, samples, scan.depth);
+        if (surfaces_.size() < detail::blocks_of(probe.lines)) surfaces_.resize(detail::blocks_of(probe.lines));
+        constexpr float line_time = 1e6F;
+        driver_.emit_lines(policy, body, probe_, frame, model, straight_lines{}, line_time,
+                           {sinks_.data(), sinks_.size()},
+                           [&](std::size_t block, const line_task& task, view<vec2> echoes) {
+                               detail::emit_ensemble(task, model, field, pulses, surfaces_[block], samples, echoes);
+                           });
+    }
+
   private:
-    ensemble_tracer<Model> tracer_{};
+    detail::probe_lines probe_{};
+    detail::frame_plan<Model> plan_{};
+    detail::line_driver<vec2> driver_{};
+    std::vector<detail::moving_surfaces> surfaces_{}; // of each block of lines
+    std::vector<iq_lines*> sinks_{};
     convolver convolver_{};
-    ensemble_echoes traced_{};
+    iq_lines resting_{};
     iq_ensemble echoes_{};
 };
+
+/// What the probe receives of a pulse train while tissue and blood move as `field` says: the geometry is that of the
+/// scene for all pulses.
+///
+/// @param model   `physical`, or another model with its members `scattering`, `with_scattering` and `emit`
+/// @param pulses  their times
+/// @throws usage_error, geometry_error  as `trace`
+template <exec::policy Policy, transducer Probe, acoustic_model Model, velocity_field Field>
+ensemble_echoes trace_ensemble(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                               const Model& model, const Field& field, const acquisition& scan,
+                               const pulse_train& pulses) {
+    ensemble_echoes echoes;
+    ensemble_scanner<Model>{}.trace(detail::any_policy{policy}, body, probe, at, model, field, scan, pulses,
+                                    echoes.resting, echoes.moving);
+    return echoes;
+}
 
 /// The echoes of a pulse train along the lines of a probe, after pulse and beam: the input of all Doppler methods.
 ///
@@ -17322,20 +17093,24 @@ void check_lines_of_map(const line_grid<Value>& lines, const scan_map& map) {
             "new one with make_scan_map"};
 }
 
-/// Nearest-neighbour interpolation of each pixel in the field of view; other pixels are unchanged.
+/// Nearest-neighbour interpolation.
+/// @param outside  value of the pixels outside the field of view
 /// @throws usage_error  for lines that do not match the map
 template <exec::policy Policy, class Value>
-void copy_nearest(const Policy& policy, const line_grid<Value>& lines, const scan_map& map,
-                  std::vector<Value>& pixels) {
+pixel_grid<Value> nearest_pixels(const Policy& policy, const line_grid<Value>& lines, const scan_map& map,
+                                 Value outside, pixel_grid<Value> recycled) {
     check_lines_of_map(lines, map);
+    recycled.size = map.size;
+    recycled.pixels.assign(map.first.size(), outside);
     exec::for_each_block(policy, map.size.y, 1, 2 * static_cast<float>(map.size.x), [&](std::size_t y, std::size_t) {
         for (std::size_t i = y * map.size.x; i < (y + 1) * map.size.x; ++i) {
             if (map.first[i] == scan_map::outside) continue;
             const std::size_t line = map.across[i] > 0.5F ? map.beside(map.first[i]) : map.first[i];
             const std::size_t sample = map.along[i] > 0.5F ? 1 : 0;
-            pixels[i] = lines.values[line + sample];
+            recycled.pixels[i] = lines.values[line + sample];
         }
     });
+    return recycled;
 }
 
 /// See `make_scan_map`.
@@ -17485,14 +17260,7 @@ image scan_convert(const Policy& policy, const scan_lines& lines, const scan_map
     return recycled;
 }
 
-/// An image of labels.
-struct label_image : pixel_grid<label_id> {
-    label_image() = default;
-    /// All pixels have one label.
-    explicit label_image(uvec2 columns_rows, label_id label = background_label) : pixel_grid{columns_rows, label} {}
-
-    friend bool operator==(const label_image&, const label_image&) = default;
-};
+using label_image = pixel_grid<label_id>; ///< the object at each pixel
 
 /// Scan-converts labels: each pixel has the label of the nearest sample, or `background_label` outside the field.
 ///
@@ -17506,10 +17274,7 @@ struct label_image : pixel_grid<label_id> {
 template <exec::policy Policy>
 label_image scan_convert(const Policy& policy, const label_lines& labels, const scan_map& map,
                          label_image recycled = {}) {
-    recycled.size = map.size;
-    recycled.pixels.assign(map.first.size(), background_label);
-    detail::copy_nearest(policy, labels, map, recycled.pixels);
-    return recycled;
+    return detail::nearest_pixels(policy, labels, map, background_label, std::move(recycled));
 }
 
 /// The same for a single frame of brightness or labels, with a temporary map.
@@ -17524,9 +17289,7 @@ auto scan_convert(const Policy& policy, const line_grid<Value>& lines, const Pro
 /// @throws usage_error  for lines that do not match the map
 template <exec::policy Policy>
 image scan_convert_nearest(const Policy& policy, const scan_lines& lines, const scan_map& map) {
-    image picture{map.size, map.background};
-    detail::copy_nearest(policy, lines, map, picture.pixels);
-    return picture;
+    return detail::nearest_pixels(policy, lines, map, map.background, image{});
 }
 
 /// Distance between two points of a picture, metres.
@@ -17931,29 +17694,14 @@ inline complex_batch batch_product(vec2 a, const complex_batch& b) {
     return {x * b.x - y * b.y, x * b.y + y * b.x};
 }
 
-/// exp(2 pi i turns)
-INSONIFY_FN inline vec2 turned(double turns) {
-    const auto part = static_cast<float>(turns - std::floor(turns));
-    return {std::cos(2 * pi * part), std::sin(2 * pi * part)};
-}
+/// The same in memory.
+struct alignas(complex_batch) complex_block {
+    float x[complex_batch::width], y[complex_batch::width];
 
-/// Cosine (x) and sine (y) of 2 pi times each lane, within 1e-7 for numbers of turns within +-0.5.
-template <int N>
-struct turned_lanes {
-    lanes<N> x, y;
-
-    explicit turned_lanes(const lanes<N>& turns) {
-        const lanes<N> quarter(0.25F), size = abs(turns);
-        const lanes<N> y_of_positive = sine(quarter - abs(size - quarter));
-        x = sine(quarter - size);
-        y = select(turns < lanes<N>(0.0F), -y_of_positive, y_of_positive);
-    }
-
-  private:
-    static lanes<N> sine(const lanes<N>& turns) { // of turns within +-0.25, by its series
-        const lanes<N> a = lanes<N>(2 * pi) * turns;
-        return a *
-               polynomial<N>(a * a, -2.5052108e-8F, 2.7557319e-6F, -1.9841270e-4F, 8.3333333e-3F, -1.6666667e-1F, 1.0F);
+    complex_batch loaded() const { return {load<complex_batch::width>(x), load<complex_batch::width>(y)}; }
+    void store_from(const complex_batch& from) {
+        store(from.x, x);
+        store(from.y, y);
     }
 };
 
@@ -17972,10 +17720,10 @@ class fourier {
 
     /// In place, of a sequence in each lane. @param room  as many values, which are overwritten
     /// @{
-    void forward(std::vector<complex_batch>& values, std::vector<complex_batch>& room) const {
+    void forward(std::vector<complex_block>& values, std::vector<complex_block>& room) const {
         transform<false>(values, room);
     }
-    void inverse(std::vector<complex_batch>& values, std::vector<complex_batch>& room) const {
+    void inverse(std::vector<complex_block>& values, std::vector<complex_block>& room) const {
         transform<true>(values, room);
     }
     /// @}
@@ -17987,7 +17735,7 @@ class fourier {
     }
 
     template <bool Inverse>
-    void transform(std::vector<complex_batch>& values, std::vector<complex_batch>& room) const {
+    void transform(std::vector<complex_block>& values, std::vector<complex_block>& room) const {
         std::size_t stride = 1;
         for (std::size_t left = length_; left > 1;) {
             const std::size_t radix = left % 4 == 0 ? 4 : left % 3 == 0 ? 3 : 2, parts = left / radix;
@@ -17995,27 +17743,28 @@ class fourier {
                 const vec2 first = factor<Inverse>(part * stride),
                            second = factor<Inverse>(2 * part * stride % length_),
                            third = factor<Inverse>(3 * part * stride % length_);
-                const complex_batch* from = values.data() + part * stride;
-                complex_batch* to = room.data() + radix * part * stride;
+                const complex_block* from = values.data() + part * stride;
+                complex_block* to = room.data() + radix * part * stride;
                 for (std::size_t i = 0; i < stride; ++i, ++from, ++to) {
-                    const auto in = [&](std::size_t k) { return from[k * parts * stride]; };
+                    const auto in = [&](std::size_t k) { return from[k * parts * stride].loaded(); };
                     if (radix == 4) {
                         const complex_batch even = in(0) + in(2), odd = in(0) - in(2), other = in(1) + in(3),
                                             turn = quarter_turned<Inverse>(in(1) - in(3));
-                        to[0] = even + other;
-                        to[stride] = batch_product(first, odd + turn);
-                        to[2 * stride] = batch_product(second, even - other);
-                        to[3 * stride] = batch_product(third, odd - turn);
+                        to[0].store_from(even + other);
+                        to[stride].store_from(batch_product(first, odd + turn));
+                        to[2 * stride].store_from(batch_product(second, even - other));
+                        to[3 * stride].store_from(batch_product(third, odd - turn));
                     } else if (radix == 3) {
                         const complex_batch others = in(1) + in(2), middle = in(0) - batch_product({0.5F, 0}, others),
                                             turn =
                                                 batch_product({0.8660254F, 0}, quarter_turned<Inverse>(in(1) - in(2)));
-                        to[0] = in(0) + others;
-                        to[stride] = batch_product(first, middle + turn);
-                        to[2 * stride] = batch_product(second, middle - turn);
+                        to[0].store_from(in(0) + others);
+                        to[stride].store_from(batch_product(first, middle + turn));
+                        to[2 * stride].store_from(batch_product(second, middle - turn));
                     } else {
-                        to[0] = in(0) + in(1);
-                        to[stride] = batch_product(first, in(0) - in(1));
+                        const complex_batch even = in(0), odd = in(1);
+                        to[0].store_from(even + odd);
+                        to[stride].store_from(batch_product(first, even - odd));
                     }
                 }
             }
@@ -18033,17 +17782,6 @@ class fourier {
     std::vector<vec2> factors_; // exp(-2 pi i k / n)
 };
 
-/// Complex numbers of all lanes in memory: real parts, then imaginary parts.
-struct complex_block {
-    float x[complex_batch::width], y[complex_batch::width];
-
-    complex_batch loaded() const { return {load<complex_batch::width>(x), load<complex_batch::width>(y)}; }
-    void store_from(const complex_batch& from) {
-        store(from.x, x);
-        store(from.y, y);
-    }
-};
-
 /// The shortest even length of transforms that is not below a number.
 constexpr std::size_t transform_length(std::size_t values) {
     std::size_t shortest = 0;
@@ -18055,6 +17793,43 @@ constexpr std::size_t transform_length(std::size_t values) {
     return shortest;
 }
 
+/// Calls visit(signal, sample, value) with the analytic signals of real ones: RF + i H(RF), where H is the Hilbert
+/// transform, which shifts the phase of every frequency by -90 degrees, so that cos becomes sin. Signals are zero beyond
+/// their ends.
+/// @param signals  one after the other
+/// @param samples  of each signal
+template <class Policy, class Visit>
+void for_each_analytic(const Policy& policy, const std::vector<float>& signals, std::size_t samples,
+                       const Visit& visit) {
+    if (samples == 0) return;
+    const fourier transform{transform_length(samples + samples / 4 + 2)}; // with at least a quarter of zeros
+    const std::size_t length = transform.size();
+    const lanes<complex_batch::width> scale(1 / static_cast<float>(length));
+    const auto analyse = [&](std::size_t first, std::size_t end) {
+        std::vector<complex_block> values(length), room(length);
+        // Two signals in each lane: one as the real and one as the imaginary part. Signal after signal, since samples that
+        // are a power of two apart displace each other in a cache.
+        const auto part = [&](std::size_t signal, std::size_t k) -> float& {
+            const std::size_t lane = (signal - first) / 2;
+            return (signal - first) % 2 == 0 ? values[k].x[lane] : values[k].y[lane];
+        };
+        for (std::size_t i = first; i < end; ++i)
+            for (std::size_t k = 0; k < samples; ++k) part(i, k) = signals[i * samples + k];
+        transform.forward(values, room);
+        values[0] = values[length / 2] = {}; // of DC and of the Nyquist frequency it is 0
+        for (std::size_t m = 1; m < length / 2; ++m) {
+            const complex_batch positive = values[m].loaded(), negative = values[length - m].loaded();
+            values[m].store_from({scale * positive.y, -(scale * positive.x)});
+            values[length - m].store_from({-(scale * negative.y), scale * negative.x});
+        }
+        transform.inverse(values, room);
+        for (std::size_t i = first; i < end; ++i)
+            for (std::size_t k = 0; k < samples; ++k) visit(i, k, vec2{signals[i * samples + k], part(i, k)});
+    };
+    exec::for_each_block(any_policy<false>{policy}, signals.size() / samples, 2 * complex_batch::width,
+                         10 * static_cast<float>(length), analyse);
+}
+
 } // namespace insonify::inline INSONIFY_ABI::detail
 
 
@@ -18062,45 +17837,6 @@ constexpr std::size_t transform_length(std::size_t values) {
 #include <algorithm>
 #include <string>
 #include <vector>
-
-namespace insonify::inline INSONIFY_ABI::detail {
-
-/// Hilbert transform: shifts the phase of every frequency of a real signal by -90 degrees, so that cos becomes sin.
-///
-/// Of two signals in each lane, one as the real and one as the imaginary part, with at least a quarter of zero padding.
-class hilbert_transform {
-  public:
-    explicit hilbert_transform(std::size_t samples) : fourier_{transform_length(samples + samples / 4 + 2)} {}
-
-    /// Size of the buffers of `apply`: the signal, padded with zeros.
-    std::size_t size() const { return fourier_.size(); }
-
-    /// In place; overwrites the padding. @param room  as many values, which are overwritten
-    void apply(std::vector<complex_batch>& values, std::vector<complex_batch>& room) const {
-        fourier_.forward(values, room);
-        const lanes<complex_batch::width> scale(1 / static_cast<float>(size()));
-        values[0] = values[size() / 2] = {}; // of DC and of the Nyquist frequency it is 0
-        for (std::size_t i = 1; i < size() / 2; ++i) {
-            const complex_batch positive = values[i], negative = values[size() - i];
-            values[i] = {scale * positive.y, -(scale * positive.x)};
-            values[size() - i] = {-(scale * negative.y), scale * negative.x};
-        }
-        fourier_.inverse(values, room);
-    }
-
-  private:
-    fourier fourier_;
-};
-
-/// Square roots, in place.
-template <int Width>
-void square_roots(float* values, std::size_t count) {
-    const std::size_t whole = count - count % Width;
-    for (std::size_t i = 0; i < whole; i += Width) store(sqrt(load<Width>(values + i)), values + i);
-    for (std::size_t i = whole; i < count; ++i) values[i] = std::sqrt(values[i]);
-}
-
-} // namespace insonify::inline INSONIFY_ABI::detail
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -18111,9 +17847,10 @@ scan_lines envelope(const Policy& policy, const iq_lines& iq, scan_lines recycle
     constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
     recycled.reshape(iq.count, iq.samples, iq.depth);
     exec::for_each_block(policy, iq.values.size(), 16384, 0.6F, [&](std::size_t begin, std::size_t end) {
+        float* const to = recycled.values.data();
         for (std::size_t i = begin; i < end; ++i)
-            recycled.values[i] = iq.values[i].x * iq.values[i].x + iq.values[i].y * iq.values[i].y;
-        detail::square_roots<width>(recycled.values.data() + begin, end - begin);
+            to[i] = iq.values[i].x * iq.values[i].x + iq.values[i].y * iq.values[i].y;
+        detail::in_registers<width>(begin, end, [&](std::size_t i, auto n) { store(sqrt(load<n>(to + i)), to + i); });
     });
     return recycled;
 }
@@ -18126,37 +17863,13 @@ scan_lines envelope(const Policy& policy, const iq_lines& iq, scan_lines recycle
 /// @throws usage_error  where the number of values is not lines times samples
 template <exec::policy Policy>
 scan_lines envelope(const Policy& policy, const scan_lines& rf) {
-    constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
     if (rf.values.size() != static_cast<std::size_t>(rf.count) * rf.samples)
         throw usage_error{"envelope: " + std::to_string(rf.count) + " lines of " + std::to_string(rf.samples) +
                           " samples need as many values, not " + std::to_string(rf.values.size())};
-    const detail::hilbert_transform transform{rf.samples};
     scan_lines lines{rf.count, rf.samples, rf.depth};
-    const std::size_t n = rf.samples;
-    constexpr std::size_t together = 2 * detail::complex_batch::width;
-    exec::for_each_block(policy, rf.count, together, 10 * static_cast<float>(n),
-                         [&](std::size_t first, std::size_t end) {
-                             std::vector<detail::complex_batch> values(transform.size()), room(transform.size());
-                             detail::complex_block block{};
-                             const auto part = [&](std::size_t line) -> float& { // two lines in each lane
-                                 const std::size_t lane = (line - first) / 2;
-                                 return (line - first) % 2 == 0 ? block.x[lane] : block.y[lane];
-                             };
-                             for (std::size_t i = 0; i < n; ++i) {
-                                 for (std::size_t line = first; line < end; ++line)
-                                     part(line) = rf.values[line * n + i];
-                                 values[i] = block.loaded();
-                             }
-                             transform.apply(values, room);
-                             for (std::size_t i = 0; i < n; ++i) {
-                                 block.store_from(values[i]);
-                                 for (std::size_t line = first; line < end; ++line) {
-                                     const float from = rf.values[line * n + i], quarter = part(line);
-                                     lines.values[line * n + i] = from * from + quarter * quarter;
-                                 }
-                             }
-                             detail::square_roots<width>(lines.values.data() + first * n, (end - first) * n);
-                         });
+    detail::for_each_analytic(policy, rf.values, rf.samples, [&](std::size_t line, std::size_t k, vec2 value) {
+        lines.values[line * rf.samples + k] = length(value);
+    });
     return lines;
 }
 
@@ -18180,11 +17893,7 @@ scan_lines to_rf(const Policy& policy, const iq_lines& iq, float frequency) {
     }
 
     std::vector<vec2> carrier(iq.samples); // cosine and sine
-    for (std::uint32_t k = 0; k < iq.samples; ++k) {
-        const double cycles = (k + 0.5) * cycles_per_sample;
-        const auto phase = static_cast<float>(cycles - std::floor(cycles)) * 2 * pi;
-        carrier[k] = {std::cos(phase), std::sin(phase)};
-    }
+    for (std::uint32_t k = 0; k < iq.samples; ++k) carrier[k] = detail::turned((k + 0.5) * cycles_per_sample);
     scan_lines rf{iq.count, iq.samples, iq.depth};
     const auto modulate = [&](std::size_t line, std::size_t) {
         const vec2* const from = iq.values.data() + line * iq.samples;
@@ -18296,8 +18005,7 @@ doppler_spectrum spectrum_of(const Policy& policy, const std::vector<vec2>& echo
     constexpr std::size_t together = detail::complex_batch::width;
     exec::for_each_block(
         policy, result.windows, together, 15 * static_cast<float>(size), [&](std::size_t first, std::size_t end) {
-            std::vector<detail::complex_batch> values(size), room(size);
-            std::vector<detail::complex_block> in_lanes(size, detail::complex_block{}); // a window in each lane
+            std::vector<detail::complex_block> values(size), room(size); // a window in each lane
             std::vector<float> part(size);
             for (std::size_t window = first; window < end; ++window)
                 for (const bool real : {true, false}) {
@@ -18310,13 +18018,13 @@ doppler_spectrum spectrum_of(const Policy& policy, const std::vector<vec2>& echo
                         for (std::uint32_t k = 0; k < size; ++k) part[k] -= static_cast<float>(wall[k] * along);
                     }
                     for (std::uint32_t k = 0; k < size; ++k)
-                        (real ? in_lanes[k].x : in_lanes[k].y)[window - first] = hann[k] * part[k];
+                        (real ? values[k].x : values[k].y)[window - first] = hann[k] * part[k];
                 }
-            for (std::uint32_t k = 0; k < size; ++k) values[k] = in_lanes[k].loaded();
             fourier.forward(values, room);
             const lanes<detail::complex_batch::width> scale(1 / (weight * static_cast<float>(size)));
             for (std::uint32_t i = 0; i < size; ++i) {
-                const detail::complex_batch& bin = values[(static_cast<std::uint32_t>(lowest) + i) & (size - 1)];
+                const detail::complex_batch bin =
+                    values[(static_cast<std::uint32_t>(lowest) + i) & (size - 1)].loaded();
                 float power[together];
                 store(scale * (bin.x * bin.x + bin.y * bin.y), power);
                 for (std::size_t window = first; window < end; ++window)
@@ -18531,9 +18239,8 @@ void map_values(const Policy& policy, std::vector<float>& values, const grey_map
     exec::for_each_block(policy, values.size(), 16384, 1, [&](std::size_t begin, std::size_t end) {
         const grey_map own = map; // a local copy, which stores cannot alias, stays in registers
         float* const to = values.data();
-        std::size_t i = begin;
-        for (; i + width <= end; i += width) store(own.of_lanes<width>(load<width>(to + i)), to + i);
-        for (; i < end; ++i) to[i] = own(to[i]);
+        in_registers<width>(begin, end,
+                            [&](std::size_t i, auto n) { store(own.of_lanes<n>(load<n>(to + i)), to + i); });
     });
 }
 
@@ -18654,31 +18361,18 @@ class compounding {
     static constexpr float min_weight = 1e-3F; // where only ends of looks meet, their mean counts
 
     void begin(const Probe& probe, const acquisition& scan, const compound_settings& settings) {
-        const bool same = settings == settings_ && scan.depth == scan_.depth && scan.samples == scan_.samples &&
-                          scan.planes == scan_.planes && ready_ && is_same(probe);
-        if (same) return;
-        settings.check();
-        probe.check();
-        if (scan.samples == 0) throw usage_error{"compound: `samples` is 0; it must be that of the lines"};
-        ready_ = false; // until all looks are
-        probe_.emplace(probe);
-        scan_ = scan;
-        settings_ = settings;
-        acquired_ = 0;
-        looks_.resize(settings.angles, look{.probe = steered<Probe>{*probe_, 0}});
-        for (std::uint32_t i = 0; i < settings.angles; ++i) assign(looks_[i], settings.steering(i));
-        ready_ = true;
-    }
-
-    // Probes without == count as the same with as many lines from the same places.
-    bool is_same(const Probe& probe) const {
-        if constexpr (detail::comparable<Probe>) return probe == *probe_;
-        if (probe.lines != probe_->lines) return false;
-        for (const float line : {0.0F, 0.5F * static_cast<float>(probe.lines)}) {
-            const ray now = probe.beam(line), before = probe_->beam(line);
-            if (now.origin != before.origin || now.direction != before.direction) return false;
-        }
-        return true;
+        const auto make = [&](char&) {
+            settings.check();
+            probe.check();
+            if (scan.samples == 0) throw usage_error{"compound: `samples` is 0; it must be that of the lines"};
+            probe_.emplace(probe);
+            scan_ = scan;
+            settings_ = settings;
+            acquired_ = 0;
+            looks_.resize(settings.angles, look{.probe = steered<Probe>{*probe_, 0}});
+            for (std::uint32_t i = 0; i < settings.angles; ++i) assign(looks_[i], settings.steering(i));
+        };
+        made_(make, probe, scan.depth, scan.samples, scan.planes, settings);
     }
 
     void assign(look& made, float angle) const {
@@ -18746,26 +18440,23 @@ class compounding {
         const std::size_t below = stride > 1 ? 1 : 0, beside = probe_->lines > 1 ? stride : 0;
         const float last = max(static_cast<float>(probe_->lines) - 2, 0);
         const bool straight = own.probe.steering == 0;
-        exec::for_each_block(
-            policy, probe_->lines, 8, 3 * static_cast<float>(samples), [&](std::size_t begin, std::size_t end) {
-                for (std::size_t line = begin; line < end; ++line) {
-                    float *const to = own.weighted.data() + line * samples, *const weights =
-                                                                                own.weights.data() + line * samples;
-                    for (std::size_t k = 0; k < samples; ++k) {
-                        const row& at = own.rows[k];
-                        const float place = static_cast<float>(line) - at.shift;
-                        const float fraction = weights[k] = straight ? 1.0F : weight(place);
-                        to[k] = 0;
-                        if (fraction == 0) continue;
-                        const float left = clamp(std::floor(place), 0, last), part = clamp(place - left, 0, 1);
-                        const float* const from =
-                            amplitudes.values.data() + static_cast<std::size_t>(left) * stride + at.sample;
-                        const float here = multiply_add(at.fraction, from[below] - from[0], from[0]);
-                        const float next = multiply_add(at.fraction, from[beside + below] - from[beside], from[beside]);
-                        to[k] = fraction * multiply_add(part, next - here, here);
-                    }
-                }
-            });
+        exec::for_each_in_blocks(policy, probe_->lines, 8, 3 * static_cast<float>(samples), [&](std::size_t line) {
+            float *const to = own.weighted.data() + line * samples, *const weights =
+                                                                        own.weights.data() + line * samples;
+            for (std::size_t k = 0; k < samples; ++k) {
+                const row& at = own.rows[k];
+                const float place = static_cast<float>(line) - at.shift;
+                const float fraction = weights[k] = straight ? 1.0F : weight(place);
+                to[k] = 0;
+                if (fraction == 0) continue;
+                const float left = clamp(std::floor(place), 0, last), part = clamp(place - left, 0, 1);
+                const float* const from =
+                    amplitudes.values.data() + static_cast<std::size_t>(left) * stride + at.sample;
+                const float here = multiply_add(at.fraction, from[below] - from[0], from[0]);
+                const float next = multiply_add(at.fraction, from[beside + below] - from[beside], from[beside]);
+                to[k] = fraction * multiply_add(part, next - here, here);
+            }
+        });
         own.acquired = true;
         ++acquired_;
     }
@@ -18795,8 +18486,8 @@ class compounding {
     acquisition scan_{};
     compound_settings settings_{};
     std::vector<look> looks_{};
-    std::uint32_t acquired_ = 0; // since the start
-    detail::cleared_by_move<bool> ready_{};
+    std::uint32_t acquired_ = 0;                                                               // since the start
+    detail::memo<char, Probe, float, std::uint32_t, std::uint32_t, compound_settings> made_{}; // looks_
 };
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -18810,6 +18501,7 @@ class compounding {
 #include <algorithm>
 #include <array>
 #include <concepts>
+#include <utility>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -18856,10 +18548,9 @@ scan_lines log_compress(const Policy& policy, scan_lines lines, const log_compre
     constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
     exec::for_each_block(policy, lines.values.size(), 16384, 0.5F, [&](std::size_t begin, std::size_t end) {
         const log_compress_settings own = settings; // a local copy, which stores cannot alias, stays in registers
-        float* values = lines.values.data();
-        std::size_t i = begin;
-        for (; i + width <= end; i += width) store(own.grey<width>(load<width>(values + i)), values + i);
-        for (; i < end; ++i) values[i] = own.grey(values[i]);
+        float* const values = lines.values.data();
+        detail::in_registers<width>(
+            begin, end, [&](std::size_t i, auto n) { store(own.grey<n>(load<n>(values + i)), values + i); });
     });
     return lines;
 }
@@ -18923,32 +18614,33 @@ struct tgc_settings {
     friend bool operator==(const tgc_settings&, const tgc_settings&) = default;
 };
 
-namespace detail {
-
-/// Multiplies each sample by a gain. @param gain_db  gain_db(depth), decibels
-template <exec::policy Policy, class Value, class Gain>
-void multiply_by_depth(const Policy& policy, line_grid<Value>& lines, const Gain& gain_db) {
+/// Replaces the time gain of lines that have had one: for stored lines, of which only the amplitudes are left.
+/// @param before  the settings with which `tgc` was applied
+/// @throws usage_error  as `tgc`
+template <exec::policy Policy, class Value>
+line_grid<Value> regain(const Policy& policy, line_grid<Value> lines, float frequency, const tgc_settings& before,
+                        const tgc_settings& settings) {
+    settings.check();
+    if (!is_finite(frequency) || !(frequency >= 0))
+        throw usage_error{"tgc: the frequency must be finite and not negative"};
+    if (before == settings) return lines;
     constexpr std::size_t block = 512; // samples, of all lines
     const float spacing = lines.depth / static_cast<float>(lines.samples);
     exec::for_each_block(
         policy, lines.samples, block, 0.5F * static_cast<float>(lines.count), [&](std::size_t begin, std::size_t end) {
             float gain[block];
-            for (std::size_t k = begin; k < end; ++k)
-                gain[k - begin] = amplitude_of_decibels(gain_db((static_cast<float>(k) + 0.5F) * spacing));
+            for (std::size_t k = begin; k < end; ++k) {
+                const float depth = (static_cast<float>(k) + 0.5F) * spacing;
+                gain[k - begin] = amplitude_of_decibels(settings.gain_db(depth, lines.depth, frequency) -
+                                                        before.gain_db(depth, lines.depth, frequency));
+            }
             for (std::size_t line = 0; line < lines.count; ++line) {
                 Value* values = lines.values.data() + line * lines.samples + begin;
                 for (std::size_t k = 0; k < end - begin; ++k) values[k] *= gain[k];
             }
         });
+    return lines;
 }
-
-inline void check_tgc(float frequency, const tgc_settings& settings) {
-    settings.check();
-    if (!is_finite(frequency) || !(frequency >= 0))
-        throw usage_error{"tgc: the frequency must be finite and not negative"};
-}
-
-} // namespace detail
 
 /// Multiplies each sample by the gain at its depth. In place: pass std::move(lines).
 /// @tparam Value     float for amplitudes, vec2 for IQ
@@ -18957,25 +18649,8 @@ inline void check_tgc(float frequency, const tgc_settings& settings) {
 template <exec::policy Policy, class Value>
     requires std::same_as<Value, float> || std::same_as<Value, vec2> line_grid<Value>
     tgc(const Policy& policy, line_grid<Value> lines, float frequency, const tgc_settings& settings = {}) {
-        detail::check_tgc(frequency, settings);
-        detail::multiply_by_depth(
-            policy, lines, [&, end = lines.depth](float depth) { return settings.gain_db(depth, end, frequency); });
-        return lines;
+        return regain(policy, std::move(lines), frequency, {.attenuation = 0}, settings);
     }
-
-/// Replaces the time gain of lines that have had one: for stored lines, of which only the amplitudes are left.
-/// @param before  the settings with which `tgc` was applied
-/// @throws usage_error  as `tgc`
-template <exec::policy Policy>
-scan_lines regain(const Policy& policy, scan_lines lines, float frequency, const tgc_settings& before,
-                  const tgc_settings& settings) {
-    detail::check_tgc(frequency, settings);
-    if (before == settings) return lines;
-    detail::multiply_by_depth(policy, lines, [&, end = lines.depth](float depth) {
-        return settings.gain_db(depth, end, frequency) - before.gain_db(depth, end, frequency);
-    });
-    return lines;
-}
 
 } // namespace insonify::inline INSONIFY_ABI
 
@@ -19017,9 +18692,8 @@ class persistence {
                            frame.depth == shown_.depth && frame.values.size() == shown_.values.size();
         starts_ = false;
         if (!fades || weight_ == 0) return shown_ = frame;
-        exec::for_each_block(policy, frame.values.size(), 4096, 0.5F, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i)
-                shown_.values[i] = weight_ * shown_.values[i] + (1 - weight_) * frame.values[i];
+        exec::for_each_in_blocks(policy, frame.values.size(), 4096, 0.5F, [&](std::size_t i) {
+            shown_.values[i] = weight_ * shown_.values[i] + (1 - weight_) * frame.values[i];
         });
         return shown_;
     }
@@ -19073,9 +18747,7 @@ inline float lanczos_weight(float distance) {
 template <exec::policy Policy, transducer Traced, transducer Wanted>
 iq_lines resample_lines(const Policy& policy, const iq_lines& lines, const Traced& traced, const Wanted& wanted,
                         iq_lines recycled = {}) {
-    if (lines.count != traced.lines || lines.samples == 0 ||
-        lines.values.size() != std::size_t{lines.count} * lines.samples)
-        throw usage_error{"resample_lines: the echoes must have as many lines as the probe that was traced"};
+    detail::check_echoes(lines, traced.lines, "resample_lines");
     check_depth(lines.depth, "resample_lines");
     wanted.check();
     const auto middle_direction = [](const auto& probe) {
@@ -19106,10 +18778,8 @@ iq_lines resample_lines(const Policy& policy, const iq_lines& lines, const Trace
             const auto less_deep = static_cast<int>(std::lround(samples_per_line * apart));
             const vec2* const from =
                 lines.values.data() + static_cast<std::size_t>((i + count) % count) * lines.samples;
-            for (int k = std::max(less_deep, 0); k < std::min(samples + less_deep, samples); ++k) {
-                const vec2 echo = from[k - less_deep];
-                to[k] += vec2{echo.x * factor.x - echo.y * factor.y, echo.x * factor.y + echo.y * factor.x};
-            }
+            for (int k = std::max(less_deep, 0); k < std::min(samples + less_deep, samples); ++k)
+                to[k] += detail::complex_product(from[k - less_deep], factor);
         }
     };
     exec::for_each_block(policy, wanted.lines, 1, 6 * static_cast<float>(samples), interpolate);
@@ -19194,7 +18864,7 @@ inline float automatic_tgc(const line_layers& found, float depth) {
 /// @throws geometry_error  for a pose that is not rigid
 template <exec::policy Policy, transducer Probe>
 float automatic_tgc(const Policy& policy, const scene& body, const Probe& probe, const pose& at, float depth) {
-    detail::check_lines(body, probe, at, depth, "automatic_tgc");
+    detail::check_lines(body, probe.frequency, at, depth, "automatic_tgc");
     const detail::any_policy<false> any{policy};
     return automatic_tgc(detail::layer_search{}(any, body, probe, at, {.depth = depth}, depth, false), depth);
 }
@@ -19642,14 +19312,12 @@ float sine_to_face(const Probe& probe, float line) {
 ///     at 2 D - z:  r^2 10^(-A(z) / 20) / sqrt(|1 + 2 h k_x| |1 + 2 h k_y|) of the conjugate echo at z < D
 ///     at D + z:    n r f c 10^(-B / 20) of the echo at z, n = 2 for z < D, else 1
 ///
-/// with D the displayed depth of the gas, A(z) what sound loses from z to the gas and back, twice, and B from the
-/// face to
-/// the gas and back (attenuation of the pulse and interfaces, dB), r what gas reflects, f what the lens of the
-/// probe does
-/// (from the impedances of `tissue::lens` and of the first medium), h = D - z, k the curvatures of the surface, behind
-/// which sound diverges, and c the part of the amplitude that returns to the aperture: by the law of specular echoes,
-/// for the slope of the surface and the angle of the line to the face. The image is that of the line itself; `paths`
-/// follows the sound to where it goes.
+/// with D the displayed depth of the gas, A(z) what sound loses from z to the gas and back, twice, and B from the face
+/// to the gas and back (attenuation of the pulse and interfaces, dB), r what gas reflects, f what the lens of the probe
+/// does (from the impedances of `tissue::lens` and of the first medium), h = D - z, k the curvatures of the surface,
+/// behind which sound diverges, and c the part of the amplitude that returns to the aperture: by the law of specular
+/// echoes, for the slope of the surface and the angle of the line to the face. The image is that of the line itself;
+/// `paths` follows the sound to where it goes.
 /// @param found  what lies along the lines of the probe
 /// @throws usage_error  for lines that are not those of the probe, or a setting out of range
 template <exec::policy Policy, transducer Probe, class Model>
@@ -19657,12 +19325,11 @@ iq_lines add_gas_reverberation(const Policy& policy, iq_lines echoes, const line
                                const Model& model, const gas_reverberation& settings = {}) {
     settings.check();
     probe.check();
-    if (found.lines != probe.lines || echoes.count != probe.lines || echoes.samples == 0 ||
-        echoes.values.size() != static_cast<std::size_t>(echoes.count) * echoes.samples)
+    if (found.lines != probe.lines)
         throw usage_error{
-            detail::joined({"add_gas_reverberation: the probe has ", std::to_string(probe.lines), " lines, the layers ",
-                            std::to_string(found.lines), " and the echoes ", std::to_string(echoes.count),
-                            "; all must be of one probe, with a value for every sample"})};
+            detail::joined({"add_gas_reverberation: the probe has ", std::to_string(probe.lines),
+                            " lines and the layers ", std::to_string(found.lines), "; both must be of one probe"})};
+    detail::check_echoes(echoes, probe.lines, "add_gas_reverberation");
     if (std::none_of(found.media.begin(), found.media.end(), [](const medium& m) { return detail::is_gas(m); }))
         return echoes;
     constexpr float min_spread = 0.5F; // in the focus of a hollow surface, which is not sharp: as `paths`
@@ -19670,40 +19337,36 @@ iq_lines add_gas_reverberation(const Policy& policy, iq_lines echoes, const line
     const traced_line pulse{.frequency = stated.frequency, .bandwidth = stated.bandwidth};
     const float spacing = echoes.depth / static_cast<float>(echoes.samples);
     const auto rotation = [&](float depth) { // of the phase of an echo that is that much deeper
-        const double cycles = 2 * double{stated.frequency} / double{display_speed} * double{depth};
-        const auto turn = static_cast<float>(cycles - std::floor(cycles)) * 2 * pi;
-        return vec2{std::cos(turn), -std::sin(turn)};
+        const vec2 forwards = detail::turned(2 * double{stated.frequency} / double{display_speed} * double{depth});
+        return vec2{forwards.x, -forwards.y};
     };
-    exec::for_each_block(policy, echoes.count, 8, 2e4F, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            detail::gas_surface<Model> gas{found(static_cast<std::uint32_t>(i)), found.media, pulse, model};
-            if (gas.shown <= spacing || gas.shown >= echoes.depth) continue;
-            vec2* const line = echoes.values.data() + i * echoes.samples;
-            const auto samples = static_cast<std::int64_t>(echoes.samples),
-                       surface = static_cast<std::int64_t>(std::lround(gas.shown / spacing)),
-                       twice = static_cast<std::int64_t>(std::lround(2 * gas.shown / spacing)) - 1;
-            const std::int64_t above = surface - 2; // the echo of the gas itself is divided between two samples
-            const vec2 once_deeper = rotation(gas.shown), twice_deeper = rotation(2 * gas.shown);
-            const float wavelengths = gas.shown * stated.frequency / display_speed;
-            const float tilt = length(vec2{gas.slope.x, detail::sine_to_face(probe, static_cast<float>(i))});
-            const float returned =
-                specular_return{}(std::atan(tilt), stated.fnumber, wavelengths) *
-                specular_return{}(std::atan(gas.slope.y), gas.shown / stated.elevation_height, wavelengths);
-            const float mirrored = settings.mirror * gas.reflected * gas.reflected,
-                        repeated = settings.face * gas.reflected * gas.lens_reflected * returned *
-                                   amplitude_of_decibels(-gas.once_more_db());
-            for (std::int64_t k = surface + 1; k < samples; ++k) {
-                if (const std::int64_t from = twice - k; from >= 0 && from < above) {
-                    const float depth = (static_cast<float>(from) + 0.5F) * spacing;
-                    const vec2 spread =
-                        max(abs(vec2{1, 1} + 2 * (gas.shown - depth) * gas.curvature), vec2{min_spread});
-                    const float level =
-                        mirrored * amplitude_of_decibels(-gas.twice_from_db(depth)) / std::sqrt(spread.x * spread.y);
-                    line[k] += level * detail::complex_product(vec2{line[from].x, -line[from].y}, twice_deeper);
-                }
-                const std::int64_t from = k - surface;
-                line[k] += (from < above ? 2 : 1) * repeated * detail::complex_product(line[from], once_deeper);
+    exec::for_each_in_blocks(policy, echoes.count, 8, 2e4F, [&](std::size_t i) {
+        detail::gas_surface<Model> gas{found(static_cast<std::uint32_t>(i)), found.media, pulse, model};
+        if (gas.shown <= spacing || gas.shown >= echoes.depth) return;
+        vec2* const line = echoes.values.data() + i * echoes.samples;
+        const auto samples = static_cast<std::int64_t>(echoes.samples),
+                   surface = static_cast<std::int64_t>(std::lround(gas.shown / spacing)),
+                   twice = static_cast<std::int64_t>(std::lround(2 * gas.shown / spacing)) - 1;
+        const std::int64_t above = surface - 2; // the echo of the gas itself is divided between two samples
+        const vec2 once_deeper = rotation(gas.shown), twice_deeper = rotation(2 * gas.shown);
+        const float wavelengths = gas.shown * stated.frequency / display_speed;
+        const float tilt = length(vec2{gas.slope.x, detail::sine_to_face(probe, static_cast<float>(i))});
+        const float returned =
+            specular_return{}(std::atan(tilt), stated.fnumber, wavelengths) *
+            specular_return{}(std::atan(gas.slope.y), gas.shown / stated.elevation_height, wavelengths);
+        const float mirrored = settings.mirror * gas.reflected * gas.reflected,
+                    repeated = settings.face * gas.reflected * gas.lens_reflected * returned *
+                               amplitude_of_decibels(-gas.once_more_db());
+        for (std::int64_t k = surface + 1; k < samples; ++k) {
+            if (const std::int64_t from = twice - k; from >= 0 && from < above) {
+                const float depth = (static_cast<float>(from) + 0.5F) * spacing;
+                const vec2 spread = max(abs(vec2{1, 1} + 2 * (gas.shown - depth) * gas.curvature), vec2{min_spread});
+                const float level =
+                    mirrored * amplitude_of_decibels(-gas.twice_from_db(depth)) / std::sqrt(spread.x * spread.y);
+                line[k] += level * detail::complex_product(vec2{line[from].x, -line[from].y}, twice_deeper);
             }
+            const std::int64_t from = k - surface;
+            line[k] += (from < above ? 2 : 1) * repeated * detail::complex_product(line[from], once_deeper);
         }
     });
     return echoes;
@@ -19748,7 +19411,7 @@ struct label_stretch {
 /// @return the number of samples of the grid: by default two for each standard deviation of the pulse, a multiple of 64
 inline std::uint32_t check_labels(const scene& body, const probe_settings& probe, const pose& at,
                                   const label_settings& settings, const char* caller) {
-    check_lines(body, probe, at, settings.depth, caller);
+    check_lines(body, probe.frequency, at, settings.depth, caller);
     const float sigma = pulse{}.sigma_z(probe.frequency);
     return checked_samples(probe.lines, settings.samples != 0 ? settings.samples : samples_for(settings.depth, sigma),
                            caller);
@@ -19783,13 +19446,6 @@ void for_each_stretch(view<const layer> layers, view<const medium> media, label_
     }
 }
 
-/// The layers that labels are read from: of one plane.
-template <exec::policy Policy, transducer Probe>
-const line_layers& layers_for_labels(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                                     const label_settings& settings, bool incident, layer_search& search) {
-    return search(policy, body, probe, at, {.depth = settings.depth}, max_depth_of(settings, body.media()), incident);
-}
-
 } // namespace detail
 
 /// The object that each sample of lines lies in, whose layers have been found.
@@ -19807,18 +19463,15 @@ label_lines label(const Policy& policy, const line_layers& found, const label_se
     const std::uint32_t samples = detail::checked_samples(found.lines, settings.samples, "label");
     recycled.reshape(found.lines, samples, settings.depth);
     const float spacing = settings.depth / static_cast<float>(samples);
-    const auto label_line = [&](std::uint32_t line) {
-        const view<const layer> layers = found(line);
-        label_id* const out = recycled.values.data() + std::size_t{line} * samples;
+    const auto line_time = 0.2F * static_cast<float>(samples);
+    exec::for_each_in_blocks(policy, found.lines, detail::lines_per_block, line_time, [&](std::size_t line) {
+        const view<const layer> layers = found(static_cast<std::uint32_t>(line));
+        label_id* const out = recycled.values.data() + line * samples;
         const auto fill = [&](std::size_t i, const detail::label_stretch& part) {
             std::fill(out + part.first, out + part.last, layers[i].object);
         };
         detail::for_each_stretch(layers, found.media, settings.grid, samples, spacing, fill);
-    };
-    exec::for_each_block(policy, found.lines, detail::lines_per_block, 0.2F * static_cast<float>(samples),
-                         [&](std::size_t begin, std::size_t end) {
-                             for (std::size_t i = begin; i < end; ++i) label_line(static_cast<std::uint32_t>(i));
-                         });
+    });
     return recycled;
 }
 
@@ -19839,7 +19492,8 @@ label_lines label(const Policy& policy, const scene& body, const Probe& probe, c
     const detail::any_policy<false> any{policy};
     const std::uint32_t samples = detail::check_labels(body, probe, at, settings, "label");
     detail::layer_search search;
-    return label(any, detail::layers_for_labels(any, body, probe, at, settings, false, search),
+    const float max_depth = detail::max_depth_of(settings, body.media());
+    return label(any, search(any, body, probe, at, {.depth = settings.depth}, max_depth, false),
                  {settings.depth, samples, settings.grid});
 }
 
@@ -19851,6 +19505,7 @@ label_lines label(const Policy& policy, const scene& body, const Probe& probe, c
 #define INSONIFY_TRACING_READ_NEAR_FIELD_HPP
 
 
+#include <algorithm>
 #include <string>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -19910,12 +19565,9 @@ iq_lines add_near_field(const Policy& policy, iq_lines echoes, const line_layers
         throw usage_error{
             detail::joined({"add_near_field: the layers have ", std::to_string(found.lines), " lines and the probe ",
                             std::to_string(probe.lines), "; give those that find_layers finds for this probe"})};
-    if (echoes.count != probe.lines || echoes.samples == 0 ||
-        echoes.values.size() != static_cast<std::size_t>(echoes.count) * echoes.samples)
-        throw usage_error{
-            "add_near_field: the echoes must have as many lines as the probe, and a value for every sample"};
-    bool some_gas = false;
-    for (const medium& m : found.media) some_gas = some_gas || detail::is_gas(m);
+    detail::check_echoes(echoes, probe.lines, "add_near_field");
+    const bool some_gas =
+        std::any_of(found.media.begin(), found.media.end(), [](const medium& m) { return detail::is_gas(m); });
     if (settings.shown == lines::none || (settings.shown == lines::in_gas && !some_gas)) return echoes;
 
     constexpr float faintest = 1e-6F;
@@ -19927,31 +19579,29 @@ iq_lines add_near_field(const Policy& policy, iq_lines echoes, const line_layers
     // Of a constant signal, `convolve` makes the sum of the pulse's samples times as much.
     const float sigma = nominal_pulse(probe).sigma_z(probe.frequency);
     const float ringing = amplitude_of_decibels(settings.ring_down_db) * spacing / (std::sqrt(2 * pi) * sigma);
-    exec::for_each_block(policy, echoes.count, 8, 1000, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            const view<vec2> line{echoes.values.data() + i * echoes.samples, echoes.samples};
-            const view<const layer> layers = found(static_cast<std::uint32_t>(i));
-            std::size_t touched = 0;
-            while (touched + 1 < layers.size() && layers[touched].end <= detail::below_face) ++touched;
-            const medium& below = found.media[layers[touched].medium];
-            const bool gas = detail::is_gas(below);
-            if (gas)
-                for (vec2& sample : line) sample = {0, 0};
-            else if (settings.shown == lines::in_gas)
-                continue;
-            const float face = (below.impedance() - lens.impedance()) / (below.impedance() + lens.impedance());
-            const echo_line echo{line, spacing, probe.frequency};
-            float amplitude = face;
-            for (int k = 0; std::fabs(amplitude) > faintest && static_cast<float>(k) * step < echoes.depth; ++k) {
-                echo.add(static_cast<float>(k) * step, {amplitude, 0});
-                amplitude *= face * round_trip;
-            }
-            if (settings.shown != lines::all) continue;
-            for (std::uint32_t k = 0; k < echoes.samples; ++k) {
-                const float depth = (static_cast<float>(k) + 0.5F) * spacing;
-                if (depth > 2 * settings.ring_down) break;
-                line[k] += vec2{ringing * amplitude_of_decibels(-60 * depth / settings.ring_down), 0};
-            }
+    exec::for_each_in_blocks(policy, echoes.count, 8, 1000, [&](std::size_t i) {
+        const view<vec2> line{echoes.values.data() + i * echoes.samples, echoes.samples};
+        const view<const layer> layers = found(static_cast<std::uint32_t>(i));
+        std::size_t touched = 0;
+        while (touched + 1 < layers.size() && layers[touched].end <= detail::below_face) ++touched;
+        const medium& below = found.media[layers[touched].medium];
+        const bool gas = detail::is_gas(below);
+        if (gas)
+            for (vec2& sample : line) sample = {0, 0};
+        else if (settings.shown == lines::in_gas)
+            return;
+        const float face = (below.impedance() - lens.impedance()) / (below.impedance() + lens.impedance());
+        const echo_line echo{line, spacing, probe.frequency};
+        float amplitude = face;
+        for (int k = 0; std::fabs(amplitude) > faintest && static_cast<float>(k) * step < echoes.depth; ++k) {
+            echo.add(static_cast<float>(k) * step, {amplitude, 0});
+            amplitude *= face * round_trip;
+        }
+        if (settings.shown != lines::all) return;
+        for (std::uint32_t k = 0; k < echoes.samples; ++k) {
+            const float depth = (static_cast<float>(k) + 0.5F) * spacing;
+            if (depth > 2 * settings.ring_down) break;
+            line[k] += vec2{ringing * amplitude_of_decibels(-60 * depth / settings.ring_down), 0};
         }
     });
     return echoes;
@@ -20044,6 +19694,7 @@ struct b_mode_settings {
     void check() const {
         compound.check();
         check_depth(depth, "b_mode");
+        detail::check_planes(planes, "b_mode");
         if (!is_finite(tgc) || !(tgc >= 0))
             throw usage_error{
                 "b_mode: `tgc` must be finite and above 0, in dB/m at 1 MHz, or 0 to choose it from the tissue"};
@@ -20075,11 +19726,9 @@ b_mode_sampling sampling_of(const Probe& probe, const b_mode_settings& settings)
     const float rays = full ? rays_per_line(probe, settings.depth)
                             : rays_per_line(probe, settings.depth, 1 / lines, draft ? 1 / 2.0F : 1 / 1.5F);
     const float sigma = nominal_pulse(probe).sigma_z(probe.frequency);
-    const bool valid = settings.planes % 2 == 1 && settings.planes <= 7; // `trace` refuses another number
-    const std::uint32_t max_planes = full || !valid ? settings.planes : draft ? 1 : 3;
     return {.lines = refined<Probe>{probe, rays}.lines,
             .samples = settings.samples != 0 ? settings.samples : samples_for(settings.depth, full ? sigma : 2 * sigma),
-            .planes = std::min(settings.planes, max_planes),
+            .planes = full ? settings.planes : std::min(settings.planes, draft ? 1U : 3U),
             .looks = full ? settings.compound.angles : 1};
 }
 
@@ -20333,14 +19982,14 @@ class scanner {
     ///
     /// Of several looks, those of the look that is steered least: the straight one where their number is odd, else the
     /// one next to it towards -x. With `update_mode::one`, those of the look that this frame acquired.
-    const iq_lines& echoes() const { return echoes_; }
+    const iq_lines& echoes() const { return frame_looks_[echo_look_].echoes; }
     /// The lines of `echoes`: usually more than those of the probe, see `rays_per_line`.
     ///
     ///     iq_lines own = resample_lines(policy, machine.echoes(), machine.echo_probe(), machine.probe);
     /// @throws usage_error  before the first picture
     const steered<refined<Probe>>& echo_probe() const {
         check_picture();
-        return *echo_probe_;
+        return *frame_looks_[echo_look_].shown;
     }
     /// What lies along the lines of the look that was acquired last, of `layers_probe`; with a tracer other than
     /// `straight_lines`, no lines. Lines end as deep as the fastest medium of the scene may be displayed within the
@@ -20348,13 +19997,13 @@ class scanner {
     /// @throws usage_error  before the first picture, and after a `scan` that threw
     const line_layers& layers() const {
         check_layers();
-        return tracers_[last_look_].layers();
+        return frame_looks_[last_look_].lines.layers();
     }
     /// The lines that the layers are those of.
     /// @throws usage_error  before the first picture, and after a `scan` that threw
     const steered<refined<Probe>>& layers_probe() const {
         check_layers();
-        return *layers_probe_;
+        return *frame_looks_[last_look_].traced;
     }
     const scan_map& map() const { return display_.map(); } ///< pixels of the last picture, points {x, z} of the probe
     const pose& at() const { return at_; }                 ///< of the probe, for the last picture
@@ -20385,11 +20034,12 @@ class scanner {
                                   label_settings::depth_grid::displayed};
         const detail::any_policy<false> any{policy};
         if (shown_ == 0 && label_look_ && !interrupted_)
-            label_lines_ = label(any, tracers_[*label_look_].layers(), grid, std::move(label_lines_));
+            label_lines_ = label(any, frame_looks_[*label_look_].lines.layers(), grid, std::move(label_lines_));
         else
-            label_lines_ =
-                label(any, detail::layers_for_labels(any, body, *frame.probe, frame.at, grid, false, search_), grid,
-                      std::move(label_lines_));
+            label_lines_ = label(any,
+                                 search_(any, body, *frame.probe, frame.at, {.depth = grid.depth},
+                                         detail::max_depth_of(grid, body.media()), false),
+                                 grid, std::move(label_lines_));
         labels_ = scan_convert(policy, label_lines_, map(), std::move(labels_));
         return labels_;
     }
@@ -20424,6 +20074,12 @@ class scanner {
     using looks_memo = std::conditional_t<detail::comparable<Model>, detail::memo<char, Model, float, time_gain>,
                                           detail::memo<char, float, time_gain>>;
     using look_probe = steered<refined<Probe>>;
+    // What is kept of a look, from frame to frame.
+    struct frame_look {
+        line_tracer<Model, Tracer> lines{};
+        std::optional<look_probe> traced{}, shown{}; // the lines of the layers, and of the echoes
+        iq_lines echoes{};
+    };
 
     void check_picture() const {
         if (cine_.empty())
@@ -20435,7 +20091,7 @@ class scanner {
     const image& show_by(const detail::any_policy<Unsequenced>& policy, std::uint32_t back);
     void check_layers() const {
         check_picture();
-        if (!layers_probe_.has_value() || interrupted_)
+        if (interrupted_)
             throw usage_error{"scanner: the last `scan` threw, so there are no layers; call `scan` again"};
     }
     // The stages from echoes to stored amplitudes.
@@ -20445,7 +20101,7 @@ class scanner {
         const refined<Probe> fine{probe, static_cast<float>(sampling.lines) / static_cast<float>(probe.lines)};
         compound_settings compound = settings.compound;
         compound.angles = sampling.looks;
-        if (tracers_.size() < sampling.looks) tracers_.resize(sampling.looks);
+        if (frame_looks_.size() < sampling.looks) frame_looks_.resize(sampling.looks);
         gain_is_chosen_ = false;
         label_look_.reset();
         const auto forget_looks = [&](char&) { looks_.reset(); };
@@ -20459,6 +20115,8 @@ class scanner {
         frame.amplitudes = looks_(
             policy, fine, {.depth = settings.depth, .samples = sampling.samples, .planes = sampling.planes}, compound,
             [&](std::uint32_t number, const look_probe& look, const acquisition& scan, scan_lines recycled) {
+                if (compound.update == compound_settings::update_mode::one || number == (compound.angles - 1) / 2)
+                    echo_look_ = number;
                 return acquire_look(policy, body, at, number, look, scan, std::move(recycled));
             },
             std::move(frame.amplitudes));
@@ -20478,13 +20136,13 @@ class scanner {
             settings.interpolates_lines ? min(rays_per_line(probe, settings.depth, 0.25F), look.rays) : look.rays;
         const refined<Probe> straight{probe, rays};
         const look_probe traced{straight, look.steering};
-        iq_lines& echoes = keeps_echoes(number) ? echoes_ : other_echoes_;
-        if (keeps_echoes(number)) echo_probe_.emplace(look);
-        layers_probe_.reset();
-        echoes = tracers_[number].trace(policy, body, traced, at, model, scan, how, std::move(echoes));
-        const line_layers& found = tracers_[number].layers();
+        frame_look& own = frame_looks_[number];
+        own.shown.emplace(look);
+        own.traced.emplace(traced);
         last_look_ = number;
-        layers_probe_.emplace(traced);
+        iq_lines& echoes = own.echoes;
+        echoes = own.lines.trace(policy, body, traced, at, model, scan, how, std::move(echoes));
+        const line_layers& found = own.lines.layers();
         constexpr bool finds_layers = std::same_as<Tracer, straight_lines>;
         const float labelled = detail::max_depth_of(
             label_settings{.depth = settings.depth, .grid = label_settings::depth_grid::displayed}, body.media());
@@ -20512,11 +20170,6 @@ class scanner {
         return tgc(policy, envelope(policy, echoes, std::move(recycled)), probe.frequency, gain_);
     }
 
-    // Whether a look of a frame is that of `echoes`.
-    bool keeps_echoes(std::uint32_t look) const {
-        const compound_settings& looks = settings.compound;
-        return looks.update == compound_settings::update_mode::one || look == (looks.angles - 1) / 2;
-    }
     // The automatic attenuation is chosen at the first frame, and again where the probe or the depth has changed.
     // `found` are the layers of the first look; where that is steered or has none it is null, and those along the lines
     // of the probe are found.
@@ -20536,7 +20189,8 @@ class scanner {
         gain_ = detail::time_gain_of(settings, attenuation, detail::restored_bandwidth(model, probe));
     }
 
-    std::deque<line_tracer<Model, Tracer>> tracers_{}; // for each look
+    std::deque<frame_look> frame_looks_ = std::deque<frame_look>(1);
+    std::uint32_t echo_look_ = 0, last_look_ = 0; // of `echoes`, and acquired last
     convolver convolver_{};
     colour_scanner<Model> colour_{};
     gate_scanner<Model> gate_{};
@@ -20547,10 +20201,6 @@ class scanner {
     detail::clip_watch<Probe> watch_{};
     detail::frame_display<Probe> display_{};
     cine_loop<stored_frame<Probe>> cine_{};
-    iq_lines echoes_{};       // of one look of a frame
-    iq_lines other_echoes_{}; // of the others
-    std::optional<look_probe> echo_probe_{}, layers_probe_{};
-    std::uint32_t last_look_ = 0;
     std::optional<std::uint32_t> label_look_{}; // of the newest frame, whose lines are those of the stored frame
     bool gain_is_chosen_ = false;               // for the frame that is being acquired
     iq_lines resampled_{};
@@ -20569,7 +20219,7 @@ const image& scanner<Probe, Model, Tracer>::scan_by(const detail::any_policy<Uns
                                                     const pose& at) {
     probe.check(); // all of these before a stored frame is overwritten
     settings.check();
-    detail::check_lines(body, probe, at, settings.depth, "scanner");
+    detail::check_lines(body, probe.frequency, at, settings.depth, "scanner");
     if constexpr (requires { model.check(); }) model.check();
     if constexpr (requires { how.check(); }) how.check();
     const detail::stopwatch clock;
@@ -20622,9 +20272,7 @@ namespace insonify::inline INSONIFY_ABI {
 template <exec::policy Policy, transducer Probe>
 image b_mode(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
              const b_mode_settings& settings = {}) {
-    scanner<Probe> machine{probe, settings};
-    machine.scan(policy, body, at);
-    return std::move(machine).picture();
+    return b_mode(policy, body, probe, at, physical<>{}, settings);
 }
 /// The same with other acoustics, and another way for sound to travel.
 ///
@@ -20840,9 +20488,7 @@ struct transmit {
     vec3 origin{0, 0, 0};         ///< middle of the elements that fire, metres
 
     /// Of an element.
-    /// @{
     float weight(std::uint32_t element) const { return weights.empty() ? 1.0F : weights[element]; }
-    /// @}
 
     friend bool operator==(const transmit&, const transmit&) = default;
 };
@@ -21107,36 +20753,14 @@ iq_channel_data demodulate(const Policy& policy, const channel_data& received) {
     iq_channel_data out = detail::same_acquisition<vec2>(received);
     out.values.resize(received.values.size());
     const std::size_t samples = received.samples;
-    const detail::fourier transform{detail::transform_length(samples + samples / 4)};
-    const std::size_t length = transform.size();
     std::vector<vec2> carrier(samples);
     for (std::size_t k = 0; k < samples; ++k)
         carrier[k] =
-            1 / static_cast<float>(length) *
             detail::turned(-double{received.frequency} *
                            (double{received.start} + static_cast<double>(k) / double{received.sampling_frequency}));
-    const std::size_t channels = std::size_t{received.transmits} * received.elements;
-    constexpr std::size_t together = detail::complex_batch::width;
-    exec::for_each_block(detail::any_policy<false>{policy}, channels, together, 10 * static_cast<float>(length),
-                         [&](std::size_t begin, std::size_t end) {
-                             std::vector<detail::complex_batch> values(length), room(length);
-                             detail::complex_block block{};
-                             for (std::size_t k = 0; k < samples; ++k) {
-                                 for (std::size_t i = begin; i < end; ++i)
-                                     block.x[i - begin] = received.values[i * samples + k];
-                                 values[k] = block.loaded();
-                             }
-                             transform.forward(values, room);
-                             // Twice the positive frequencies, none of the negative ones.
-                             for (std::size_t m = 1; m < length / 2; ++m) values[m] = values[m] + values[m];
-                             for (std::size_t m = length / 2 + 1; m < length; ++m) values[m] = {};
-                             transform.inverse(values, room);
-                             for (std::size_t k = 0; k < samples; ++k) {
-                                 block.store_from(detail::batch_product(carrier[k], values[k]));
-                                 for (std::size_t i = begin; i < end; ++i)
-                                     out.values[i * samples + k] = {block.x[i - begin], block.y[i - begin]};
-                             }
-                         });
+    detail::for_each_analytic(policy, received.values, samples, [&](std::size_t channel, std::size_t k, vec2 value) {
+        out.values[channel * samples + k] = detail::complex_product(carrier[k], value);
+    });
     return out;
 }
 
@@ -21204,35 +20828,12 @@ class wave_front {
         half_width_ = 0.5F * width;
         const ray& one = places[first_];
         direction_ = {std::sin(sent.angle), 0, std::cos(sent.angle)};
-        switch (sent.front) {
-        case transmit::wave::plane:
-            start_ = dot(one.origin, direction_) / speed - sent.delays[first_];
-            break;
-        case transmit::wave::diverging:
-            start_ = length(one.origin - sent.source) / speed - sent.delays[first_];
-            break;
-        case transmit::wave::focused:
-            start_ = length(one.origin - sent.source) / speed + sent.delays[first_];
-            break;
-        case transmit::wave::any:
-            break;
-        }
+        start_ = travelled(one.origin) / speed - sent.delays[first_];
     }
 
     /// Seconds after the first element fires.
     float time(vec3 p) const {
-        switch (sent_.front) {
-        case transmit::wave::plane:
-            return dot(p, direction_) / speed_ - start_;
-        case transmit::wave::diverging:
-            return length(p - sent_.source) / speed_ - start_;
-        case transmit::wave::focused: {
-            const float apart = length(p - sent_.source) / speed_;
-            return beyond_focus(p) ? start_ + apart : start_ - apart;
-        }
-        case transmit::wave::any:
-            break;
-        }
+        if (sent_.front != transmit::wave::any) return travelled(p) / speed_ - start_;
         float first = FLT_MAX;
         for (std::uint32_t i = first_; i < places_.size(); ++i)
             if (sent_.weight(i) != 0) first = min(first, sent_.delays[i] + length(p - places_[i].origin) / speed_);
@@ -21257,9 +20858,12 @@ class wave_front {
     float fired(std::uint32_t element) const { return std::fabs(sent_.weight(element)); }
 
   private:
-    bool beyond_focus(vec3 p) const {
-        const vec3 axis = sent_.source - sent_.origin;
-        return dot(p - sent_.source, axis) > 0;
+    // How far the front has come at a point, metres; from its source, or its focus.
+    float travelled(vec3 p) const {
+        if (sent_.front == transmit::wave::plane) return dot(p, direction_);
+        const vec3 from = p - sent_.source;
+        const bool converges = sent_.front == transmit::wave::focused && !(dot(from, sent_.source - sent_.origin) > 0);
+        return converges ? -length(from) : length(from);
     }
 
     const transmit& sent_;
@@ -21468,19 +21072,12 @@ void follow_displayed(const scene& body, const ray& line, float depth, const cha
     const scene_view flat = body.view_for_rays(exec::par);
     const vec3 size = abs(line.direction), scaled = line.direction / max(max(size.x, size.y), size.z);
     const line_frame along{.origin = line.origin, .along = scaled / length(scaled)};
-    std::vector<crossing> crossings(64);
-    std::vector<std::uint32_t> inside(64);
-    std::vector<layer> room(64);
-    for (view<const layer> layers{}; layers.empty();) {
-        line_crossings found{.room = crossings, .inside = {.ranks = inside}};
-        if (find_crossings(flat, {along.origin, along.along}, depth, found))
-            layers = stack_layers(flat, along, depth, found, view<layer>{room}, false);
+    line_memory{}.fit([&](const line_room& room) {
+        const view<const layer> layers = find_line(flat, along, depth, false, {}, room).layers;
         for (const layer& one : layers)
-            if (!in_layer(one.end - one.begin, displayed_stretch(flat.media[one.medium]))) return;
-        crossings.resize(2 * crossings.size());
-        inside.resize(2 * inside.size());
-        room.resize(2 * room.size());
-    }
+            if (!in_layer(one.end - one.begin, displayed_stretch(flat.media[one.medium]))) break;
+        return !layers.empty();
+    });
 }
 
 } // namespace detail
@@ -21746,9 +21343,7 @@ tissue_maps map_tissue(const Policy& policy, const scene& body, const pose& at, 
         throw usage_error{"map_tissue: the grid has no pixels, or more than 2^26; set `size` to columns and rows"};
     check_length(grid.spacing, "spacing", max_scan_depth, "map_tissue");
     if (!is_finite(grid.from.x) || !is_finite(grid.from.y)) throw usage_error{"map_tissue: `from` is not finite"};
-    if (!is_rigid(at))
-        throw geometry_error{"map_tissue: the pose is not a rigid transform; make it with look_at, or mend it with "
-                             "orthonormalised"};
+    detail::check_rigid(at, "map_tissue");
     const detail::any_policy<false> any{policy};
     const scene_view seen = body.view_for_rays(any);
     std::vector<float> nodes;
@@ -22269,10 +21864,8 @@ class elevation_field {
         points_.resize(ranges_ * heights_);
         surfaces_.resize(ranges_);
         tissue_.resize(ranges_);
-        exec::for_each_block(policy, ranges_, 4, 4e4F * static_cast<float>(heights_),
-                             [&](std::size_t begin, std::size_t end) {
-                                 for (std::size_t i = begin; i < end; ++i) compute(i);
-                             });
+        exec::for_each_in_blocks(policy, ranges_, 4, 4e4F * static_cast<float>(heights_),
+                                 [&](std::size_t i) { compute(i); });
     }
 
     /// Where ranges lie in the tables: for the next two. @param range  from the middle of the element, in space
@@ -22625,19 +22218,14 @@ struct slice_lines {
     float radius = 0;       ///< of the face, metres; 0: flat
     float extent = 1;       ///< from the first to the last line: metres, or radians
     float bandwidth = 0.644F;
-    float elevation_height = 5e-3F, elevation_focus = 20e-3F, fnumber = 2;
 
     ray beam(float line) const {
-        const float at = aperture_fraction(line, lines) * extent;
-        if (radius == 0) return {.origin = {at, 0, 0}};
-        return {.origin = radius * vec3{std::sin(at), 0, std::cos(at) - 1},
-                .direction = {std::sin(at), 0, std::cos(at)}};
+        if (radius == 0) return {.origin = {aperture_fraction(line, lines) * extent, 0, 0}};
+        return sector{lines, radius, extent}.beam(line);
     }
     vec2 locate(vec2 p) const {
         if (radius == 0) return {line_at_fraction(p.x / extent, lines), p.y};
-        const float along = p.y + radius;
-        return {line_at_fraction(std::atan2(p.x, along) / extent, lines),
-                std::sqrt(p.x * p.x + along * along) - radius};
+        return sector{lines, radius, extent}.locate(p);
     }
     void check() const {}
     /// Width of tissue that a line stands for, metres.
@@ -22713,10 +22301,7 @@ class reflector_search {
         frame_.spacing = depth;
         frame_.pulse_sigma = axial_sigma(bandwidth, frequency);
         frame_.bandwidth = bandwidth;
-        frame_.plane[0] = {};
     }
-
-    const slice_lines& lines() const { return lines_; }
 
     /// The scatterers of the model's field, as they are in pictures.
     /// @param strength   scattering length of a scatterer of amplitude 1 that stands for an area of 1 m^2 of the plane
@@ -22769,7 +22354,7 @@ class reflector_search {
     void add_surfaces(const Policy& policy, const elevation_field& field, std::vector<reflector>& found) {
         layer_finder finder;
         finder.assign(probe_);
-        finder.prepare(policy, body_, frame_, line_search::slices, false, 1, true);
+        finder.prepare(policy, body_, frame_, line_search::slices, false, 1, {.keep_all = true});
         const scene_view seen = body_.view_for_rays(policy);
         if (finder.slices() == nullptr) return;
         std::vector<cut_segment> segments;
@@ -22779,9 +22364,8 @@ class reflector_search {
         const pose upright = finder.fan().upright();
         constexpr std::size_t block = 16;
         std::vector<std::vector<reflector>> of_block((segments.size() + block - 1) / block);
-        exec::for_each_block(policy, segments.size(), block, 2e4F, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i)
-                add_segment(seen, field, segments[i], upright, of_block[begin / block]);
+        exec::for_each_in_blocks(policy, segments.size(), block, 2e4F, [&](std::size_t i) {
+            add_segment(seen, field, segments[i], upright, of_block[i / block]);
         });
         for (const std::vector<reflector>& some : of_block) found.insert(found.end(), some.begin(), some.end());
     }
@@ -23223,88 +22807,81 @@ struct zone {
     float slope = 0;                ///< there and back: change with frequency, Np/Hz
 };
 
+struct zone_key {
+    vec2 place;
+    float slope; // there and back, Np/Hz
+    std::uint32_t zone, reflector;
+};
+
+// Of the attenuation there and back from the elements that see a place: what others see through bone is of no
+// account. The nearest element and some others stand for all.
+inline float smallest_slope(vec2 place, const element_fans& fans, view<const ray> places) {
+    float smallest = FLT_MAX;
+    const auto see = [&](std::size_t element) {
+        const auto at = fans.find<1>(element, place);
+        const float line = sum(at.line);
+        if (!(line >= 0)) return;
+        const arrived_wave wave = fans.at_point(element, line, sum(at.distance));
+        if (wave.passed > 0) smallest = min(smallest, 2 * wave.lost_slope);
+    };
+    see(nearest_element(places, place));
+    for (std::size_t k = 1; k < 8; k += 2) see(k * places.size() / 8);
+    return smallest < FLT_MAX ? smallest : 0;
+}
+
+// Halves them across their longer side, at whole blocks. Those at one place keep their order.
+inline void sort_into_blocks(zone_key* begin, zone_key* end) {
+    const auto count = static_cast<std::size_t>(end - begin);
+    const auto by_x = [](const zone_key& a, const zone_key& b) {
+        return std::tuple{a.place.x, a.place.y, a.reflector} < std::tuple{b.place.x, b.place.y, b.reflector};
+    };
+    const auto by_depth = [](const zone_key& a, const zone_key& b) {
+        return std::tuple{a.place.y, a.place.x, a.reflector} < std::tuple{b.place.y, b.place.x, b.reflector};
+    };
+    if (count <= reflectors_per_block) {
+        std::sort(begin, end, by_x);
+        return;
+    }
+    const std::size_t blocks = (count + reflectors_per_block - 1) / reflectors_per_block;
+    zone_key* const middle = begin + blocks / 2 * reflectors_per_block;
+    const auto [left, right] = std::minmax_element(begin, end, by_x);
+    const auto [top, bottom] = std::minmax_element(begin, end, by_depth);
+    if (right->place.x - left->place.x > bottom->place.y - top->place.y)
+        std::nth_element(begin, middle, end, by_x);
+    else
+        std::nth_element(begin, middle, end, by_depth);
+    sort_into_blocks(begin, middle);
+    sort_into_blocks(middle, end);
+}
+
 /// Sorts reflectors into zones, and each zone into blocks that are small in space, so that each adds to few samples of
 /// a pair of elements. Within a block they are sorted by x: neighbours, which differ in depth, add to different samples.
-class zone_order {
-  public:
-    /// @param sigma_frequency  of the amplitude spectrum, hertz
-    template <exec::policy Policy>
-    static std::vector<zone> sort(const Policy& policy, std::vector<reflector>& all, const element_fans& fans,
+/// @param sigma_frequency  of the amplitude spectrum, hertz
+template <exec::policy Policy>
+std::vector<zone> sort_into_zones(const Policy& policy, std::vector<reflector>& all, const element_fans& fans,
                                   view<const ray> places, float sigma_frequency) {
-        constexpr float last = 12;   // returns less than -90 dB, of a carrier three deviations from 0 Hz
-        constexpr float step = 0.3F; // Np over a standard deviation of the spectrum; its square over 8 is neglected
-        std::vector<key> keys(all.size());
-        exec::for_each_block(policy, all.size(), 256, 100, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) {
-                const float slope = least_slope(all[i].place, fans, places);
-                keys[i] = {all[i].place, slope,
-                           static_cast<std::uint32_t>(clamp(slope * sigma_frequency / step, 0, last)),
-                           static_cast<std::uint32_t>(i)};
-            }
-        });
-        std::stable_sort(keys.begin(), keys.end(), [](const key& a, const key& b) { return a.zone < b.zone; });
-        std::vector<zone> zones;
-        for (std::size_t begin = 0, end = 0; begin < keys.size(); begin = end) {
-            while (end < keys.size() && keys[end].zone == keys[begin].zone) ++end;
-            sort_into_blocks(keys.data() + begin, keys.data() + end);
-            double sum = 0;
-            for (std::size_t i = begin; i < end; ++i) sum += static_cast<double>(keys[i].slope);
-            zones.push_back({begin, end, static_cast<float>(sum / static_cast<double>(end - begin))});
-        }
-        std::vector<reflector> sorted(all.size());
-        for (std::size_t i = 0; i < keys.size(); ++i) sorted[i] = all[keys[i].reflector];
-        all = std::move(sorted);
-        return zones;
+    constexpr float last = 12;   // returns less than -90 dB, of a carrier three deviations from 0 Hz
+    constexpr float step = 0.3F; // Np over a standard deviation of the spectrum; its square over 8 is neglected
+    std::vector<zone_key> keys(all.size());
+    exec::for_each_in_blocks(policy, all.size(), 256, 100, [&](std::size_t i) {
+        const float slope = smallest_slope(all[i].place, fans, places);
+        keys[i] = {all[i].place, slope, static_cast<std::uint32_t>(clamp(slope * sigma_frequency / step, 0, last)),
+                   static_cast<std::uint32_t>(i)};
+    });
+    std::stable_sort(keys.begin(), keys.end(), [](const zone_key& a, const zone_key& b) { return a.zone < b.zone; });
+    std::vector<zone> zones;
+    for (std::size_t begin = 0, end = 0; begin < keys.size(); begin = end) {
+        while (end < keys.size() && keys[end].zone == keys[begin].zone) ++end;
+        sort_into_blocks(keys.data() + begin, keys.data() + end);
+        double sum = 0;
+        for (std::size_t i = begin; i < end; ++i) sum += static_cast<double>(keys[i].slope);
+        zones.push_back({begin, end, static_cast<float>(sum / static_cast<double>(end - begin))});
     }
-
-  private:
-    struct key {
-        vec2 place;
-        float slope; // there and back, Np/Hz
-        std::uint32_t zone, reflector;
-    };
-
-    // Of the attenuation there and back from the elements that see a place: what others see through bone is of no
-    // account. The nearest element and some others stand for all.
-    static float least_slope(vec2 place, const element_fans& fans, view<const ray> places) {
-        float least = FLT_MAX;
-        const auto see = [&](std::size_t element) {
-            const auto at = fans.find<1>(element, place);
-            const float line = sum(at.line);
-            if (!(line >= 0)) return;
-            const arrived_wave wave = fans.at_point(element, line, sum(at.distance));
-            if (wave.passed > 0) least = min(least, 2 * wave.lost_slope);
-        };
-        see(nearest_element(places, place));
-        for (std::size_t k = 1; k < 8; k += 2) see(k * places.size() / 8);
-        return least < FLT_MAX ? least : 0;
-    }
-
-    // Halves them across their longer side, at whole blocks. Those at one place keep their order.
-    static void sort_into_blocks(key* begin, key* end) {
-        const auto count = static_cast<std::size_t>(end - begin);
-        const auto by_x = [](const key& a, const key& b) {
-            return std::tuple{a.place.x, a.place.y, a.reflector} < std::tuple{b.place.x, b.place.y, b.reflector};
-        };
-        const auto by_depth = [](const key& a, const key& b) {
-            return std::tuple{a.place.y, a.place.x, a.reflector} < std::tuple{b.place.y, b.place.x, b.reflector};
-        };
-        if (count <= reflectors_per_block) {
-            std::sort(begin, end, by_x);
-            return;
-        }
-        const std::size_t blocks = (count + reflectors_per_block - 1) / reflectors_per_block;
-        key* const middle = begin + blocks / 2 * reflectors_per_block;
-        const auto [left, right] = std::minmax_element(begin, end, by_x);
-        const auto [top, bottom] = std::minmax_element(begin, end, by_depth);
-        if (right->place.x - left->place.x > bottom->place.y - top->place.y)
-            std::nth_element(begin, middle, end, by_x);
-        else
-            std::nth_element(begin, middle, end, by_depth);
-        sort_into_blocks(begin, middle);
-        sort_into_blocks(middle, end);
-    }
-};
+    std::vector<reflector> sorted(all.size());
+    for (std::size_t i = 0; i < keys.size(); ++i) sorted[i] = all[keys[i].reflector];
+    all = std::move(sorted);
+    return zones;
+}
 
 } // namespace insonify::inline INSONIFY_ABI::detail
 
@@ -23478,7 +23055,7 @@ class channel_tracer {
                 settings_.frame, height_, [&](float depth) { return field_.tissue(depth); }, all);
         if (settings_.surfaces) search.add_surfaces(policy, field_, all);
 
-        zones_ = zone_order::sort(policy, all, fans_, out.places, record_.sigma_frequency);
+        zones_ = sort_into_zones(policy, all, fans_, out.places, record_.sigma_frequency);
     }
 
     // Scattering lengths from levels of speckle: `medium::backscatter` states them for pictures, relative to a mirror
@@ -23628,9 +23205,8 @@ class channel_tracer {
         exec::for_each_block(
             policy, std::size_t{out.transmits} * elements_, complex_batch::width,
             2 * static_cast<float>(longer + count * elements_), [&](std::size_t begin, std::size_t end) {
-                std::vector<complex_batch> values(longer), room(longer);
+                std::vector<complex_block> values(longer), room(longer);
                 std::vector<vec2> whole(count);
-                std::vector<complex_block> batches(count, complex_block{});
                 for (std::size_t i = begin; i < end; ++i) {
                     const std::size_t number = i / elements_, m = i % elements_;
                     const transmit& one = out.sent[number];
@@ -23647,20 +23223,18 @@ class channel_tracer {
                         std::copy(own, own + count, whole.begin());
                     }
                     for (std::size_t b = 0; b < count; ++b) {
-                        batches[b].x[i - begin] = whole[b].x;
-                        batches[b].y[i - begin] = whole[b].y;
+                        const std::size_t bin = band_.bins[b];
+                        complex_block& to =
+                            values[bin < record_.transform / 2 ? bin : longer - (record_.transform - bin)];
+                        to.x[i - begin] = whole[b].x;
+                        to.y[i - begin] = whole[b].y;
                     }
-                }
-                for (std::size_t b = 0; b < count; ++b) {
-                    const std::size_t bin = band_.bins[b];
-                    values[bin < record_.transform / 2 ? bin : longer - (record_.transform - bin)] =
-                        batches[b].loaded();
                 }
                 back.inverse(values, room);
                 const std::size_t offset = std::size_t{record_.margin} * record_.halves / 2;
                 for (std::size_t k = 0; k < record_.samples; ++k) {
-                    complex_block sample;
-                    sample.store_from(batch_product(carrier[k], values[offset + k]));
+                    complex_block& sample = values[offset + k];
+                    sample.store_from(batch_product(carrier[k], sample.loaded()));
                     for (std::size_t i = begin; i < end; ++i) out.values[i * record_.samples + k] = sample.x[i - begin];
                 }
             });
@@ -23703,21 +23277,18 @@ class channel_tracer {
                      vec2* to) const {
         constexpr std::size_t wave = floats_per_wave<Nodes>;
         const std::size_t sum_size = record_.length * wave, count = band_.bins.size();
-        std::vector<complex_batch> values(transform.size()), room(transform.size());
-        complex_block block{};
-        for (std::size_t k = 0; k < record_.length; ++k) {
+        std::vector<complex_block> values(transform.size()), room(transform.size());
+        for (std::size_t k = 0; k < record_.length; ++k)
             for (std::size_t p = 0; p < pairs; ++p) {
                 const float* const sample = sums + p * sum_size + wave * k;
                 for (std::size_t node = 0; node < Nodes; ++node) {
-                    block.x[Nodes * p + node] = sample[2 * node];
-                    block.y[Nodes * p + node] = sample[2 * node + 1];
+                    values[k].x[Nodes * p + node] = sample[2 * node];
+                    values[k].y[Nodes * p + node] = sample[2 * node + 1];
                 }
             }
-            values[k] = block.loaded();
-        }
         transform.forward(values, room);
         for (std::size_t b = 0; b < count; ++b) {
-            block.store_from(values[band_.bins[b]]);
+            const complex_block& block = values[band_.bins[b]];
             for (std::size_t p = 0; p < pairs; ++p)
                 for (std::size_t node = 0; node < Nodes; ++node)
                     to[p * count + b] +=
@@ -23774,12 +23345,8 @@ template <exec::policy Policy, element_transducer Array, detail::reflects_everyt
 channel_data trace_channels(const Policy& policy, const scene& body, const Array& array, const pose& at,
                             const Model& model, std::span<const transmit> sent, const channel_settings& settings = {}) {
     array.check();
-    body.require_built();
     if constexpr (requires { model.check(); }) model.check();
-    if (!is_rigid(at))
-        throw geometry_error{"trace_channels: the pose of the array is not a rigid transform; make it with look_at, or "
-                             "mend it with orthonormalised"};
-    check_depth(settings.depth, "trace_channels");
+    detail::check_lines(body, array.frequency, at, settings.depth, "trace_channels");
     if (!is_finite(settings.opening) || !(settings.opening >= 0 && settings.opening <= 80 * pi / 180))
         throw usage_error{"trace_channels: `opening` must be 0 to 80 degrees: write 30_deg"};
     if (!detail::is_number(settings.noise_level_db) || settings.noise_level_db > 100)
@@ -24167,15 +23734,9 @@ struct radial_array {
     float side_lobes = 0;          ///< amplitude of the first side lobe; 0: none, 0.047: rectangular aperture
 
     /// The line as a ray in the probe frame; see `transducer`.
-    INSONIFY_FN ray beam(float line) const {
-        const float angle = aperture_fraction(line, lines) * 2 * pi;
-        const vec3 direction{std::sin(angle), 0, std::cos(angle)};
-        return {.origin = radius * direction, .direction = direction};
-    }
+    INSONIFY_FN ray beam(float line) const { return detail::sector{lines, radius, 2 * pi, 0}.beam(line); }
     /// From {x, z} to {line, depth along it}; see `transducer`.
-    INSONIFY_FN vec2 locate(vec2 point) const {
-        return {line_at_fraction(std::atan2(point.x, point.y) / (2 * pi), lines), length(point) - radius};
-    }
+    INSONIFY_FN vec2 locate(vec2 point) const { return detail::sector{lines, radius, 2 * pi, 0}.locate(point); }
 
     /// The largest active aperture, metres: the diameter of the face.
     INSONIFY_FN float aperture() const { return 2 * radius; }
@@ -24462,7 +24023,7 @@ inline std::string explain(const mesh_report& report) {
 
 
 #endif
-#include <cstdio>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -24495,11 +24056,9 @@ namespace detail {
 
 /// A length as three digits and a unit: "43 mm".
 inline std::string shown(float metres) {
-    const char* unit = metres < 0.9995e-3F ? " um" : metres < 0.9995F ? " mm" : " m";
-    const double value = static_cast<double>(metres) * (metres < 0.9995e-3F ? 1e6 : metres < 0.9995F ? 1e3 : 1);
-    char text[48];
-    std::snprintf(text, sizeof text, value < 999.5 ? "%.3g" : "%.0f", value);
-    return std::string{text} + unit;
+    if (metres < 0.9995e-3F) return number_text(1e6F * metres, 3) + " um";
+    if (metres < 0.9995F) return number_text(1e3F * metres, 3) + " mm";
+    return metres < 999.5F ? number_text(metres, 3) + " m" : number_text(std::round(metres), 9) + " m";
 }
 
 /// The surfaces that the lines of a probe would cross without a limit of depth.
@@ -24657,16 +24216,16 @@ diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const 
                                             " were moved so that it is inside out: its faces point the other way than "
                                             "when it was added; check the simulation, or the formula, that moves it.");
     if (found.problems.empty()) {
-        constexpr float max_gain_db = 60, dark_db = 20; // of automatic gain; a third of the usual dynamic range
+        constexpr float dark_db = 20; // a third of the usual dynamic range
         const float half_depth = scan.depth / 2;
         const path_survey half =
             survey_paths(layer_search{}(exec::par, body, probe, at, {.depth = scan.depth}, half_depth, false),
                          probe.frequency, half_depth);
-        const auto of_pulse = [&](float loss_db) {
-            return attenuated(loss_db, probe.frequency, fractional_bandwidth(probe)).loss_db;
-        };
-        const float needed = 2 * clamp(half.attenuation, 50, 100) * probe.frequency * 1e-6F * half.length;
-        const float gain = min(of_pulse(needed), max_gain_db), lost = of_pulse(half.loss_db);
+        const float bandwidth = fractional_bandwidth(probe),
+                    lost = attenuated(half.loss_db, probe.frequency, bandwidth).loss_db,
+                    gain =
+                        tgc_settings{.attenuation = clamp(half.attenuation, 50, 100), .bandwidth = bandwidth}.gain_db(
+                            half.length, scan.depth, probe.frequency);
         if (lost > gain + dark_db)
             report(problem::attenuation, "Echoes from half the depth lose " + number_text(std::round(lost)) +
                                              " dB, and automatic gain restores " + number_text(std::round(gain)) +
@@ -24868,25 +24427,11 @@ struct implicit_settings {
 
 namespace detail {
 
-/// A reference to a function of any type, so that the lattice is compiled once.
-class implicit_function {
-  public:
-    template <class Function>
-    explicit implicit_function(const Function& function)
-        : of_{&function}, call_{[](const void* of, vec3 p) { return (*static_cast<const Function*>(of))(p); }} {}
-
-    float operator()(vec3 p) const { return call_(of_, p); }
-
-  private:
-    const void* of_;
-    float (*call_)(const void*, vec3);
-};
-
 /// A body-centred cubic lattice: the corners of cubes, and their middles. Four tetrahedra surround the line between the
 /// middles of two cubes that share a face; all are congruent.
 class implicit_lattice {
   public:
-    implicit_lattice(const aabb& box, float cell, implicit_function function)
+    implicit_lattice(const aabb& box, float cell, function_ref<float(vec3)> function)
         : box_{box}, cell_{cell}, function_{function} {
         constexpr double max_points = 1 << 27;
         double points = 2;
@@ -24915,7 +24460,7 @@ class implicit_lattice {
             for (std::uint32_t y = 0; y < count_.y; y += coarse)
                 for (std::uint32_t x = 0; x < count_.x; x += coarse) sample({x, y, z}, coarse, max_slope);
 
-        slots_.assign(2 * middles_, none);
+        newest_.assign(2 * middles_, none);
         for (std::uint32_t z = 0; z + 1 < count_.z; ++z)
             for (std::uint32_t y = 0; y + 1 < count_.y; ++y)
                 for (std::uint32_t x = 0; x + 1 < count_.x; ++x) cut_cube({x, y, z});
@@ -24925,9 +24470,9 @@ class implicit_lattice {
 
   private:
     static constexpr std::uint32_t none = ~0U, coarse = 32, fine = 4;
-    static constexpr std::size_t edges = 7; // that begin at a point: 3 to a point of its kind, 4 diagonals
     struct cut {
         std::size_t from = 0, to = 0; ///< lattice points
+        std::uint32_t before = none;  ///< the cut made before it on an edge from the same point
     };
 
     std::size_t index_of(uvec3 at) const { return at.x + step_[1] * at.y + step_[2] * at.z; }
@@ -25053,28 +24598,11 @@ class implicit_lattice {
     // The vertex of an edge, made where there is none yet: one for all tetrahedra around it.
     std::uint32_t vertex_on(std::size_t a, std::size_t b) {
         const std::size_t from = std::min(a, b), to = std::max(a, b);
-        // Points of one kind are neighbours along an axis; the corners of a cube precede all middles.
-        std::size_t edge = 0;
-        std::size_t owner = from;
-        if ((from >= middles_) == (to >= middles_)) {
-            edge = to - from == step_[0] ? 0 : to - from == step_[1] ? 1 : 2;
-        } else { // the corner's place in the cube: 0 to 3 are kept with the middle, 4 to 7 with the corner
-            const std::size_t place = from - (to - middles_);
-            const std::size_t z = place / step_[2], y = place % step_[2] / step_[1], x = place % step_[1];
-            const std::size_t number = x + 2 * y + 4 * z;
-            owner = number < 4 ? to : from;
-            edge = 3 + number % 4;
-        }
-        if (slots_[owner] == none) {
-            slots_[owner] = static_cast<std::uint32_t>(vertices_.size());
-            vertices_.push_back({none, none, none, none, none, none, none});
-        }
-        std::uint32_t& vertex = vertices_[slots_[owner]][edge];
-        if (vertex == none) {
-            vertex = static_cast<std::uint32_t>(cuts_.size());
-            cuts_.push_back({from, to});
-        }
-        return vertex;
+        for (std::uint32_t known = newest_[from]; known != none; known = cuts_[known].before)
+            if (cuts_[known].to == to) return known;
+        const auto made = static_cast<std::uint32_t>(cuts_.size());
+        cuts_.push_back({from, to, std::exchange(newest_[from], made)});
+        return made;
     }
 
     // Where the surface cuts an edge. Not too near its ends: triangles there would have no area.
@@ -25110,15 +24638,14 @@ class implicit_lattice {
 
     aabb box_;
     float cell_ = 1;
-    implicit_function function_;
+    function_ref<float(vec3)> function_;
     uvec3 count_{0, 0, 0}; // of the corners of cubes; as many middles are stored, of which the last are not used
     vec3 origin_{0, 0, 0};
     std::size_t step_[3] = {};
     std::size_t middles_ = 0; // index of the first middle
     std::vector<float> values_{};
-    std::vector<std::uint32_t> slots_{}; // of a lattice point in `vertices_`
-    std::vector<std::array<std::uint32_t, edges>> vertices_{};
-    std::vector<cut> cuts_{}; // of each vertex
+    std::vector<std::uint32_t> newest_{}; // of the cuts of edges that begin at a lattice point
+    std::vector<cut> cuts_{};             // of each vertex
     mesh result_{};
 };
 
@@ -25155,7 +24682,7 @@ mesh mesh_implicit(const Function& function, const aabb& box, float cell, const 
         throw geometry_error{"mesh_implicit: `max_slope` is " + detail::number_text(settings.max_slope) +
                              "; it must be 0 (unknown) or a bound of the slope, such as 1 for distances"};
     const auto called = [&function](vec3 p) { return static_cast<float>(function(p)); };
-    return detail::implicit_lattice{box, cell, detail::implicit_function{called}}.surface(settings.max_slope);
+    return detail::implicit_lattice{box, cell, called}.surface(settings.max_slope);
 }
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -25195,13 +24722,7 @@ inline mesh subdivide(const mesh& coarse) {
                              " faces; at most 268435455 can be subdivided"};
     detail::check_faces(coarse, "subdivide: ");
 
-    std::vector<detail::half_edge> edges(3 * faces);
-    for (std::uint32_t slot = 0; slot < edges.size(); ++slot) {
-        const auto [from, to] = detail::vertices_of_side(coarse.faces[slot / 3], slot % 3);
-        edges[slot] = {from, to, slot};
-    }
-    detail::sort_by_ends(edges);
-
+    const std::vector<detail::half_edge> edges = detail::sorted_edges(coarse.faces);
     mesh fine;
     fine.positions.reserve(coarse.positions.size() + edges.size() / 2);
     fine.positions = coarse.positions;
@@ -25383,7 +24904,7 @@ inline mesh make_tube(const std::vector<tube_section>& line, const tube_settings
     if (settings.segments < 3 || settings.segments > 4096)
         throw geometry_error{"make_tube: `segments` is " + std::to_string(settings.segments) +
                              "; it must be from 3 to 4096"};
-    const std::vector<detail::section_axes> axes = detail::axes_along(line, settings.across, "make_tube");
+    const std::vector<line_place> axes = detail::places_along(line, settings.across, "make_tube");
     const std::size_t count = line.size();
     if (count > (1U << 27U) / settings.segments)
         throw geometry_error{"make_tube: " + std::to_string(count) + " points of " + std::to_string(settings.segments) +
@@ -25401,8 +24922,8 @@ inline mesh make_tube(const std::vector<tube_section>& line, const tube_settings
     for (std::uint32_t k = 0; k < settings.segments; ++k) {
         const float angle = 2 * pi * static_cast<float>(k) / static_cast<float>(settings.segments);
         const auto out_at = [&](std::size_t i) {
-            return line[i].radii.x * std::cos(angle) * axes[i].first +
-                   line[i].radii.y * std::sin(angle) * axes[i].second;
+            return line[i].radii.x * std::cos(angle) * axes[i].first_axis +
+                   line[i].radii.y * std::sin(angle) * axes[i].second_axis;
         };
         const auto add_cap_ring = [&](std::size_t i, float from_rim, float side) {
             tube.positions.push_back(line[i].centre + side * beyond(i) * std::sin(from_rim) * axes[i].along +
@@ -25586,7 +25107,6 @@ inline pose needle_pose(vec3 tip, vec3 direction, vec3 bevel) {
 
 #include <algorithm>
 #include <string>
-#include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -25621,45 +25141,33 @@ class m_mode {
         if (line >= lines.count || lines.samples == 0)
             throw usage_error{"m_mode: the line is " + std::to_string(line) + " of " + std::to_string(lines.count) +
                               ", counted from 0"};
-        const std::uint32_t rows = settings_.rows != 0 ? settings_.rows : lines.samples;
-        if (rows != rows_ || lines.depth != depth_) {
-            detail::check_size({settings_.columns, rows}, "m_mode");
-            columns_.assign(std::size_t{settings_.columns} * rows, settings_.background);
-            rows_ = rows;
+        const uvec2 size{settings_.columns, settings_.rows != 0 ? settings_.rows : lines.samples};
+        if (picture_.pixels.empty() || picture_.size != size || lines.depth != depth_) {
+            detail::check_size(size, "m_mode");
+            picture_ = image{size, settings_.background};
             depth_ = lines.depth;
             count_ = 0;
         }
         const float* const values = lines.values.data() + std::size_t{line} * lines.samples;
-        float* const column = columns_.data() + std::size_t{next_ % settings_.columns} * rows;
-        const auto last = static_cast<float>(lines.samples - 1);
-        for (std::uint32_t row = 0; row < rows; ++row) {
-            const float place =
-                clamp((static_cast<float>(row) + 0.5F) / static_cast<float>(rows) * (last + 1) - 0.5F, 0, last);
-            const float above = std::floor(place);
-            const auto k = static_cast<std::size_t>(above);
-            column[row] = values[k] + (place - above) * (values[k + (above < last ? 1 : 0)] - values[k]);
+        const auto rows = static_cast<float>(size.y), samples = static_cast<float>(lines.samples);
+        for (std::uint32_t row = 0; row < size.y; ++row) {
+            float* const oldest = &picture_(0, row);
+            std::copy(oldest + 1, oldest + size.x, oldest);
+            const detail::table_place at{(static_cast<float>(row) + 0.5F) / rows * samples - 0.5F, lines.samples};
+            picture_(size.x - 1, row) = values[at.above] + at.part * (values[at.below] - values[at.above]);
         }
-        next_ = (next_ + 1) % settings_.columns;
-        count_ = std::min(count_ + 1, settings_.columns);
+        count_ = std::min(count_ + 1, size.x);
     }
 
     /// Time from left to right: the newest column is the last one. Depth from 0 at the upper edge to `depth()`.
-    image picture() const {
-        image seen{{settings_.columns, rows_}, settings_.background};
-        for (std::uint32_t x = settings_.columns - count_; x < settings_.columns; ++x)
-            for (std::uint32_t y = 0; y < rows_; ++y)
-                seen(x, y) = columns_[std::size_t{(next_ + x) % settings_.columns} * rows_ + y];
-        return seen;
-    }
+    image picture() const { return picture_; }
 
     std::uint32_t count() const { return count_; } ///< columns that have been added, at most `columns`
     float depth() const { return depth_; }         ///< of the lower edge, metres
 
   private:
     m_mode_settings settings_{};
-    std::vector<float> columns_{}; // a ring; column after column
-    detail::cleared_by_move<std::uint32_t> rows_{};
-    std::uint32_t next_ = 0;
+    image picture_{};
     std::uint32_t count_ = 0;
     float depth_ = 0;
 };
@@ -25989,8 +25497,7 @@ struct displacement_grid {
 #include <algorithm>
 #include <array>
 #include <concepts>
-#include <iterator>
-#include <span>
+#include <tuple>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -26154,104 +25661,80 @@ struct pressed_face {
 namespace detail {
 
 /// Where lines along z through the points of a probe's face leave a body of several surfaces, and meet what is stiff.
+/// Keeps its memory.
 class skin_heights {
   public:
-    /// Begins a body. @param face  its pose, edges and heights
-    void begin(const pressed_face& face) {
-        face_ = face;
-        surfaces_ = 0;
+    using values =
+        std::array<std::array<float, pressed_face::columns>, pressed_face::rows>; ///< at each point of a face
+    values depth{};       ///< of the face below the skin, metres; below 0: how far in front of the face the skin is
+    values stiff_below{}; ///< how far below the skin there is something stiff, metres; FLT_MAX: nothing
+
+    /// @param face      its pose, edges and heights
+    /// @param accepts   bool(object_id): of the body, which is at rest
+    /// @param is_stiff  bool(object_id)
+    template <class Accepts, class IsStiff>
+    void find(const scene& body, const pressed_face& face, const Accepts& accepts, const IsStiff& is_stiff) {
         crossings_.clear();
-        for (std::size_t i = 0; i < samples; ++i) {
-            const vec2 place = face.place(i / pressed_face::columns, i % pressed_face::columns);
-            behind_[i] =
-                sheared_ray{{.origin = {place, face.height[i % pressed_face::columns]}, .direction = {0, 0, -1}}};
+        ranks_.resize(body.objects().size());
+        std::uint32_t surface = 0;
+        for (const object& one : body.objects()) {
+            if (!accepts(one.id)) continue;
+            const pose to_face = inverse(face.at) * one.at;
+            points_.clear();
+            for (const vec3& p : body.rest_positions(one.id)) points_.push_back(to_face.point(p));
+            for (const uvec3& corner : one.surface.faces)
+                find_crossings(face, {points_[corner.x], points_[corner.y], points_[corner.z]}, surface,
+                               is_stiff(one.id));
+            ++surface;
         }
-    }
-
-    /// Adds a closed surface of the body. @param to_world  of its positions
-    void add(std::span<const uvec3> faces, std::span<const vec3> positions, const pose& to_world, bool is_stiff) {
-        const pose to_face = inverse(face_.at) * to_world;
-        points_.clear();
-        for (const vec3& p : positions) points_.push_back(to_face.point(p));
-        for (const uvec3& corner : faces)
-            find_crossings({points_[corner.x], points_[corner.y], points_[corner.z]}, is_stiff);
-        ++surfaces_;
-    }
-
-    /// Finishes the body: `depth` and `stiff_below` may be called.
-    void finish() {
         constexpr float touching = 10e-6F; // layers that touch are one body
         std::sort(crossings_.begin(), crossings_.end(), [](const crossing& a, const crossing& b) {
-            return a.sample != b.sample ? a.sample < b.sample : a.behind < b.behind;
+            return std::tuple{a.row, a.column, a.behind} < std::tuple{b.row, b.column, b.behind};
         });
-        std::fill(std::begin(depth_), std::end(depth_), -FLT_MAX);
-        ranks_.resize(surfaces_);
+        for (auto& row : depth) row.fill(-FLT_MAX);
+        for (auto& row : stiff_below) row.fill(FLT_MAX);
         media_stack inside{.ranks = ranks_};
         bool ended = false; // the body that the face touches, or is in
         for (std::size_t i = 0; i < crossings_.size(); ++i) {
             const crossing& one = crossings_[i];
-            const bool is_first = i == 0 || one.sample != crossings_[i - 1].sample;
+            const bool is_first = i == 0 || one.row != crossings_[i - 1].row || one.column != crossings_[i - 1].column;
             if (is_first) inside.clear();
-            float& depth = depth_[one.sample];
-            const bool apart = inside.count == 0 && one.behind > max(depth, 0) + touching;
+            float& own = depth[one.row][one.column];
+            const bool apart = inside.count == 0 && one.behind > max(own, 0) + touching;
             ended = apart || (ended && !is_first);
             inside.toggle(one.surface);
-            if (one.behind < 0 || (inside.count == 0 && !ended)) depth = one.behind;
+            if (one.behind < 0 || (inside.count == 0 && !ended)) own = one.behind;
         }
-        std::fill(std::begin(stiff_below_), std::end(stiff_below_), FLT_MAX);
         for (const crossing& one : crossings_)
-            if (const float below = depth_[one.sample] - one.behind; one.is_stiff && below >= 0)
-                stiff_below_[one.sample] = min(stiff_below_[one.sample], below);
-    }
-
-    /// How deep a point of the face is below the skin, metres; below 0: how far in front of the face the skin is.
-    float depth(std::size_t row, std::size_t column) const { return depth_[row * pressed_face::columns + column]; }
-    /// How far below the skin there is something stiff, metres; FLT_MAX: nothing.
-    float stiff_below(std::size_t row, std::size_t column) const {
-        return stiff_below_[row * pressed_face::columns + column];
+            if (const float below = depth[one.row][one.column] - one.behind; one.is_stiff && below >= 0)
+                stiff_below[one.row][one.column] = min(stiff_below[one.row][one.column], below);
     }
 
   private:
-    static constexpr std::size_t samples = pressed_face::rows * pressed_face::columns;
     struct crossing {
-        std::size_t sample;
+        std::size_t row, column;
         float behind; // the face, metres; below 0: in front of it
         std::uint32_t surface;
         bool is_stiff;
     };
 
-    void find_crossings(const triangle& t, bool is_stiff) {
+    void find_crossings(const pressed_face& face, const triangle& t, std::uint32_t surface, bool is_stiff) {
         const vec3 lower = min(min(t.a, t.b), t.c), upper = max(max(t.a, t.b), t.c);
-        const float half = 0.5F * face_.elevation;
-        if (upper.x < face_.left || lower.x > face_.right || upper.y < -half || lower.y > half) return;
-        const auto [first_column, last_column] =
-            points_between(lower.x, upper.x, face_.left, face_.right - face_.left, pressed_face::columns);
-        const auto [first_row, last_row] = points_between(lower.y, upper.y, -half, face_.elevation, pressed_face::rows);
-        for (std::size_t row = first_row; row <= last_row; ++row)
-            for (std::size_t i = first_column; i <= last_column; ++i) {
-                const std::size_t sample = row * pressed_face::columns + i;
-                if (const hit at = intersect(behind_[sample], t))
-                    crossings_.push_back({sample, at.distance, surfaces_, is_stiff});
+        if (upper.x < face.left || lower.x > face.right) return;
+        for (std::size_t row = 0; row < pressed_face::rows; ++row) {
+            if (const float y = face.place(row, 0).y; y < lower.y || y > upper.y) continue;
+            for (std::size_t i = 0; i < pressed_face::columns; ++i) {
+                const vec2 place = face.place(row, i);
+                if (place.x < lower.x || place.x > upper.x) continue;
+                if (const hit at = intersect(ray{.origin = {place, face.height[i]}, .direction = {0, 0, -1}}, t))
+                    crossings_.push_back({row, i, at.distance, surface, is_stiff});
             }
+        }
     }
 
-    // The first and the last point of the face, along one axis of it, that may lie between two coordinates.
-    static std::pair<std::size_t, std::size_t> points_between(float low, float high, float from, float size,
-                                                              std::size_t count) {
-        constexpr float rounding = 0.01F;
-        const auto last = static_cast<float>(count - 1);
-        if (!(size > 0)) return {0, count - 1};
-        return {static_cast<std::size_t>(clamp(std::floor((low - from) / size * last - rounding), 0, last)),
-                static_cast<std::size_t>(clamp(std::ceil((high - from) / size * last + rounding), 0, last))};
-    }
-
-    pressed_face face_{};
-    std::uint32_t surfaces_ = 0;
-    sheared_ray behind_[samples] = {}; // from each point of the face, away from the body
     std::vector<vec3> points_{};
     std::vector<crossing> crossings_{};
     std::vector<std::uint32_t> ranks_{};
-    float depth_[samples] = {}, stiff_below_[samples] = {};
 };
 
 } // namespace detail
@@ -26289,9 +25772,7 @@ class presser {
         constexpr float behind = 0.05e-3F;
         probe.check();
         body.require_built();
-        if (!is_rigid(at))
-            throw geometry_error{
-                "press: the pose is not a rigid transform; make it with look_at, or mend it with orthonormalised"};
+        detail::check_rigid(at, "press");
         if (!(settings.stiffness >= 0) || !(settings.gel >= 0) || !(settings.decay > 0) || !(settings.recovery > 0))
             throw usage_error{"press: `stiffness` and `gel` must be at least 0, `decay` and `recovery` above 0"};
         if (is_full_circle(probe))
@@ -26315,20 +25796,17 @@ class presser {
         if constexpr (requires { probe.elevation_height; }) face.elevation = probe.elevation_height;
         for (std::size_t i = 0; i < pressed_face::columns; ++i) // lines are evenly spaced
             face.height[i] = probe.beam(last * static_cast<float>(i) / (pressed_face::columns - 1)).origin.z;
-        skin_.begin(face);
-        for (const object& one : body.objects())
-            if (accepts(one.id)) skin_.add(one.surface.faces, body.rest_positions(one.id), one.at, is_stiff(one.id));
-        skin_.finish();
+        skin_.find(body, face, accepts, is_stiff);
         float sum = 0, pressed = 0;
         vec2 folding{0, 0}; // the largest depth at which tissue would fold over, and how far below something is stiff
         for (std::size_t row = 0; row < pressed_face::rows; ++row)
             for (std::size_t i = 0; i < pressed_face::columns; ++i) {
-                const float depth = max(skin_.depth(row, i), 0);
+                const float depth = max(skin_.depth[row][i], 0);
                 found.depth = max(found.depth, depth);
                 sum += depth;
                 pressed += depth > 0 ? 1.0F : 0.0F;
                 face.depth[row][i] = max(depth - behind, 0);
-                const float below = skin_.stiff_below(row, i);
+                const float below = skin_.stiff_below[row][i];
                 face.stop[row][i] = below < FLT_MAX ? std::exp(-below / settings.decay) : 0;
                 const float folds = settings.decay * (1 - face.stop[row][i]);
                 if (settings.yields)
@@ -26344,7 +25822,7 @@ class presser {
         found.pressure = area > 0 ? found.force / area : 0;
         for (std::uint32_t line = 0; line < probe.lines; ++line) {
             const float x = probe.beam(static_cast<float>(line)).origin.x;
-            const bool touches = skin_.depth(pressed_face::rows / 2, face.nearest_column(x)) >= -settings.gel;
+            const bool touches = skin_.depth[pressed_face::rows / 2][face.nearest_column(x)] >= -settings.gel;
             found.lines.push_back(touches ? 1 : 0);
             found.touching += touches ? 1 : 0;
         }
@@ -26571,11 +26049,9 @@ class progressive {
         }
         ++frames_;
         const double f = frames_;
-        exec::for_each_block(policy, mean_.size(), 4096, 1, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) {
-                mean_[i] = static_cast<double>(frame.pixels[i]) / f + (f - 1) / f * mean_[i];
-                picture_.pixels[i] = static_cast<float>(mean_[i]);
-            }
+        exec::for_each_in_blocks(policy, mean_.size(), 4096, 1, [&](std::size_t i) {
+            mean_[i] = static_cast<double>(frame.pixels[i]) / f + (f - 1) / f * mean_[i];
+            picture_.pixels[i] = static_cast<float>(mean_[i]);
         });
         return picture_;
     }
@@ -26632,9 +26108,8 @@ image add_noise(const Policy& policy, image picture, const image& noise) {
     if (picture.size != noise.size || picture.pixels.size() != noise.pixels.size())
         throw usage_error{"add_noise: the noise must have the size of the image; make it with make_noise(policy, "
                           "picture.size)"};
-    exec::for_each_block(policy, picture.pixels.size(), 4096, 0.3F, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) picture.pixels[i] *= noise.pixels[i];
-    });
+    exec::for_each_in_blocks(policy, picture.pixels.size(), 4096, 0.3F,
+                             [&](std::size_t i) { picture.pixels[i] *= noise.pixels[i]; });
     return picture;
 }
 
@@ -26695,13 +26170,10 @@ image radial_blur(const Policy& policy, const image& picture, const Probe& probe
     for (std::uint32_t frame = 0; frame < settings.frames; ++frame) {
         const float shift =
             2 * settings.lines * ((static_cast<float>(frame) + 0.5F) / static_cast<float>(settings.frames) - 0.5F);
-        exec::for_each_block(policy, place.size(), 1024, 30, [&](std::size_t first, std::size_t last) {
-            for (std::size_t i = first; i < last; ++i) {
-                if (map.first[i] == scan_map::outside) continue;
-                const vec3 from = probe.beam(clamp(place[i].x + shift, -0.5F, end)).at(place[i].y);
-                displaced.pixels[i] =
-                    detail::pixel_in_field(picture, map, map.pixel({from.x, from.z}), picture.pixels[i]);
-            }
+        exec::for_each_in_blocks(policy, place.size(), 1024, 30, [&](std::size_t i) {
+            if (map.first[i] == scan_map::outside) return;
+            const vec3 from = probe.beam(clamp(place[i].x + shift, -0.5F, end)).at(place[i].y);
+            displaced.pixels[i] = detail::pixel_in_field(picture, map, map.pixel({from.x, from.z}), picture.pixels[i]);
         });
         mean.add(policy, displaced, pose{});
     }
@@ -26732,16 +26204,6 @@ concept camera = requires(const Camera& c, vec2 pixel) {
 };
 
 namespace detail {
-
-/// @throws usage_error  for an image without pixels or of more than 2^28, or a pose that is not rigid
-inline void check_camera(uvec2 size, const pose& at) {
-    const std::uint64_t pixels = std::uint64_t{size.x} * size.y;
-    if (pixels == 0 || pixels > std::uint64_t{1} << 28U)
-        throw usage_error{"camera: `size` must be at least 1 x 1 and at most 2^28 pixels in all"};
-    if (!is_rigid(at))
-        throw usage_error{
-            "camera: its pose is not a rigid transform; make it with look_at, or mend it with orthonormalised"};
-}
 
 /// The paper's two secondary rays of one point on the slice: r2 towards the transducer, for what reaches the point, and
 /// r3 away from it, for an interface within `reflection_length`. The crossings get their depths along the beam.
@@ -26804,9 +26266,11 @@ struct orthographic_camera {
         return {.origin = at.point({fraction.x * extent.x, fraction.y * extent.y, 0}),
                 .direction = at.direction({0, 0, 1})};
     }
-    /// @throws usage_error  naming the setting that is out of range
+    /// @throws usage_error     naming the setting that is out of range
+    /// @throws geometry_error  for a pose that is not rigid
     void check() const {
-        detail::check_camera(size, at);
+        detail::check_size(size, "camera");
+        detail::check_rigid(at, "camera");
         if (!is_finite(extent.x) || !is_finite(extent.y) || !(extent.x > 0) || !(extent.y > 0))
             throw usage_error{"camera: `extent` must be two finite lengths in metres above 0"};
     }
@@ -26825,9 +26289,11 @@ struct perspective_camera {
         return {.origin = at.translation,
                 .direction = at.direction(normalize(vec3{scale * from_centre.x, scale * from_centre.y, 1}))};
     }
-    /// @throws usage_error  naming the setting that is out of range
+    /// @throws usage_error     naming the setting that is out of range
+    /// @throws geometry_error  for a pose that is not rigid
     void check() const {
-        detail::check_camera(size, at);
+        detail::check_size(size, "camera");
+        detail::check_rigid(at, "camera");
         if (!(field_of_view > 0 && field_of_view < pi))
             throw usage_error{"camera: `field_of_view` must lie between 0 and 180 degrees, such as 60_deg"};
     }
@@ -27169,55 +26635,54 @@ ground_truth_lines ground_truth(const Policy& policy, const scene& body, const P
     if constexpr (requires { model.check(); }) model.check();
     const std::uint32_t samples = detail::check_labels(body, probe, at, settings, "ground_truth");
     detail::layer_search search;
-    const line_layers& found = detail::layers_for_labels(any, body, probe, at, settings, true, search);
+    const line_layers& found =
+        search(any, body, probe, at, {.depth = settings.depth}, detail::max_depth_of(settings, body.media()), true);
     const label_lines labels{probe.lines, samples, settings.depth};
     const scan_lines numbers{probe.lines, samples, settings.depth};
     ground_truth_lines truth{labels, labels, labels, numbers, numbers, numbers};
     std::fill(truth.surface.values.begin(), truth.surface.values.end(), background_label);
     const float spacing = settings.depth / static_cast<float>(samples);
-    exec::for_each_block(
-        any, found.lines, detail::lines_per_block, 20 * static_cast<float>(samples),
-        [&](std::size_t begin, std::size_t end) {
-            for (auto number = static_cast<std::uint32_t>(begin); number < end; ++number) {
-                const traced_line line{.layers = found(number),
-                                       .media = found.media,
-                                       .frequency = probe.frequency,
-                                       .frame = found.frame(number),
-                                       .pulse_sigma = nominal_pulse(probe).sigma_z(probe.frequency),
-                                       .bandwidth = fractional_bandwidth(probe)};
-                float lost = 0;   // dB, to attenuation
-                float passed = 1; // through interfaces
-                detail::line_refraction<Model> refraction{model, line};
-                const auto visit = [&](std::size_t i, const detail::label_stretch& part) {
-                    const layer& here = line.layers[i];
-                    const medium& m = line.media[here.medium];
-                    const detail::refracted_layer bent = refraction.next();
-                    if (i > 0 && line.layers[i - 1].medium != here.medium) {
-                        const layer& above = line.layers[i - 1];
-                        passed *=
-                            model.at_interface({line.media[above.medium], m, bent.cosine, line.frequency}).transmitted;
-                        const auto k =
-                            static_cast<std::uint32_t>(min(part.begin / spacing, static_cast<float>(samples)));
-                        if (k < samples && truth.surface(number, k) == background_label) {
-                            // Ranks, in which the background comes last: place 0 wraps around.
-                            truth.surface(number, k) = above.place - 1 < here.place - 1 ? above.object : here.object;
-                            // From the slopes, because a cosine loses its digits near normal incidence.
-                            truth.incidence(number, k) = std::atan(length(here.slope));
-                        }
+    exec::for_each_in_blocks(
+        any, found.lines, detail::lines_per_block, 20 * static_cast<float>(samples), [&](std::size_t index) {
+            const auto number = static_cast<std::uint32_t>(index);
+            const traced_line line{.layers = found(number),
+                                   .media = found.media,
+                                   .frequency = probe.frequency,
+                                   .frame = found.frame(number),
+                                   .pulse_sigma = nominal_pulse(probe).sigma_z(probe.frequency),
+                                   .bandwidth = fractional_bandwidth(probe)};
+            float lost = 0;   // dB, to attenuation
+            float passed = 1; // through interfaces
+            detail::line_refraction<Model> refraction{model, line};
+            const auto visit = [&](std::size_t i, const detail::label_stretch& part) {
+                const layer& here = line.layers[i];
+                const medium& m = line.media[here.medium];
+                const detail::refracted_layer bent = refraction.next();
+                if (i > 0 && line.layers[i - 1].medium != here.medium) {
+                    const layer& above = line.layers[i - 1];
+                    passed *=
+                        model.at_interface({line.media[above.medium], m, bent.cosine, line.frequency}).transmitted;
+                    const auto k = static_cast<std::uint32_t>(min(part.begin / spacing, static_cast<float>(samples)));
+                    if (k < samples && truth.surface(number, k) == background_label) {
+                        // Ranks, in which the background comes last: place 0 wraps around.
+                        truth.surface(number, k) = above.place - 1 < here.place - 1 ? above.object : here.object;
+                        // From the slopes, because a cosine loses its digits near normal incidence.
+                        truth.incidence(number, k) = std::atan(length(here.slope));
                     }
-                    const float per_metre = model.loss(m, line.frequency);
-                    for (auto k = static_cast<std::uint32_t>(part.first); k < part.last; ++k) {
-                        const float into = ((static_cast<float>(k) + 0.5F) * spacing - part.begin) / part.scale;
-                        truth.label(number, k) = here.object;
-                        truth.medium(number, k) = here.medium;
-                        truth.transmitted(number, k) = passed * amplitude_of_decibels(-detail::pulse_loss(
-                                                                    model, line, lost + per_metre * bent.length(into)));
-                        truth.depth(number, k) = here.begin + into;
-                    }
-                    lost += per_metre * bent.length(here.end - here.begin);
-                };
-                detail::for_each_stretch(line.layers, line.media, settings.grid, samples, spacing, visit);
-            }
+                }
+                const float per_metre = model.loss(m, line.frequency);
+                for (auto k = static_cast<std::uint32_t>(part.first); k < part.last; ++k) {
+                    const float into = ((static_cast<float>(k) + 0.5F) * spacing - part.begin) / part.scale;
+                    truth.label(number, k) = here.object;
+                    truth.medium(number, k) = here.medium;
+                    truth.transmitted(number, k) =
+                        passed *
+                        amplitude_of_decibels(-detail::pulse_loss(model, line, lost + per_metre * bent.length(into)));
+                    truth.depth(number, k) = here.begin + into;
+                }
+                lost += per_metre * bent.length(here.end - here.begin);
+            };
+            detail::for_each_stretch(line.layers, line.media, settings.grid, samples, spacing, visit);
         });
     return truth;
 }
@@ -27255,6 +26720,7 @@ ground_truth_lines ground_truth(const Policy& policy, const scene& body, const P
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -27357,7 +26823,7 @@ class loop_filler {
         const auto count = static_cast<std::uint32_t>(loop.size());
         dvec3 normal{0, 0, 0};
         for (std::uint32_t i = 0; i < count; ++i) normal += cross(loop[i] - loop[0], loop[(i + 1) % count] - loop[0]);
-        std::vector<std::uint32_t> before(count), after(count), version(count, 0);
+        std::vector<std::uint32_t> before(count), after(count);
         for (std::uint32_t i = 0; i < count; ++i) {
             before[i] = (i + count - 1) % count;
             after[i] = (i + 1) % count;
@@ -27377,35 +26843,23 @@ class loop_filler {
                        side(c, a, p) >= 0;
             });
         };
-        struct ear {
-            double length;
-            std::uint32_t corner, version;
-            bool operator<(const ear& other) const { return length > other.length; } // the shortest is on top
-        };
-        std::vector<ear> ears; // a heap
-        const auto add = [&](std::uint32_t i) {
-            ears.push_back({square(loop[after[i]] - loop[before[i]]), i, ++version[i]});
-            std::push_heap(ears.begin(), ears.end());
-        };
+        std::set<std::pair<double, std::uint32_t>> ears; // by length of the third side
+        const auto ear_at = [&](std::uint32_t i) { return std::pair{square(loop[after[i]] - loop[before[i]]), i}; };
         std::size_t left = count;
         // An ear that was refused is tried again once others are gone; where no ear is one, any will do.
         for (bool is_strict = true, is_stuck = false; left > max_exact && !is_stuck;) {
             const std::size_t before_pass = left;
             for (std::uint32_t i = 0; i < count; ++i)
-                if (!is_cut[i]) add(i);
+                if (!is_cut[i]) ears.insert(ear_at(i));
             while (left > max_exact && !ears.empty()) {
-                std::pop_heap(ears.begin(), ears.end());
-                const ear next = ears.back();
-                ears.pop_back();
-                const std::uint32_t i = next.corner;
-                if (is_cut[i] || next.version != version[i]) continue;
-                if (is_strict ? !is_ear(i) : !is_free(before[i], after[i])) continue;
-                found.push_back({before[i], i, after[i]});
+                const std::uint32_t i = ears.extract(ears.begin()).value().second, a = before[i], c = after[i];
+                if (is_strict ? !is_ear(i) : !is_free(a, c)) continue;
+                found.push_back({a, i, c});
+                for (const std::uint32_t beside : {a, c}) ears.erase(ear_at(beside));
                 is_cut[i] = 1;
-                after[before[i]] = after[i];
-                before[after[i]] = before[i];
-                add(before[i]);
-                add(after[i]);
+                after[a] = c;
+                before[c] = a;
+                for (const std::uint32_t beside : {a, c}) ears.insert(ear_at(beside));
                 --left;
             }
             is_stuck = !is_strict && left == before_pass;
@@ -27494,7 +26948,7 @@ class mesh_repair {
     // surface may be finer than the distance.
     void weld_open_edges(float distance) {
         std::vector<std::uint8_t> is_open(positions_.size(), 0);
-        const std::vector<half_edge> edges = sorted_edges();
+        const std::vector<half_edge> edges = sorted_edges(faces_);
         for (std::size_t i = 0; i < edges.size(); ++i) {
             const bool is_single = (i == 0 || edges[i - 1].ends != edges[i].ends) &&
                                    (i + 1 == edges.size() || edges[i + 1].ends != edges[i].ends);
@@ -27548,66 +27002,53 @@ class mesh_repair {
 
     // Keeps one of the faces with the same corners, and none of those that are a wall inside a body.
     void drop_copies() {
-        struct corners {
-            std::array<std::uint32_t, 3> sorted;
-            std::uint32_t face;
-            bool operator<(const corners& other) const {
-                return sorted != other.sorted ? sorted < other.sorted : face < other.face;
-            }
-        };
-        std::vector<corners> all;
+        std::vector<std::pair<std::array<std::uint32_t, 3>, std::uint32_t>> all; // corners and number of each face
         all.reserve(faces_.size());
         for (std::uint32_t i = 0; i < faces_.size(); ++i) {
-            const uvec3& f = faces_[i];
-            all.push_back({{f.x, f.y, f.z}, i});
-            std::sort(all.back().sorted.begin(), all.back().sorted.end());
+            all.push_back({{faces_[i].x, faces_[i].y, faces_[i].z}, i});
+            std::sort(all.back().first.begin(), all.back().first.end());
         }
         std::sort(all.begin(), all.end());
         std::vector<std::uint32_t> copies(faces_.size(), 0); // of a face that is kept; none: of one that is not
         std::size_t removed = 0;
         for (std::size_t begin = 0, end = 0; begin < all.size(); begin = end) {
-            for (end = begin + 1; end < all.size() && all[end].sorted == all[begin].sorted; ++end) {
-                copies[all[end].face] = none;
-                ++removed;
-            }
-            copies[all[begin].face] = static_cast<std::uint32_t>(end - begin - 1);
+            for (end = begin + 1; end < all.size() && all[end].first == all[begin].first; ++end, ++removed)
+                copies[all[end].second] = none;
+            copies[all[begin].second] = static_cast<std::uint32_t>(end - begin - 1);
         }
         if (removed == 0) return;
-        std::vector<std::uint32_t> copies_of, doubled;
-        std::size_t kept = 0;
-        for (std::size_t i = 0; i < faces_.size(); ++i)
-            if (copies[i] != none) {
-                copies_of.push_back(copies[i]);
-                faces_[kept++] = faces_[i];
-            }
-        faces_.resize(kept);
         // A patch of doubled faces is a wall where its borders have two other faces each, or four.
         disjoint_sets patches{faces_.size()};
-        const std::vector<half_edge> edges = sorted_edges();
+        const std::vector<half_edge> edges = sorted_edges(faces_);
         std::vector<std::uint8_t> has_border(faces_.size(), 0), is_surface(faces_.size(), 0);
-        const auto for_each_edge = [&](const auto& visit) {
+        const auto for_each_edge = [&](const auto& visit) { // visit(doubled faces, number of others)
+            std::vector<std::uint32_t> doubled;
             for (std::size_t begin = 0, end = 0; begin < edges.size(); begin = end) {
+                std::size_t others = 0;
                 doubled.clear();
-                for (; end < edges.size() && edges[end].ends == edges[begin].ends; ++end)
-                    if (copies_of[edges[end].slot / 3] > 0) doubled.push_back(edges[end].slot / 3);
-                visit(end - begin - doubled.size());
+                for (; end < edges.size() && edges[end].ends == edges[begin].ends; ++end) {
+                    const std::uint32_t face = edges[end].slot / 3;
+                    others += copies[face] == 0 ? 1 : 0;
+                    if (copies[face] != 0 && copies[face] != none) doubled.push_back(face);
+                }
+                visit(doubled, others);
             }
         };
-        for_each_edge([&](std::size_t others) {
+        for_each_edge([&](const std::vector<std::uint32_t>& doubled, std::size_t others) {
             for (const std::uint32_t face : doubled)
                 if (others == 0) patches.join(doubled[0], face);
         });
-        for_each_edge([&](std::size_t others) {
+        for_each_edge([&](const std::vector<std::uint32_t>& doubled, std::size_t others) {
             for (const std::uint32_t face : doubled)
                 if (others > 0) (others % 2 == 0 ? has_border : is_surface)[patches.find(face)] = 1;
         });
-        std::size_t walls = 0;
-        kept = 0;
+        std::size_t walls = 0, kept = 0;
         for (std::uint32_t i = 0; i < faces_.size(); ++i) {
+            if (copies[i] == none) continue;
             const std::uint32_t patch = patches.find(i);
-            if (copies_of[i] > 0 && has_border[patch] && !is_surface[patch]) {
-                walls += 1 + copies_of[i];
-                removed -= copies_of[i];
+            if (copies[i] > 0 && has_border[patch] && !is_surface[patch]) {
+                walls += 1 + copies[i];
+                removed -= copies[i];
             } else {
                 faces_[kept++] = faces_[i];
             }
@@ -27617,17 +27058,9 @@ class mesh_repair {
         if (walls > 0) note("Removed " + counted(walls, "face", "faces") + " of walls between parts that touch.");
     }
 
-    std::vector<half_edge> sorted_edges() const {
-        std::vector<half_edge> edges;
-        edges.reserve(3 * faces_.size());
-        for (std::uint32_t slot = 0; slot < 3 * faces_.size(); ++slot) edges.emplace_back(from(slot), to(slot), slot);
-        sort_by_ends(edges);
-        return edges;
-    }
-
     // Pairs the two sides of each edge of two faces.
     void connect() {
-        edges_ = sorted_edges();
+        edges_ = sorted_edges(faces_);
         twins_.assign(3 * faces_.size(), none);
         for (std::size_t begin = 0, end = 0; begin < edges_.size(); begin = end) {
             while (end < edges_.size() && edges_[end].ends == edges_[begin].ends) ++end;
@@ -27635,7 +27068,10 @@ class mesh_repair {
                 join(edges_[begin].slot, edges_[begin + 1].slot);
             } else if (end - begin > 2) {
                 crowded_.emplace_back();
-                for (std::size_t i = begin; i < end; ++i) crowded_.back().push_back(edges_[i].slot);
+                for (std::size_t i = begin; i < end; ++i) {
+                    crowded_.back().push_back(edges_[i].slot);
+                    twins_[edges_[i].slot] = locked;
+                }
             }
         }
     }
@@ -27659,7 +27095,7 @@ class mesh_repair {
             for (std::size_t i = 0; i < members.size(); ++i)
                 for (std::uint32_t slot = 3 * members[i]; slot < 3 * members[i] + 3; ++slot) {
                     const std::uint32_t twin = twins_[slot];
-                    if (twin == none) continue;
+                    if (twin >= locked) continue;
                     const std::uint32_t other = twin / 3;
                     const bool differ = from(slot) == from(twin);
                     const auto wanted =
@@ -27687,10 +27123,7 @@ class mesh_repair {
         if (!crowded_.empty()) turn_closed_patches();
         for (const std::vector<std::uint32_t>& sides : crowded_) {
             bool has_one_sided = false;
-            for (const std::uint32_t slot : sides) {
-                twins_[slot] = locked;
-                has_one_sided = has_one_sided || one_sided_[patch_of_[slot / 3]];
-            }
+            for (const std::uint32_t slot : sides) has_one_sided = has_one_sided || one_sided_[patch_of_[slot / 3]];
             if (sides.size() % 2 != 0 || has_one_sided) continue;
             const std::uint32_t low = std::min(from(sides[0]), to(sides[0])),
                                 high = std::max(from(sides[0]), to(sides[0]));
@@ -27737,17 +27170,15 @@ class mesh_repair {
             const double own = dot(a - at(0), cross(b - a, c - a));
             volume[patch_of_[face]] += is_turned_[face] != 0 ? -own : own;
         }
-        std::vector<std::uint8_t> is_crowded(twins_.size(), 0);
         for (const std::vector<std::uint32_t>& sides : crowded_)
             for (const std::uint32_t slot : sides) {
-                is_crowded[slot] = 1;
                 int balance = 0;
                 for (const std::uint32_t other : sides)
                     if (patch_of_[other / 3] == patch_of_[slot / 3]) balance += is_upwards(other) ? 1 : -1;
                 if (balance != 0) is_closed[patch_of_[slot / 3]] = 0;
             }
         for (std::uint32_t slot = 0; slot < twins_.size(); ++slot)
-            if (twins_[slot] == none && !is_crowded[slot]) is_closed[patch_of_[slot / 3]] = 0;
+            if (twins_[slot] == none) is_closed[patch_of_[slot / 3]] = 0;
         for (std::uint32_t face = 0; face < faces_.size(); ++face) {
             const std::uint32_t patch = patch_of_[face];
             if (is_closed[patch] && !one_sided_[patch] && volume[patch] < 0)
@@ -27772,28 +27203,20 @@ class mesh_repair {
 
     // Numbers the parts and adds up what is known of them.
     void find_parts() {
-        parts_.clear();
-        part_of_.assign(faces_.size(), none);
-        std::vector<std::uint32_t> members;
-        for (std::uint32_t seed = 0; seed < faces_.size(); ++seed) {
-            if (part_of_[seed] != none) continue;
-            part own;
-            members.assign(1, seed);
-            part_of_[seed] = static_cast<std::uint32_t>(parts_.size());
-            for (std::size_t i = 0; i < members.size(); ++i) {
-                const std::uint32_t face = members[i];
-                own.is_one_sided = own.is_one_sided || (face < patch_of_.size() && one_sided_[patch_of_[face]]);
-                for (std::uint32_t slot = 3 * face; slot < 3 * face + 3; ++slot) {
-                    const std::uint32_t twin = twins_[slot];
-                    own.is_locked = own.is_locked || twin == locked;
-                    own.is_open = own.is_open || twin == none;
-                    if (twin >= locked || part_of_[twin / 3] != none) continue;
-                    part_of_[twin / 3] = part_of_[seed];
-                    members.push_back(twin / 3);
-                }
-                add(own, at(faces_[face].x), at(faces_[face].y), at(faces_[face].z));
+        disjoint_sets joined{faces_.size()};
+        for (std::uint32_t slot = 0; slot < twins_.size(); ++slot)
+            if (twins_[slot] < locked) joined.join(slot / 3, twins_[slot] / 3);
+        for (std::uint32_t face = 0; face < faces_.size(); ++face) {
+            const std::uint32_t first = joined.find(face);
+            part_of_.push_back(first < face ? part_of_[first] : static_cast<std::uint32_t>(parts_.size()));
+            if (first == face) parts_.emplace_back();
+            part& own = parts_[part_of_[face]];
+            own.is_one_sided = own.is_one_sided || one_sided_[patch_of_[face]];
+            for (std::uint32_t slot = 3 * face; slot < 3 * face + 3; ++slot) {
+                own.is_locked = own.is_locked || twins_[slot] == locked;
+                own.is_open = own.is_open || twins_[slot] == none;
             }
-            parts_.push_back(own);
+            add(own, at(faces_[face].x), at(faces_[face].y), at(faces_[face].z));
         }
     }
     void add(part& own, const dvec3& a, const dvec3& b, const dvec3& c) const {
@@ -27843,12 +27266,9 @@ class mesh_repair {
     }
 
     double width_of(const hole& one) const {
-        dvec3 low = at(from(one.sides[0])), high = low;
-        for (const std::uint32_t slot : one.sides) {
-            low = min(low, at(from(slot)));
-            high = max(high, at(from(slot)));
-        }
-        return length(high - low);
+        aabb box;
+        for (const std::uint32_t slot : one.sides) box = merged(box, positions_[from(slot)]);
+        return static_cast<double>(length(box.size()));
     }
 
     // The boundaries of each part as loops that pass no vertex twice.
@@ -27890,22 +27310,16 @@ class mesh_repair {
             const std::uint64_t wanted = edge(i, j);
             const auto known = std::lower_bound(edges_.begin(), edges_.end(), wanted,
                                                 [](const half_edge& e, std::uint64_t ends) { return e.ends < ends; });
-            return (known == edges_.end() || known->ends != wanted) &&
-                   !std::binary_search(joined_.begin(), joined_.end(), wanted);
+            return (known == edges_.end() || known->ends != wanted) && !joined_.contains(wanted);
         });
         const auto count = static_cast<std::uint32_t>(points.size());
         for (const dvec3& point : points) one.centre += point / static_cast<double>(count);
         points.push_back(one.centre);
-        const auto known = static_cast<std::ptrdiff_t>(joined_.size());
         for (const auto& [a, b, c] : one.filling) {
             for (const auto& [i, j] : {std::pair{a, b}, std::pair{b, c}, std::pair{c, a}})
-                if (i < j && j < count && j - i > 1 && j - i + 1 < count) joined_.push_back(edge(i, j));
+                if (i < j && j < count && j - i > 1 && j - i + 1 < count) joined_.insert(edge(i, j));
             add(whole, points[a], points[b], points[c]);
         }
-        std::sort(joined_.begin() + known, joined_.end());
-        auto merged = joined_;
-        std::merge(joined_.begin(), joined_.begin() + known, joined_.begin() + known, joined_.end(), merged.begin());
-        joined_ = std::move(merged);
     }
 
     void add_filling(const hole& one, std::uint32_t own) {
@@ -27963,14 +27377,11 @@ class mesh_repair {
         constexpr std::size_t points = 5; // of each part
         std::vector<std::uint8_t> is_cavity(parts_.size(), 0);
         if (std::count_if(parts_.begin(), parts_.end(), is_closed) < 2) return is_cavity;
-        vec3 low = positions_[0], high = low;
-        for (const vec3& p : positions_) {
-            low = min(low, p);
-            high = max(high, p);
-        }
+        aabb whole;
+        for (const vec3& p : positions_) whole = merged(whole, p);
         const auto side = static_cast<std::uint32_t>(clamp(std::sqrt(static_cast<float>(faces_.size())), 1, 512));
         const auto column = [&](float value, int axis) {
-            const float place = (value - low[axis]) / max(high[axis] - low[axis], 1e-30F);
+            const float place = (value - whole.lower[axis]) / max(whole.size()[axis], 1e-30F);
             return std::min(static_cast<std::uint32_t>(place * static_cast<float>(side)), side - 1);
         };
         const auto for_each_column = [&](std::uint32_t face, const auto& visit) {
@@ -28074,6 +27485,7 @@ class mesh_repair {
             }
         }
         std::vector<std::uint32_t> middle(twins_.size(), none);
+        const auto first_middle = static_cast<std::uint32_t>(positions_.size());
         const auto end = [&](std::uint32_t slot) { return vertex_of[corners.find(slot)]; };
         std::size_t along = 0;
         for (const std::vector<std::uint32_t>& sides : crowded_) {
@@ -28106,12 +27518,11 @@ class mesh_repair {
                 outline.push_back(end(slot));
                 if (middle[slot] != none) outline.push_back(middle[slot]);
             }
-            if (outline.size() > 3 &&
-                middle[std::size_t{3} * face] == none) // begin at a middle, so that no triangle is flat
-                std::rotate(outline.begin(), outline.begin() + (middle[std::size_t{3} * face + 1] != none ? 2 : 3),
-                            outline.end());
-            else if (outline.size() > 3)
-                std::rotate(outline.begin(), outline.begin() + 1, outline.end());
+            // Begin at a middle, so that no triangle is flat.
+            std::rotate(
+                outline.begin(),
+                std::find_if(outline.begin(), outline.end(), [&](std::uint32_t v) { return v >= first_middle; }),
+                outline.end());
             for (std::size_t i = 1; i + 1 < outline.size(); ++i)
                 faces.emplace_back(outline[0], outline[i], outline[i + 1]);
         }
@@ -28132,7 +27543,7 @@ class mesh_repair {
     std::vector<uvec3> faces_{};
     std::vector<std::string> notes_{};
     std::vector<half_edge> edges_{};                    // of the faces that were there, sorted
-    std::vector<std::uint64_t> joined_{};               // edges across fillings, sorted
+    std::set<std::uint64_t> joined_{};                  // edges across fillings
     std::vector<std::uint32_t> twins_{};                // the other side of the edge
     std::vector<std::vector<std::uint32_t>> crowded_{}; // the sides of each edge of three faces or more
     std::vector<std::uint8_t> is_turned_{};             // faces that were there
@@ -28284,9 +27695,7 @@ void write_drawing(const std::string& path, const std::vector<drawn_object>& obj
 template <transducer Probe>
 void write_debug_obj(const std::string& path, const scene& body, const Probe& probe, const pose& at, float depth) {
     probe.check();
-    if (!is_rigid(at))
-        throw geometry_error{"write_debug_obj: the pose of the probe is not a rigid transform; make it with look_at, "
-                             "or mend it with orthonormalised"};
+    detail::check_rigid(at, "write_debug_obj", "the pose of the probe");
     if (probe.lines > 65536)
         throw usage_error{"write_debug_obj: " + std::to_string(probe.lines) + " lines are more than 65536; draw fewer"};
     check_depth(depth, "write_debug_obj");

@@ -124,9 +124,8 @@ class morton_order {
         const auto first = [&next](std::size_t d) { return d > 0 ? next[d - 1] : 0; };
         constexpr std::size_t together = 4; // digits per task
         const float each = 12 * static_cast<float>(keys_.size()) / static_cast<float>(next.size());
-        exec::for_each_block(policy, next.size(), together, each, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t d = begin; d < end; ++d)
-                sort_cells(keys_.data() + first(d), apart.data() + first(d), next[d] - first(d));
+        exec::for_each_in_blocks(policy, next.size(), together, each, [&](std::size_t d) {
+            sort_cells(keys_.data() + first(d), apart.data() + first(d), next[d] - first(d));
         });
     }
 

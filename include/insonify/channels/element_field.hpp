@@ -129,10 +129,8 @@ class elevation_field {
         points_.resize(ranges_ * heights_);
         surfaces_.resize(ranges_);
         tissue_.resize(ranges_);
-        exec::for_each_block(policy, ranges_, 4, 4e4F * static_cast<float>(heights_),
-                             [&](std::size_t begin, std::size_t end) {
-                                 for (std::size_t i = begin; i < end; ++i) compute(i);
-                             });
+        exec::for_each_in_blocks(policy, ranges_, 4, 4e4F * static_cast<float>(heights_),
+                                 [&](std::size_t i) { compute(i); });
     }
 
     /// Where ranges lie in the tables: for the next two. @param range  from the middle of the element, in space

@@ -212,9 +212,8 @@ class reflector_search {
         const pose upright = finder.fan().upright();
         constexpr std::size_t block = 16;
         std::vector<std::vector<reflector>> of_block((segments.size() + block - 1) / block);
-        exec::for_each_block(policy, segments.size(), block, 2e4F, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i)
-                add_segment(seen, field, segments[i], upright, of_block[begin / block]);
+        exec::for_each_in_blocks(policy, segments.size(), block, 2e4F, [&](std::size_t i) {
+            add_segment(seen, field, segments[i], upright, of_block[i / block]);
         });
         for (const std::vector<reflector>& some : of_block) found.insert(found.end(), some.begin(), some.end());
     }

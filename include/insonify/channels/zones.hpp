@@ -80,12 +80,10 @@ std::vector<zone> sort_into_zones(const Policy& policy, std::vector<reflector>& 
     constexpr float last = 12;   // returns less than -90 dB, of a carrier three deviations from 0 Hz
     constexpr float step = 0.3F; // Np over a standard deviation of the spectrum; its square over 8 is neglected
     std::vector<zone_key> keys(all.size());
-    exec::for_each_block(policy, all.size(), 256, 100, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            const float slope = smallest_slope(all[i].place, fans, places);
-            keys[i] = {all[i].place, slope, static_cast<std::uint32_t>(clamp(slope * sigma_frequency / step, 0, last)),
-                       static_cast<std::uint32_t>(i)};
-        }
+    exec::for_each_in_blocks(policy, all.size(), 256, 100, [&](std::size_t i) {
+        const float slope = smallest_slope(all[i].place, fans, places);
+        keys[i] = {all[i].place, slope, static_cast<std::uint32_t>(clamp(slope * sigma_frequency / step, 0, last)),
+                   static_cast<std::uint32_t>(i)};
     });
     std::stable_sort(keys.begin(), keys.end(), [](const zone_key& a, const zone_key& b) { return a.zone < b.zone; });
     std::vector<zone> zones;

@@ -200,15 +200,13 @@ struct inverse_tetrahedra {
                   view<vec3> now) const {
         if (located.mesh != map.mesh_ || !(located.at == at)) {
             located.points.resize(rest.size());
-            exec::for_each_block(policy, rest.size(), 256, 1e3F, [&](std::size_t begin, std::size_t end) {
-                for (std::size_t i = begin; i < end; ++i) located.points[i] = map.mesh_->locate(at.point(rest[i]));
-            });
+            exec::for_each_in_blocks(policy, rest.size(), 256, 1e3F,
+                                     [&](std::size_t i) { located.points[i] = map.mesh_->locate(at.point(rest[i])); });
             located.mesh = map.mesh_;
             located.at = at;
         }
-        exec::for_each_block(policy, rest.size(), 8192, 10, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i)
-                now[i] = rest[i] + at.local_direction(map.displacement(located.points[i]));
+        exec::for_each_in_blocks(policy, rest.size(), 8192, 10, [&](std::size_t i) {
+            now[i] = rest[i] + at.local_direction(map.displacement(located.points[i]));
         });
         return map.nodes_ != map.mesh_->rest;
     }

@@ -179,26 +179,23 @@ class compounding {
         const std::size_t below = stride > 1 ? 1 : 0, beside = probe_->lines > 1 ? stride : 0;
         const float last = max(static_cast<float>(probe_->lines) - 2, 0);
         const bool straight = own.probe.steering == 0;
-        exec::for_each_block(
-            policy, probe_->lines, 8, 3 * static_cast<float>(samples), [&](std::size_t begin, std::size_t end) {
-                for (std::size_t line = begin; line < end; ++line) {
-                    float *const to = own.weighted.data() + line * samples, *const weights =
-                                                                                own.weights.data() + line * samples;
-                    for (std::size_t k = 0; k < samples; ++k) {
-                        const row& at = own.rows[k];
-                        const float place = static_cast<float>(line) - at.shift;
-                        const float fraction = weights[k] = straight ? 1.0F : weight(place);
-                        to[k] = 0;
-                        if (fraction == 0) continue;
-                        const float left = clamp(std::floor(place), 0, last), part = clamp(place - left, 0, 1);
-                        const float* const from =
-                            amplitudes.values.data() + static_cast<std::size_t>(left) * stride + at.sample;
-                        const float here = multiply_add(at.fraction, from[below] - from[0], from[0]);
-                        const float next = multiply_add(at.fraction, from[beside + below] - from[beside], from[beside]);
-                        to[k] = fraction * multiply_add(part, next - here, here);
-                    }
-                }
-            });
+        exec::for_each_in_blocks(policy, probe_->lines, 8, 3 * static_cast<float>(samples), [&](std::size_t line) {
+            float *const to = own.weighted.data() + line * samples, *const weights =
+                                                                        own.weights.data() + line * samples;
+            for (std::size_t k = 0; k < samples; ++k) {
+                const row& at = own.rows[k];
+                const float place = static_cast<float>(line) - at.shift;
+                const float fraction = weights[k] = straight ? 1.0F : weight(place);
+                to[k] = 0;
+                if (fraction == 0) continue;
+                const float left = clamp(std::floor(place), 0, last), part = clamp(place - left, 0, 1);
+                const float* const from =
+                    amplitudes.values.data() + static_cast<std::size_t>(left) * stride + at.sample;
+                const float here = multiply_add(at.fraction, from[below] - from[0], from[0]);
+                const float next = multiply_add(at.fraction, from[beside + below] - from[beside], from[beside]);
+                to[k] = fraction * multiply_add(part, next - here, here);
+            }
+        });
         own.acquired = true;
         ++acquired_;
     }

@@ -39,9 +39,8 @@ class persistence {
                            frame.depth == shown_.depth && frame.values.size() == shown_.values.size();
         starts_ = false;
         if (!fades || weight_ == 0) return shown_ = frame;
-        exec::for_each_block(policy, frame.values.size(), 4096, 0.5F, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i)
-                shown_.values[i] = weight_ * shown_.values[i] + (1 - weight_) * frame.values[i];
+        exec::for_each_in_blocks(policy, frame.values.size(), 4096, 0.5F, [&](std::size_t i) {
+            shown_.values[i] = weight_ * shown_.values[i] + (1 - weight_) * frame.values[i];
         });
         return shown_;
     }

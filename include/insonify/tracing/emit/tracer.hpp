@@ -119,8 +119,8 @@ INSONIFY_FN void add_weighted(view<Sample> samples, const float* weights, view<S
 ///                after those of another
 INSONIFY_VISITS
 template <class Sample, class OutOf, class Trace>
-INSONIFY_FN INSONIFY_INLINE void sum_planes(const frame_view& frame, std::uint32_t number, std::size_t grids, view<Sample> room,
-                            const OutOf& out_of, const Trace& trace) {
+INSONIFY_FN INSONIFY_INLINE void sum_planes(const frame_view& frame, std::uint32_t number, std::size_t grids,
+                                            view<Sample> room, const OutOf& out_of, const Trace& trace) {
     for (std::size_t grid = 0; grid < grids; ++grid)
         for (Sample& sample : out_of(grid)) sample = Sample{};
     if (frame.planes == 1 && grids == 1) return trace(0U, out_of(0));
