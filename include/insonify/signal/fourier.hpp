@@ -129,11 +129,10 @@ constexpr std::size_t transform_length(std::size_t values) {
 /// Calls visit(signal, sample, value) with the analytic signals of real ones: RF + i H(RF), where H is the Hilbert
 /// transform, which shifts the phase of every frequency by -90 degrees, so that cos becomes sin. Signals are zero beyond
 /// their ends.
-/// @param signals  one after the other
+/// @param all      signals, one after the other
 /// @param samples  of each signal
 template <class Policy, class Visit>
-void for_each_analytic(const Policy& policy, const std::vector<float>& signals, std::size_t samples,
-                       const Visit& visit) {
+void for_each_analytic(const Policy& policy, const std::vector<float>& all, std::size_t samples, const Visit& visit) {
     if (samples == 0) return;
     const fourier transform{transform_length(samples + samples / 4 + 2)}; // with at least a quarter of zeros
     const std::size_t length = transform.size();
@@ -147,7 +146,7 @@ void for_each_analytic(const Policy& policy, const std::vector<float>& signals, 
             return (signal - first) % 2 == 0 ? values[k].x[lane] : values[k].y[lane];
         };
         for (std::size_t i = first; i < end; ++i)
-            for (std::size_t k = 0; k < samples; ++k) part(i, k) = signals[i * samples + k];
+            for (std::size_t k = 0; k < samples; ++k) part(i, k) = all[i * samples + k];
         transform.forward(values, room);
         values[0] = values[length / 2] = {}; // of DC and of the Nyquist frequency it is 0
         for (std::size_t m = 1; m < length / 2; ++m) {
@@ -157,9 +156,9 @@ void for_each_analytic(const Policy& policy, const std::vector<float>& signals, 
         }
         transform.inverse(values, room);
         for (std::size_t i = first; i < end; ++i)
-            for (std::size_t k = 0; k < samples; ++k) visit(i, k, vec2{signals[i * samples + k], part(i, k)});
+            for (std::size_t k = 0; k < samples; ++k) visit(i, k, vec2{all[i * samples + k], part(i, k)});
     };
-    exec::for_each_block(any_policy<false>{policy}, signals.size() / samples, 2 * complex_batch::width,
+    exec::for_each_block(any_policy<false>{policy}, all.size() / samples, 2 * complex_batch::width,
                          10 * static_cast<float>(length), analyse);
 }
 
