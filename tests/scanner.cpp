@@ -415,6 +415,53 @@ TEST_CASE("scanner: a scan that is refused leaves the stored picture, its layers
     CHECK(machine.spectrum(exec::par_unseq, body, stream, {.line = 24, .gate = 15_mm, .duration = 0.05F}).windows > 0);
 }
 
+namespace scanner_test {
+namespace {
+
+// Checks nothing itself, and cannot be compared.
+struct plain_probe {
+    std::uint32_t lines = 32;
+    float frequency = 5_MHz, fnumber = 2;
+
+    ray beam(float line) const { return {.origin = {aperture_fraction(line, lines) * 30_mm, 0, 0}}; }
+    vec2 locate(vec2 point) const { return {line_at_fraction(point.x / 30_mm, lines), point.y}; }
+    void check() const {}
+};
+
+} // namespace
+} // namespace scanner_test
+
+TEST_CASE("scanner: a probe that does not check its settings is refused before the stored picture is lost") {
+    using scanner_test::plain_probe;
+    scene body{tissue::muscle};
+    body.build(exec::par);
+    scanner<plain_probe> machine{plain_probe{}, {.depth = 30_mm, .size = {64, 0}}};
+    const image first = machine.scan(exec::seq, body, pose{});
+    machine.probe.fnumber = -1;
+    CHECK_THROWS_AS(machine.scan(exec::seq, body, pose{}), usage_error);
+    CHECK(machine.cine().size() == 1);
+    CHECK(machine.layers().lines > 0);
+    CHECK(machine.show(exec::seq) == first);
+
+    const scanner<plain_probe> other = std::move(machine);
+    CHECK(other.echoes().count > 0);
+    CHECK(machine.echoes().count == 0); // NOLINT(bugprone-use-after-move): it is left without echoes
+}
+
+TEST_CASE("scanner: looks of earlier frames are averaged for probes that cannot be compared, too") {
+    using scanner_test::plain_probe;
+    scene body{tissue::muscle};
+    body.build(exec::par);
+    b_mode_settings settings{.depth = 30_mm, .size = {64, 0}, .compound = {.angles = 3, .spread = 16_deg}};
+    scanner<plain_probe> whole{plain_probe{}, settings};
+    const image expected = whole.scan(exec::seq, body, pose{});
+    settings.compound.update = compound_settings::update_mode::one;
+    scanner<plain_probe> rolling{plain_probe{}, settings};
+    CHECK(rolling.scan(exec::seq, body, pose{}) != expected);
+    rolling.scan(exec::seq, body, pose{});
+    CHECK(rolling.scan(exec::seq, body, pose{}) == expected);
+}
+
 TEST_CASE("a picture of a deformed body does not depend on how many frames were drawn since it was deformed") {
     // Trees are brought up to date after 16 slices. Small obstacles reach beyond the lines of steered looks.
     scene body{tissue::fat};

@@ -380,14 +380,17 @@ class scanner {
     ///
     /// Of several looks, those of the look that is steered least: the straight one where their number is odd, else the
     /// one next to it towards -x. With `update_mode::one`, those of the look that this frame acquired.
-    const iq_lines& echoes() const { return frame_looks_[echo_look_].echoes; }
+    const iq_lines& echoes() const {
+        static const iq_lines none{};
+        return echo_look_ < frame_looks_.size() ? frame_looks_[echo_look_].echoes : none;
+    }
     /// The lines of `echoes`: usually more than those of the probe, see `rays_per_line`.
     ///
     ///     iq_lines own = resample_lines(policy, machine.echoes(), machine.echo_probe(), machine.probe);
     /// @throws usage_error  before the first picture
     const steered<refined<Probe>>& echo_probe() const {
         check_picture();
-        return *frame_looks_[echo_look_].shown;
+        return *frame_looks_[echo_look_].of_echoes;
     }
     /// What lies along the lines of the look that was acquired last, of `layers_probe`; with a tracer other than
     /// `straight_lines`, no lines. Lines end as deep as the fastest medium of the scene may be displayed within the
@@ -401,7 +404,7 @@ class scanner {
     /// @throws usage_error  before the first picture, and after a `scan` that threw
     const steered<refined<Probe>>& layers_probe() const {
         check_layers();
-        return *frame_looks_[last_look_].traced;
+        return *frame_looks_[last_look_].of_layers;
     }
     const scan_map& map() const { return display_.map(); } ///< pixels of the last picture, points {x, z} of the probe
     const pose& at() const { return at_; }                 ///< of the probe, for the last picture
@@ -475,7 +478,7 @@ class scanner {
     // What is kept of a look, from frame to frame.
     struct frame_look {
         line_tracer<Model, Tracer> lines{};
-        std::optional<look_probe> traced{}, shown{}; // the lines of the layers, and of the echoes
+        std::optional<look_probe> of_layers{}, of_echoes{}; // on whose lines they lie
         iq_lines echoes{};
     };
 
@@ -535,8 +538,8 @@ class scanner {
         const refined<Probe> straight{probe, rays};
         const look_probe traced{straight, look.steering};
         frame_look& own = frame_looks_[number];
-        own.shown.emplace(look);
-        own.traced.emplace(traced);
+        own.of_echoes.emplace(look);
+        own.of_layers.emplace(traced);
         last_look_ = number;
         iq_lines& echoes = own.echoes;
         echoes = own.lines.trace(policy, body, traced, at, model, scan, how, std::move(echoes));
@@ -615,9 +618,9 @@ template <transducer Probe, acoustic_model Model, class Tracer>
 template <bool Unsequenced>
 const image& scanner<Probe, Model, Tracer>::scan_by(const detail::any_policy<Unsequenced>& policy, const scene& body,
                                                     const pose& at) {
-    probe.check(); // all of these before a stored frame is overwritten
+    const detail::probe_settings stated{probe}; // all checks before a stored frame is overwritten
     settings.check();
-    detail::check_lines(body, probe.frequency, at, settings.depth, "scanner");
+    detail::check_lines(body, stated.frequency, at, settings.depth, "scanner");
     if constexpr (requires { model.check(); }) model.check();
     if constexpr (requires { how.check(); }) how.check();
     const detail::stopwatch clock;

@@ -534,7 +534,8 @@ INSONIFY_FN INSONIFY_INLINE void prefetch(const void* value) {
 template <class Signature>
 class function_ref;
 
-/// A reference to a function of any type, which must outlive it, so that what calls the function is compiled once.
+/// A reference to an object with operator(), which must outlive it: for parameters, so that what calls them is compiled
+/// once.
 template <class Result, class... Arguments>
 class function_ref<Result(Arguments...)> {
   public:
@@ -2476,26 +2477,26 @@ inline std::vector<line_place> places_along(const std::vector<tube_section>& lin
             check_shape_length(caller, "distance between two points", length(line[i].centre - line[i - 1].centre));
     }
 
-    std::vector<line_place> axes(count);
+    std::vector<line_place> places(count);
     for (std::size_t i = 0; i < count; ++i) {
         const vec3 before = i > 0 ? normalize(line[i].centre - line[i - 1].centre) : vec3{0, 0, 0};
         const vec3 after = i + 1 < count ? normalize(line[i + 1].centre - line[i].centre) : vec3{0, 0, 0};
         if (!(length(before + after) > 0.1F))
             throw geometry_error{caller + ": the line turns back at point " + std::to_string(i) +
                                  "; add points that round the bend"};
-        axes[i].along = normalize(before + after);
+        places[i].along = normalize(before + after);
     }
-    const vec3 wanted = across - dot(across, axes[0].along) * axes[0].along;
-    axes[0].first_axis = length(wanted) > 1e-4F * length(across) ? normalize(wanted) : unit_across(axes[0].along);
+    const vec3 wanted = across - dot(across, places[0].along) * places[0].along;
+    places[0].first_axis = length(wanted) > 1e-4F * length(across) ? normalize(wanted) : unit_across(places[0].along);
     const auto mirrored = [](vec3 v, vec3 plane) { return v - 2 * dot(v, plane) / dot(plane, plane) * plane; };
     for (std::size_t i = 1; i < count; ++i) {
-        const vec3 step = line[i].centre - line[i - 1].centre, left = mirrored(axes[i - 1].along, step);
-        vec3 carried = mirrored(axes[i - 1].first_axis, step);
-        if (const vec3 rest = axes[i].along - left; dot(rest, rest) > 0) carried = mirrored(carried, rest);
-        axes[i].first_axis = normalize(carried - dot(carried, axes[i].along) * axes[i].along);
+        const vec3 step = line[i].centre - line[i - 1].centre, left = mirrored(places[i - 1].along, step);
+        vec3 carried = mirrored(places[i - 1].first_axis, step);
+        if (const vec3 rest = places[i].along - left; dot(rest, rest) > 0) carried = mirrored(carried, rest);
+        places[i].first_axis = normalize(carried - dot(carried, places[i].along) * places[i].along);
     }
     for (std::size_t i = 0; i < count; ++i) {
-        line_place& own = axes[i];
+        line_place& own = places[i];
         const vec3 first = own.first_axis, second = cross(own.along, first);
         const float c = std::cos(line[i].turn), s = std::sin(line[i].turn);
         own.first_axis = c * first + s * second;
@@ -2503,7 +2504,7 @@ inline std::vector<line_place> places_along(const std::vector<tube_section>& lin
         own.centre = line[i].centre;
         own.radii = line[i].radii;
     }
-    return axes;
+    return places;
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
@@ -3738,16 +3739,16 @@ struct sector {
     std::uint32_t lines = 1;
     float radius = 0;        ///< radius of the face, metres
     float field_of_view = 1; ///< angle between the ends of the sector, radians
-    float behind = 1;        ///< 0 where the origin of the probe is the apex
+    float face = 1;          ///< z of the origin of the probe from the apex, in radii: 1 on the face, 0 in the apex
 
     /// From (R sin t, 0, R cos t - R) towards (sin t, 0, cos t).
     INSONIFY_FN ray beam(float line) const {
         const float angle = aperture_fraction(line, lines) * field_of_view;
         const vec3 direction{std::sin(angle), 0, std::cos(angle)};
-        return {.origin = radius * (direction - vec3{0, 0, behind}), .direction = direction};
+        return {.origin = radius * (direction - vec3{0, 0, face}), .direction = direction};
     }
     INSONIFY_FN vec2 locate(vec2 point) const {
-        const float along = point.y + behind * radius;
+        const float along = point.y + face * radius;
         const float from_apex = std::sqrt(point.x * point.x + along * along);
         return {line_at_fraction(std::atan2(point.x, along) / field_of_view, lines), from_apex - radius};
     }
@@ -4351,7 +4352,6 @@ INSONIFY_FN INSONIFY_INLINE std::uint32_t enter(const tree_node<Width>& node, co
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <numeric>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI::detail {
@@ -4942,6 +4942,14 @@ struct centre_range {
 /// (bench/bvh.cpp refits a small mesh and a large one).
 inline constexpr std::size_t prefetch_threshold = std::size_t{1} << 17U;
 
+/// The box of the first primitive that has one which is finite; where none has, a point in the origin.
+template <class Range>
+build_box first_box(const Range& range) {
+    for (std::size_t i = 0; i < range.size(); ++i)
+        if (const aabb found = bounds(range[i]); is_finite(found)) return build_box{found};
+    return build_box{aabb{vec3{0}, vec3{0}}};
+}
+
 /// A leaf holds the indices of its primitives and reads them from the range. Triangles are stored in it: see below.
 template <class Range, int Width>
 struct leaf {
@@ -5242,25 +5250,27 @@ class morton_order {
     template <class Policy, class Range>
     void find_keys(const Policy& policy, const Range& range) {
         centre_range some;
-        build_box box{aabb{vec3{0}, vec3{0}}};
+        const build_box first = first_box(range);
+        build_box box = first;
         for (std::size_t i = 0; i < range.size(); i += range.size() / 1024 + 1) {
             leaf<Range, simd_width>::bound(range, i, box);
             some.add(box.half_centre(), box.half_centre());
         }
         const centre_range around = some.widened(1.0F / 64);
-        const centre_range all = put_keys(policy, range, around);
-        if (!around.holds(all)) put_keys(policy, range, all);
+        const centre_range all = put_keys(policy, range, around, first);
+        if (!around.holds(all)) put_keys(policy, range, all, first);
     }
 
     // Quantises half centres to a grid of cubes. @return their bounds
     template <class Policy, class Range>
-    centre_range put_keys(const Policy& policy, const Range& range, const centre_range& grid) {
+    centre_range put_keys(const Policy& policy, const Range& range, const centre_range& grid,
+                          const build_box& first_box) {
         std::vector<centre_range> partial(blocks_);
         const float widest = min(grid.widest(), FLT_MAX);
         const lanes<4> start = widest > 0 ? load<4>(grid.begin) : lanes<4>(0.0F);
         const lanes<4> scale(widest > 0 ? min(last_cell / widest, FLT_MAX) : 0.0F);
         exec::for_each_block(policy, range.size(), block_size_, 10, [&](std::size_t begin, std::size_t end) {
-            build_box box{aabb{vec3{0}, vec3{0}}};
+            build_box box = first_box;
             lanes<4> first(FLT_MAX), last(-FLT_MAX);
             for (std::size_t i = begin; i < end; ++i) {
                 if constexpr (requires { range.prefetch_corners(0); })
@@ -5428,7 +5438,7 @@ namespace insonify::inline INSONIFY_ABI {
 ///     Morton codes:  0010 0010 0011 | 0100 0101     split where the highest differing bit changes, then
 ///     positions:        0    1    2 |    3    4     moved to the next multiple of Width, so that leaves are full
 ///
-/// The tree depends only on the boxes. A box that is empty or not finite counts as that before it.
+/// The tree depends only on the boxes. Primitives whose box is empty or not finite are kept, in the place of another one.
 struct build_morton {
     /// The tree over the boxes of a range of primitives.
     template <int Width, exec::policy Policy, class Range>
@@ -5633,9 +5643,10 @@ class sah_splitter {
         for (large_array<build_box>& boxes : boxes_) boxes.resize(range.size());
         bins_.resize(range.size());
         std::vector<group> pieces(blocks(range.size()));
+        const build_box first_finite = first_box(range);
         exec::for_each_block(policy, range.size(), block_size, 10, [&](std::size_t begin, std::size_t end) {
             lanes<4> minus_lower(-FLT_MAX), upper(-FLT_MAX), first(FLT_MAX), last(-FLT_MAX);
-            build_box box{aabb{vec3{0}, vec3{0}}};
+            build_box box = first_finite;
             for (std::size_t i = begin; i < end; ++i) {
                 leaf<Range, Width>::bound(range, i, box);
                 minus_lower = max(minus_lower, box.minus_lower());
@@ -5737,7 +5748,7 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// Builds a wide BVH from the top down by binned SAH. The cost of a child is its area times its number of leaves.
 ///
-/// The tree depends only on the boxes. A box that is empty or not finite counts as that before it.
+/// The tree depends only on the boxes. Primitives whose box is empty or not finite are kept, in the place of another one.
 /// Source: Wald 2007, "On fast construction of SAH-based bounding volume hierarchies".
 struct build_sah {
     /// The tree over the boxes of a range of primitives.
@@ -5992,6 +6003,7 @@ INSONIFY_FN nearest_point find_nearest(const bvh_view<mesh_view, Width>& tree, v
 
 #endif
 #include <algorithm>
+#include <cfloat>
 #include <new>
 #include <utility>
 
@@ -6153,7 +6165,10 @@ class bvh_storage {
     }
 
     /// The SAH cost relative to that at the last build: 1 after a build.
-    double degradation() const { return cost_as_built_ > 0 ? shape_.cost / cost_as_built_ : 1; }
+    double degradation() const {
+        if (cost_as_built_ > 0) return shape_.cost / cost_as_built_;
+        return shape_.cost > 0 ? DBL_MAX : 1; // it was built when nothing was finite
+    }
 
     /// Valid until the next build, refit or update.
     bvh_view<Range, Width> view_of(const Range& range) const {
@@ -7385,14 +7400,14 @@ INSONIFY_FN view<const layer> stack_layers(const scene_view& scene, const Line& 
     return found.inside.overflow ? view<const layer>{} : view<const layer>{room.data(), count};
 }
 
-namespace detail {
-
 /// Memory of fixed capacity in which the layers of one line are found.
 struct line_room {
     line_crossings found{};            ///< its crossings, and the objects that contain its origin
     view<layer> layers{};              ///< room for its layers
     view<std::uint32_t> behind_face{}; ///< room for ranks of objects
 };
+
+namespace detail {
 
 /// The same on the stack, for most lines.
 struct short_line_memory {
@@ -10744,7 +10759,7 @@ class slice_finder {
     /// Chooses the objects to be cut, after `assign`: all, or those whose trees are out of date and those for which
     /// slicing is faster than rays:
     ///
-    ///     1 + log2(faces)^2 / 3  <=  lines near the object + all lines / 20        in units of a ray near the object
+    ///     1 + log2(faces)^2 / 3  <=  directions * (lines near the object + all lines / 20)
     ///
     /// Fitted to cubes and organs of 12 to 1.3 million faces, and 16 to 512 lines; a wrong choice costs a factor of at
     /// most 1.2, or of 2 for many crossings on few lines. It does not depend on other objects, so the echoes of one are
@@ -14824,6 +14839,9 @@ class frame_plan {
     /// @return         refers to `probe`
     /// @throws usage_error  for a number of planes other than 1, 3, 5 or 7
     template <class Policy>
+    frame_view view_of(const Policy& policy, probe_lines&& probe, const pose& at, const Model& model,
+                       const acquisition& scan, std::uint32_t samples, view<const medium> media) = delete;
+    template <class Policy>
     frame_view view_of(const Policy& policy, const probe_lines& probe, const pose& at, const Model& model,
                        const acquisition& scan, std::uint32_t samples, view<const medium> media) {
         const tables& made =
@@ -14963,7 +14981,7 @@ struct path_arrival;
 
 /// Memory of fixed capacity in which one line is traced. If it is too small, the tracer returns false, and the line is
 /// traced again with more.
-struct line_scratch : detail::line_room {
+struct line_scratch : line_room {
     view<detail::path_branch> branches{};  ///< room for paths that are yet to be followed
     view<std::uint32_t> branch_objects{};  ///< room for the ranks of the objects that contain them, branch after branch
     view<detail::path_arrival> arrivals{}; ///< room for where paths met surfaces
@@ -14972,7 +14990,7 @@ struct line_scratch : detail::line_room {
 /// One line of one elevation plane: what a tracer is given.
 struct line_task {
     scene_view scene{};             ///< all objects
-    traced_line line{};             ///< as the model will see it, without layers yet
+    traced_line line{};             ///< as the model will see it; its layers where `straight_lines` has found them
     std::uint32_t number = 0;       ///< of the line
     float max_depth = 0;            ///< how far the line is to be followed, metres
     float spacing = 0;              ///< metres from sample to sample
@@ -18371,7 +18389,8 @@ class compounding {
             looks_.resize(settings.angles, look{.probe = steered<Probe>{*probe_, 0}});
             for (std::uint32_t i = 0; i < settings.angles; ++i) assign(looks_[i], settings.steering(i));
         };
-        made_(make, probe, scan.depth, scan.samples, scan.planes, settings);
+        lines_.assign(probe);
+        made_(make, lines_, scan.depth, scan.samples, scan.planes, settings);
     }
 
     void assign(look& made, float angle) const {
@@ -18485,8 +18504,9 @@ class compounding {
     acquisition scan_{};
     compound_settings settings_{};
     std::vector<look> looks_{};
-    std::uint32_t acquired_ = 0;                                                               // since the start
-    detail::memo<char, Probe, float, std::uint32_t, std::uint32_t, compound_settings> made_{}; // looks_
+    std::uint32_t acquired_ = 0;  // since the start
+    detail::probe_lines lines_{}; // which can be compared, whatever the probe
+    detail::memo<char, detail::probe_lines, float, std::uint32_t, std::uint32_t, compound_settings> made_{}; // looks_
 };
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -18617,29 +18637,31 @@ struct tgc_settings {
 /// @param before  the settings with which `tgc` was applied
 /// @throws usage_error  as `tgc`
 template <exec::policy Policy, class Value>
-line_grid<Value> regain(const Policy& policy, line_grid<Value> lines, float frequency, const tgc_settings& before,
-                        const tgc_settings& settings) {
-    settings.check();
-    if (!is_finite(frequency) || !(frequency >= 0))
-        throw usage_error{"tgc: the frequency must be finite and not negative"};
-    if (before == settings) return lines;
-    constexpr std::size_t block = 512; // samples, of all lines
-    const float spacing = lines.depth / static_cast<float>(lines.samples);
-    exec::for_each_block(
-        policy, lines.samples, block, 0.5F * static_cast<float>(lines.count), [&](std::size_t begin, std::size_t end) {
-            float gain[block];
-            for (std::size_t k = begin; k < end; ++k) {
-                const float depth = (static_cast<float>(k) + 0.5F) * spacing;
-                gain[k - begin] = amplitude_of_decibels(settings.gain_db(depth, lines.depth, frequency) -
-                                                        before.gain_db(depth, lines.depth, frequency));
-            }
-            for (std::size_t line = 0; line < lines.count; ++line) {
-                Value* values = lines.values.data() + line * lines.samples + begin;
-                for (std::size_t k = 0; k < end - begin; ++k) values[k] *= gain[k];
-            }
-        });
-    return lines;
-}
+    requires std::same_as<Value, float> || std::same_as<Value, vec2> line_grid<Value>
+    regain(const Policy& policy, line_grid<Value> lines, float frequency, const tgc_settings& before,
+           const tgc_settings& settings) {
+        settings.check();
+        if (!is_finite(frequency) || !(frequency >= 0))
+            throw usage_error{"tgc: the frequency must be finite and not negative"};
+        if (before == settings) return lines;
+        constexpr std::size_t block = 512; // samples, of all lines
+        const float spacing = lines.depth / static_cast<float>(lines.samples);
+        exec::for_each_block(policy, lines.samples, block, 0.5F * static_cast<float>(lines.count),
+                             [&](std::size_t begin, std::size_t end) {
+                                 float gain[block];
+                                 for (std::size_t k = begin; k < end; ++k) {
+                                     const float depth = (static_cast<float>(k) + 0.5F) * spacing;
+                                     gain[k - begin] =
+                                         amplitude_of_decibels(settings.gain_db(depth, lines.depth, frequency) -
+                                                               before.gain_db(depth, lines.depth, frequency));
+                                 }
+                                 for (std::size_t line = 0; line < lines.count; ++line) {
+                                     Value* values = lines.values.data() + line * lines.samples + begin;
+                                     for (std::size_t k = 0; k < end - begin; ++k) values[k] *= gain[k];
+                                 }
+                             });
+        return lines;
+    }
 
 /// Multiplies each sample by the gain at its depth. In place: pass std::move(lines).
 /// @tparam Value     float for amplitudes, vec2 for IQ
@@ -19981,14 +20003,17 @@ class scanner {
     ///
     /// Of several looks, those of the look that is steered least: the straight one where their number is odd, else the
     /// one next to it towards -x. With `update_mode::one`, those of the look that this frame acquired.
-    const iq_lines& echoes() const { return frame_looks_[echo_look_].echoes; }
+    const iq_lines& echoes() const {
+        static const iq_lines none{};
+        return echo_look_ < frame_looks_.size() ? frame_looks_[echo_look_].echoes : none;
+    }
     /// The lines of `echoes`: usually more than those of the probe, see `rays_per_line`.
     ///
     ///     iq_lines own = resample_lines(policy, machine.echoes(), machine.echo_probe(), machine.probe);
     /// @throws usage_error  before the first picture
     const steered<refined<Probe>>& echo_probe() const {
         check_picture();
-        return *frame_looks_[echo_look_].shown;
+        return *frame_looks_[echo_look_].of_echoes;
     }
     /// What lies along the lines of the look that was acquired last, of `layers_probe`; with a tracer other than
     /// `straight_lines`, no lines. Lines end as deep as the fastest medium of the scene may be displayed within the
@@ -20002,7 +20027,7 @@ class scanner {
     /// @throws usage_error  before the first picture, and after a `scan` that threw
     const steered<refined<Probe>>& layers_probe() const {
         check_layers();
-        return *frame_looks_[last_look_].traced;
+        return *frame_looks_[last_look_].of_layers;
     }
     const scan_map& map() const { return display_.map(); } ///< pixels of the last picture, points {x, z} of the probe
     const pose& at() const { return at_; }                 ///< of the probe, for the last picture
@@ -20076,7 +20101,7 @@ class scanner {
     // What is kept of a look, from frame to frame.
     struct frame_look {
         line_tracer<Model, Tracer> lines{};
-        std::optional<look_probe> traced{}, shown{}; // the lines of the layers, and of the echoes
+        std::optional<look_probe> of_layers{}, of_echoes{}; // on whose lines they lie
         iq_lines echoes{};
     };
 
@@ -20136,8 +20161,8 @@ class scanner {
         const refined<Probe> straight{probe, rays};
         const look_probe traced{straight, look.steering};
         frame_look& own = frame_looks_[number];
-        own.shown.emplace(look);
-        own.traced.emplace(traced);
+        own.of_echoes.emplace(look);
+        own.of_layers.emplace(traced);
         last_look_ = number;
         iq_lines& echoes = own.echoes;
         echoes = own.lines.trace(policy, body, traced, at, model, scan, how, std::move(echoes));
@@ -20216,9 +20241,9 @@ template <transducer Probe, acoustic_model Model, class Tracer>
 template <bool Unsequenced>
 const image& scanner<Probe, Model, Tracer>::scan_by(const detail::any_policy<Unsequenced>& policy, const scene& body,
                                                     const pose& at) {
-    probe.check(); // all of these before a stored frame is overwritten
+    const detail::probe_settings stated{probe}; // all checks before a stored frame is overwritten
     settings.check();
-    detail::check_lines(body, probe.frequency, at, settings.depth, "scanner");
+    detail::check_lines(body, stated.frequency, at, settings.depth, "scanner");
     if constexpr (requires { model.check(); }) model.check();
     if constexpr (requires { how.check(); }) how.check();
     const detail::stopwatch clock;
@@ -20262,8 +20287,9 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// Simulates a B-mode image: the whole chain in one call, the first picture of a `scanner`, which a clip is made by.
 ///
-///     trace (physical) -> add_near_field -> convolve (the probe's pulse and beam) -> add_electronic_noise
-///         -> envelope -> tgc -> compounding -> log_compress -> map_grey -> scan_convert
+///     trace (physical) -> add_gas_reverberation -> add_near_field -> convolve (the probe's pulse and beam)
+///         -> resample_lines -> add_electronic_noise -> envelope -> tgc -> compounding -> log_compress -> persistence
+///         -> map_grey -> scan_convert
 ///
 /// @param at  probe to world
 /// @throws usage_error     for a scene that is not built, or a setting out of range
@@ -24817,7 +24843,7 @@ inline mesh make_box(vec3 lower, vec3 upper, std::uint32_t subdivisions = 0) {
 
 /// An icosphere of 20 * 4^subdivisions triangles; all vertices lie on the sphere.
 ///
-/// From the first subdivision on, six of them lie exactly on the axes through the centre.
+/// From the first subdivision on, six of them lie exactly on the places through the centre.
 inline mesh make_sphere(vec3 centre, float radius, std::uint32_t subdivisions) {
     detail::check_shape_point("make_sphere", centre);
     detail::check_shape_length("make_sphere", "radius", radius);
@@ -24835,7 +24861,7 @@ inline mesh make_sphere(vec3 centre, float radius, std::uint32_t subdivisions) {
         const std::size_t kept = sphere.positions.size();
         sphere = subdivide(sphere);
         for (std::size_t j = kept; j < sphere.positions.size(); ++j)
-            sphere.positions[j] /= length(sphere.positions[j]); // exact on the axes, unlike GLM's normalize
+            sphere.positions[j] /= length(sphere.positions[j]); // exact on the places, unlike GLM's normalize
     }
     for (vec3& v : sphere.positions) v = centre + radius * v;
     return detail::checked_shape("make_sphere", std::move(sphere));
@@ -24894,7 +24920,7 @@ struct tube_settings {
 ///
 ///     const mesh vessel = make_tube({{{0, -20_mm, 15_mm}, vec2{3_mm}}, {{0, 20_mm, 18_mm}, {2_mm, 1.5_mm}}});
 ///
-/// The axes of the ellipses do not twist about the line: they are carried along by parallel transport (Wang et al.
+/// The places of the ellipses do not twist about the line: they are carried along by parallel transport (Wang et al.
 /// 2008, ACM Trans. Graph. 27, 2: double reflection). `turn` is added. Across a bend the ring lies in the plane that
 /// halves its angle.
 /// @param line  at least 2 points, each different from the one before
@@ -24903,7 +24929,7 @@ inline mesh make_tube(const std::vector<tube_section>& line, const tube_settings
     if (settings.segments < 3 || settings.segments > 4096)
         throw geometry_error{"make_tube: `segments` is " + std::to_string(settings.segments) +
                              "; it must be from 3 to 4096"};
-    const std::vector<line_place> axes = detail::places_along(line, settings.across, "make_tube");
+    const std::vector<line_place> places = detail::places_along(line, settings.across, "make_tube");
     const std::size_t count = line.size();
     if (count > (1U << 27U) / settings.segments)
         throw geometry_error{"make_tube: " + std::to_string(count) + " points of " + std::to_string(settings.segments) +
@@ -24916,16 +24942,16 @@ inline mesh make_tube(const std::vector<tube_section>& line, const tube_settings
     const auto beyond = [&](std::size_t i) { return round ? min(line[i].radii.x, line[i].radii.y) : 0.0F; };
     mesh tube;
     tube.positions.reserve(2 + std::size_t{rings} * settings.segments);
-    tube.positions = {line.front().centre - beyond(0) * axes.front().along,
-                      line.back().centre + beyond(count - 1) * axes.back().along};
+    tube.positions = {line.front().centre - beyond(0) * places.front().along,
+                      line.back().centre + beyond(count - 1) * places.back().along};
     for (std::uint32_t k = 0; k < settings.segments; ++k) {
         const float angle = 2 * pi * static_cast<float>(k) / static_cast<float>(settings.segments);
         const auto out_at = [&](std::size_t i) {
-            return line[i].radii.x * std::cos(angle) * axes[i].first_axis +
-                   line[i].radii.y * std::sin(angle) * axes[i].second_axis;
+            return line[i].radii.x * std::cos(angle) * places[i].first_axis +
+                   line[i].radii.y * std::sin(angle) * places[i].second_axis;
         };
         const auto add_cap_ring = [&](std::size_t i, float from_rim, float side) {
-            tube.positions.push_back(line[i].centre + side * beyond(i) * std::sin(from_rim) * axes[i].along +
+            tube.positions.push_back(line[i].centre + side * beyond(i) * std::sin(from_rim) * places[i].along +
                                      std::cos(from_rim) * out_at(i));
         };
         const float step = pi / 2 / static_cast<float>(cap);
@@ -25158,7 +25184,8 @@ class m_mode {
         count_ = std::min(count_ + 1, size.x);
     }
 
-    /// Time from left to right: the newest column is the last one. Depth from 0 at the upper edge to `depth()`.
+    /// Time from left to right: the newest column is the last one. Depth from 0 at the upper edge to `depth()`. Empty
+    /// before the first column.
     image picture() const { return picture_; }
 
     std::uint32_t count() const { return count_; } ///< columns that have been added, at most `columns`
@@ -25681,9 +25708,9 @@ class skin_heights {
             const pose to_face = inverse(face.at) * one.at;
             points_.clear();
             for (const vec3& p : body.rest_positions(one.id)) points_.push_back(to_face.point(p));
+            const bool stiff = is_stiff(one.id);
             for (const uvec3& corner : one.surface.faces)
-                find_crossings(face, {points_[corner.x], points_[corner.y], points_[corner.z]}, surface,
-                               is_stiff(one.id));
+                find_crossings(face, {points_[corner.x], points_[corner.y], points_[corner.z]}, surface, stiff);
             ++surface;
         }
         constexpr float touching = 10e-6F; // layers that touch are one body
@@ -27601,8 +27628,10 @@ class obj_repair {
     obj_repair() = default;                                                                         ///< no repair
     obj_repair(const repair_settings& settings) : settings_(settings), repair_(insonify::repair) {} ///< with `settings`
 
-    explicit operator bool() const { return repair_ != nullptr; }                        ///< whether objects are mended
-    repaired_mesh operator()(const mesh_view& m) const { return repair_(m, settings_); } ///< mends one; if it is `true`
+    explicit operator bool() const { return repair_ != nullptr; } ///< whether objects are mended
+    repaired_mesh operator()(const mesh_view& m) const {
+        return repair_(m, settings_);
+    } ///< mends a mesh; only where it is `true`
 
   private:
     repair_settings settings_{};

@@ -40,12 +40,19 @@ TEST_CASE_TEMPLATE("trees of any width find the same, whatever the registers hol
         rays.push_back({vec3{hash_uniform(1, i), hash_uniform(2, i), -3}, vec3{0.01F * hash_normal(3, i), 1}});
     std::vector<hit> hits(rays.size());
     tree.closest(exec::unseq, rays, hits);
-    std::size_t wrong = 0, met = 0;
+    std::size_t wrong = 0, met = 0, of_all = 0;
     for (std::size_t i = 0; i < rays.size(); ++i) {
         const hit expected = usual.closest(rays[i]);
         met += expected ? 1 : 0;
         wrong += tree.closest(rays[i]).distance != expected.distance || hits[i].distance != expected.distance;
+        wrong += tree.any(rays[i]) != usual.any(rays[i]);
+        std::vector<hit> of_tree, of_usual;
+        tree.all(rays[i], of_tree);
+        usual.all(rays[i], of_usual);
+        wrong += of_tree != of_usual;
+        of_all += of_tree.size();
     }
+    CHECK(of_all > met);
     CHECK(wrong == 0);
     CHECK(met > 100);
 }

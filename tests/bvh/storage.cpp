@@ -4,6 +4,7 @@
 #include <insonify/geometry/shapes.hpp>
 #include <algorithm>
 #include <doctest/doctest.h>
+#include <limits>
 
 using namespace insonify;
 using namespace insonify::detail;
@@ -51,6 +52,32 @@ TEST_CASE("update refits small motion, and rebuilds a degraded tree") {
     CHECK(tree.update(exec::par, mesh_view{moving}) == bvh_update::quick_rebuild); // and this one
     CHECK(tree.degradation() == 1);
     CHECK(storage_test::all_inside_are_hit(tree.view_of(mesh_view{moving})));
+}
+
+TEST_CASE("a tree that was built when no primitive was finite is rebuilt once they are") {
+    const mesh rest = make_sphere({0, 0, 0}, 1, 4);
+    mesh m = rest;
+    for (vec3& p : m.positions) p.x = std::numeric_limits<float>::quiet_NaN();
+    bvh_storage<mesh_view, simd_width, build_sah> tree;
+    tree.build(exec::seq, mesh_view{m});
+    CHECK(tree.degradation() == 1);
+    m = rest;
+    CHECK(tree.update(exec::seq, mesh_view{m}) == bvh_update::quick_rebuild);
+    CHECK(storage_test::all_inside_are_hit(tree.view_of(mesh_view{m})));
+    CHECK(tree.update(exec::seq, mesh_view{m}) == bvh_update::refit);
+}
+
+TEST_CASE("a primitive that is not finite does not change the grid of a Morton tree") {
+    mesh m = make_sphere({1000, 0, 0}, 1, 5);
+    const morton_order expected{exec::seq, mesh_view{m}};
+    m.positions[m.faces[0].x].x = std::numeric_limits<float>::quiet_NaN(); // and so its neighbours
+    const morton_order found{exec::seq, mesh_view{m}};
+    std::size_t cells = 1, expected_cells = 1;
+    for (std::size_t i = 1; i < found.size(); ++i) {
+        cells += found.cell(i) != found.cell(i - 1);
+        expected_cells += expected.cell(i) != expected.cell(i - 1);
+    }
+    CHECK(cells > 0.99 * static_cast<double>(expected_cells));
 }
 
 TEST_CASE("update throws for another number of primitives") {

@@ -19,9 +19,8 @@ struct frame_steps {
 
     insonify::detail::aperture_view shading;
     Model model{};
-    insonify::view<insonify::detail::line_room> rooms{}; ///< for each line of each plane
-    insonify::view<insonify::detail::line_room>
-        turned_rooms{};                                   ///< for each line of the fan in each direction and plane
+    insonify::view<insonify::line_room> rooms{};          ///< for each line of each plane
+    insonify::view<insonify::line_room> turned_rooms{};   ///< for each line of the fan in each direction and plane
     insonify::view<insonify::detail::found_line> found{}; ///< by line and plane
     insonify::view<sample> of_planes{};                   ///< room for the samples of one plane, by line
     insonify::view<sample> samples{};                     ///< by line
@@ -152,7 +151,7 @@ class frame_memory {
 
   private:
     static void make_rooms(std::size_t count, std::vector<insonify::detail::line_memory>& memory,
-                           std::vector<insonify::detail::line_room>& rooms) {
+                           std::vector<insonify::line_room>& rooms) {
         memory.resize(count);
         rooms.clear();
         for (insonify::detail::line_memory& one : memory) {
@@ -165,7 +164,7 @@ class frame_memory {
     insonify::detail::frame_plan<Model> plan_{};
     insonify::detail::aperture_shading shading_{};
     std::vector<insonify::detail::line_memory> memory_{}, turned_memory_{};
-    std::vector<insonify::detail::line_room> rooms_{}, turned_rooms_{};
+    std::vector<insonify::line_room> rooms_{}, turned_rooms_{};
     std::vector<insonify::detail::found_line> found_{};
     std::vector<typename Model::sample_type> of_planes_{}, samples_{};
     std::vector<std::uint32_t> too_small_{};

@@ -150,6 +150,8 @@ TEST_CASE("cameras refuse settings out of range") {
     };
     CHECK_THROWS_AS(see(orthographic_camera{.size = {0, 5}}), usage_error);
     CHECK_THROWS_AS(see(orthographic_camera{.size = {1U << 20U, 1U << 20U}}), usage_error);
+    CHECK_THROWS_WITH_AS(see(orthographic_camera{.size = {16385, 1}}),
+                         "camera: size 16385x1 exceeds 16384 pixels a side; ask for fewer", usage_error);
     CHECK_THROWS_AS(see(orthographic_camera{.extent = {0, 1}}), usage_error);
     CHECK_THROWS_AS(see(orthographic_camera{.at = {.rotation = mat3{0}}}), geometry_error);
     CHECK_THROWS_AS(see(perspective_camera{.field_of_view = 4}), usage_error);

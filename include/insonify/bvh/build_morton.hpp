@@ -56,25 +56,27 @@ class morton_order {
     template <class Policy, class Range>
     void find_keys(const Policy& policy, const Range& range) {
         centre_range some;
-        build_box box{aabb{vec3{0}, vec3{0}}};
+        const build_box first = first_box(range);
+        build_box box = first;
         for (std::size_t i = 0; i < range.size(); i += range.size() / 1024 + 1) {
             leaf<Range, simd_width>::bound(range, i, box);
             some.add(box.half_centre(), box.half_centre());
         }
         const centre_range around = some.widened(1.0F / 64);
-        const centre_range all = put_keys(policy, range, around);
-        if (!around.holds(all)) put_keys(policy, range, all);
+        const centre_range all = put_keys(policy, range, around, first);
+        if (!around.holds(all)) put_keys(policy, range, all, first);
     }
 
     // Quantises half centres to a grid of cubes. @return their bounds
     template <class Policy, class Range>
-    centre_range put_keys(const Policy& policy, const Range& range, const centre_range& grid) {
+    centre_range put_keys(const Policy& policy, const Range& range, const centre_range& grid,
+                          const build_box& first_box) {
         std::vector<centre_range> partial(blocks_);
         const float widest = min(grid.widest(), FLT_MAX);
         const lanes<4> start = widest > 0 ? load<4>(grid.begin) : lanes<4>(0.0F);
         const lanes<4> scale(widest > 0 ? min(last_cell / widest, FLT_MAX) : 0.0F);
         exec::for_each_block(policy, range.size(), block_size_, 10, [&](std::size_t begin, std::size_t end) {
-            build_box box{aabb{vec3{0}, vec3{0}}};
+            build_box box = first_box;
             lanes<4> first(FLT_MAX), last(-FLT_MAX);
             for (std::size_t i = begin; i < end; ++i) {
                 if constexpr (requires { range.prefetch_corners(0); })
@@ -242,7 +244,7 @@ namespace insonify::inline INSONIFY_ABI {
 ///     Morton codes:  0010 0010 0011 | 0100 0101     split where the highest differing bit changes, then
 ///     positions:        0    1    2 |    3    4     moved to the next multiple of Width, so that leaves are full
 ///
-/// The tree depends only on the boxes. A box that is empty or not finite counts as that before it.
+/// The tree depends only on the boxes. Primitives whose box is empty or not finite are kept, in the place of another one.
 struct build_morton {
     /// The tree over the boxes of a range of primitives.
     template <int Width, exec::policy Policy, class Range>

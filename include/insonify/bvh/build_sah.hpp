@@ -192,9 +192,10 @@ class sah_splitter {
         for (large_array<build_box>& boxes : boxes_) boxes.resize(range.size());
         bins_.resize(range.size());
         std::vector<group> pieces(blocks(range.size()));
+        const build_box first_finite = first_box(range);
         exec::for_each_block(policy, range.size(), block_size, 10, [&](std::size_t begin, std::size_t end) {
             lanes<4> minus_lower(-FLT_MAX), upper(-FLT_MAX), first(FLT_MAX), last(-FLT_MAX);
-            build_box box{aabb{vec3{0}, vec3{0}}};
+            build_box box = first_finite;
             for (std::size_t i = begin; i < end; ++i) {
                 leaf<Range, Width>::bound(range, i, box);
                 minus_lower = max(minus_lower, box.minus_lower());
@@ -296,7 +297,7 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// Builds a wide BVH from the top down by binned SAH. The cost of a child is its area times its number of leaves.
 ///
-/// The tree depends only on the boxes. A box that is empty or not finite counts as that before it.
+/// The tree depends only on the boxes. Primitives whose box is empty or not finite are kept, in the place of another one.
 /// Source: Wald 2007, "On fast construction of SAH-based bounding volume hierarchies".
 struct build_sah {
     /// The tree over the boxes of a range of primitives.

@@ -84,6 +84,14 @@ struct centre_range {
 /// (bench/bvh.cpp refits a small mesh and a large one).
 inline constexpr std::size_t prefetch_threshold = std::size_t{1} << 17U;
 
+/// The box of the first primitive that has one which is finite; where none has, a point in the origin.
+template <class Range>
+build_box first_box(const Range& range) {
+    for (std::size_t i = 0; i < range.size(); ++i)
+        if (const aabb found = bounds(range[i]); is_finite(found)) return build_box{found};
+    return build_box{aabb{vec3{0}, vec3{0}}};
+}
+
 /// A leaf holds the indices of its primitives and reads them from the range. Triangles are stored in it: see below.
 template <class Range, int Width>
 struct leaf {

@@ -7,6 +7,7 @@
 #include <insonify/bvh/build_sah.hpp>
 #include <insonify/bvh/traverse.hpp>
 #include <algorithm>
+#include <cfloat>
 #include <new>
 #include <utility>
 
@@ -168,7 +169,10 @@ class bvh_storage {
     }
 
     /// The SAH cost relative to that at the last build: 1 after a build.
-    double degradation() const { return cost_as_built_ > 0 ? shape_.cost / cost_as_built_ : 1; }
+    double degradation() const {
+        if (cost_as_built_ > 0) return shape_.cost / cost_as_built_;
+        return shape_.cost > 0 ? DBL_MAX : 1; // it was built when nothing was finite
+    }
 
     /// Valid until the next build, refit or update.
     bvh_view<Range, Width> view_of(const Range& range) const {

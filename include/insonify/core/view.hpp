@@ -26,7 +26,8 @@ INSONIFY_FN INSONIFY_INLINE void prefetch(const void* value) {
 template <class Signature>
 class function_ref;
 
-/// A reference to a function of any type, which must outlive it, so that what calls the function is compiled once.
+/// A reference to an object with operator(), which must outlive it: for parameters, so that what calls them is compiled
+/// once.
 template <class Result, class... Arguments>
 class function_ref<Result(Arguments...)> {
   public:

@@ -87,26 +87,26 @@ inline std::vector<line_place> places_along(const std::vector<tube_section>& lin
             check_shape_length(caller, "distance between two points", length(line[i].centre - line[i - 1].centre));
     }
 
-    std::vector<line_place> axes(count);
+    std::vector<line_place> places(count);
     for (std::size_t i = 0; i < count; ++i) {
         const vec3 before = i > 0 ? normalize(line[i].centre - line[i - 1].centre) : vec3{0, 0, 0};
         const vec3 after = i + 1 < count ? normalize(line[i + 1].centre - line[i].centre) : vec3{0, 0, 0};
         if (!(length(before + after) > 0.1F))
             throw geometry_error{caller + ": the line turns back at point " + std::to_string(i) +
                                  "; add points that round the bend"};
-        axes[i].along = normalize(before + after);
+        places[i].along = normalize(before + after);
     }
-    const vec3 wanted = across - dot(across, axes[0].along) * axes[0].along;
-    axes[0].first_axis = length(wanted) > 1e-4F * length(across) ? normalize(wanted) : unit_across(axes[0].along);
+    const vec3 wanted = across - dot(across, places[0].along) * places[0].along;
+    places[0].first_axis = length(wanted) > 1e-4F * length(across) ? normalize(wanted) : unit_across(places[0].along);
     const auto mirrored = [](vec3 v, vec3 plane) { return v - 2 * dot(v, plane) / dot(plane, plane) * plane; };
     for (std::size_t i = 1; i < count; ++i) {
-        const vec3 step = line[i].centre - line[i - 1].centre, left = mirrored(axes[i - 1].along, step);
-        vec3 carried = mirrored(axes[i - 1].first_axis, step);
-        if (const vec3 rest = axes[i].along - left; dot(rest, rest) > 0) carried = mirrored(carried, rest);
-        axes[i].first_axis = normalize(carried - dot(carried, axes[i].along) * axes[i].along);
+        const vec3 step = line[i].centre - line[i - 1].centre, left = mirrored(places[i - 1].along, step);
+        vec3 carried = mirrored(places[i - 1].first_axis, step);
+        if (const vec3 rest = places[i].along - left; dot(rest, rest) > 0) carried = mirrored(carried, rest);
+        places[i].first_axis = normalize(carried - dot(carried, places[i].along) * places[i].along);
     }
     for (std::size_t i = 0; i < count; ++i) {
-        line_place& own = axes[i];
+        line_place& own = places[i];
         const vec3 first = own.first_axis, second = cross(own.along, first);
         const float c = std::cos(line[i].turn), s = std::sin(line[i].turn);
         own.first_axis = c * first + s * second;
@@ -114,7 +114,7 @@ inline std::vector<line_place> places_along(const std::vector<tube_section>& lin
         own.centre = line[i].centre;
         own.radii = line[i].radii;
     }
-    return axes;
+    return places;
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail

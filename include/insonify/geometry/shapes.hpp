@@ -127,7 +127,7 @@ inline mesh make_box(vec3 lower, vec3 upper, std::uint32_t subdivisions = 0) {
 
 /// An icosphere of 20 * 4^subdivisions triangles; all vertices lie on the sphere.
 ///
-/// From the first subdivision on, six of them lie exactly on the axes through the centre.
+/// From the first subdivision on, six of them lie exactly on the places through the centre.
 inline mesh make_sphere(vec3 centre, float radius, std::uint32_t subdivisions) {
     detail::check_shape_point("make_sphere", centre);
     detail::check_shape_length("make_sphere", "radius", radius);
@@ -145,7 +145,7 @@ inline mesh make_sphere(vec3 centre, float radius, std::uint32_t subdivisions) {
         const std::size_t kept = sphere.positions.size();
         sphere = subdivide(sphere);
         for (std::size_t j = kept; j < sphere.positions.size(); ++j)
-            sphere.positions[j] /= length(sphere.positions[j]); // exact on the axes, unlike GLM's normalize
+            sphere.positions[j] /= length(sphere.positions[j]); // exact on the places, unlike GLM's normalize
     }
     for (vec3& v : sphere.positions) v = centre + radius * v;
     return detail::checked_shape("make_sphere", std::move(sphere));
@@ -204,7 +204,7 @@ struct tube_settings {
 ///
 ///     const mesh vessel = make_tube({{{0, -20_mm, 15_mm}, vec2{3_mm}}, {{0, 20_mm, 18_mm}, {2_mm, 1.5_mm}}});
 ///
-/// The axes of the ellipses do not twist about the line: they are carried along by parallel transport (Wang et al.
+/// The places of the ellipses do not twist about the line: they are carried along by parallel transport (Wang et al.
 /// 2008, ACM Trans. Graph. 27, 2: double reflection). `turn` is added. Across a bend the ring lies in the plane that
 /// halves its angle.
 /// @param line  at least 2 points, each different from the one before
@@ -213,7 +213,7 @@ inline mesh make_tube(const std::vector<tube_section>& line, const tube_settings
     if (settings.segments < 3 || settings.segments > 4096)
         throw geometry_error{"make_tube: `segments` is " + std::to_string(settings.segments) +
                              "; it must be from 3 to 4096"};
-    const std::vector<line_place> axes = detail::places_along(line, settings.across, "make_tube");
+    const std::vector<line_place> places = detail::places_along(line, settings.across, "make_tube");
     const std::size_t count = line.size();
     if (count > (1U << 27U) / settings.segments)
         throw geometry_error{"make_tube: " + std::to_string(count) + " points of " + std::to_string(settings.segments) +
@@ -226,16 +226,16 @@ inline mesh make_tube(const std::vector<tube_section>& line, const tube_settings
     const auto beyond = [&](std::size_t i) { return round ? min(line[i].radii.x, line[i].radii.y) : 0.0F; };
     mesh tube;
     tube.positions.reserve(2 + std::size_t{rings} * settings.segments);
-    tube.positions = {line.front().centre - beyond(0) * axes.front().along,
-                      line.back().centre + beyond(count - 1) * axes.back().along};
+    tube.positions = {line.front().centre - beyond(0) * places.front().along,
+                      line.back().centre + beyond(count - 1) * places.back().along};
     for (std::uint32_t k = 0; k < settings.segments; ++k) {
         const float angle = 2 * pi * static_cast<float>(k) / static_cast<float>(settings.segments);
         const auto out_at = [&](std::size_t i) {
-            return line[i].radii.x * std::cos(angle) * axes[i].first_axis +
-                   line[i].radii.y * std::sin(angle) * axes[i].second_axis;
+            return line[i].radii.x * std::cos(angle) * places[i].first_axis +
+                   line[i].radii.y * std::sin(angle) * places[i].second_axis;
         };
         const auto add_cap_ring = [&](std::size_t i, float from_rim, float side) {
-            tube.positions.push_back(line[i].centre + side * beyond(i) * std::sin(from_rim) * axes[i].along +
+            tube.positions.push_back(line[i].centre + side * beyond(i) * std::sin(from_rim) * places[i].along +
                                      std::cos(from_rim) * out_at(i));
         };
         const float step = pi / 2 / static_cast<float>(cap);

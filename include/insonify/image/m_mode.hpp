@@ -60,7 +60,8 @@ class m_mode {
         count_ = std::min(count_ + 1, size.x);
     }
 
-    /// Time from left to right: the newest column is the last one. Depth from 0 at the upper edge to `depth()`.
+    /// Time from left to right: the newest column is the last one. Depth from 0 at the upper edge to `depth()`. Empty
+    /// before the first column.
     image picture() const { return picture_; }
 
     std::uint32_t count() const { return count_; } ///< columns that have been added, at most `columns`

@@ -20,8 +20,10 @@ class obj_repair {
     obj_repair() = default;                                                                         ///< no repair
     obj_repair(const repair_settings& settings) : settings_(settings), repair_(insonify::repair) {} ///< with `settings`
 
-    explicit operator bool() const { return repair_ != nullptr; }                        ///< whether objects are mended
-    repaired_mesh operator()(const mesh_view& m) const { return repair_(m, settings_); } ///< mends one; if it is `true`
+    explicit operator bool() const { return repair_ != nullptr; } ///< whether objects are mended
+    repaired_mesh operator()(const mesh_view& m) const {
+        return repair_(m, settings_);
+    } ///< mends a mesh; only where it is `true`
 
   private:
     repair_settings settings_{};

@@ -196,9 +196,9 @@ class skin_heights {
             const pose to_face = inverse(face.at) * one.at;
             points_.clear();
             for (const vec3& p : body.rest_positions(one.id)) points_.push_back(to_face.point(p));
+            const bool stiff = is_stiff(one.id);
             for (const uvec3& corner : one.surface.faces)
-                find_crossings(face, {points_[corner.x], points_[corner.y], points_[corner.z]}, surface,
-                               is_stiff(one.id));
+                find_crossings(face, {points_[corner.x], points_[corner.y], points_[corner.z]}, surface, stiff);
             ++surface;
         }
         constexpr float touching = 10e-6F; // layers that touch are one body

@@ -106,16 +106,16 @@ struct sector {
     std::uint32_t lines = 1;
     float radius = 0;        ///< radius of the face, metres
     float field_of_view = 1; ///< angle between the ends of the sector, radians
-    float behind = 1;        ///< 0 where the origin of the probe is the apex
+    float face = 1;          ///< z of the origin of the probe from the apex, in radii: 1 on the face, 0 in the apex
 
     /// From (R sin t, 0, R cos t - R) towards (sin t, 0, cos t).
     INSONIFY_FN ray beam(float line) const {
         const float angle = aperture_fraction(line, lines) * field_of_view;
         const vec3 direction{std::sin(angle), 0, std::cos(angle)};
-        return {.origin = radius * (direction - vec3{0, 0, behind}), .direction = direction};
+        return {.origin = radius * (direction - vec3{0, 0, face}), .direction = direction};
     }
     INSONIFY_FN vec2 locate(vec2 point) const {
-        const float along = point.y + behind * radius;
+        const float along = point.y + face * radius;
         const float from_apex = std::sqrt(point.x * point.x + along * along);
         return {line_at_fraction(std::atan2(point.x, along) / field_of_view, lines), from_apex - radius};
     }

@@ -404,14 +404,14 @@ INSONIFY_FN view<const layer> stack_layers(const scene_view& scene, const Line& 
     return found.inside.overflow ? view<const layer>{} : view<const layer>{room.data(), count};
 }
 
-namespace detail {
-
 /// Memory of fixed capacity in which the layers of one line are found.
 struct line_room {
     line_crossings found{};            ///< its crossings, and the objects that contain its origin
     view<layer> layers{};              ///< room for its layers
     view<std::uint32_t> behind_face{}; ///< room for ranks of objects
 };
+
+namespace detail {
 
 /// The same on the stack, for most lines.
 struct short_line_memory {

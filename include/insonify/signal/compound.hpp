@@ -111,7 +111,8 @@ class compounding {
             looks_.resize(settings.angles, look{.probe = steered<Probe>{*probe_, 0}});
             for (std::uint32_t i = 0; i < settings.angles; ++i) assign(looks_[i], settings.steering(i));
         };
-        made_(make, probe, scan.depth, scan.samples, scan.planes, settings);
+        lines_.assign(probe);
+        made_(make, lines_, scan.depth, scan.samples, scan.planes, settings);
     }
 
     void assign(look& made, float angle) const {
@@ -225,8 +226,9 @@ class compounding {
     acquisition scan_{};
     compound_settings settings_{};
     std::vector<look> looks_{};
-    std::uint32_t acquired_ = 0;                                                               // since the start
-    detail::memo<char, Probe, float, std::uint32_t, std::uint32_t, compound_settings> made_{}; // looks_
+    std::uint32_t acquired_ = 0;  // since the start
+    detail::probe_lines lines_{}; // which can be compared, whatever the probe
+    detail::memo<char, detail::probe_lines, float, std::uint32_t, std::uint32_t, compound_settings> made_{}; // looks_
 };
 
 } // namespace insonify::inline INSONIFY_ABI

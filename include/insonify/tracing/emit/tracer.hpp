@@ -19,7 +19,7 @@ struct path_arrival;
 
 /// Memory of fixed capacity in which one line is traced. If it is too small, the tracer returns false, and the line is
 /// traced again with more.
-struct line_scratch : detail::line_room {
+struct line_scratch : line_room {
     view<detail::path_branch> branches{};  ///< room for paths that are yet to be followed
     view<std::uint32_t> branch_objects{};  ///< room for the ranks of the objects that contain them, branch after branch
     view<detail::path_arrival> arrivals{}; ///< room for where paths met surfaces
@@ -28,7 +28,7 @@ struct line_scratch : detail::line_room {
 /// One line of one elevation plane: what a tracer is given.
 struct line_task {
     scene_view scene{};             ///< all objects
-    traced_line line{};             ///< as the model will see it, without layers yet
+    traced_line line{};             ///< as the model will see it; its layers where `straight_lines` has found them
     std::uint32_t number = 0;       ///< of the line
     float max_depth = 0;            ///< how far the line is to be followed, metres
     float spacing = 0;              ///< metres from sample to sample

@@ -65,7 +65,7 @@ class slice_finder {
     /// Chooses the objects to be cut, after `assign`: all, or those whose trees are out of date and those for which
     /// slicing is faster than rays:
     ///
-    ///     1 + log2(faces)^2 / 3  <=  lines near the object + all lines / 20        in units of a ray near the object
+    ///     1 + log2(faces)^2 / 3  <=  directions * (lines near the object + all lines / 20)
     ///
     /// Fitted to cubes and organs of 12 to 1.3 million faces, and 16 to 512 lines; a wrong choice costs a factor of at
     /// most 1.2, or of 2 for many crossings on few lines. It does not depend on other objects, so the echoes of one are

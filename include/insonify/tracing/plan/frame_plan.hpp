@@ -116,6 +116,9 @@ class frame_plan {
     /// @return         refers to `probe`
     /// @throws usage_error  for a number of planes other than 1, 3, 5 or 7
     template <class Policy>
+    frame_view view_of(const Policy& policy, probe_lines&& probe, const pose& at, const Model& model,
+                       const acquisition& scan, std::uint32_t samples, view<const medium> media) = delete;
+    template <class Policy>
     frame_view view_of(const Policy& policy, const probe_lines& probe, const pose& at, const Model& model,
                        const acquisition& scan, std::uint32_t samples, view<const medium> media) {
         const tables& made =
