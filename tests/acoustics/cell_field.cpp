@@ -250,7 +250,7 @@ TEST_CASE("cell_field: values are finite at any distance from the origin") {
             for (const vec2 a : f.amplitude) REQUIRE((is_finite(a.x) && is_finite(a.y)));
             for (const float spacing : {25_um, 1e-15F, 1e-27F}) { // as in media of almost no sound speed
                 const gaussian_field field{};
-                const vec2 one = field.value(line, 2_mm, 0, spacing);
+                const vec2 one = gaussian_field::surface_values{field, line, 2_mm, spacing}(2_mm);
                 CHECK((is_finite(one.x) && is_finite(one.y)));
                 const auto few = cell_field_test::along(gaussian_field{}, line, 0, 100 * spacing, spacing);
                 for (const vec2 a : few.amplitude) REQUIRE((is_finite(a.x) && is_finite(a.y)));

@@ -319,9 +319,10 @@ struct physical {
             const pose at_place = line.places.empty() ? pose{} : line.places[below.place];
             material_line inside = in_object(line.frame, at_place, below.object);
             inside.displacement = line.displacement(below.place);
-            echoes.rough_surface(shown, diffuse, slope, coherent.curvature, [&](float x) {
-                return surface_field().value(inside, below.begin, x / stretch, detail::surface_grain(line.frequency));
-            });
+            const gaussian_field field = surface_field();
+            gaussian_field::surface_values values{field, inside, below.begin, detail::surface_grain(line.frequency)};
+            echoes.rough_surface(shown, diffuse, slope, coherent.curvature,
+                                 [&](float x) { return values(below.begin + x / stretch); });
         }
         return wave;
     }

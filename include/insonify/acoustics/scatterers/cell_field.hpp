@@ -438,7 +438,7 @@ struct cell_field {
                          cells * (-2.25F + cells * (-2.5F + cells * (0.75F + cells * (0.65625F + cells * 0.109375F)))));
         return end * end * end * factor * detail::same_view_probability(angle);
     }
-    /// The same of `value`: of linear interpolation that keeps the power.
+    /// The same of `surface_values`: of linear interpolation that keeps the power.
     INSONIFY_FN float value_covariance(float distance, float angle) const {
         // At distances of eighths of a cell, by numerical integration; linear in between.
         constexpr float eighths[] = {1,        0.9804F,  0.9248F,  0.84031F, 0.73599F, 0.62104F,
@@ -463,30 +463,66 @@ struct cell_field {
         }
         for (float from = begin; from < end;) {
             const detail::rest_curve curve{line, from, end, nullptr};
-            scatter_curved(line, curve, detail::rest_curve{line, from, end, line.chart()}, spacing, emit);
+            if (line.chart() == nullptr)
+                scatter_curved(line, curve, curve, spacing, emit);
+            else
+                scatter_curved(line, curve, detail::rest_curve{line, from, end, line.chart()}, spacing, emit);
             from = curve.distance(curve.last());
         }
     }
 
-    /// The field at a point of a line, interpolated between slots too: for surfaces, which have no volume. Within the few
-    /// millimetres that a surface takes of it, the line counts as straight in tissue at rest.
-    /// @param around   where on the line the surface lies, metres
-    /// @param further  from there to the point, metres
-    /// @param spacing  of scatterers, metres
-    INSONIFY_FN vec2 value(const material_line& line, float around, float further, float spacing) const {
-        detail::rest_line rest = rest_at(line, around, spacing);
-        rest.origin = rest.at(further);
-        const double slab = std::floor(detail::slab_position(rest.origin));
-        const detail::cell_layout cells = detail::make_cell_layout(seed, cell, rest, slab, spacing);
-        const double below = std::floor(cells.slot);
-        const auto number = static_cast<std::uint32_t>(static_cast<std::int64_t>(below));
-        const auto weight = static_cast<float>(cells.slot - below);
-        const auto both = cells.template values<detail::wide_lanes, true>(
-            number, detail::whole_numbers(0) + detail::wide_floats(0.5F - weight), numbers);
-        const vec2 sum =
-            (1 - weight) * vec2{both.real[0], both.imaginary[0]} + weight * vec2{both.real[1], both.imaginary[1]};
-        return sum / std::sqrt((1 - weight) * (1 - weight) + weight * weight);
-    }
+    /// Values of the field at points of one line, interpolated between slots too: for surfaces, which have no volume.
+    /// Within the few millimetres that a surface takes of it, the line counts as straight in tissue at rest.
+    class surface_values {
+      public:
+        /// Of a line, around a distance along it, metres; the spacing of scatterers is in metres.
+        INSONIFY_FN surface_values(const cell_field& field, const material_line& line, float around, float spacing)
+            : field_{field}, around_{around}, spacing_{spacing}, line_{field.rest_at(line, around, spacing)} {}
+
+        /// At a distance along the line, metres.
+        INSONIFY_FN vec2 operator()(float distance) {
+            detail::rest_line line = line_;
+            line.origin = line_.at(distance - around_);
+            const double slab = std::floor(detail::slab_position(line.origin));
+            if (slab != slab_) { // points of one slab have one layout
+                cells_ = detail::make_cell_layout(field_.seed, field_.cell, line, slab, spacing_);
+                slab_ = slab;
+                origin_ = distance;
+                first_ = INT64_MAX;
+            }
+            const double slot = cells_.slot + static_cast<double>(distance - origin_) * cells_.slots_per_metre,
+                         below = std::floor(slot);
+            const auto number = static_cast<std::int64_t>(below);
+            if (number < first_ || number - first_ > room - 2) compute_from(number);
+            const auto i = static_cast<std::size_t>(number - first_);
+            const auto weight = static_cast<float>(slot - below);
+            const vec2 sum =
+                (1 - weight) * vec2{real_[i], imaginary_[i]} + weight * vec2{real_[i + 1], imaginary_[i + 1]};
+            return sum / std::sqrt((1 - weight) * (1 - weight) + weight * weight);
+        }
+
+      private:
+        const cell_field& field_;
+        float around_, spacing_;
+        detail::rest_line line_;
+        double slab_ = FLT_MAX; // none yet
+        float origin_ = 0;      // of the layout, metres along the line
+        detail::cell_layout cells_{};
+        // Values are computed for some slots at a time: points follow each other closely.
+        static constexpr int room = max_simd_width;
+        std::int64_t first_ = 0;
+        float real_[room] = {}, imaginary_[room] = {};
+
+        INSONIFY_FN void compute_from(std::int64_t slot) {
+            first_ = slot;
+            const auto offset = static_cast<float>(static_cast<double>(slot) + 0.5 - cells_.slot);
+            const detail::complex_lanes<room> some = cells_.template values<room, true>(
+                static_cast<std::uint32_t>(slot), floats_of<room>(steps_of_bits<room>(0, 1)) + lanes<room>(offset),
+                field_.numbers);
+            store(some.real, real_);
+            store(some.imaginary, imaginary_);
+        }
+    };
 
     friend bool operator==(const cell_field&, const cell_field&) = default;
 
