@@ -18326,6 +18326,7 @@ scan_lines map_grey(const Policy& policy, scan_lines lines, const grey_map& map)
 #include <algorithm>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -18412,6 +18413,7 @@ class compounding {
         std::vector<float> weighted{}, weights{}; // amplitudes on the lines of the probe, times the weight; the weight
         bool acquired = false;
     };
+    using key = std::conditional_t<detail::comparable<Probe>, Probe, detail::probe_lines>; // can be compared
     static constexpr float min_weight = 1e-3F; // where only ends of looks meet, their mean counts
 
     void begin(const Probe& probe, const acquisition& scan, const compound_settings& settings) {
@@ -18426,8 +18428,7 @@ class compounding {
             looks_.resize(settings.angles, look{.probe = steered<Probe>{*probe_, 0}});
             for (std::uint32_t i = 0; i < settings.angles; ++i) assign(looks_[i], settings.steering(i));
         };
-        lines_.assign(probe);
-        made_(make, lines_, scan.depth, scan.samples, scan.planes, settings);
+        made_(make, key{probe}, scan.depth, scan.samples, scan.planes, settings);
     }
 
     void assign(look& made, float angle) const {
@@ -18541,9 +18542,8 @@ class compounding {
     acquisition scan_{};
     compound_settings settings_{};
     std::vector<look> looks_{};
-    std::uint32_t acquired_ = 0;  // since the start
-    detail::probe_lines lines_{}; // which can be compared, whatever the probe
-    detail::memo<char, detail::probe_lines, float, std::uint32_t, std::uint32_t, compound_settings> made_{}; // looks_
+    std::uint32_t acquired_ = 0;                                                             // since the start
+    detail::memo<char, key, float, std::uint32_t, std::uint32_t, compound_settings> made_{}; // looks_
 };
 
 } // namespace insonify::inline INSONIFY_ABI

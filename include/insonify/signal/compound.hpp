@@ -7,10 +7,12 @@
 #include <insonify/core/memo.hpp>
 #include <insonify/execution/policy.hpp>
 #include <insonify/probe/line_grid.hpp>
+#include <insonify/probe/probe_lines.hpp>
 #include <insonify/probe/transducer.hpp>
 #include <algorithm>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -97,6 +99,7 @@ class compounding {
         std::vector<float> weighted{}, weights{}; // amplitudes on the lines of the probe, times the weight; the weight
         bool acquired = false;
     };
+    using key = std::conditional_t<detail::comparable<Probe>, Probe, detail::probe_lines>; // can be compared
     static constexpr float min_weight = 1e-3F; // where only ends of looks meet, their mean counts
 
     void begin(const Probe& probe, const acquisition& scan, const compound_settings& settings) {
@@ -111,8 +114,7 @@ class compounding {
             looks_.resize(settings.angles, look{.probe = steered<Probe>{*probe_, 0}});
             for (std::uint32_t i = 0; i < settings.angles; ++i) assign(looks_[i], settings.steering(i));
         };
-        lines_.assign(probe);
-        made_(make, lines_, scan.depth, scan.samples, scan.planes, settings);
+        made_(make, key{probe}, scan.depth, scan.samples, scan.planes, settings);
     }
 
     void assign(look& made, float angle) const {
@@ -226,9 +228,8 @@ class compounding {
     acquisition scan_{};
     compound_settings settings_{};
     std::vector<look> looks_{};
-    std::uint32_t acquired_ = 0;  // since the start
-    detail::probe_lines lines_{}; // which can be compared, whatever the probe
-    detail::memo<char, detail::probe_lines, float, std::uint32_t, std::uint32_t, compound_settings> made_{}; // looks_
+    std::uint32_t acquired_ = 0;                                                             // since the start
+    detail::memo<char, key, float, std::uint32_t, std::uint32_t, compound_settings> made_{}; // looks_
 };
 
 } // namespace insonify::inline INSONIFY_ABI
