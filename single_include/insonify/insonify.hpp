@@ -12405,6 +12405,8 @@ class structure_gains {
                 between = between * bundles(points.distances(i), waves.at(here, points.spacing));
             store(between, points.gain + i);
         }
+        // Registers of sheets begin at any point, and reach beyond the last.
+        store(floats(0.0F), points.gain + points.count);
         for (const placed_structure::sheets& all : tissue_.layers)
             for (std::uint32_t k = 0; k < all.count; ++k)
                 sheet_crossings{all, k, segment_, lobe_of(all.of.waviness, segment_.fnumber)}.add(waves, points);
