@@ -460,6 +460,9 @@ TEST_CASE("scanner: looks of earlier frames are averaged for probes that cannot 
     CHECK(rolling.scan(exec::seq, body, pose{}) != expected);
     rolling.scan(exec::seq, body, pose{});
     CHECK(rolling.scan(exec::seq, body, pose{}) == expected);
+    rolling.probe.frequency = 4_MHz; // of the same lines: it starts anew all the same
+    scanner<plain_probe> fresh{rolling.probe, settings};
+    CHECK(rolling.scan(exec::seq, body, pose{}) == fresh.scan(exec::seq, body, pose{}));
 }
 
 TEST_CASE("a picture of a deformed body does not depend on how many frames were drawn since it was deformed") {

@@ -590,7 +590,7 @@ class scanner {
         gain_ = detail::time_gain_of(settings, attenuation, detail::restored_bandwidth(model, probe));
     }
 
-    std::deque<frame_look> frame_looks_ = std::deque<frame_look>(1);
+    std::deque<frame_look> frame_looks_{};
     std::uint32_t echo_look_ = 0, last_look_ = 0; // of `echoes`, and acquired last
     convolver convolver_{};
     colour_scanner<Model> colour_{};

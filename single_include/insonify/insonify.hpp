@@ -1668,7 +1668,7 @@ INSONIFY_FN INSONIFY_INLINE lanes<N> max(const lanes<N>& a, const lanes<N>& b) {
 }
 template <int N>
 INSONIFY_FN INSONIFY_INLINE lanes<N> abs(const lanes<N>& a) {
-    const auto bits = __builtin_bit_cast(detail::vector<std::uint32_t, N>, a) & 0x7FFFFFFFU;
+    const auto bits = detail::same_bits<detail::vector<std::uint32_t, N>>(a) & 0x7FFFFFFFU;
     return detail::same_bits<lanes<N>>(bits);
 }
 template <int N>
@@ -4199,7 +4199,7 @@ struct box_areas {
 /// Boxes and references of the children. 256 bytes at width 8: four cache lines.
 template <int Width>
 struct alignas(64) tree_node {
-    static_assert(std::has_single_bit(static_cast<unsigned>(Width)), "the width of a tree must be a power of two");
+    static_assert(Width == 4 || Width == 8, "a tree has 4 or 8 children per node");
     float sides[6 * Width];     ///< rows of lower x, y, z, then of upper x, y, z
     std::uint32_t child[Width]; ///< references
 
@@ -6167,7 +6167,7 @@ class bvh_storage {
     /// The SAH cost relative to that at the last build: 1 after a build.
     double degradation() const {
         if (cost_as_built_ > 0) return shape_.cost / cost_as_built_;
-        return shape_.cost > 0 ? DBL_MAX : 1; // it was built when nothing was finite
+        return shape_.cost > 0 ? DBL_MAX : 1; // built without an area: nothing was finite, or all in one place
     }
 
     /// Valid until the next build, refit or update.
@@ -20252,7 +20252,7 @@ class scanner {
         gain_ = detail::time_gain_of(settings, attenuation, detail::restored_bandwidth(model, probe));
     }
 
-    std::deque<frame_look> frame_looks_ = std::deque<frame_look>(1);
+    std::deque<frame_look> frame_looks_{};
     std::uint32_t echo_look_ = 0, last_look_ = 0; // of `echoes`, and acquired last
     convolver convolver_{};
     colour_scanner<Model> colour_{};
@@ -24882,7 +24882,7 @@ inline mesh make_box(vec3 lower, vec3 upper, std::uint32_t subdivisions = 0) {
 
 /// An icosphere of 20 * 4^subdivisions triangles; all vertices lie on the sphere.
 ///
-/// From the first subdivision on, six of them lie exactly on the places through the centre.
+/// From the first subdivision on, six of them lie exactly on the axes through the centre.
 inline mesh make_sphere(vec3 centre, float radius, std::uint32_t subdivisions) {
     detail::check_shape_point("make_sphere", centre);
     detail::check_shape_length("make_sphere", "radius", radius);
@@ -24900,7 +24900,7 @@ inline mesh make_sphere(vec3 centre, float radius, std::uint32_t subdivisions) {
         const std::size_t kept = sphere.positions.size();
         sphere = subdivide(sphere);
         for (std::size_t j = kept; j < sphere.positions.size(); ++j)
-            sphere.positions[j] /= length(sphere.positions[j]); // exact on the places, unlike GLM's normalize
+            sphere.positions[j] /= length(sphere.positions[j]); // exact on the axes, unlike GLM's normalize
     }
     for (vec3& v : sphere.positions) v = centre + radius * v;
     return detail::checked_shape("make_sphere", std::move(sphere));
@@ -24959,7 +24959,7 @@ struct tube_settings {
 ///
 ///     const mesh vessel = make_tube({{{0, -20_mm, 15_mm}, vec2{3_mm}}, {{0, 20_mm, 18_mm}, {2_mm, 1.5_mm}}});
 ///
-/// The places of the ellipses do not twist about the line: they are carried along by parallel transport (Wang et al.
+/// The axes of the ellipses do not twist about the line: they are carried along by parallel transport (Wang et al.
 /// 2008, ACM Trans. Graph. 27, 2: double reflection). `turn` is added. Across a bend the ring lies in the plane that
 /// halves its angle.
 /// @param line  at least 2 points, each different from the one before

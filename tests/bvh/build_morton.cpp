@@ -120,6 +120,19 @@ TEST_CASE("primitives that are not finite are kept in the Morton order, in the c
     CHECK(wrong == 0);
 }
 
+TEST_CASE("a primitive that is not finite does not change the grid of a Morton tree") {
+    mesh m = make_sphere({1000, 0, 0}, 1, 5);
+    const morton_order expected{exec::seq, mesh_view{m}};
+    m.positions[m.faces[0].x].x = std::numeric_limits<float>::quiet_NaN(); // and so its neighbours
+    const morton_order found{exec::seq, mesh_view{m}};
+    std::size_t cells = 1, expected_cells = 1;
+    for (std::size_t i = 1; i < found.size(); ++i) {
+        cells += found.cell(i) != found.cell(i - 1);
+        expected_cells += expected.cell(i) != expected.cell(i - 1);
+    }
+    CHECK(cells > 0.99 * static_cast<double>(expected_cells));
+}
+
 TEST_CASE("primitives are in the order of their cells, then in their own, and the place where a cell's highest bit "
           "changes is found") {
     // Less than 1024 are sorted at once; of more, those with one highest digit, each way: less than 64, than 512, and more.

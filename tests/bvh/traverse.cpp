@@ -25,7 +25,6 @@ lanes<width> lanes_of(const float (&distances)[width], std::uint32_t met) {
 }
 
 // A node at the root, and one below the child that is visited first. @return all references in the order of visits
-template <class Order>
 std::vector<std::uint32_t> visits(const float (&distances)[width], std::uint32_t met, std::uint32_t met_below,
                                   float limit) {
     nearest_first<width> stack;
@@ -61,7 +60,7 @@ TEST_CASE("traversal visits every child that is hit, and the nearest one first")
                 }
                 if ((met_below >> i & 1U) != 0) expected.push_back(200 + i);
             }
-            std::vector<std::uint32_t> by_distance = visits<nearest_first<width>>(distances, met, met_below, 10);
+            std::vector<std::uint32_t> by_distance = visits(distances, met, met_below, 10);
             REQUIRE(by_distance[0] == nearest);
             REQUIRE(std::is_permutation(by_distance.begin(), by_distance.end(), expected.begin(), expected.end()));
         }
@@ -72,7 +71,7 @@ TEST_CASE("pop skips references that begin beyond the limit") {
     float distances[width];
     for (int i = 0; i < width; ++i) distances[i] = static_cast<float>(i);
     const std::uint32_t all = (1U << static_cast<unsigned>(width)) - 1;
-    std::vector<std::uint32_t> seen = visits<nearest_first<width>>(distances, all, 0, 2);
+    std::vector<std::uint32_t> seen = visits(distances, all, 0, 2);
     std::sort(seen.begin(), seen.end());
     CHECK(seen == std::vector<std::uint32_t>{100, 101, 102}); // a reference at the limit is not beyond it
 }

@@ -1,5 +1,4 @@
 #include <insonify/channels/channel_data.hpp>
-#include <insonify/core/random.hpp>
 #include <cmath>
 #include <complex>
 #include <cstddef>
@@ -7,38 +6,6 @@
 #include <vector>
 
 using namespace insonify;
-
-TEST_CASE("fourier: the sums that it stands for, in every lane") {
-    for (const std::size_t length : {1U, 2U, 8U, 12U, 18U, 64U, 96U}) {
-        const detail::fourier transform{length};
-        std::vector<detail::complex_block> values(length), room(length);
-        std::vector<vec2> plain(length * detail::complex_batch::width);
-        for (std::size_t i = 0; i < plain.size(); ++i) plain[i] = hash_normal(length, i);
-        for (std::size_t k = 0; k < length; ++k)
-            for (std::size_t lane = 0; lane < detail::complex_batch::width; ++lane) {
-                values[k].x[lane] = plain[lane * length + k].x;
-                values[k].y[lane] = plain[lane * length + k].y;
-            }
-        transform.forward(values, room);
-        double worst = 0;
-        for (std::size_t m = 0; m < length; ++m)
-            for (std::size_t lane = 0; lane < detail::complex_batch::width; ++lane) {
-                std::complex<double> sum = 0;
-                for (std::size_t k = 0; k < length; ++k)
-                    sum += std::complex<double>{plain[lane * length + k].x, plain[lane * length + k].y} *
-                           std::polar(1.0, -2 * 3.141592653589793 * static_cast<double>(k * m % length) /
-                                               static_cast<double>(length));
-                const detail::complex_block& found = values[m];
-                worst = std::max(worst, std::abs(sum - std::complex<double>{found.x[lane], found.y[lane]}));
-            }
-        CHECK(worst < 1e-4);
-        transform.inverse(values, room);
-        for (std::size_t k = 0; k < length; ++k)
-            CHECK(
-                values[k].x[0] ==
-                doctest::Approx(static_cast<double>(length) * static_cast<double>(plain[k].x)).scale(10).epsilon(1e-5));
-    }
-}
 
 TEST_CASE("demodulate: the envelope and the phase of a pulse, whatever its lane") {
     channel_data data;

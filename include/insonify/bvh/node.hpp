@@ -51,7 +51,7 @@ struct box_areas {
 /// Boxes and references of the children. 256 bytes at width 8: four cache lines.
 template <int Width>
 struct alignas(64) tree_node {
-    static_assert(std::has_single_bit(static_cast<unsigned>(Width)), "the width of a tree must be a power of two");
+    static_assert(Width == 4 || Width == 8, "a tree has 4 or 8 children per node");
     float sides[6 * Width];     ///< rows of lower x, y, z, then of upper x, y, z
     std::uint32_t child[Width]; ///< references
 

@@ -171,7 +171,7 @@ class bvh_storage {
     /// The SAH cost relative to that at the last build: 1 after a build.
     double degradation() const {
         if (cost_as_built_ > 0) return shape_.cost / cost_as_built_;
-        return shape_.cost > 0 ? DBL_MAX : 1; // it was built when nothing was finite
+        return shape_.cost > 0 ? DBL_MAX : 1; // built without an area: nothing was finite, or all in one place
     }
 
     /// Valid until the next build, refit or update.

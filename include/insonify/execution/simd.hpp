@@ -321,7 +321,7 @@ INSONIFY_FN INSONIFY_INLINE lanes<N> max(const lanes<N>& a, const lanes<N>& b) {
 }
 template <int N>
 INSONIFY_FN INSONIFY_INLINE lanes<N> abs(const lanes<N>& a) {
-    const auto bits = __builtin_bit_cast(detail::vector<std::uint32_t, N>, a) & 0x7FFFFFFFU;
+    const auto bits = detail::same_bits<detail::vector<std::uint32_t, N>>(a) & 0x7FFFFFFFU;
     return detail::same_bits<lanes<N>>(bits);
 }
 template <int N>

@@ -127,7 +127,7 @@ inline mesh make_box(vec3 lower, vec3 upper, std::uint32_t subdivisions = 0) {
 
 /// An icosphere of 20 * 4^subdivisions triangles; all vertices lie on the sphere.
 ///
-/// From the first subdivision on, six of them lie exactly on the places through the centre.
+/// From the first subdivision on, six of them lie exactly on the axes through the centre.
 inline mesh make_sphere(vec3 centre, float radius, std::uint32_t subdivisions) {
     detail::check_shape_point("make_sphere", centre);
     detail::check_shape_length("make_sphere", "radius", radius);
@@ -145,7 +145,7 @@ inline mesh make_sphere(vec3 centre, float radius, std::uint32_t subdivisions) {
         const std::size_t kept = sphere.positions.size();
         sphere = subdivide(sphere);
         for (std::size_t j = kept; j < sphere.positions.size(); ++j)
-            sphere.positions[j] /= length(sphere.positions[j]); // exact on the places, unlike GLM's normalize
+            sphere.positions[j] /= length(sphere.positions[j]); // exact on the axes, unlike GLM's normalize
     }
     for (vec3& v : sphere.positions) v = centre + radius * v;
     return detail::checked_shape("make_sphere", std::move(sphere));
@@ -204,7 +204,7 @@ struct tube_settings {
 ///
 ///     const mesh vessel = make_tube({{{0, -20_mm, 15_mm}, vec2{3_mm}}, {{0, 20_mm, 18_mm}, {2_mm, 1.5_mm}}});
 ///
-/// The places of the ellipses do not twist about the line: they are carried along by parallel transport (Wang et al.
+/// The axes of the ellipses do not twist about the line: they are carried along by parallel transport (Wang et al.
 /// 2008, ACM Trans. Graph. 27, 2: double reflection). `turn` is added. Across a bend the ring lies in the plane that
 /// halves its angle.
 /// @param line  at least 2 points, each different from the one before
