@@ -437,10 +437,9 @@ class scanner {
         if (shown_ == 0 && label_look_ && !interrupted_)
             label_lines_ = label(any, frame_looks_[*label_look_].lines.layers(), grid, std::move(label_lines_));
         else
-            label_lines_ = label(any,
-                                 search_(any, body, *frame.probe, frame.at, {.depth = grid.depth},
-                                         detail::max_depth_of(grid, body.media()), false),
-                                 grid, std::move(label_lines_));
+            label_lines_ =
+                label(any, detail::layers_for_labels(any, body, *frame.probe, frame.at, grid, false, search_), grid,
+                      std::move(label_lines_));
         labels_ = scan_convert(policy, label_lines_, map(), std::move(labels_));
         return labels_;
     }

@@ -19506,6 +19506,13 @@ void for_each_stretch(view<const layer> layers, view<const medium> media, label_
     }
 }
 
+/// The layers that labels are read from: of one plane.
+template <exec::policy Policy, transducer Probe>
+const line_layers& layers_for_labels(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                                     const label_settings& settings, bool incident, layer_search& search) {
+    return search(policy, body, probe, at, {.depth = settings.depth}, max_depth_of(settings, body.media()), incident);
+}
+
 } // namespace detail
 
 /// The object that each sample of lines lies in, whose layers have been found.
@@ -19552,8 +19559,7 @@ label_lines label(const Policy& policy, const scene& body, const Probe& probe, c
     const detail::any_policy<false> any{policy};
     const std::uint32_t samples = detail::check_labels(body, probe, at, settings, "label");
     detail::layer_search search;
-    const float max_depth = detail::max_depth_of(settings, body.media());
-    return label(any, search(any, body, probe, at, {.depth = settings.depth}, max_depth, false),
+    return label(any, detail::layers_for_labels(any, body, probe, at, settings, false, search),
                  {settings.depth, samples, settings.grid});
 }
 
@@ -20099,10 +20105,9 @@ class scanner {
         if (shown_ == 0 && label_look_ && !interrupted_)
             label_lines_ = label(any, frame_looks_[*label_look_].lines.layers(), grid, std::move(label_lines_));
         else
-            label_lines_ = label(any,
-                                 search_(any, body, *frame.probe, frame.at, {.depth = grid.depth},
-                                         detail::max_depth_of(grid, body.media()), false),
-                                 grid, std::move(label_lines_));
+            label_lines_ =
+                label(any, detail::layers_for_labels(any, body, *frame.probe, frame.at, grid, false, search_), grid,
+                      std::move(label_lines_));
         labels_ = scan_convert(policy, label_lines_, map(), std::move(labels_));
         return labels_;
     }
@@ -26700,8 +26705,7 @@ ground_truth_lines ground_truth(const Policy& policy, const scene& body, const P
     if constexpr (requires { model.check(); }) model.check();
     const std::uint32_t samples = detail::check_labels(body, probe, at, settings, "ground_truth");
     detail::layer_search search;
-    const line_layers& found =
-        search(any, body, probe, at, {.depth = settings.depth}, detail::max_depth_of(settings, body.media()), true);
+    const line_layers& found = detail::layers_for_labels(any, body, probe, at, settings, true, search);
     const label_lines labels{probe.lines, samples, settings.depth};
     const scan_lines numbers{probe.lines, samples, settings.depth};
     ground_truth_lines truth{labels, labels, labels, numbers, numbers, numbers};

@@ -55,8 +55,7 @@ ground_truth_lines ground_truth(const Policy& policy, const scene& body, const P
     if constexpr (requires { model.check(); }) model.check();
     const std::uint32_t samples = detail::check_labels(body, probe, at, settings, "ground_truth");
     detail::layer_search search;
-    const line_layers& found =
-        search(any, body, probe, at, {.depth = settings.depth}, detail::max_depth_of(settings, body.media()), true);
+    const line_layers& found = detail::layers_for_labels(any, body, probe, at, settings, true, search);
     const label_lines labels{probe.lines, samples, settings.depth};
     const scan_lines numbers{probe.lines, samples, settings.depth};
     ground_truth_lines truth{labels, labels, labels, numbers, numbers, numbers};

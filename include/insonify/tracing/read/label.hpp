@@ -73,6 +73,13 @@ void for_each_stretch(view<const layer> layers, view<const medium> media, label_
     }
 }
 
+/// The layers that labels are read from: of one plane.
+template <exec::policy Policy, transducer Probe>
+const line_layers& layers_for_labels(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                                     const label_settings& settings, bool incident, layer_search& search) {
+    return search(policy, body, probe, at, {.depth = settings.depth}, max_depth_of(settings, body.media()), incident);
+}
+
 } // namespace detail
 
 /// The object that each sample of lines lies in, whose layers have been found.
@@ -119,8 +126,7 @@ label_lines label(const Policy& policy, const scene& body, const Probe& probe, c
     const detail::any_policy<false> any{policy};
     const std::uint32_t samples = detail::check_labels(body, probe, at, settings, "label");
     detail::layer_search search;
-    const float max_depth = detail::max_depth_of(settings, body.media());
-    return label(any, search(any, body, probe, at, {.depth = settings.depth}, max_depth, false),
+    return label(any, detail::layers_for_labels(any, body, probe, at, settings, false, search),
                  {settings.depth, samples, settings.grid});
 }
 
