@@ -1,4 +1,4 @@
-# Who includes whom, and which test covers what:
+# Who includes whom, which test covers what, and how tests compare:
 #     cmake -P tests/floors.cmake
 #
 # A folder, with those in it, includes itself and lower floors, never a sibling. The roots stand above all; `fwd.hpp` alone may be included
@@ -140,5 +140,19 @@ foreach(header IN LISTS headers)
         if(NOT EXISTS ${project}/tests/${top}/${name}.cpp AND NOT covered MATCHES " ${header}[,.]")
             fault("has no test of its name in tests/${top}, and no test says that it covers it")
         endif()
+    endif()
+endforeach()
+
+# doctest::Approx compares with epsilon * (1 + |value|) unless it is told another scale: any two lengths of a few
+# millimetres are equal then, in metres.
+file(GLOB_RECURSE tests ${project}/tests/*.[ch]pp ${project}/examples/*.[ch]pp)
+foreach(test IN LISTS tests)
+    file(READ ${test} text)
+    string(REGEX MATCHALL "Approx\\(" comparisons "${text}")
+    string(REGEX MATCHALL "\\.scale\\(" scales "${text}")
+    list(LENGTH comparisons compared)
+    list(LENGTH scales scaled)
+    if(compared GREATER scaled)
+        message(SEND_ERROR "${test}: state the scale of each doctest::Approx: .scale(1e-30) for a relative error")
     endif()
 endforeach()

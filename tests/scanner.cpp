@@ -234,8 +234,8 @@ TEST_CASE("scanner: pixels, points of the probe and points of the world are ther
     const image& seen = machine.scan(exec::par_unseq, body, pose{});
     const auto columns = static_cast<float>(seen.size.x), rows = static_cast<float>(seen.size.y);
     CHECK(length(machine.map().point({columns / 2, 0})) < 1e-6F);
-    CHECK(machine.map().point({0, rows}).y == doctest::Approx(30e-3).epsilon(1e-5));
-    CHECK(machine.map().point({0, rows}).x == doctest::Approx(-15e-3).epsilon(1e-5));
+    CHECK(machine.map().point({0, rows}).y == doctest::Approx(30e-3).scale(1e-30).epsilon(1e-5));
+    CHECK(machine.map().point({0, rows}).x == doctest::Approx(-15e-3).scale(1e-30).epsilon(1e-5));
 }
 
 TEST_CASE("scanner: labels are those of the objects where the picture shows them") {

@@ -63,7 +63,7 @@ TEST_CASE("a curve of a long line ends before it, one of a short line is one pie
     const detail::rest_curve all{line, 0, 100_mm, nullptr}, end{line, 64_mm, 66.9_mm, nullptr},
         scrap{line, 10_mm, 10.01_mm, nullptr};
     CHECK(all.last() == 32);
-    CHECK(all.distance(32) == doctest::Approx(64_mm));
+    CHECK(all.distance(32) == doctest::Approx(64_mm).scale(1e-30));
     CHECK(end.last() == 1);
     CHECK(end.distance(1) == 66.9_mm);
     CHECK(scrap.last() == 1);

@@ -141,8 +141,8 @@ TEST_CASE("fresnel: critical angles follow from the sound speeds; there is none 
         const medium a{.density = 1000, .sound_speed = row.c1}, b{.density = 2000, .sound_speed = row.c2};
         const float critical = fresnel{}.critical_angle(a, b);
         CHECK(std::fabs(critical * 180 / pi - row.degrees) < 1e-3F);
-        CHECK(fresnel{}.critical_angle(b, a) == doctest::Approx(pi / 2));
-        CHECK(fresnel{}.critical_angle(a, a) == doctest::Approx(pi / 2));
+        CHECK(fresnel{}.critical_angle(b, a) == doctest::Approx(pi / 2).scale(1e-30));
+        CHECK(fresnel{}.critical_angle(a, a) == doctest::Approx(pi / 2).scale(1e-30));
 
         const float below = std::cos(critical - 0.01_deg), above = std::cos(critical + 0.01_deg);
         CHECK(fresnel{}.pressure_reflection(a, b, below) < 1);
@@ -170,14 +170,14 @@ TEST_CASE("fresnel: results differ from two incorrect forms found in other simul
         const float measured = fresnel{}.energy_reflection(row.before, row.after, cosine_of_degrees(row.degrees));
         MESSAGE("R at " << row.degrees << " degrees: measured " << measured << ", expected " << row.right << ", not "
                         << row.optical << " nor " << row.inverted);
-        CHECK(measured == doctest::Approx(row.right).epsilon(2e-5));
+        CHECK(measured == doctest::Approx(row.right).scale(1e-30).epsilon(2e-5));
         CHECK(std::fabs(measured - row.optical) > 0.01F);
         CHECK(std::fabs(measured - row.inverted) > 0.01F);
     }
     const medium dense{.density = 4000, .sound_speed = 1500}, light{.density = 500, .sound_speed = 1500};
     const medium slow{.density = 3000, .sound_speed = 1000}, fast{.density = 1000, .sound_speed = 3000};
-    CHECK(refracted_degrees(dense, light, 40) == doctest::Approx(40));    // equal speeds: no refraction
-    CHECK(refracted_degrees(fast, slow, 40) == doctest::Approx(12.3723)); // equal impedances: refraction
+    CHECK(refracted_degrees(dense, light, 40) == doctest::Approx(40).scale(1e-30));    // equal speeds: no refraction
+    CHECK(refracted_degrees(fast, slow, 40) == doctest::Approx(12.3723).scale(1e-30)); // equal impedances: refraction
 }
 
 TEST_CASE("fresnel: equal media reflect exactly 0 at any angle; for equal speeds r does not depend on the angle") {
@@ -192,7 +192,7 @@ TEST_CASE("fresnel: equal media reflect exactly 0 at any angle; for equal speeds
                     fresnel{}({.before = a, .after = same_impedance, .cosine = cosine, .frequency = 5_MHz});
                 REQUIRE(same.reflected == 0);
                 REQUIRE(same.transmitted == 1);
-                REQUIRE(fresnel{}.pressure_reflection(a, denser, cosine) == doctest::Approx(0.5));
+                REQUIRE(fresnel{}.pressure_reflection(a, denser, cosine) == doctest::Approx(0.5).scale(1e-30));
             }
             const vec3 direction = normalize(vec3{0.3F, -0.5F, 0.2F});
             CHECK(refracted(direction, {0, 0, -1}, a, same_impedance) == direction);
@@ -203,7 +203,7 @@ TEST_CASE("fresnel: the sign of r is that of the impedance change, and the respo
     const medium air{.density = 1.2F, .sound_speed = 343};
     CHECK(fresnel{}.pressure_reflection(muscle, bone, 1) > 0);
     CHECK(fresnel{}.pressure_reflection(bone, muscle, 1) < 0);
-    CHECK(fresnel{}.pressure_reflection(muscle, air, 1) == doctest::Approx(-0.99952));
+    CHECK(fresnel{}.pressure_reflection(muscle, air, 1) == doctest::Approx(-0.99952).scale(1e-30));
     CHECK(fresnel{}.pressure_reflection(bone, muscle, 0) == -1); // grazing
     const auto both = {muscle, fat};
     for (const medium& before : both)
@@ -217,7 +217,8 @@ TEST_CASE("fresnel: the sign of r is that of the impedance change, and the respo
                 const float onward = refracted_cosine(before, after, cosine);
                 if (onward == 0) continue;
                 const float back = fresnel{}.pressure_reflection(after, before, onward);
-                CHECK((1 + r) * (1 + back) == doctest::Approx(answer.transmitted).epsilon(1e-5)); // pressure, both ways
+                CHECK((1 + r) * (1 + back) ==
+                      doctest::Approx(answer.transmitted).scale(0.1).epsilon(1e-5)); // pressure, both ways
             }
 }
 
@@ -237,7 +238,7 @@ TEST_CASE("fresnel: a refracted direction has length 1, stays in the plane of in
         REQUIRE(onward == refracted(direction, -normal, muscle, fat));
         // sin t / sin i, against the speeds
         REQUIRE(length(cross(onward, normal)) * 1580 ==
-                doctest::Approx(length(cross(direction, normal)) * 1455).epsilon(1e-4));
+                doctest::Approx(length(cross(direction, normal)) * 1455).scale(1e-30).epsilon(1e-4));
         if (std::fabs(dot(direction, normal)) < 0.1F) continue; // grazing after refraction
         REQUIRE(length(refracted(onward, normal, fat, muscle) - direction) < 1e-5F);
     }

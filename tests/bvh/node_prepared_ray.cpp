@@ -120,7 +120,9 @@ TEST_CASE("a ray enters the boxes within its limits, and misses the others at FL
     float distance[simd_width];
     store(entry, distance);
     for (int i = 0; i < simd_width; ++i)
-        CHECK(distance[i] == (i == 0 ? 1.2F : i == 2 ? doctest::Approx(3).epsilon(1e-5) : doctest::Approx(FLT_MAX)));
+        CHECK(distance[i] == (i == 0   ? 1.2F
+                              : i == 2 ? doctest::Approx(3).scale(1e-30).epsilon(1e-5)
+                                       : doctest::Approx(FLT_MAX).scale(1e-30)));
 }
 
 TEST_CASE("hits at distances that overflow are misses, with any limit") {

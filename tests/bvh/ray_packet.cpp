@@ -251,9 +251,9 @@ TEST_CASE("a packet enters the boxes that some of its rays may hit, and misses t
     float begins[simd_width];
     store(entry, begins);
     for (int i = 0; i < simd_width; ++i)
-        CHECK(begins[i] == (i == 0   ? doctest::Approx(1).epsilon(1e-3)
-                            : i == 2 ? doctest::Approx(3).epsilon(1e-3)
-                                     : doctest::Approx(FLT_MAX)));
+        CHECK(begins[i] == (i == 0   ? doctest::Approx(1).scale(1e-30).epsilon(1e-3)
+                            : i == 2 ? doctest::Approx(3).scale(1e-30).epsilon(1e-3)
+                                     : doctest::Approx(FLT_MAX).scale(1e-30)));
 }
 
 TEST_CASE("a limit that is NaN only stops its own ray of a packet") {

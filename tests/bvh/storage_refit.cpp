@@ -67,9 +67,10 @@ TEST_CASE("after a refit every box is tight, and so are the statistics of the tr
             double all = 0, leaves = 0;
             const aabb box = refit_test::box_below(tree, shape, mesh_view{m}, 0, all, leaves);
             CHECK(refit_test::same(shape.box, box));
-            CHECK(shape.cost == doctest::Approx(all / static_cast<double>(box.half_area())).epsilon(1e-5));
+            CHECK(shape.cost == doctest::Approx(all / static_cast<double>(box.half_area())).scale(1e-30).epsilon(1e-5));
             const double leaf_area = leaves / static_cast<double>(tree.leaves());
-            CHECK(static_cast<double>(shape.leaf_size) == doctest::Approx(std::sqrt(leaf_area)).epsilon(1e-5));
+            CHECK(static_cast<double>(shape.leaf_size) ==
+                  doctest::Approx(std::sqrt(leaf_area)).scale(1e-30).epsilon(1e-5));
             float farthest = 0;
             for (const vec3& p : m.positions)
                 for (int axis = 0; axis < 3; ++axis) farthest = max(farthest, std::fabs(p[axis]));
@@ -92,7 +93,7 @@ TEST_CASE("the cost of a tree does not depend on scale, and is 0 for a point") {
     mesh ball = make_sphere({0, 0, 0}, 1, 3);
     const double cost = bvh{exec::seq, ball}.statistics().cost;
     for (vec3& p : ball.positions) p *= 1e-3F;
-    CHECK(bvh{exec::seq, ball}.statistics().cost == doctest::Approx(cost).epsilon(1e-3));
+    CHECK(bvh{exec::seq, ball}.statistics().cost == doctest::Approx(cost).scale(1e-30).epsilon(1e-3));
     for (vec3& p : ball.positions) p = {1, 2, 3};
     CHECK(bvh{exec::seq, ball}.statistics().cost == 0);
 }

@@ -17,7 +17,7 @@ TEST_CASE("a needle is closed, has its tip where it says, and the volume of a cy
                          cut = radius / std::tan(static_cast<double>(bevel));
             const double expected = 3.14159265358979 * radius * radius * (static_cast<double>(shaft) - cut);
             MESSAGE("volume ", enclosed_volume(needle) * 1e9, " mm^3 (expected ", expected * 1e9, ")");
-            CHECK(enclosed_volume(needle) == doctest::Approx(expected).epsilon(1e-3));
+            CHECK(enclosed_volume(needle) == doctest::Approx(expected).scale(1e-30).epsilon(1e-3));
             float furthest = -FLT_MAX, nearest = FLT_MAX;
             vec3 tip{0, 0, 0};
             for (const vec3& p : needle.positions) {

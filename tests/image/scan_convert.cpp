@@ -80,8 +80,8 @@ double worst_of_grid(const Probe& probe, float depth, uvec2 size, double pitch, 
     int points = 0;
     const scan_map map = make_scan_map(exec::par, probe, {.depth = depth, .samples = 400}, {.size = size});
     CHECK(map.size == size);
-    CHECK(static_cast<double>(map.pitch.x) == doctest::Approx(pitch).epsilon(1e-5));
-    CHECK(static_cast<double>(map.pitch.y) == doctest::Approx(pitch).epsilon(1e-5));
+    CHECK(static_cast<double>(map.pitch.x) == doctest::Approx(pitch).scale(1e-30).epsilon(1e-3));
+    CHECK(static_cast<double>(map.pitch.y) == doctest::Approx(pitch).scale(1e-30).epsilon(1e-3));
     const double sigma = 3 * pitch;
     for (double x = -0.06; x < 0.061; x += 0.015)
         for (double z = 0.007; z < 0.08; z += 0.015) {
@@ -137,7 +137,8 @@ TEST_CASE("scan_convert: bilinear between lines and samples, constant beyond the
         for (std::uint32_t y = 0; y < 200; ++y) {
             const double i = std::clamp((x + 0.5) / 10 - 0.5, 0.0, 19.0);
             const double k = std::clamp((y + 0.5) / 20 - 0.5, 0.0, 9.0);
-            REQUIRE(static_cast<double>(picture(x, y)) == doctest::Approx(2 * i + 5 * k + i * k).epsilon(1e-4));
+            REQUIRE(static_cast<double>(picture(x, y)) ==
+                    doctest::Approx(2 * i + 5 * k + i * k).scale(1e-30).epsilon(1e-4));
         }
 }
 
@@ -162,8 +163,8 @@ TEST_CASE("scan_convert: a rectangular field of view fills the image, whatever i
     for (const uvec2 size : {uvec2{200, 800}, {100, 40}, {20, 100}}) {
         const scan_map map = make_scan_map(exec::seq, probe, {.depth = 40_mm, .samples = 10}, {.size = size});
         const vec2 pitch{20_mm / static_cast<float>(size.x), 40_mm / static_cast<float>(size.y)};
-        CHECK(static_cast<double>(map.pitch.x) == doctest::Approx(pitch.x).epsilon(1e-5));
-        CHECK(static_cast<double>(map.pitch.y) == doctest::Approx(pitch.y).epsilon(1e-5));
+        CHECK(static_cast<double>(map.pitch.x) == doctest::Approx(pitch.x).scale(1e-30).epsilon(1e-5));
+        CHECK(static_cast<double>(map.pitch.y) == doctest::Approx(pitch.y).scale(1e-30).epsilon(1e-5));
         const image picture = scan_convert(exec::seq, lines, map);
         double worst = 0;
         for (std::uint32_t y = 0; y < size.y; ++y)
@@ -230,7 +231,7 @@ TEST_CASE("scan_convert: the field of view of a sector extends half a line beyon
             REQUIRE(picture(x, y) == (in_fan ? 1 : 0));
             inside += in_fan;
         }
-    CHECK(inside == doctest::Approx(3.14159265 / 4 * rows * rows).epsilon(0.02));
+    CHECK(inside == doctest::Approx(3.14159265 / 4 * rows * rows).scale(1e-30).epsilon(0.02));
 }
 
 TEST_CASE("scan_convert: a curved face separates background and field of view") {
@@ -266,7 +267,7 @@ TEST_CASE("scan_convert: a single line and a single sample are legal") {
     for (std::uint32_t k = 0; k < 10; ++k) column(0, k) = static_cast<float>(k);
     const image picture = scan_convert(exec::seq, column, one, {.size = {10, 10}});
     for (std::uint32_t y = 0; y < 10; ++y)
-        CHECK(picture(7, y) == doctest::Approx(static_cast<double>(y)).epsilon(1e-5));
+        CHECK(picture(7, y) == doctest::Approx(static_cast<double>(y)).scale(1).epsilon(1e-5));
     const image level = scan_convert(exec::seq, filled(1, 1, 10_mm, 0.5F), one, {.size = {10, 10}});
     CHECK(std::count(level.pixels.begin(), level.pixels.end(), 0.5F) == 100);
 }

@@ -21,12 +21,14 @@ double ratio(float measured, double expected) { return static_cast<double>(measu
 } // namespace
 
 TEST_CASE("callipers: distances are those of the points, in metres") {
-    CHECK(ratio(distance(linear, {0, 200}, {400, 200}), 40e-3) == doctest::Approx(1).epsilon(1e-5)); // the whole width
-    CHECK(ratio(distance(linear, {200, 0}, {200, 500}), 50e-3) == doctest::Approx(1).epsilon(1e-5)); // the whole depth
+    CHECK(ratio(distance(linear, {0, 200}, {400, 200}), 40e-3) ==
+          doctest::Approx(1).scale(1e-30).epsilon(1e-5)); // the whole width
+    CHECK(ratio(distance(linear, {200, 0}, {200, 500}), 50e-3) ==
+          doctest::Approx(1).scale(1e-30).epsilon(1e-5)); // the whole depth
     for (const scan_map& map : {linear, uneven, convex}) {
         const vec2 a = map.pixel({-3_mm, 20_mm}), b = map.pixel({9_mm, 25_mm}); // 5, 12, 13
         MESSAGE("13 mm is measured as ", 1e3F * distance(map, a, b), " mm");
-        CHECK(ratio(distance(map, a, b), 13e-3) == doctest::Approx(1).epsilon(1e-5));
+        CHECK(ratio(distance(map, a, b), 13e-3) == doctest::Approx(1).scale(1e-30).epsilon(1e-5));
         CHECK(distance(map, a, a) == 0);
     }
 }
@@ -41,13 +43,13 @@ TEST_CASE("callipers: area, circumference and centroid of rectangles, triangles 
         const std::vector<vec2> back{box.rbegin(), box.rend()};
         for (const std::vector<vec2>& each : {box, back}) {
             const outline_measure found = measure_outline(map, {each.data(), each.size()});
-            CHECK(ratio(found.area, 8e-3 * 12e-3) == doctest::Approx(1).epsilon(1e-5));
-            CHECK(ratio(found.circumference, 2 * (8e-3 + 12e-3)) == doctest::Approx(1).epsilon(1e-5));
+            CHECK(ratio(found.area, 8e-3 * 12e-3) == doctest::Approx(1).scale(1e-30).epsilon(1e-5));
+            CHECK(ratio(found.circumference, 2 * (8e-3 + 12e-3)) == doctest::Approx(1).scale(1e-30).epsilon(1e-5));
             CHECK(length(map.point(found.centroid) - vec2{-1_mm, 16_mm}) < 1e-6F);
         }
         const std::vector<vec2> triangle = outline({{0, 10_mm}, {6_mm, 10_mm}, {0, 19_mm}});
         const outline_measure third = measure_outline(map, {triangle.data(), triangle.size()});
-        CHECK(ratio(third.area, 0.5 * 6e-3 * 9e-3) == doctest::Approx(1).epsilon(1e-5));
+        CHECK(ratio(third.area, 0.5 * 6e-3 * 9e-3) == doctest::Approx(1).scale(1e-30).epsilon(1e-5));
         CHECK(length(map.point(third.centroid) - vec2{2_mm, 13_mm}) < 1e-6F);
 
         // A regular polygon of n sides in a circle of radius r: area n r^2 sin(2 pi / n) / 2, circumference 2 n r sin(pi / n).
@@ -62,8 +64,8 @@ TEST_CASE("callipers: area, circumference and centroid of rectangles, triangles 
             const double area = 0.5 * n * r * r * std::sin(2 * pi_ / n), around = 2 * n * r * std::sin(pi_ / n);
             MESSAGE(n, " sides: ", 1e6F * found.area, " mm^2, expected ", 1e6 * area, "; around ",
                     1e3F * found.circumference, " mm, expected ", 1e3 * around);
-            CHECK(ratio(found.area, area) == doctest::Approx(1).epsilon(1e-4));
-            CHECK(ratio(found.circumference, around) == doctest::Approx(1).epsilon(1e-4));
+            CHECK(ratio(found.area, area) == doctest::Approx(1).scale(1e-30).epsilon(1e-4));
+            CHECK(ratio(found.circumference, around) == doctest::Approx(1).scale(1e-30).epsilon(1e-4));
         }
     }
 }
@@ -73,7 +75,8 @@ TEST_CASE("callipers: fewer than three points enclose nothing") {
     const vec2 line[] = {{10, 10}, {10, 20}};
     const outline_measure found = measure_outline(linear, {line, 2});
     CHECK(found.area == 0);
-    CHECK(ratio(found.circumference, 2 * 10 * 0.1e-3) == doctest::Approx(1).epsilon(1e-5)); // there and back
+    CHECK(ratio(found.circumference, 2 * 10 * 0.1e-3) ==
+          doctest::Approx(1).scale(1e-30).epsilon(1e-5)); // there and back
     CHECK(found.centroid == vec2{10, 15});
 }
 

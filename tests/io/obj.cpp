@@ -33,7 +33,7 @@ TEST_CASE("an OBJ file is loaded as one mesh in metres") {
     const mesh m = load_obj(folder.write("a.obj", tetrahedron + its_faces), {.unit = 1_mm});
     CHECK(m.positions == std::vector<vec3>{{0, 0, 0}, {1_mm, 0, 0}, {0, 1_mm, 0}, {0, 0, 1_mm}});
     CHECK(m.faces == std::vector<uvec3>{{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}});
-    CHECK(validate(m).volume == doctest::Approx(1e-9 / 6));
+    CHECK(validate(m).volume == doctest::Approx(1e-9 / 6).scale(1e-30));
 }
 
 TEST_CASE("all notations of an OBJ file give the same mesh") {
@@ -75,12 +75,13 @@ TEST_CASE("polygons are triangulated with the same orientation and area") {
         CHECK(m.faces.size() == triangles);
         return doubled_area(m) / 2;
     };
-    CHECK(area_of("v 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nf 1 2 3 4\n", 2) == doctest::Approx(2));
+    CHECK(area_of("v 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nf 1 2 3 4\n", 2) == doctest::Approx(2).scale(1e-30));
     // An L and a comb: concave, so that a fan of triangles would be wrong.
-    CHECK(area_of("v 0 0 0\nv 2 0 0\nv 2 1 0\nv 1 1 0\nv 1 2 0\nv 0 2 0\nf 1 2 3 4 5 6\n", 4) == doctest::Approx(3));
+    CHECK(area_of("v 0 0 0\nv 2 0 0\nv 2 1 0\nv 1 1 0\nv 1 2 0\nv 0 2 0\nf 1 2 3 4 5 6\n", 4) ==
+          doctest::Approx(3).scale(1e-30));
     std::string comb = "v 0 0 0\nv 5 0 0\nv 5 3 0\nv 4 3 0\nv 4 1 0\nv 3 1 0\nv 3 3 0\nv 2 3 0\nv 2 1 0\nv 1 1 0\n";
     comb += "v 1 3 0\nv 0 3 0\nf 1 2 3 4 5 6 7 8 9 10 11 12\n";
-    CHECK(area_of(comb, 10) == doctest::Approx(15 - 4));
+    CHECK(area_of(comb, 10) == doctest::Approx(15 - 4).scale(1e-30));
     std::string circle, face = "f";
     for (int i = 0; i < 300; ++i) {
         const double angle = 2 * 3.14159265358979323846 * i / 300;
@@ -89,7 +90,7 @@ TEST_CASE("polygons are triangulated with the same orientation and area") {
         face.append(" ").append(std::to_string(i + 1));
     }
     CHECK(area_of(circle + face + "\n", 298) ==
-          doctest::Approx(150 * std::sin(2 * 3.14159265358979323846 / 300)).epsilon(1e-4));
+          doctest::Approx(150 * std::sin(2 * 3.14159265358979323846 / 300)).scale(1e-30).epsilon(1e-4));
 }
 
 TEST_CASE("a face of n corners becomes n - 2 triangles, or an error") {

@@ -34,10 +34,10 @@ TEST_CASE("each object or group and medium of an OBJ file becomes a named object
     const medium& tumour = objects[0].inside;
     CHECK(tumour.density == 1100);
     CHECK(tumour.sound_speed == 1600);
-    CHECK(tumour.attenuation == doctest::Approx(70));
+    CHECK(tumour.attenuation == doctest::Approx(70).scale(1e-30));
     CHECK(tumour.attenuation_power == 1.2F);
-    CHECK(tumour.backscatter == doctest::Approx(0.1));
-    CHECK(tumour.roughness == doctest::Approx(5e-6));
+    CHECK(tumour.backscatter == doctest::Approx(0.1).scale(1e-30));
+    CHECK(tumour.roughness == doctest::Approx(5e-6).scale(1e-30));
 
     CHECK(objects[1].name == "first/first.2");
     CHECK(objects[1].surface.faces == std::vector<uvec3>{{0, 1, 2}});
@@ -82,7 +82,7 @@ TEST_CASE("a scene from an OBJ file has to be built, and then has the geometry o
     scene loaded = load_obj_scene(path, {.unit = 1_cm});
     CHECK_THROWS_AS(loaded.require_built(), usage_error);
     loaded.build(exec::seq);
-    CHECK(enclosed_volume(loaded.objects()[0].surface) == doctest::Approx(1e-6 / 6));
+    CHECK(enclosed_volume(loaded.objects()[0].surface) == doctest::Approx(1e-6 / 6).scale(1e-30));
 }
 
 TEST_CASE("errors in media are reported with the file, and the line or the medium") {

@@ -64,7 +64,7 @@ TEST_CASE("transducer: lines are at the centres of equal parts of the aperture")
     CHECK(aperture_fraction(-0.5F, 192) == -0.5F);
     CHECK(aperture_fraction(191.5F, 192) == 0.5F);
     for (const float line : {-0.5F, 0.0F, 17.25F, 191.0F})
-        CHECK(line_at_fraction(aperture_fraction(line, 192), 192) == doctest::Approx(line).epsilon(1e-5));
+        CHECK(line_at_fraction(aperture_fraction(line, 192), 192) == doctest::Approx(line).scale(1).epsilon(1e-5));
 }
 
 TEST_CASE("transducer: a setting out of range is named in the error") {
