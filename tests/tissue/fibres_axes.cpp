@@ -46,6 +46,21 @@ TEST_CASE("structure axes: a box is flattest along its shortest side") {
     }
 }
 
+TEST_CASE("structure axes: where moments are equal, the axes are those of the coordinates, in their order") {
+    for (const vec3 place : {vec3{0, 0, 0}, vec3{0.3137F, -0.2011F, 0.5173F}, vec3{-0.481F, 0.352F, 0.4F}}) {
+        const auto axes_are = [](const mesh& surface, vec3 first, vec3 second) {
+            const mat3 axes = axes_of_mesh(surface);
+            CHECK(parallel(axes[0], first) > 0.999999F);
+            CHECK(parallel(axes[1], second) > 0.999999F);
+        };
+        axes_are(make_box(place, place + vec3{24_mm, 24_mm, 24_mm}), {1, 0, 0}, {0, 1, 0});
+        axes_are(make_box(place, place + vec3{24_mm, 24_mm, 200_mm}), {0, 0, 1}, {1, 0, 0});
+        axes_are(make_box(place, place + vec3{24_mm, 200_mm, 24_mm}), {0, 1, 0}, {1, 0, 0});
+        axes_are(make_sphere(place, 8_mm, 4), {1, 0, 0}, {0, 1, 0});
+        axes_are(make_cylinder(place, place + vec3{0, 120_mm, 0}, 4_mm, 64), {0, 1, 0}, {1, 0, 0});
+    }
+}
+
 TEST_CASE("structure axes: an open or empty mesh still has axes") {
     mesh open = make_box({0, 0, 0}, {60_mm, 90_mm, 20_mm});
     open.faces.resize(1);

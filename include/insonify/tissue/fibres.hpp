@@ -74,14 +74,16 @@ class layer_normals : public fibre_directions {
 
 namespace detail {
 
-/// Eigenvectors of a symmetric matrix as columns, by descending eigenvalue.
+/// Eigenvectors of a symmetric matrix as columns, by descending eigenvalue. Eigenvalues that are equal within the
+/// rounding of vertices, as those of cubes and spheres are, do not turn the axes: compilers round differently.
 /// Source: the cyclic Jacobi method; Golub & Van Loan, Matrix Computations, section 8.5.
 inline mat3 principal_axes(dmat3 m) {
+    const double rounding = 1e-6 * (std::fabs(m[0][0]) + std::fabs(m[1][1]) + std::fabs(m[2][2])); // of float vertices
     dmat3 v{1};
     for (int sweep = 0; sweep < 12; ++sweep)
         for (int p = 0; p < 2; ++p)
             for (int q = p + 1; q < 3; ++q) {
-                if (m[q][p] == 0) continue;
+                if (std::fabs(m[q][p]) <= rounding) continue;
                 const double angle = (m[q][q] - m[p][p]) / (2 * m[q][p]);
                 const double t = (angle < 0 ? -1 : 1) / (std::fabs(angle) + std::sqrt(angle * angle + 1));
                 const double c = 1 / std::sqrt(t * t + 1), s = t * c;
@@ -98,7 +100,7 @@ inline mat3 principal_axes(dmat3 m) {
             }
     int order[3] = {0, 1, 2};
     for (const int i : {0, 1, 0})
-        if (m[order[i]][order[i]] < m[order[i + 1]][order[i + 1]]) std::swap(order[i], order[i + 1]);
+        if (m[order[i]][order[i]] + rounding < m[order[i + 1]][order[i + 1]]) std::swap(order[i], order[i + 1]);
     return mat3{vec3{v[order[0]]}, vec3{v[order[1]]}, vec3{v[order[2]]}};
 }
 
