@@ -50,30 +50,6 @@ inline std::string shown(float metres) {
     return metres < 999.5F ? number_text(metres, 3) + " m" : number_text(std::round(metres), 9) + " m";
 }
 
-/// The surfaces that the lines of a probe would cross without a limit of depth.
-struct line_survey {
-    float ahead = FLT_MAX;                  ///< metres to the first surface on any line
-    float behind = FLT_MAX;                 ///< the same, backwards
-    const object_view* starts_in = nullptr; ///< gives the medium where the middle line begins; null: the background
-};
-template <transducer Probe>
-line_survey survey(const scene& body, const scene_view& flat, const Probe& probe, const pose& at) {
-    line_survey found;
-    for (std::uint32_t i = 0; i < probe.lines; ++i) {
-        const ray beam = probe.beam(static_cast<float>(i));
-        const ray line{.origin = at.point(beam.origin), .direction = at.direction(beam.direction)};
-        const auto first = [&](vec3 direction, float from) {
-            const auto surface =
-                first_surface(body, {.origin = line.origin, .direction = direction, .min_distance = from});
-            return surface ? surface->distance : FLT_MAX;
-        };
-        found.ahead = min(found.ahead, first(line.direction, touching_distance)); // nearer: of the face of the probe
-        found.behind = min(found.behind, first(-line.direction, 0));
-        if (i == probe.lines / 2) found.starts_in = top_at(flat, line.at(touching_distance));
-    }
-    return found;
-}
-
 /// Distance from the field of view to the nearest surface, metres, by alternating projections from three places of the
 /// field. Never an underestimate; within one percent where the field spans less than half a circle, of convex objects.
 template <transducer Probe>
@@ -161,11 +137,26 @@ diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const 
                                     "objects, or the background, another one.");
 
     const scene_view flat = body.view_for_rays(exec::par);
-    const line_survey lines = survey(body, flat, probe, at);
-    const std::string start = lines.starts_in == nullptr
-                                  ? "the background"
-                                  : named(body[object_id{lines.starts_in->id}].name, object_id{lines.starts_in->id});
-    if (blocks_sound(flat.media[lines.starts_in == nullptr ? 0 : lines.starts_in->medium]))
+    float ahead = FLT_MAX, behind = FLT_MAX; // metres to the first surface on any line, and backwards
+    const auto line_of = [&](std::uint32_t number) {
+        const ray beam = probe.beam(static_cast<float>(number));
+        return ray{.origin = at.point(beam.origin), .direction = at.direction(beam.direction)};
+    };
+    for (std::uint32_t i = 0; i < probe.lines; ++i) {
+        const ray line = line_of(i);
+        const auto first = [&](vec3 direction, float from) {
+            const auto surface =
+                first_surface(body, {.origin = line.origin, .direction = direction, .min_distance = from});
+            return surface ? surface->distance : FLT_MAX;
+        };
+        ahead = min(ahead, first(line.direction, touching_distance)); // nearer: of the face of the probe
+        behind = min(behind, first(-line.direction, 0));
+    }
+    const vec3 face = line_of(probe.lines / 2).at(touching_distance);
+    const object_view* const starts_in = top_at(flat, face); // null: the background
+    const object_id start_id{starts_in == nullptr ? ~0U : starts_in->id};
+    const std::string start = starts_in == nullptr ? "the background" : named(body[start_id].name, start_id);
+    if (blocks_sound(flat.media[starts_in == nullptr ? 0 : starts_in->medium]))
         report(problem::inside,
                "The probe is in " + start +
                    ", whose medium lets almost no sound out; put the face of the probe on tissue, gel or "
@@ -176,19 +167,18 @@ diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const 
     if (too_deep)
         report(problem::unit, "The objects are " + shown(size) + " across, but the lines " + shown(scan.depth) +
                                   " deep: `depth` is in metres; write it as in 80_mm.");
-    if (lines.ahead > scan.depth) {
+    if (ahead > scan.depth) {
         const std::string wrong_unit = too_deep ? std::string{} : unit_fault(size, scan.depth);
         if (!wrong_unit.empty())
             report(problem::unit, wrong_unit);
-        else if (lines.starts_in != nullptr && lines.ahead < FLT_MAX)
-            report(problem::inside, "The probe is inside " + start + ", whose surface is " + shown(lines.ahead) +
+        else if (starts_in != nullptr && ahead < FLT_MAX)
+            report(problem::inside, "The probe is inside " + start + ", whose surface is " + shown(ahead) +
                                         " away along the lines, deeper than the " + shown(scan.depth) +
                                         " shown; raise `depth`.");
-        else if (lines.ahead < FLT_MAX)
-            report(problem::too_shallow, "No line meets any object: the nearest surface on a line is " +
-                                             shown(lines.ahead) + " deep, the lines end at " + shown(scan.depth) +
-                                             "; raise `depth`.");
-        else if (lines.behind < FLT_MAX)
+        else if (ahead < FLT_MAX)
+            report(problem::too_shallow, "No line meets any object: the nearest surface on a line is " + shown(ahead) +
+                                             " deep, the lines end at " + shown(scan.depth) + "; raise `depth`.");
+        else if (behind < FLT_MAX)
             report(problem::behind, "No line meets any object: they are behind the probe, which looks away from them; "
                                     "turn it round (look_at(from, towards, lateral)).");
         else

@@ -186,11 +186,14 @@ inline tgc_settings time_gain_of(const b_mode_settings& settings, float attenuat
 template <transducer Probe>
 class frame_display {
   public:
-    /// Draws the newest frame, after those that were drawn before.
+    /// Draws a frame, after those that were drawn before.
     template <exec::policy Policy>
     void draw_next(const Policy& policy, const stored_frame<Probe>& frame, const b_mode_settings& settings) {
         compress(policy, frame, settings);
-        convert(policy, frame, settings);
+        if (!(settings.grey == grey_map{})) lines = map_grey(policy, std::move(lines), settings.grey);
+        map(policy, *frame.probe, {.depth = lines.depth, .samples = lines.samples},
+            {.size = settings.size, .background = settings.background});
+        picture = scan_convert(policy, lines, map.value(), std::move(picture));
     }
 
     /// Draws a frame of a loop by itself: persistence is that of the frames of the loop.
@@ -202,13 +205,12 @@ class frame_display {
         if (settings.persistence != 0)
             while (first + 1 < loop.size() && !loop[first].starts) ++first;
         smoothing_.reset();
-        for (std::uint32_t i = first + 1; i-- > back;) compress(policy, loop[i], settings);
-        convert(policy, loop[back], settings);
+        for (; first > back; --first) compress(policy, loop[first], settings);
+        draw_next(policy, loop[back], settings);
     }
 
-    const scan_map& map() const { return map_.value(); }
-
     scan_lines lines{}; ///< brightness
+    kept_scan_map<refined<Probe>> map{};
     image picture{};
 
   private:
@@ -229,34 +231,31 @@ class frame_display {
         lines = smoothing_.add(policy, lines);
     }
 
-    template <class Policy>
-    void convert(const Policy& policy, const stored_frame<Probe>& frame, const b_mode_settings& settings) {
-        if (!(settings.grey == grey_map{})) lines = map_grey(policy, std::move(lines), settings.grey);
-        const scan_map& map = map_(policy, *frame.probe, {.depth = lines.depth, .samples = lines.samples},
-                                   {.size = settings.size, .background = settings.background});
-        picture = scan_convert(policy, lines, map, std::move(picture));
-    }
-
-    kept_scan_map<refined<Probe>> map_{};
     persistence smoothing_{};
 };
 
-/// Notices where a clip starts anew: another probe, other settings, or a probe that moves fast.
-template <transducer Probe>
+/// Notices where a clip starts anew.
+template <transducer Probe, class Model>
 class clip_watch {
   public:
-    /// Whether the next frame starts a clip.
-    bool starts(const Probe& probe, const pose& at, const b_mode_settings& settings) {
+    /// What does not go on from the frame before.
+    struct starts {
+        bool persistence; ///< another probe, other settings, or a probe that moves fast
+        bool compounding; ///< another model or time gain, or a probe that moves fast
+    };
+
+    /// Compares the next frame with the one before. Models that cannot be compared count as the same.
+    starts next(const Probe& probe, const Model& model, const pose& at, const b_mode_settings& settings) {
+        bool other_looks = before_.tgc != settings.tgc || before_.time_gain != settings.time_gain;
+        if constexpr (comparable<Model>) model_([&](char&) { other_looks = true; }, model);
         before_.frame = settings.frame;
-        bool changed = std::exchange(starts_, false) || !(before_ == settings);
-        before_ = settings;
+        bool changed = std::exchange(starts_, false) || before_ != settings;
         probe_([&](char&) { changed = true; }, probe);
-        fast_ = motion(probe, settings.depth, at_, at) > settings.max_motion;
+        const bool fast = motion(probe, settings.depth, at_, at) > settings.max_motion;
+        before_ = settings;
         at_ = at;
-        return changed || fast_;
+        return {.persistence = changed || fast, .compounding = other_looks || fast};
     }
-    /// Whether the probe has moved fast to the frame that was asked about last.
-    bool fast() const { return fast_; }
     /// The next frame starts a clip.
     void reset() { starts_ = true; }
 
@@ -275,18 +274,10 @@ class clip_watch {
 
     b_mode_settings before_{};
     memo<char, Probe> probe_{};
+    memo<char, Model> model_{};
     pose at_{};
-    bool starts_ = true, fast_ = false;
+    bool starts_ = true;
 };
-
-/// The bandwidth of the pulse whose losses time gain restores: that of the probe, or 0 where a model attenuates a
-/// single frequency.
-template <class Model, transducer Probe>
-float restored_bandwidth(const Model& model, const Probe& probe) {
-    if constexpr (requires { model.bandwidth == pulse_bandwidth::broad; })
-        if (model.bandwidth == pulse_bandwidth::broad) return fractional_bandwidth(probe);
-    return 0;
-}
 
 } // namespace detail
 
@@ -406,9 +397,10 @@ class scanner {
         check_layers();
         return *frame_looks_[last_look_].of_layers;
     }
-    const scan_map& map() const { return display_.map(); } ///< pixels of the last picture, points {x, z} of the probe
-    const pose& at() const { return at_; }                 ///< of the probe, for the last picture
-    const stage_times& times() const { return times_; }    ///< of the last picture
+    /// Pixels of the last picture, points {x, z} of the probe.
+    const scan_map& map() const { return display_.map.value(); }
+    const pose& at() const { return at_; }              ///< of the probe, for the last picture
+    const stage_times& times() const { return times_; } ///< of the last picture
 
     /// The point in the world that a pixel of the last picture shows, in pixel coordinates: see `scan_map`.
     /// @throws usage_error  before the first picture
@@ -434,12 +426,11 @@ class scanner {
         const label_settings grid{frame.amplitudes.depth, frame.amplitudes.samples,
                                   label_settings::depth_grid::displayed};
         const detail::any_policy<false> any{policy};
-        if (shown_ == 0 && label_look_ && !interrupted_)
-            label_lines_ = label(any, frame_looks_[*label_look_].lines.layers(), grid, std::move(label_lines_));
-        else
-            label_lines_ =
-                label(any, detail::layers_for_labels(any, body, *frame.probe, frame.at, grid, false, search_), grid,
-                      std::move(label_lines_));
+        const line_layers& found =
+            shown_ == 0 && label_look_ && !interrupted_
+                ? frame_looks_[*label_look_].lines.layers()
+                : detail::layers_for_labels(any, body, *frame.probe, frame.at, grid, false, search_);
+        label_lines_ = label(any, found, grid, std::move(label_lines_));
         labels_ = scan_convert(policy, label_lines_, map(), std::move(labels_));
         return labels_;
     }
@@ -468,11 +459,6 @@ class scanner {
     }
 
   private:
-    // The looks of rolling compounding depend on these beside the probe and the sampling. Models that cannot be
-    // compared count as the same.
-    using time_gain = b_mode_settings::time_gain_settings;
-    using looks_memo = std::conditional_t<detail::comparable<Model>, detail::memo<char, Model, float, time_gain>,
-                                          detail::memo<char, float, time_gain>>;
     using look_probe = steered<refined<Probe>>;
     // What is kept of a look, from frame to frame.
     struct frame_look {
@@ -502,34 +488,31 @@ class scanner {
         compound_settings compound = settings.compound;
         compound.angles = sampling.looks;
         if (frame_looks_.size() < sampling.looks) frame_looks_.resize(sampling.looks);
-        gain_is_chosen_ = false;
         label_look_.reset();
-        const auto forget_looks = [&](char&) { looks_.reset(); };
-        if constexpr (detail::comparable<Model>)
-            acquired_(forget_looks, model, settings.tgc, settings.time_gain);
-        else
-            acquired_(forget_looks, settings.tgc, settings.time_gain);
-        frame.starts = watch_.starts(probe, at, settings);
-        if (watch_.fast()) looks_.reset();
+        const auto starts = watch_.next(probe, model, at, settings);
+        if (starts.compounding) looks_.reset();
+        std::optional<tgc_settings> gain; // chosen with the first look
         const detail::stopwatch clock;
         frame.amplitudes = looks_(
             policy, fine, {.depth = settings.depth, .samples = sampling.samples, .planes = sampling.planes}, compound,
             [&](std::uint32_t number, const look_probe& look, const acquisition& scan, scan_lines recycled) {
                 if (compound.update == compound_settings::update_mode::one || number == (compound.angles - 1) / 2)
                     echo_look_ = number;
-                return acquire_look(policy, body, at, number, look, scan, std::move(recycled));
+                return acquire_look(policy, body, at, number, look, scan, gain, std::move(recycled));
             },
             std::move(frame.amplitudes));
         times_.detect = clock.seconds() - times_.trace - times_.convolve;
         frame.probe.emplace(fine);
         frame.at = at;
         frame.time = time;
-        frame.gain = gain_;
+        frame.gain = *std::move(gain);
+        frame.starts = starts.persistence;
     }
 
     template <class Policy>
     scan_lines acquire_look(const Policy& policy, const scene& body, const pose& at, std::uint32_t number,
-                            const look_probe& look, acquisition scan, scan_lines recycled) {
+                            const look_probe& look, acquisition scan, std::optional<tgc_settings>& gain,
+                            scan_lines recycled) {
         detail::stopwatch clock;
         scan.frame = settings.frame;
         const float rays =
@@ -548,7 +531,7 @@ class scanner {
             label_settings{.depth = settings.depth, .grid = label_settings::depth_grid::displayed}, body.media());
         const bool reaches_labels = detail::max_depth_of(model, settings.depth, body.media()) >= labelled;
         if (finds_layers && traced.lines == look.lines && look.steering == 0 && reaches_labels) label_look_ = number;
-        choose_time_gain(policy, body, at, look.steering == 0 && found.lines > 0 ? &found : nullptr);
+        if (!gain) gain = choose_time_gain(policy, body, at, look.steering == 0 && found.lines > 0 ? &found : nullptr);
         times_.trace += clock.lap();
         if constexpr (finds_layers) {
             echoes = add_gas_reverberation(policy, std::move(echoes), found, traced, model, settings.gas);
@@ -567,26 +550,29 @@ class scanner {
             policy, std::move(echoes),
             {.level_db = settings.noise.level_db, .seed = settings.noise.seed + number, .frame = settings.frame});
         times_.convolve += clock.lap();
-        return tgc(policy, envelope(policy, echoes, std::move(recycled)), probe.frequency, gain_);
+        return tgc(policy, envelope(policy, echoes, std::move(recycled)), probe.frequency, *gain);
     }
 
     // The automatic attenuation is chosen at the first frame, and again where the probe or the depth has changed.
     // `found` are the layers of the first look; where that is steered or has none it is null, and those along the lines
     // of the probe are found.
     template <class Policy>
-    void choose_time_gain(const Policy& policy, const scene& body, const pose& at, const line_layers* found) {
-        if (std::exchange(gain_is_chosen_, true)) return;
-        const auto choose = [&] {
-            return found != nullptr ? automatic_tgc(*found, settings.depth)
-                                    : automatic_tgc(search_(detail::any_policy<false>{policy}, body, probe, at,
-                                                            {.depth = settings.depth}, settings.depth, false),
-                                                    settings.depth);
+    tgc_settings choose_time_gain(const Policy& policy, const scene& body, const pose& at, const line_layers* found) {
+        const auto choose = [&](float& chosen) {
+            if (found == nullptr)
+                found = &search_(detail::any_policy<false>{policy}, body, probe, at, {.depth = settings.depth},
+                                 settings.depth, false);
+            chosen = automatic_tgc(*found, settings.depth);
         };
-        const float attenuation = settings.tgc > 0 ? settings.tgc
-                                  : settings.time_gain.chosen == time_gain::choice::every_frame
-                                      ? choose()
-                                      : chosen_gain_([&](float& chosen) { chosen = choose(); }, probe, settings.depth);
-        gain_ = detail::time_gain_of(settings, attenuation, detail::restored_bandwidth(model, probe));
+        float attenuation = settings.tgc;
+        if (attenuation == 0 && settings.time_gain.chosen == b_mode_settings::time_gain_settings::choice::every_frame)
+            choose(attenuation);
+        else if (attenuation == 0)
+            attenuation = chosen_gain_(choose, probe, settings.depth);
+        float bandwidth = 0; // of the pulse whose losses are restored; 0 where the model attenuates a single frequency
+        if constexpr (requires { model.bandwidth == pulse_bandwidth::broad; })
+            if (model.bandwidth == pulse_bandwidth::broad) bandwidth = fractional_bandwidth(probe);
+        return detail::time_gain_of(settings, attenuation, bandwidth);
     }
 
     std::deque<frame_look> frame_looks_{};
@@ -595,14 +581,11 @@ class scanner {
     colour_scanner<Model> colour_{};
     gate_scanner<Model> gate_{};
     compounding<refined<Probe>> looks_{};
-    looks_memo acquired_{};
-    tgc_settings gain_{};
     detail::memo<float, Probe, float> chosen_gain_{};
-    detail::clip_watch<Probe> watch_{};
+    detail::clip_watch<Probe, Model> watch_{};
     detail::frame_display<Probe> display_{};
     cine_loop<stored_frame<Probe>> cine_{};
     std::optional<std::uint32_t> label_look_{}; // of the newest frame, whose lines are those of the stored frame
-    bool gain_is_chosen_ = false;               // for the frame that is being acquired
     iq_lines resampled_{};
     detail::layer_search search_{}; // of one plane, where no look has it
     label_lines label_lines_{};

@@ -290,6 +290,7 @@ namespace insonify::inline INSONIFY_ABI {
 /// @{
 using vec2 = glm::vec2;
 using vec3 = glm::vec3;
+using dvec2 = glm::dvec2;
 using dvec3 = glm::dvec3;
 using uvec2 = glm::uvec2;
 using uvec3 = glm::uvec3;
@@ -504,10 +505,6 @@ INSONIFY_FN constexpr float amplitude_of_decibels(float level) {
 
 
 #endif
-#ifndef INSONIFY_TISSUE_STRUCTURE_HPP
-#define INSONIFY_TISSUE_STRUCTURE_HPP
-
-
 #ifndef INSONIFY_CORE_VIEW_HPP
 #define INSONIFY_CORE_VIEW_HPP
 
@@ -589,6 +586,10 @@ struct view {
 
 
 #endif
+#ifndef INSONIFY_TISSUE_STRUCTURE_HPP
+#define INSONIFY_TISSUE_STRUCTURE_HPP
+
+
 #include <cmath>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -882,6 +883,7 @@ struct placed_structure {
 
 
 #endif
+#include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -936,8 +938,15 @@ INSONIFY_FN inline bool is_valid(const medium& m) {
 
 namespace detail {
 
+/// Amplitude that an interface reflects at normal incidence: (Z2 - Z1) / (Z2 + Z1).
+INSONIFY_FN inline float reflection(const medium& before, const medium& after) {
+    return (after.impedance() - before.impedance()) / (after.impedance() + before.impedance());
+}
+
 /// Whether almost no sound passes from tissue into a medium of so small an impedance: gas, inflated lung.
 INSONIFY_FN inline bool is_gas(const medium& m) { return m.impedance() < 3e5F; }
+/// Whether any medium is.
+inline bool has_gas(view<const medium> media) { return std::any_of(media.begin(), media.end(), is_gas); }
 /// Whether almost no sound passes between tissue and this medium: gas, bone, metal.
 INSONIFY_FN inline bool blocks_sound(const medium& m) { return m.impedance() > 3e6F || is_gas(m); }
 /// Whether a medium is none of soft tissue: tendon, the hardest one, has an impedance of 2.0e6, trabecular bone 2.5e6.
@@ -3079,14 +3088,16 @@ class layer_normals : public fibre_directions {
 
 namespace detail {
 
-/// Eigenvectors of a symmetric matrix as columns, by descending eigenvalue.
+/// Eigenvectors of a symmetric matrix as columns, by descending eigenvalue. Eigenvalues that are equal within the
+/// rounding of vertices, as those of cubes and spheres are, do not turn the axes: compilers round differently.
 /// Source: the cyclic Jacobi method; Golub & Van Loan, Matrix Computations, section 8.5.
 inline mat3 principal_axes(dmat3 m) {
+    const double rounding = 1e-6 * (std::fabs(m[0][0]) + std::fabs(m[1][1]) + std::fabs(m[2][2])); // of float vertices
     dmat3 v{1};
     for (int sweep = 0; sweep < 12; ++sweep)
         for (int p = 0; p < 2; ++p)
             for (int q = p + 1; q < 3; ++q) {
-                if (m[q][p] == 0) continue;
+                if (std::fabs(m[q][p]) <= rounding) continue;
                 const double angle = (m[q][q] - m[p][p]) / (2 * m[q][p]);
                 const double t = (angle < 0 ? -1 : 1) / (std::fabs(angle) + std::sqrt(angle * angle + 1));
                 const double c = 1 / std::sqrt(t * t + 1), s = t * c;
@@ -3103,7 +3114,7 @@ inline mat3 principal_axes(dmat3 m) {
             }
     int order[3] = {0, 1, 2};
     for (const int i : {0, 1, 0})
-        if (m[order[i]][order[i]] < m[order[i + 1]][order[i + 1]]) std::swap(order[i], order[i + 1]);
+        if (m[order[i]][order[i]] + rounding < m[order[i + 1]][order[i + 1]]) std::swap(order[i], order[i + 1]);
     return mat3{vec3{v[order[0]]}, vec3{v[order[1]]}, vec3{v[order[2]]}};
 }
 
@@ -4016,22 +4027,6 @@ struct electronic_noise_settings {
     std::uint32_t frame = 0; ///< number of the frame: noise differs from frame to frame
 };
 
-namespace detail {
-
-/// Complex normal numbers of mean power 1, from which hashes draw.
-inline std::array<vec2, 4096> normal_numbers() {
-    std::array<vec2, 4096> numbers;
-    float power = 0;
-    for (std::size_t i = 0; i < numbers.size(); ++i) {
-        numbers[i] = hash_normal(numbers.size(), i);
-        power += dot(numbers[i], numbers[i]) / static_cast<float>(numbers.size());
-    }
-    for (vec2& number : numbers) number /= std::sqrt(power);
-    return numbers;
-}
-
-} // namespace detail
-
 /// Adds the noise of the receiver: complex white Gaussian noise, uniform in depth. Call it before `tgc`, which
 /// amplifies it with depth.
 /// @throws usage_error  for a level that is not finite
@@ -4040,7 +4035,16 @@ iq_lines add_electronic_noise(const Policy& policy, iq_lines lines, const electr
     if (!is_finite(settings.level_db)) throw usage_error{"add_electronic_noise: `level_db` must be finite"};
     const float scale = amplitude_of_decibels(settings.level_db);
     if (scale == 0) return lines;
-    static const auto numbers = detail::normal_numbers();
+    static const auto numbers = [] { // complex, of mean power 1, from which hashes draw
+        std::array<vec2, 4096> normal;
+        float power = 0;
+        for (std::size_t i = 0; i < normal.size(); ++i) {
+            normal[i] = hash_normal(normal.size(), i);
+            power += dot(normal[i], normal[i]) / static_cast<float>(normal.size());
+        }
+        for (vec2& number : normal) number /= std::sqrt(power);
+        return normal;
+    }();
     const auto stream = static_cast<std::uint32_t>(hash_bits(settings.seed, settings.frame));
     exec::for_each_block(policy, lines.values.size(), 4096, 3, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i)
@@ -10606,6 +10610,7 @@ class slice_cut {
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -10698,6 +10703,17 @@ class line_layers {
 
     std::vector<detail::layer_block> blocks_{};
 };
+
+namespace detail {
+
+/// @throws usage_error  for layers that are not those of a probe with so many lines
+inline void check_layers(const line_layers& found, std::uint32_t lines, const char* caller) {
+    if (found.lines != lines)
+        throw usage_error{joined({caller, ": the layers have ", std::to_string(found.lines), " lines and the probe ",
+                                  std::to_string(lines), "; give those that find_layers finds for this probe"})};
+}
+
+} // namespace detail
 
 } // namespace insonify::inline INSONIFY_ABI
 
@@ -16633,7 +16649,6 @@ struct moving_scatterers {
     const Field* field = nullptr;    ///< velocities
     pulse_train pulses{};            ///< their times
     float piece = 0;                 ///< metres
-    float from = 0;                  ///< those nearer to the probe are not needed, metres along the line
     emitted_part* current = nullptr; ///< receives what is emitted next
 
     /// See `scattering_field`.
@@ -16653,7 +16668,7 @@ struct moving_scatterers {
             const velocity_at_rest around{line, line.at((static_cast<float>(i) + 0.5F) * piece)};
             if (!moves(line.object, around.point)) continue;
             emit_resting(piece_begin);
-            if (piece_end > from) emit_moving(line, piece_begin, piece_end, around, spacing, emit);
+            if (piece_end > pulses.from) emit_moving(line, piece_begin, piece_end, around, spacing, emit);
             resting_from = piece_end;
         }
         emit_resting(end);
@@ -16840,10 +16855,8 @@ void emit_ensemble(const line_task& task, const Model& model, const Field& field
     const bool surfaces_move = surfaces.assign(line, line.layers, field, pulses);
     using scatterers = moving_scatterers<std::remove_cvref_t<decltype(model.scattering)>, Field>;
     emitted_part current;
-    model
-        .with_scattering(
-            scatterers{model.scattering, &field, pulses, display_speed / line.frequency, pulses.from, &current})
-        .emit(line, pulse_echoes{task, out, samples, current, !surfaces_move});
+    const scatterers moving{model.scattering, &field, pulses, display_speed / line.frequency, &current};
+    model.with_scattering(moving).emit(line, pulse_echoes{task, out, samples, current, !surfaces_move});
     if (!surfaces_move) return;
     const auto no_speckle = model.with_scattering(no_scatterers{});
     for (std::uint32_t k = 0; k < pulses.end(); ++k) {
@@ -17105,32 +17118,16 @@ struct scan_map {
     }
 
     /// From pixel coordinates to {x, z} in the slice plane, metres.
-    INSONIFY_FN vec2 point(vec2 pixel) const {
-        return centre + pitch * (pixel - 0.5F * vec2{static_cast<float>(size.x), static_cast<float>(size.y)});
-    }
+    INSONIFY_FN vec2 point(vec2 pixel) const { return centre + pitch * (pixel - 0.5F * vec2{size}); }
     /// Centre of a pixel.
     INSONIFY_FN vec2 point(std::uint32_t column, std::uint32_t row) const {
-        return point({static_cast<float>(column) + 0.5F, static_cast<float>(row) + 0.5F});
+        return point(vec2{uvec2{column, row}} + 0.5F);
     }
     /// From {x, z} in the slice plane, metres, to pixel coordinates.
-    INSONIFY_FN vec2 pixel(vec2 point) const {
-        return (point - centre) / pitch + 0.5F * vec2{static_cast<float>(size.x), static_cast<float>(size.y)};
-    }
+    INSONIFY_FN vec2 pixel(vec2 point) const { return (point - centre) / pitch + 0.5F * vec2{size}; }
 };
 
 namespace detail {
-
-/// @param depth   metres
-/// @param extent  of the field of view, metres
-/// @throws usage_error  as `check_size`, with the likely cause
-inline void check_map_size(uvec2 size, float depth, vec2 extent) {
-    if (size.x <= max_picture_side && size.y <= max_picture_side) return check_size(size, "scan_convert");
-    const std::string metres = number_text(depth);
-    check_size(size, "scan_convert",
-               depth >= 1 ? joined({"depth is ", metres, " m: did you mean ", metres, "_mm?"})
-                          : joined({"the field of view is ", number_text(extent.x), " m wide and ",
-                                    number_text(extent.y), " m high; ask for fewer"}));
-}
 
 /// Depth and samples of lines.
 /// @throws usage_error  where there are no samples
@@ -17150,6 +17147,8 @@ void check_lines_of_map(const line_grid<Value>& lines, const scan_map& map) {
             "new one with make_scan_map"};
 }
 
+inline constexpr std::size_t pixels_per_block = 2048;
+
 /// Nearest-neighbour interpolation.
 /// @param outside  value of the pixels outside the field of view
 /// @throws usage_error  for lines that do not match the map
@@ -17159,13 +17158,11 @@ pixel_grid<Value> nearest_pixels(const Policy& policy, const line_grid<Value>& l
     check_lines_of_map(lines, map);
     recycled.size = map.size;
     recycled.pixels.assign(map.first.size(), outside);
-    exec::for_each_block(policy, map.size.y, 1, 2 * static_cast<float>(map.size.x), [&](std::size_t y, std::size_t) {
-        for (std::size_t i = y * map.size.x; i < (y + 1) * map.size.x; ++i) {
-            if (map.first[i] == scan_map::outside) continue;
-            const std::size_t line = map.across[i] > 0.5F ? map.beside(map.first[i]) : map.first[i];
-            const std::size_t sample = map.along[i] > 0.5F ? 1 : 0;
-            recycled.pixels[i] = lines.values[line + sample];
-        }
+    exec::for_each_in_blocks(policy, map.first.size(), pixels_per_block, 2, [&](std::size_t i) {
+        if (map.first[i] == scan_map::outside) return;
+        const std::size_t line = map.across[i] > 0.5F ? map.beside(map.first[i]) : map.first[i];
+        const std::size_t sample = map.along[i] > 0.5F ? 1 : 0;
+        recycled.pixels[i] = lines.values[line + sample];
     });
     return recycled;
 }
@@ -17225,7 +17222,11 @@ scan_map map_pixels(const any_policy<false>& policy, const Probe& probe, const a
             "scan_convert: the field of view has no width; give the number of rows and leave that of columns at 0"};
     if (map.size.x == 0) map.size.x = pixels_of(extent.x, wider);
     if (map.size.y == 0) map.size.y = pixels_of(extent.y, wider);
-    detail::check_map_size(map.size, scan.depth, extent);
+    const std::string depth = number_text(scan.depth);
+    check_size(map.size, "scan_convert",
+               scan.depth >= 1 ? joined({"depth is ", depth, " m: did you mean ", depth, "_mm?"})
+                               : joined({"the field of view is ", number_text(extent.x), " m wide and ",
+                                         number_text(extent.y), " m high; ask for fewer"}));
 
     const std::size_t pixels = static_cast<std::size_t>(map.size.x) * map.size.y;
     map.first.resize(pixels);
@@ -17300,19 +17301,17 @@ image scan_convert(const Policy& policy, const scan_lines& lines, const scan_map
     const std::size_t next_sample = map.samples > 1 ? 1 : 0;
     recycled.size = map.size;
     recycled.pixels.resize(map.first.size());
-    exec::for_each_block(policy, map.size.y, 1, 3 * static_cast<float>(map.size.x), [&](std::size_t y, std::size_t) {
-        const float* values = lines.values.data();
-        for (std::size_t i = y * map.size.x; i < (y + 1) * map.size.x; ++i) {
-            if (map.first[i] == scan_map::outside) {
-                recycled.pixels[i] = map.background;
-                continue;
-            }
-            const auto between = [along = map.along[i], next_sample](const float* sample) {
-                return multiply_add(along, sample[next_sample] - sample[0], sample[0]);
-            };
-            const float here = between(values + map.first[i]);
-            recycled.pixels[i] = multiply_add(map.across[i], between(values + map.beside(map.first[i])) - here, here);
+    exec::for_each_in_blocks(policy, map.first.size(), detail::pixels_per_block, 3, [&](std::size_t i) {
+        if (map.first[i] == scan_map::outside) {
+            recycled.pixels[i] = map.background;
+            return;
         }
+        const auto between = [along = map.along[i], next_sample](const float* sample) {
+            return multiply_add(along, sample[next_sample] - sample[0], sample[0]);
+        };
+        const float* const values = lines.values.data();
+        const float here = between(values + map.first[i]);
+        recycled.pixels[i] = multiply_add(map.across[i], between(values + map.beside(map.first[i])) - here, here);
     });
     return recycled;
 }
@@ -17469,6 +17468,22 @@ refined<Probe> lines_around(const refined<Probe>& probe, float depth, float firs
     return probe.section(whole(first - margin), whole(std::ceil(last + margin) + 1));
 }
 
+/// The pulses of `doppler_settings` or `pulsed_doppler_settings`, but for their number.
+/// @param samples, spacing  of the lines down to the depth that counts; metres from sample to sample
+/// @param from              depth from which moving scatterers are needed, metres
+template <class Settings>
+ensemble_settings train_of(const Settings& settings, std::uint32_t samples, float spacing, float from) {
+    return {.depth = static_cast<float>(samples) * spacing,
+            .samples = samples,
+            .prf = settings.prf,
+            .from = max(from, 0),
+            .burst = settings.burst,
+            .planes = settings.planes,
+            .time = settings.time,
+            .noise_db = settings.noise_db,
+            .seed = settings.seed};
+}
+
 /// Velocity and power of each pixel, 0 outside the field of view and where `settings` show no flow. Interpolates
 /// phasors, so aliased velocities do not pass through 0 on their way from one end of the range to the other.
 template <exec::policy Policy, class Settings, class Pixel>
@@ -17478,30 +17493,25 @@ void for_each_flow_pixel(const Policy& policy, const flow_lines& lines, const sc
     const float turn = lines.max_velocity > 0 ? pi / lines.max_velocity : 0, scale = lines.max_velocity / pi;
     const float min_amplitude = amplitude_of_decibels(settings.min_power_db);
     const std::size_t next = map.samples > 1 ? 1 : 0;
-    exec::for_each_block(policy, map.size.y, 1, 40 * static_cast<float>(map.size.x), [&](std::size_t y, std::size_t) {
-        for (std::size_t i = y * map.size.x; i < (y + 1) * map.size.x; ++i) {
-            if (map.first[i] == scan_map::outside) {
-                pixel(i, flow_sample{});
-                continue;
-            }
-            const std::size_t here = map.first[i], beside = map.beside(map.first[i]);
-            const float across = map.across[i], along = map.along[i];
-            vec2 phasor{0, 0};
-            float power = 0;
-            const auto add = [&](const flow_sample& sample, float weight) {
-                const float angle = turn * sample.velocity;
-                phasor += weight * sample.power * vec2{std::cos(angle), std::sin(angle)};
-                power += weight * sample.power;
-            };
-            add(lines.values[here], (1 - across) * (1 - along));
-            add(lines.values[here + next], (1 - across) * along);
-            add(lines.values[beside], across * (1 - along));
-            add(lines.values[beside + next], across * along);
-            const flow_sample found{.velocity = power > 0 ? scale * std::atan2(phasor.y, phasor.x) : 0, .power = power};
-            const bool shown =
-                power > 0 && std::sqrt(power) >= min_amplitude && std::fabs(found.velocity) >= settings.min_velocity;
-            pixel(i, shown ? found : flow_sample{});
-        }
+    exec::for_each_in_blocks(policy, map.first.size(), pixels_per_block, 40, [&](std::size_t i) {
+        if (map.first[i] == scan_map::outside) return pixel(i, flow_sample{});
+        const std::size_t here = map.first[i], beside = map.beside(map.first[i]);
+        const float across = map.across[i], along = map.along[i];
+        vec2 phasor{0, 0};
+        float power = 0;
+        const auto add = [&](const flow_sample& sample, float weight) {
+            const float angle = turn * sample.velocity;
+            phasor += weight * sample.power * vec2{std::cos(angle), std::sin(angle)};
+            power += weight * sample.power;
+        };
+        add(lines.values[here], (1 - across) * (1 - along));
+        add(lines.values[here + next], (1 - across) * along);
+        add(lines.values[beside], across * (1 - along));
+        add(lines.values[beside + next], across * along);
+        const flow_sample found{.velocity = power > 0 ? scale * std::atan2(phasor.y, phasor.x) : 0, .power = power};
+        const bool shown =
+            power > 0 && std::sqrt(power) >= min_amplitude && std::fabs(found.velocity) >= settings.min_velocity;
+        pixel(i, shown ? found : flow_sample{});
     });
 }
 
@@ -17534,17 +17544,9 @@ class colour_scanner {
                     last = box_to + beyond;
         const std::uint32_t traced =
             std::min(samples, decimation * static_cast<std::uint32_t>(std::ceil(last / spacing / decimation)));
-        const iq_ensemble& echoes = train_.acquire(policy, body, lines, at, model, field,
-                                                   {.depth = static_cast<float>(traced) * spacing,
-                                                    .samples = traced,
-                                                    .prf = settings.prf,
-                                                    .pulses = settings.ensemble,
-                                                    .from = max(settings.box.from - beyond, 0),
-                                                    .burst = settings.burst,
-                                                    .planes = settings.planes,
-                                                    .time = settings.time,
-                                                    .noise_db = settings.noise_db,
-                                                    .seed = settings.seed});
+        ensemble_settings train = detail::train_of(settings, traced, spacing, settings.box.from - beyond);
+        train.pulses = settings.ensemble;
+        const iq_ensemble& echoes = train_.acquire(policy, body, lines, at, model, field, train);
         const std::vector<float>& walls =
             walls_([&](std::vector<float>& matrix) { matrix = wall_filter_matrix(settings.wall, settings.ensemble); },
                    settings.wall, settings.ensemble);
@@ -17556,9 +17558,8 @@ class colour_scanner {
         std::fill(flow_.values.begin(), flow_.values.end(), flow_sample{});
         flow_.max_velocity = max_doppler_velocity(settings.prf, probe.frequency);
         const float step = spacing * decimation;
-        for_each_index(policy, probe.lines, [&](std::size_t i) {
-            const auto line = static_cast<std::uint32_t>(i);
-            if (line < settings.box.first_line || line >= box_end) return;
+        for_each_index(policy, box_end - settings.box.first_line, [&](std::size_t i) {
+            const std::uint32_t line = settings.box.first_line + static_cast<std::uint32_t>(i);
             const float middle = fine_line(static_cast<float>(line)) - lines.first_line,
                         width = max(reach * fine.rays, 0.5F) + 0.5F;
             for (std::uint32_t k = 0; k < correlated_.samples; ++k) {
@@ -17713,7 +17714,6 @@ colour_image colour_overlay(const Policy& policy, const image& grey, const flow_
 template <exec::policy Policy, transducer Probe>
 colour_image colour_overlay(const Policy& policy, const image& grey, const flow_lines& lines, const Probe& probe,
                             const colour_overlay_settings& settings = {}) {
-    settings.check();
     return colour_overlay(policy, grey, lines,
                           make_scan_map(policy, probe, detail::acquisition_of(lines), {.size = grey.size}), settings);
 }
@@ -17964,8 +17964,8 @@ scan_lines to_rf(const Policy& policy, const iq_lines& iq, float frequency) {
 
 
 #endif
+#include <algorithm>
 #include <bit>
-#include <numeric>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -18058,35 +18058,33 @@ doppler_spectrum spectrum_of(const Policy& policy, const std::vector<vec2>& echo
     }
     const auto walls = detail::orthonormal_polynomials(size, settings.wall_order);
     const detail::fourier fourier{size};
-    constexpr std::size_t together = detail::complex_batch::width;
-    exec::for_each_block(
-        policy, result.windows, together, 15 * static_cast<float>(size), [&](std::size_t first, std::size_t end) {
-            std::vector<detail::complex_block> values(size), room(size); // a window in each lane
-            std::vector<float> part(size);
-            for (std::size_t window = first; window < end; ++window)
-                for (const bool real : {true, false}) {
-                    for (std::uint32_t k = 0; k < size; ++k) {
-                        const vec2 echo = echoes[window * hop + k];
-                        part[k] = real ? echo.x : echo.y;
-                    }
-                    for (const std::vector<double>& wall : walls) { // less the projection on it
-                        const double along = std::inner_product(wall.begin(), wall.end(), part.begin(), 0.0);
-                        for (std::uint32_t k = 0; k < size; ++k) part[k] -= static_cast<float>(wall[k] * along);
-                    }
-                    for (std::uint32_t k = 0; k < size; ++k)
-                        (real ? values[k].x : values[k].y)[window - first] = hann[k] * part[k];
-                }
-            fourier.forward(values, room);
-            const lanes<detail::complex_batch::width> scale(1 / (weight * static_cast<float>(size)));
-            for (std::uint32_t i = 0; i < size; ++i) {
-                const detail::complex_batch bin =
-                    values[(static_cast<std::uint32_t>(lowest) + i) & (size - 1)].loaded();
-                float power[together];
-                store(scale * (bin.x * bin.x + bin.y * bin.y), power);
-                for (std::size_t window = first; window < end; ++window)
-                    result.power[window * size + i] = power[window - first];
+    constexpr auto together = detail::complex_batch::width;
+    const auto transform = [&](std::size_t first, std::size_t end) {
+        std::vector<detail::complex_block> values(size), room(size); // a window in each lane
+        std::vector<vec2> part(size);
+        for (std::size_t window = first; window < end; ++window) {
+            std::copy_n(echoes.data() + window * hop, size, part.data());
+            for (const std::vector<double>& wall : walls) { // less the projection on it
+                dvec2 along{0, 0};
+                for (std::uint32_t k = 0; k < size; ++k) along += wall[k] * dvec2{part[k]};
+                for (std::uint32_t k = 0; k < size; ++k) part[k] -= vec2{wall[k] * along};
             }
-        });
+            for (std::uint32_t k = 0; k < size; ++k) {
+                values[k].x[window - first] = hann[k] * part[k].x;
+                values[k].y[window - first] = hann[k] * part[k].y;
+            }
+        }
+        fourier.forward(values, room);
+        const lanes<together> scale(1 / (weight * static_cast<float>(size)));
+        for (std::uint32_t i = 0; i < size; ++i) {
+            const detail::complex_batch bin = values[(static_cast<std::uint32_t>(lowest) + i) & (size - 1)].loaded();
+            float power[together];
+            store(scale * (bin.x * bin.x + bin.y * bin.y), power);
+            for (std::size_t window = first; window < end; ++window)
+                result.power[window * size + i] = power[window - first];
+        }
+    };
+    exec::for_each_block(policy, result.windows, together, 15 * static_cast<float>(size), transform);
     return result;
 }
 
@@ -18152,21 +18150,13 @@ class gate_scanner {
         const auto pulses = static_cast<std::uint32_t>(settings.duration * settings.prf);
         const std::uint32_t parts = (pulses + 255) / 256; // each of a few megabytes
         const std::uint32_t part = (pulses + parts - 1) / parts;
+        ensemble_settings train = detail::train_of(settings, samples, spacing, from - beyond);
         std::vector<vec2> series;
         series.reserve(pulses);
         for (std::uint32_t k = 0; k < pulses; k += part) {
-            const iq_ensemble& echoes = train_.acquire(policy, body, lines, at, model, field,
-                                                       {.depth = static_cast<float>(samples) * spacing,
-                                                        .samples = samples,
-                                                        .prf = settings.prf,
-                                                        .pulses = std::min(part, pulses - k),
-                                                        .first = k,
-                                                        .from = max(from - beyond, 0),
-                                                        .burst = settings.burst,
-                                                        .planes = settings.planes,
-                                                        .time = settings.time,
-                                                        .noise_db = settings.noise_db,
-                                                        .seed = settings.seed});
+            train.first = k;
+            train.pulses = std::min(part, pulses - k);
+            const iq_ensemble& echoes = train_.acquire(policy, body, lines, at, model, field, train);
             for (const iq_lines& each : echoes.pulses) {
                 vec2 sum{0, 0};
                 for (std::uint32_t i = first; i < last; ++i)
@@ -18326,7 +18316,6 @@ scan_lines map_grey(const Policy& policy, scan_lines lines, const grey_map& map)
 
 
 #include <algorithm>
-#include <optional>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -18381,17 +18370,26 @@ class compounding {
     template <exec::policy Policy, class Acquire>
     scan_lines operator()(const Policy& policy, const Probe& probe, const acquisition& scan,
                           const compound_settings& settings, const Acquire& acquire, scan_lines recycled = {}) {
-        begin(probe, scan, settings);
-        const auto one = [&](std::uint32_t number) {
-            recycled = acquire(number, std::as_const(looks_[number].probe), std::as_const(looks_[number].scan),
-                               std::move(recycled));
-            if (settings.angles > 1) add(policy, looks_[number], recycled);
+        const auto make = [&](char&) {
+            settings.check();
+            probe.check();
+            if (scan.samples == 0) throw usage_error{"compound: `samples` is 0; it must be that of the lines"};
+            acquired_ = 0;
+            looks_.resize(settings.angles, look{.probe = steered<Probe>{probe, 0}});
+            for (std::uint32_t i = 0; i < settings.angles; ++i) assign(looks_[i], probe, scan, settings, i);
         };
-        if (settings.update == compound_settings::update_mode::one)
-            one(next());
-        else
-            for (std::uint32_t number = 0; number < settings.angles; ++number) one(number);
-        if (settings.angles > 1) average(policy, recycled);
+        made_(make, key{probe}, scan.depth, scan.samples, scan.planes, settings);
+        const bool all = settings.update == compound_settings::update_mode::all;
+        const std::uint32_t begin = all ? 0 : next(), end = all ? settings.angles : begin + 1;
+        for (std::uint32_t number = begin; number < end; ++number) {
+            const look& own = looks_[number];
+            recycled = acquire(number, own.probe, own.scan, std::move(recycled));
+            if (settings.angles > 1) add(policy, looks_[number], recycled);
+        }
+        if (settings.angles > 1) {
+            recycled.reshape(probe.lines, scan.samples, scan.depth);
+            average(policy, recycled.values);
+        }
         return recycled;
     }
 
@@ -18418,71 +18416,55 @@ class compounding {
     using key = std::conditional_t<detail::comparable<Probe>, Probe, detail::probe_lines>; // can be compared
     static constexpr float min_weight = 1e-3F; // where only ends of looks meet, their mean counts
 
-    void begin(const Probe& probe, const acquisition& scan, const compound_settings& settings) {
-        const auto make = [&](char&) {
-            settings.check();
-            probe.check();
-            if (scan.samples == 0) throw usage_error{"compound: `samples` is 0; it must be that of the lines"};
-            probe_.emplace(probe);
-            scan_ = scan;
-            settings_ = settings;
-            acquired_ = 0;
-            looks_.resize(settings.angles, look{.probe = steered<Probe>{*probe_, 0}});
-            for (std::uint32_t i = 0; i < settings.angles; ++i) assign(looks_[i], settings.steering(i));
-        };
-        made_(make, key{probe}, scan.depth, scan.samples, scan.planes, settings);
-    }
-
-    void assign(look& made, float angle) const {
-        made.probe = steered<Probe>{*probe_, angle};
-        made.scan = scan_;
+    static void assign(look& made, const Probe& probe, const acquisition& scan, const compound_settings& settings,
+                       std::uint32_t number) {
+        const float angle = settings.steering(number);
+        made.probe = steered<Probe>{probe, angle};
+        made.scan = scan;
         made.acquired = false;
-        if (settings_.angles == 1) return;
+        if (settings.angles == 1) return;
         made.probe.check();
-        const float middle = 0.5F * static_cast<float>(probe_->lines) - 0.5F;
+        const float middle = 0.5F * static_cast<float>(probe.lines) - 0.5F;
         const auto located = [&](float line, float depth) {
-            const vec3 point = probe_->beam(line).at(depth);
+            const vec3 point = probe.beam(line).at(depth);
             const vec2 at = made.probe.locate({point.x, point.z});
             return vec2{line - at.x, at.y};
         };
         // The same on every line?
         for (const float line : {0.0F, 0.25F * middle, 2 * middle})
-            if (!(std::fabs(located(line, scan_.depth).x - located(middle, scan_.depth).x) < 0.1F) ||
-                is_full_circle(*probe_))
+            if (!(std::fabs(located(line, scan.depth).x - located(middle, scan.depth).x) < 0.1F) ||
+                is_full_circle(probe))
                 throw usage_error{
                     "compound: the lines of the probe must be equally far apart, on a plane or round face, "
                     "and no full circle"};
         if (angle != 0) {
-            made.scan.depth = min(located(middle, scan_.depth).y, max_scan_depth);
+            made.scan.depth = min(located(middle, scan.depth).y, max_scan_depth);
             made.scan.samples = static_cast<std::uint32_t>(
-                std::ceil(static_cast<float>(scan_.samples) * (made.scan.depth / scan_.depth)));
+                std::ceil(static_cast<float>(scan.samples) * (made.scan.depth / scan.depth)));
         }
         made.rows.clear();
         const auto last = static_cast<float>(made.scan.samples > 1 ? made.scan.samples - 2 : 0);
-        for (std::uint32_t k = 0; k < scan_.samples; ++k) {
+        for (std::uint32_t k = 0; k < scan.samples; ++k) {
             const vec2 at =
-                located(middle, (static_cast<float>(k) + 0.5F) * scan_.depth / static_cast<float>(scan_.samples));
-            const float place = at.y / made.scan.depth * static_cast<float>(made.scan.samples) - 0.5F;
-            const float above = clamp(std::floor(place), 0, last);
-            const float straight = min(static_cast<float>(k), last); // the lower sample exists also at the end
-            made.rows.push_back(angle == 0
-                                    ? row{0, static_cast<std::uint32_t>(straight), static_cast<float>(k) - straight}
-                                    : row{at.x, static_cast<std::uint32_t>(above), clamp(place - above, 0, 1)});
+                located(middle, (static_cast<float>(k) + 0.5F) * scan.depth / static_cast<float>(scan.samples));
+            const float place = angle == 0 ? static_cast<float>(k)
+                                           : at.y / made.scan.depth * static_cast<float>(made.scan.samples) - 0.5F;
+            const float upper = clamp(std::floor(place), 0, last); // the lower sample exists also at the end
+            made.rows.push_back({angle == 0 ? 0 : at.x, static_cast<std::uint32_t>(upper), clamp(place - upper, 0, 1)});
         }
-        made.weighted.resize(std::size_t{probe_->lines} * scan_.samples);
+        made.weighted.resize(std::size_t{probe.lines} * scan.samples);
         made.weights.resize(made.weighted.size());
     }
 
     // Looks in the order of their angles to the straight line.
     std::uint32_t next() const {
-        const std::uint32_t turn = acquired_ % settings_.angles, away = (turn + 1) / 2,
-                            middle = (settings_.angles - 1) / 2;
+        const auto angles = static_cast<std::uint32_t>(looks_.size());
+        const std::uint32_t turn = acquired_ % angles, away = (turn + 1) / 2, middle = (angles - 1) / 2;
         return turn % 2 == 1 ? middle + away : middle - away;
     }
 
     // Weight of a look at its (fractional) line: 1, falling to the minimum over an eighth of its width; 0 outside.
-    float weight(float line) const {
-        const auto lines = static_cast<float>(probe_->lines);
+    static float weight(float line, float lines) {
         const float inside = min(line + 0.5F, lines - 0.5F - line);
         if (!(inside >= 0)) return 0;
         const float part = min(8 * inside / lines, 1);
@@ -18491,20 +18473,21 @@ class compounding {
 
     template <class Policy>
     void add(const Policy& policy, look& own, const scan_lines& amplitudes) {
-        if (amplitudes.count != probe_->lines || amplitudes.samples != own.scan.samples ||
-            amplitudes.values.size() != std::size_t{amplitudes.count} * amplitudes.samples)
+        const std::size_t samples = own.rows.size(), stride = own.scan.samples;
+        if (amplitudes.count != own.probe.lines || amplitudes.samples != stride ||
+            amplitudes.values.size() != amplitudes.count * stride)
             throw usage_error{"compound: a look must have the lines of the probe and the samples that were requested"};
-        const std::size_t samples = scan_.samples, stride = amplitudes.samples;
-        const std::size_t below = stride > 1 ? 1 : 0, beside = probe_->lines > 1 ? stride : 0;
-        const float last = max(static_cast<float>(probe_->lines) - 2, 0);
+        const auto lines = static_cast<float>(amplitudes.count);
+        const std::size_t below = stride > 1 ? 1 : 0, beside = amplitudes.count > 1 ? stride : 0;
+        const float last = max(lines - 2, 0);
         const bool straight = own.probe.steering == 0;
-        exec::for_each_in_blocks(policy, probe_->lines, 8, 3 * static_cast<float>(samples), [&](std::size_t line) {
-            float *const to = own.weighted.data() + line * samples, *const weights =
-                                                                        own.weights.data() + line * samples;
+        exec::for_each_in_blocks(policy, amplitudes.count, 8, 3 * static_cast<float>(samples), [&](std::size_t line) {
+            float* const to = own.weighted.data() + line * samples;
+            float* const weights = own.weights.data() + line * samples;
             for (std::size_t k = 0; k < samples; ++k) {
                 const row& at = own.rows[k];
                 const float place = static_cast<float>(line) - at.shift;
-                const float fraction = weights[k] = straight ? 1.0F : weight(place);
+                const float fraction = weights[k] = straight ? 1.0F : weight(place, lines);
                 to[k] = 0;
                 if (fraction == 0) continue;
                 const float left = clamp(std::floor(place), 0, last), part = clamp(place - left, 0, 1);
@@ -18520,13 +18503,12 @@ class compounding {
     }
 
     template <class Policy>
-    void average(const Policy& policy, scan_lines& lines) {
-        lines.reshape(probe_->lines, scan_.samples, scan_.depth);
+    void average(const Policy& policy, std::vector<float>& values) const {
         constexpr std::size_t block = 4096;
         exec::for_each_block(
-            policy, lines.values.size(), block, 0.3F * static_cast<float>(looks_.size()),
+            policy, values.size(), block, 0.3F * static_cast<float>(looks_.size()),
             [&](std::size_t begin, std::size_t end) {
-                float* const to = lines.values.data() + begin;
+                float* const to = values.data() + begin;
                 float weights[block] = {};
                 std::fill_n(to, end - begin, 0.0F);
                 for (const look& each : looks_) {
@@ -18540,12 +18522,10 @@ class compounding {
             });
     }
 
-    std::optional<Probe> probe_{};
-    acquisition scan_{};
-    compound_settings settings_{};
     std::vector<look> looks_{};
-    std::uint32_t acquired_ = 0;                                                             // since the start
-    detail::memo<char, key, float, std::uint32_t, std::uint32_t, compound_settings> made_{}; // looks_
+    std::uint32_t acquired_ = 0; // since the start
+    // For which the looks were made: probe, depth, samples, planes, settings.
+    detail::memo<char, key, float, std::uint32_t, std::uint32_t, compound_settings> made_{};
 };
 
 } // namespace insonify::inline INSONIFY_ABI
@@ -18672,45 +18652,50 @@ struct tgc_settings {
     friend bool operator==(const tgc_settings&, const tgc_settings&) = default;
 };
 
+namespace detail {
+
+/// What time gain multiplies: amplitudes, or IQ.
+template <class Value>
+concept amplifiable = std::same_as<Value, float> || std::same_as<Value, vec2>;
+
+} // namespace detail
+
 /// Replaces the time gain of lines that have had one: for stored lines, of which only the amplitudes are left.
 /// @param before  the settings with which `tgc` was applied
 /// @throws usage_error  as `tgc`
-template <exec::policy Policy, class Value>
-    requires std::same_as<Value, float> || std::same_as<Value, vec2> line_grid<Value>
-    regain(const Policy& policy, line_grid<Value> lines, float frequency, const tgc_settings& before,
-           const tgc_settings& settings) {
-        settings.check();
-        if (!is_finite(frequency) || !(frequency >= 0))
-            throw usage_error{"tgc: the frequency must be finite and not negative"};
-        if (before == settings) return lines;
-        constexpr std::size_t block = 512; // samples, of all lines
-        const float spacing = lines.depth / static_cast<float>(lines.samples);
-        exec::for_each_block(policy, lines.samples, block, 0.5F * static_cast<float>(lines.count),
-                             [&](std::size_t begin, std::size_t end) {
-                                 float gain[block];
-                                 for (std::size_t k = begin; k < end; ++k) {
-                                     const float depth = (static_cast<float>(k) + 0.5F) * spacing;
-                                     gain[k - begin] =
-                                         amplitude_of_decibels(settings.gain_db(depth, lines.depth, frequency) -
-                                                               before.gain_db(depth, lines.depth, frequency));
-                                 }
-                                 for (std::size_t line = 0; line < lines.count; ++line) {
-                                     Value* values = lines.values.data() + line * lines.samples + begin;
-                                     for (std::size_t k = 0; k < end - begin; ++k) values[k] *= gain[k];
-                                 }
-                             });
-        return lines;
-    }
+template <exec::policy Policy, detail::amplifiable Value>
+line_grid<Value> regain(const Policy& policy, line_grid<Value> lines, float frequency, const tgc_settings& before,
+                        const tgc_settings& settings) {
+    settings.check();
+    if (!is_finite(frequency) || !(frequency >= 0))
+        throw usage_error{"tgc: the frequency must be finite and not negative"};
+    if (before == settings) return lines;
+    constexpr std::size_t block = 512; // samples, of all lines
+    const float spacing = lines.depth / static_cast<float>(lines.samples);
+    const auto amplify = [&](std::size_t begin, std::size_t end) {
+        float gain[block];
+        for (std::size_t k = begin; k < end; ++k) {
+            const float depth = (static_cast<float>(k) + 0.5F) * spacing;
+            gain[k - begin] = amplitude_of_decibels(settings.gain_db(depth, lines.depth, frequency) -
+                                                    before.gain_db(depth, lines.depth, frequency));
+        }
+        for (std::size_t line = 0; line < lines.count; ++line) {
+            Value* values = lines.values.data() + line * lines.samples + begin;
+            for (std::size_t k = 0; k < end - begin; ++k) values[k] *= gain[k];
+        }
+    };
+    exec::for_each_block(policy, lines.samples, block, 0.5F * static_cast<float>(lines.count), amplify);
+    return lines;
+}
 
 /// Multiplies each sample by the gain at its depth. In place: pass std::move(lines).
 /// @tparam Value     float for amplitudes, vec2 for IQ
 /// @param frequency  of the probe, hertz
 /// @throws usage_error  for a frequency or setting out of range
-template <exec::policy Policy, class Value>
-    requires std::same_as<Value, float> || std::same_as<Value, vec2> line_grid<Value>
-    tgc(const Policy& policy, line_grid<Value> lines, float frequency, const tgc_settings& settings = {}) {
-        return regain(policy, std::move(lines), frequency, {.attenuation = 0}, settings);
-    }
+template <exec::policy Policy, detail::amplifiable Value>
+line_grid<Value> tgc(const Policy& policy, line_grid<Value> lines, float frequency, const tgc_settings& settings = {}) {
+    return regain(policy, std::move(lines), frequency, {.attenuation = 0}, settings);
+}
 
 } // namespace insonify::inline INSONIFY_ABI
 
@@ -18780,18 +18765,6 @@ class persistence {
 
 namespace insonify::inline INSONIFY_ABI {
 
-namespace detail {
-
-/// Weight of a line at a distance, in lines, from the place between lines whose value is wanted: sinc, with the window
-/// of Lanczos over six lines.
-inline float lanczos_weight(float distance) {
-    constexpr float half_width = 3;
-    const auto sinc = [](float x) { return std::fabs(x) < 1e-4F ? 1.0F : std::sin(pi * x) / (pi * x); };
-    return std::fabs(distance) < half_width ? sinc(distance) * sinc(distance / half_width) : 0;
-}
-
-} // namespace detail
-
 /// Echoes on the lines of a probe from those on fewer or more lines of it, after `convolve`: a beam has no detail finer
 /// than its width, so lines half of that apart say what is between them (`rays_per_line`).
 ///
@@ -18822,6 +18795,12 @@ iq_lines resample_lines(const Policy& policy, const iq_lines& lines, const Trace
     const float advance = line_advance(traced), per_line = static_cast<float>(count) / static_cast<float>(wanted.lines);
     const float samples_per_line = advance * static_cast<float>(samples) / lines.depth,
                 turn = 4 * pi * traced.frequency * advance / display_speed; // of the phase, from line to line
+    // Sinc, with the window of Lanczos over six lines, at a distance in lines.
+    const auto lanczos = [](float distance) {
+        constexpr float half_width = 3;
+        const auto sinc = [](float x) { return std::fabs(x) < 1e-4F ? 1.0F : std::sin(pi * x) / (pi * x); };
+        return std::fabs(distance) < half_width ? sinc(distance) * sinc(distance / half_width) : 0;
+    };
     const auto interpolate = [&](std::size_t line, std::size_t) {
         vec2* const to = made.values.data() + line * lines.samples;
         std::fill_n(to, samples, vec2{0, 0});
@@ -18830,10 +18809,10 @@ iq_lines resample_lines(const Policy& policy, const iq_lines& lines, const Trace
         const auto exists = [&](int neighbour) { return around || (neighbour >= 0 && neighbour < count); };
         float sum = 0;
         for (int i = first; i < first + 6; ++i)
-            if (exists(i)) sum += detail::lanczos_weight(static_cast<float>(i) - place);
+            if (exists(i)) sum += lanczos(static_cast<float>(i) - place);
         for (int i = first; i < first + 6; ++i) {
             if (!exists(i)) continue;
-            const float apart = static_cast<float>(i) - place, weight = detail::lanczos_weight(apart) / sum;
+            const float apart = static_cast<float>(i) - place, weight = lanczos(apart) / sum;
             const vec2 factor = weight * vec2{std::cos(turn * apart), -std::sin(turn * apart)};
             const auto less_deep = static_cast<int>(std::lround(samples_per_line * apart));
             const vec2* const from =
@@ -19280,35 +19259,31 @@ class gas_surface {
   public:
     gas_surface(view<const layer> layers, view<const medium> media, const traced_line& pulse, const Model& model)
         : layers_{layers}, media_{media}, pulse_{pulse}, model_{model} {
-        while (next_ < layers.size() && !is_gas(media[layers[next_].medium])) {
+        for (; next_ < layers.size() && !is_gas(medium_of(next_)); ++next_) {
             crossed_db_ += crossed_db(next_);
             shown_ += stretch();
             lost_db_ += lost_db();
-            ++next_;
         }
         if (next_ == 0 || next_ == layers.size()) return;
-        reflected = reflection(media[layers[next_ - 1].medium], media[layers[next_].medium]);
-        lens_reflected = reflection(media[layers[0].medium], tissue::lens);
-        const layer& gas = layers[next_];
-        slope = gas.slope;
-        curvature = {gas.curvature.x, gas.curvature.y};
+        below = &layers[next_];
         shown = shown_;
+        reflected = reflection(medium_of(next_ - 1), medium_of(next_));
+        lens_reflected = reflection(medium_of(0), tissue::lens);
         lost_at_gas_ = lost_db_;
         crossed_at_gas_ = crossed_db_;
     }
 
-    float shown = 0;          ///< displayed depth, metres; 0: there is none, or the line starts in gas
-    float reflected = 0;      ///< amplitude
-    float lens_reflected = 0; ///< amplitude, of sound that returns to the face
-    vec2 slope{0, 0};         ///< of the surface, in the slice plane and out of it
-    vec2 curvature{0, 0};     ///< 1/m, above 0 where it bulges towards the probe
+    const layer* below = nullptr; ///< the layer of gas; null: there is none, or the line starts in it
+    float shown = 0;              ///< its displayed depth, metres
+    float reflected = 0;          ///< amplitude, by its surface
+    float lens_reflected = 0;     ///< amplitude, of sound that returns to the face
 
     /// What an echo loses that goes to the gas and back once more, dB.
     float once_more_db() const { return loss_db(2 * lost_at_gas_) - loss_db(lost_at_gas_) + crossed_at_gas_; }
     /// The same from a displayed depth to the gas and back, twice, dB. From call to call less deep.
     float twice_from_db(float depth) {
         while (next_ > 0 && depth < shown_) {
-            if (next_ < layers_.size() && !is_gas(media_[layers_[next_].medium])) crossed_db_ -= crossed_db(next_);
+            if (next_ < layers_.size() && !is_gas(medium_of(next_))) crossed_db_ -= crossed_db(next_);
             --next_;
             shown_ -= stretch();
             lost_db_ -= lost_db();
@@ -19318,26 +19293,23 @@ class gas_surface {
     }
 
   private:
-    static float reflection(const medium& before, const medium& after) {
-        return (after.impedance() - before.impedance()) / (after.impedance() + before.impedance());
-    }
+    const medium& medium_of(std::size_t i) const { return media_[layers_[i].medium]; }
     // What an echo loses at the surface in front of a layer, there and back.
     float crossed_db(std::size_t i) const {
         if (i == 0 || layers_[i].medium == layers_[i - 1].medium) return 0;
-        const float r = reflection(media_[layers_[i - 1].medium], media_[layers_[i].medium]);
+        const float r = reflection(medium_of(i - 1), medium_of(i));
         return -20 * std::log10(max(1 - r * r, 1e-6F));
     }
     // Displayed length and attenuation, there and back, of the layer `next_`.
     float length() const { return layers_[next_].end - layers_[next_].begin; }
     float stretch() const {
-        const medium& m = media_[layers_[next_].medium];
         if constexpr (requires { model_.timing; })
-            return length() * detail::displayed_stretch(model_.timing, m);
+            return length() * detail::displayed_stretch(model_.timing, medium_of(next_));
         else
-            return length() * insonify::displayed_stretch(m);
+            return length() * insonify::displayed_stretch(medium_of(next_));
     }
     float lost_db() const {
-        const medium& m = media_[layers_[next_].medium];
+        const medium& m = medium_of(next_);
         if constexpr (requires { model_.loss(m, pulse_.frequency); })
             return length() * model_.loss(m, pulse_.frequency);
         else
@@ -19354,15 +19326,6 @@ class gas_surface {
     float shown_ = 0, lost_db_ = 0, crossed_db_ = 0;
     float lost_at_gas_ = 0, crossed_at_gas_ = 0;
 };
-
-/// Sine of the angle between a line and the normal of the probe's face, in the slice plane.
-template <transducer Probe>
-float sine_to_face(const Probe& probe, float line) {
-    const vec3 along = probe.beam(line).direction,
-               face = probe.beam(line + 0.5F).origin - probe.beam(line - 0.5F).origin;
-    const float width = length(face); // 0: lines from one point of a plane face
-    return width > 0 ? dot(along, face) / width : along.x;
-}
 
 } // namespace detail
 
@@ -19385,13 +19348,9 @@ iq_lines add_gas_reverberation(const Policy& policy, iq_lines echoes, const line
                                const Model& model, const gas_reverberation& settings = {}) {
     settings.check();
     probe.check();
-    if (found.lines != probe.lines)
-        throw usage_error{
-            detail::joined({"add_gas_reverberation: the probe has ", std::to_string(probe.lines),
-                            " lines and the layers ", std::to_string(found.lines), "; both must be of one probe"})};
+    detail::check_layers(found, probe.lines, "add_gas_reverberation");
     detail::check_echoes(echoes, probe.lines, "add_gas_reverberation");
-    if (std::none_of(found.media.begin(), found.media.end(), [](const medium& m) { return detail::is_gas(m); }))
-        return echoes;
+    if (!detail::has_gas(found.media)) return echoes;
     constexpr float min_spread = 0.5F; // in the focus of a hollow surface, which is not sharp: as `paths`
     const detail::stated_settings stated{probe};
     const traced_line pulse{.frequency = stated.frequency, .bandwidth = stated.bandwidth};
@@ -19402,7 +19361,8 @@ iq_lines add_gas_reverberation(const Policy& policy, iq_lines echoes, const line
     };
     exec::for_each_in_blocks(policy, echoes.count, 8, 2e4F, [&](std::size_t i) {
         detail::gas_surface<Model> gas{found(static_cast<std::uint32_t>(i)), found.media, pulse, model};
-        if (gas.shown <= spacing || gas.shown >= echoes.depth) return;
+        if (gas.below == nullptr || gas.shown <= spacing || gas.shown >= echoes.depth) return;
+        const vec2 curvature{gas.below->curvature.x, gas.below->curvature.y};
         vec2* const line = echoes.values.data() + i * echoes.samples;
         const auto samples = static_cast<std::int64_t>(echoes.samples),
                    surface = static_cast<std::int64_t>(std::lround(gas.shown / spacing)),
@@ -19410,17 +19370,22 @@ iq_lines add_gas_reverberation(const Policy& policy, iq_lines echoes, const line
         const std::int64_t above = surface - 2; // the echo of the gas itself is divided between two samples
         const vec2 once_deeper = rotation(gas.shown), twice_deeper = rotation(2 * gas.shown);
         const float wavelengths = gas.shown * stated.frequency / display_speed;
-        const float tilt = length(vec2{gas.slope.x, detail::sine_to_face(probe, static_cast<float>(i))});
+        const auto number = static_cast<float>(i);
+        const vec3 face = probe.beam(number + 0.5F).origin - probe.beam(number - 0.5F).origin;
+        const float width = length(face); // 0: lines from one point of a plane face
+        const vec3 along = probe.beam(number).direction;
+        const float sine = width > 0 ? dot(along, face) / width : along.x; // of the angle to the normal of the face
+        const float tilt = length(vec2{gas.below->slope.x, sine});
         const float returned =
             specular_return{}(std::atan(tilt), stated.fnumber, wavelengths) *
-            specular_return{}(std::atan(gas.slope.y), gas.shown / stated.elevation_height, wavelengths);
+            specular_return{}(std::atan(gas.below->slope.y), gas.shown / stated.elevation_height, wavelengths);
         const float mirrored = settings.mirror * gas.reflected * gas.reflected,
                     repeated = settings.face * gas.reflected * gas.lens_reflected * returned *
                                amplitude_of_decibels(-gas.once_more_db());
         for (std::int64_t k = surface + 1; k < samples; ++k) {
             if (const std::int64_t from = twice - k; from >= 0 && from < above) {
                 const float depth = (static_cast<float>(from) + 0.5F) * spacing;
-                const vec2 spread = max(abs(vec2{1, 1} + 2 * (gas.shown - depth) * gas.curvature), vec2{min_spread});
+                const vec2 spread = max(abs(vec2{1, 1} + 2 * (gas.shown - depth) * curvature), vec2{min_spread});
                 const float level =
                     mirrored * amplitude_of_decibels(-gas.twice_from_db(depth)) / std::sqrt(spread.x * spread.y);
                 line[k] += level * detail::complex_product(vec2{line[from].x, -line[from].y}, twice_deeper);
@@ -19627,14 +19592,10 @@ iq_lines add_near_field(const Policy& policy, iq_lines echoes, const line_layers
                         const near_field_settings& settings = {}) {
     using lines = near_field_settings::lines;
     settings.check();
-    if (found.lines != probe.lines)
-        throw usage_error{
-            detail::joined({"add_near_field: the layers have ", std::to_string(found.lines), " lines and the probe ",
-                            std::to_string(probe.lines), "; give those that find_layers finds for this probe"})};
+    detail::check_layers(found, probe.lines, "add_near_field");
     detail::check_echoes(echoes, probe.lines, "add_near_field");
-    const bool some_gas =
-        std::any_of(found.media.begin(), found.media.end(), [](const medium& m) { return detail::is_gas(m); });
-    if (settings.shown == lines::none || (settings.shown == lines::in_gas && !some_gas)) return echoes;
+    if (settings.shown == lines::none || (settings.shown == lines::in_gas && !detail::has_gas(found.media)))
+        return echoes;
 
     constexpr float faintest = 1e-6F;
     constexpr medium lens = tissue::lens;
@@ -19651,12 +19612,11 @@ iq_lines add_near_field(const Policy& policy, iq_lines echoes, const line_layers
         std::size_t touched = 0;
         while (touched + 1 < layers.size() && layers[touched].end <= detail::below_face) ++touched;
         const medium& below = found.media[layers[touched].medium];
-        const bool gas = detail::is_gas(below);
-        if (gas)
+        if (detail::is_gas(below))
             for (vec2& sample : line) sample = {0, 0};
         else if (settings.shown == lines::in_gas)
             return;
-        const float face = (below.impedance() - lens.impedance()) / (below.impedance() + lens.impedance());
+        const float face = detail::reflection(lens, below);
         const echo_line echo{line, spacing, probe.frequency};
         float amplitude = face;
         for (int k = 0; std::fabs(amplitude) > faintest && static_cast<float>(k) * step < echoes.depth; ++k) {
@@ -19854,11 +19814,14 @@ inline tgc_settings time_gain_of(const b_mode_settings& settings, float attenuat
 template <transducer Probe>
 class frame_display {
   public:
-    /// Draws the newest frame, after those that were drawn before.
+    /// Draws a frame, after those that were drawn before.
     template <exec::policy Policy>
     void draw_next(const Policy& policy, const stored_frame<Probe>& frame, const b_mode_settings& settings) {
         compress(policy, frame, settings);
-        convert(policy, frame, settings);
+        if (!(settings.grey == grey_map{})) lines = map_grey(policy, std::move(lines), settings.grey);
+        map(policy, *frame.probe, {.depth = lines.depth, .samples = lines.samples},
+            {.size = settings.size, .background = settings.background});
+        picture = scan_convert(policy, lines, map.value(), std::move(picture));
     }
 
     /// Draws a frame of a loop by itself: persistence is that of the frames of the loop.
@@ -19870,13 +19833,12 @@ class frame_display {
         if (settings.persistence != 0)
             while (first + 1 < loop.size() && !loop[first].starts) ++first;
         smoothing_.reset();
-        for (std::uint32_t i = first + 1; i-- > back;) compress(policy, loop[i], settings);
-        convert(policy, loop[back], settings);
+        for (; first > back; --first) compress(policy, loop[first], settings);
+        draw_next(policy, loop[back], settings);
     }
 
-    const scan_map& map() const { return map_.value(); }
-
     scan_lines lines{}; ///< brightness
+    kept_scan_map<refined<Probe>> map{};
     image picture{};
 
   private:
@@ -19897,34 +19859,31 @@ class frame_display {
         lines = smoothing_.add(policy, lines);
     }
 
-    template <class Policy>
-    void convert(const Policy& policy, const stored_frame<Probe>& frame, const b_mode_settings& settings) {
-        if (!(settings.grey == grey_map{})) lines = map_grey(policy, std::move(lines), settings.grey);
-        const scan_map& map = map_(policy, *frame.probe, {.depth = lines.depth, .samples = lines.samples},
-                                   {.size = settings.size, .background = settings.background});
-        picture = scan_convert(policy, lines, map, std::move(picture));
-    }
-
-    kept_scan_map<refined<Probe>> map_{};
     persistence smoothing_{};
 };
 
-/// Notices where a clip starts anew: another probe, other settings, or a probe that moves fast.
-template <transducer Probe>
+/// Notices where a clip starts anew.
+template <transducer Probe, class Model>
 class clip_watch {
   public:
-    /// Whether the next frame starts a clip.
-    bool starts(const Probe& probe, const pose& at, const b_mode_settings& settings) {
+    /// What does not go on from the frame before.
+    struct starts {
+        bool persistence; ///< another probe, other settings, or a probe that moves fast
+        bool compounding; ///< another model or time gain, or a probe that moves fast
+    };
+
+    /// Compares the next frame with the one before. Models that cannot be compared count as the same.
+    starts next(const Probe& probe, const Model& model, const pose& at, const b_mode_settings& settings) {
+        bool other_looks = before_.tgc != settings.tgc || before_.time_gain != settings.time_gain;
+        if constexpr (comparable<Model>) model_([&](char&) { other_looks = true; }, model);
         before_.frame = settings.frame;
-        bool changed = std::exchange(starts_, false) || !(before_ == settings);
-        before_ = settings;
+        bool changed = std::exchange(starts_, false) || before_ != settings;
         probe_([&](char&) { changed = true; }, probe);
-        fast_ = motion(probe, settings.depth, at_, at) > settings.max_motion;
+        const bool fast = motion(probe, settings.depth, at_, at) > settings.max_motion;
+        before_ = settings;
         at_ = at;
-        return changed || fast_;
+        return {.persistence = changed || fast, .compounding = other_looks || fast};
     }
-    /// Whether the probe has moved fast to the frame that was asked about last.
-    bool fast() const { return fast_; }
     /// The next frame starts a clip.
     void reset() { starts_ = true; }
 
@@ -19943,18 +19902,10 @@ class clip_watch {
 
     b_mode_settings before_{};
     memo<char, Probe> probe_{};
+    memo<char, Model> model_{};
     pose at_{};
-    bool starts_ = true, fast_ = false;
+    bool starts_ = true;
 };
-
-/// The bandwidth of the pulse whose losses time gain restores: that of the probe, or 0 where a model attenuates a
-/// single frequency.
-template <class Model, transducer Probe>
-float restored_bandwidth(const Model& model, const Probe& probe) {
-    if constexpr (requires { model.bandwidth == pulse_bandwidth::broad; })
-        if (model.bandwidth == pulse_bandwidth::broad) return fractional_bandwidth(probe);
-    return 0;
-}
 
 } // namespace detail
 
@@ -20074,9 +20025,10 @@ class scanner {
         check_layers();
         return *frame_looks_[last_look_].of_layers;
     }
-    const scan_map& map() const { return display_.map(); } ///< pixels of the last picture, points {x, z} of the probe
-    const pose& at() const { return at_; }                 ///< of the probe, for the last picture
-    const stage_times& times() const { return times_; }    ///< of the last picture
+    /// Pixels of the last picture, points {x, z} of the probe.
+    const scan_map& map() const { return display_.map.value(); }
+    const pose& at() const { return at_; }              ///< of the probe, for the last picture
+    const stage_times& times() const { return times_; } ///< of the last picture
 
     /// The point in the world that a pixel of the last picture shows, in pixel coordinates: see `scan_map`.
     /// @throws usage_error  before the first picture
@@ -20102,12 +20054,11 @@ class scanner {
         const label_settings grid{frame.amplitudes.depth, frame.amplitudes.samples,
                                   label_settings::depth_grid::displayed};
         const detail::any_policy<false> any{policy};
-        if (shown_ == 0 && label_look_ && !interrupted_)
-            label_lines_ = label(any, frame_looks_[*label_look_].lines.layers(), grid, std::move(label_lines_));
-        else
-            label_lines_ =
-                label(any, detail::layers_for_labels(any, body, *frame.probe, frame.at, grid, false, search_), grid,
-                      std::move(label_lines_));
+        const line_layers& found =
+            shown_ == 0 && label_look_ && !interrupted_
+                ? frame_looks_[*label_look_].lines.layers()
+                : detail::layers_for_labels(any, body, *frame.probe, frame.at, grid, false, search_);
+        label_lines_ = label(any, found, grid, std::move(label_lines_));
         labels_ = scan_convert(policy, label_lines_, map(), std::move(labels_));
         return labels_;
     }
@@ -20136,11 +20087,6 @@ class scanner {
     }
 
   private:
-    // The looks of rolling compounding depend on these beside the probe and the sampling. Models that cannot be
-    // compared count as the same.
-    using time_gain = b_mode_settings::time_gain_settings;
-    using looks_memo = std::conditional_t<detail::comparable<Model>, detail::memo<char, Model, float, time_gain>,
-                                          detail::memo<char, float, time_gain>>;
     using look_probe = steered<refined<Probe>>;
     // What is kept of a look, from frame to frame.
     struct frame_look {
@@ -20170,34 +20116,31 @@ class scanner {
         compound_settings compound = settings.compound;
         compound.angles = sampling.looks;
         if (frame_looks_.size() < sampling.looks) frame_looks_.resize(sampling.looks);
-        gain_is_chosen_ = false;
         label_look_.reset();
-        const auto forget_looks = [&](char&) { looks_.reset(); };
-        if constexpr (detail::comparable<Model>)
-            acquired_(forget_looks, model, settings.tgc, settings.time_gain);
-        else
-            acquired_(forget_looks, settings.tgc, settings.time_gain);
-        frame.starts = watch_.starts(probe, at, settings);
-        if (watch_.fast()) looks_.reset();
+        const auto starts = watch_.next(probe, model, at, settings);
+        if (starts.compounding) looks_.reset();
+        std::optional<tgc_settings> gain; // chosen with the first look
         const detail::stopwatch clock;
         frame.amplitudes = looks_(
             policy, fine, {.depth = settings.depth, .samples = sampling.samples, .planes = sampling.planes}, compound,
             [&](std::uint32_t number, const look_probe& look, const acquisition& scan, scan_lines recycled) {
                 if (compound.update == compound_settings::update_mode::one || number == (compound.angles - 1) / 2)
                     echo_look_ = number;
-                return acquire_look(policy, body, at, number, look, scan, std::move(recycled));
+                return acquire_look(policy, body, at, number, look, scan, gain, std::move(recycled));
             },
             std::move(frame.amplitudes));
         times_.detect = clock.seconds() - times_.trace - times_.convolve;
         frame.probe.emplace(fine);
         frame.at = at;
         frame.time = time;
-        frame.gain = gain_;
+        frame.gain = *std::move(gain);
+        frame.starts = starts.persistence;
     }
 
     template <class Policy>
     scan_lines acquire_look(const Policy& policy, const scene& body, const pose& at, std::uint32_t number,
-                            const look_probe& look, acquisition scan, scan_lines recycled) {
+                            const look_probe& look, acquisition scan, std::optional<tgc_settings>& gain,
+                            scan_lines recycled) {
         detail::stopwatch clock;
         scan.frame = settings.frame;
         const float rays =
@@ -20216,7 +20159,7 @@ class scanner {
             label_settings{.depth = settings.depth, .grid = label_settings::depth_grid::displayed}, body.media());
         const bool reaches_labels = detail::max_depth_of(model, settings.depth, body.media()) >= labelled;
         if (finds_layers && traced.lines == look.lines && look.steering == 0 && reaches_labels) label_look_ = number;
-        choose_time_gain(policy, body, at, look.steering == 0 && found.lines > 0 ? &found : nullptr);
+        if (!gain) gain = choose_time_gain(policy, body, at, look.steering == 0 && found.lines > 0 ? &found : nullptr);
         times_.trace += clock.lap();
         if constexpr (finds_layers) {
             echoes = add_gas_reverberation(policy, std::move(echoes), found, traced, model, settings.gas);
@@ -20235,26 +20178,29 @@ class scanner {
             policy, std::move(echoes),
             {.level_db = settings.noise.level_db, .seed = settings.noise.seed + number, .frame = settings.frame});
         times_.convolve += clock.lap();
-        return tgc(policy, envelope(policy, echoes, std::move(recycled)), probe.frequency, gain_);
+        return tgc(policy, envelope(policy, echoes, std::move(recycled)), probe.frequency, *gain);
     }
 
     // The automatic attenuation is chosen at the first frame, and again where the probe or the depth has changed.
     // `found` are the layers of the first look; where that is steered or has none it is null, and those along the lines
     // of the probe are found.
     template <class Policy>
-    void choose_time_gain(const Policy& policy, const scene& body, const pose& at, const line_layers* found) {
-        if (std::exchange(gain_is_chosen_, true)) return;
-        const auto choose = [&] {
-            return found != nullptr ? automatic_tgc(*found, settings.depth)
-                                    : automatic_tgc(search_(detail::any_policy<false>{policy}, body, probe, at,
-                                                            {.depth = settings.depth}, settings.depth, false),
-                                                    settings.depth);
+    tgc_settings choose_time_gain(const Policy& policy, const scene& body, const pose& at, const line_layers* found) {
+        const auto choose = [&](float& chosen) {
+            if (found == nullptr)
+                found = &search_(detail::any_policy<false>{policy}, body, probe, at, {.depth = settings.depth},
+                                 settings.depth, false);
+            chosen = automatic_tgc(*found, settings.depth);
         };
-        const float attenuation = settings.tgc > 0 ? settings.tgc
-                                  : settings.time_gain.chosen == time_gain::choice::every_frame
-                                      ? choose()
-                                      : chosen_gain_([&](float& chosen) { chosen = choose(); }, probe, settings.depth);
-        gain_ = detail::time_gain_of(settings, attenuation, detail::restored_bandwidth(model, probe));
+        float attenuation = settings.tgc;
+        if (attenuation == 0 && settings.time_gain.chosen == b_mode_settings::time_gain_settings::choice::every_frame)
+            choose(attenuation);
+        else if (attenuation == 0)
+            attenuation = chosen_gain_(choose, probe, settings.depth);
+        float bandwidth = 0; // of the pulse whose losses are restored; 0 where the model attenuates a single frequency
+        if constexpr (requires { model.bandwidth == pulse_bandwidth::broad; })
+            if (model.bandwidth == pulse_bandwidth::broad) bandwidth = fractional_bandwidth(probe);
+        return detail::time_gain_of(settings, attenuation, bandwidth);
     }
 
     std::deque<frame_look> frame_looks_{};
@@ -20263,14 +20209,11 @@ class scanner {
     colour_scanner<Model> colour_{};
     gate_scanner<Model> gate_{};
     compounding<refined<Probe>> looks_{};
-    looks_memo acquired_{};
-    tgc_settings gain_{};
     detail::memo<float, Probe, float> chosen_gain_{};
-    detail::clip_watch<Probe> watch_{};
+    detail::clip_watch<Probe, Model> watch_{};
     detail::frame_display<Probe> display_{};
     cine_loop<stored_frame<Probe>> cine_{};
     std::optional<std::uint32_t> label_look_{}; // of the newest frame, whose lines are those of the stored frame
-    bool gain_is_chosen_ = false;               // for the frame that is being acquired
     iq_lines resampled_{};
     detail::layer_search search_{}; // of one plane, where no look has it
     label_lines label_lines_{};
@@ -24130,30 +24073,6 @@ inline std::string shown(float metres) {
     return metres < 999.5F ? number_text(metres, 3) + " m" : number_text(std::round(metres), 9) + " m";
 }
 
-/// The surfaces that the lines of a probe would cross without a limit of depth.
-struct line_survey {
-    float ahead = FLT_MAX;                  ///< metres to the first surface on any line
-    float behind = FLT_MAX;                 ///< the same, backwards
-    const object_view* starts_in = nullptr; ///< gives the medium where the middle line begins; null: the background
-};
-template <transducer Probe>
-line_survey survey(const scene& body, const scene_view& flat, const Probe& probe, const pose& at) {
-    line_survey found;
-    for (std::uint32_t i = 0; i < probe.lines; ++i) {
-        const ray beam = probe.beam(static_cast<float>(i));
-        const ray line{.origin = at.point(beam.origin), .direction = at.direction(beam.direction)};
-        const auto first = [&](vec3 direction, float from) {
-            const auto surface =
-                first_surface(body, {.origin = line.origin, .direction = direction, .min_distance = from});
-            return surface ? surface->distance : FLT_MAX;
-        };
-        found.ahead = min(found.ahead, first(line.direction, touching_distance)); // nearer: of the face of the probe
-        found.behind = min(found.behind, first(-line.direction, 0));
-        if (i == probe.lines / 2) found.starts_in = top_at(flat, line.at(touching_distance));
-    }
-    return found;
-}
-
 /// Distance from the field of view to the nearest surface, metres, by alternating projections from three places of the
 /// field. Never an underestimate; within one percent where the field spans less than half a circle, of convex objects.
 template <transducer Probe>
@@ -24241,11 +24160,26 @@ diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const 
                                     "objects, or the background, another one.");
 
     const scene_view flat = body.view_for_rays(exec::par);
-    const line_survey lines = survey(body, flat, probe, at);
-    const std::string start = lines.starts_in == nullptr
-                                  ? "the background"
-                                  : named(body[object_id{lines.starts_in->id}].name, object_id{lines.starts_in->id});
-    if (blocks_sound(flat.media[lines.starts_in == nullptr ? 0 : lines.starts_in->medium]))
+    float ahead = FLT_MAX, behind = FLT_MAX; // metres to the first surface on any line, and backwards
+    const auto line_of = [&](std::uint32_t number) {
+        const ray beam = probe.beam(static_cast<float>(number));
+        return ray{.origin = at.point(beam.origin), .direction = at.direction(beam.direction)};
+    };
+    for (std::uint32_t i = 0; i < probe.lines; ++i) {
+        const ray line = line_of(i);
+        const auto first = [&](vec3 direction, float from) {
+            const auto surface =
+                first_surface(body, {.origin = line.origin, .direction = direction, .min_distance = from});
+            return surface ? surface->distance : FLT_MAX;
+        };
+        ahead = min(ahead, first(line.direction, touching_distance)); // nearer: of the face of the probe
+        behind = min(behind, first(-line.direction, 0));
+    }
+    const vec3 face = line_of(probe.lines / 2).at(touching_distance);
+    const object_view* const starts_in = top_at(flat, face); // null: the background
+    const object_id start_id{starts_in == nullptr ? ~0U : starts_in->id};
+    const std::string start = starts_in == nullptr ? "the background" : named(body[start_id].name, start_id);
+    if (blocks_sound(flat.media[starts_in == nullptr ? 0 : starts_in->medium]))
         report(problem::inside,
                "The probe is in " + start +
                    ", whose medium lets almost no sound out; put the face of the probe on tissue, gel or "
@@ -24256,19 +24190,18 @@ diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const 
     if (too_deep)
         report(problem::unit, "The objects are " + shown(size) + " across, but the lines " + shown(scan.depth) +
                                   " deep: `depth` is in metres; write it as in 80_mm.");
-    if (lines.ahead > scan.depth) {
+    if (ahead > scan.depth) {
         const std::string wrong_unit = too_deep ? std::string{} : unit_fault(size, scan.depth);
         if (!wrong_unit.empty())
             report(problem::unit, wrong_unit);
-        else if (lines.starts_in != nullptr && lines.ahead < FLT_MAX)
-            report(problem::inside, "The probe is inside " + start + ", whose surface is " + shown(lines.ahead) +
+        else if (starts_in != nullptr && ahead < FLT_MAX)
+            report(problem::inside, "The probe is inside " + start + ", whose surface is " + shown(ahead) +
                                         " away along the lines, deeper than the " + shown(scan.depth) +
                                         " shown; raise `depth`.");
-        else if (lines.ahead < FLT_MAX)
-            report(problem::too_shallow, "No line meets any object: the nearest surface on a line is " +
-                                             shown(lines.ahead) + " deep, the lines end at " + shown(scan.depth) +
-                                             "; raise `depth`.");
-        else if (lines.behind < FLT_MAX)
+        else if (ahead < FLT_MAX)
+            report(problem::too_shallow, "No line meets any object: the nearest surface on a line is " + shown(ahead) +
+                                             " deep, the lines end at " + shown(scan.depth) + "; raise `depth`.");
+        else if (behind < FLT_MAX)
             report(problem::behind, "No line meets any object: they are behind the probe, which looks away from them; "
                                     "turn it round (look_at(from, towards, lateral)).");
         else

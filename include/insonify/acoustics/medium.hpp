@@ -5,7 +5,9 @@
 
 #include <insonify/core/math.hpp>
 #include <insonify/core/units.hpp>
+#include <insonify/core/view.hpp>
 #include <insonify/tissue/structure.hpp>
+#include <algorithm>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -60,8 +62,15 @@ INSONIFY_FN inline bool is_valid(const medium& m) {
 
 namespace detail {
 
+/// Amplitude that an interface reflects at normal incidence: (Z2 - Z1) / (Z2 + Z1).
+INSONIFY_FN inline float reflection(const medium& before, const medium& after) {
+    return (after.impedance() - before.impedance()) / (after.impedance() + before.impedance());
+}
+
 /// Whether almost no sound passes from tissue into a medium of so small an impedance: gas, inflated lung.
 INSONIFY_FN inline bool is_gas(const medium& m) { return m.impedance() < 3e5F; }
+/// Whether any medium is.
+inline bool has_gas(view<const medium> media) { return std::any_of(media.begin(), media.end(), is_gas); }
 /// Whether almost no sound passes between tissue and this medium: gas, bone, metal.
 INSONIFY_FN inline bool blocks_sound(const medium& m) { return m.impedance() > 3e6F || is_gas(m); }
 /// Whether a medium is none of soft tissue: tendon, the hardest one, has an impedance of 2.0e6, trabecular bone 2.5e6.

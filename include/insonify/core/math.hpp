@@ -31,6 +31,7 @@ namespace insonify::inline INSONIFY_ABI {
 /// @{
 using vec2 = glm::vec2;
 using vec3 = glm::vec3;
+using dvec2 = glm::dvec2;
 using dvec3 = glm::dvec3;
 using uvec2 = glm::uvec2;
 using uvec3 = glm::uvec3;

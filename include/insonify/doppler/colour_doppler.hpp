@@ -81,6 +81,22 @@ refined<Probe> lines_around(const refined<Probe>& probe, float depth, float firs
     return probe.section(whole(first - margin), whole(std::ceil(last + margin) + 1));
 }
 
+/// The pulses of `doppler_settings` or `pulsed_doppler_settings`, but for their number.
+/// @param samples, spacing  of the lines down to the depth that counts; metres from sample to sample
+/// @param from              depth from which moving scatterers are needed, metres
+template <class Settings>
+ensemble_settings train_of(const Settings& settings, std::uint32_t samples, float spacing, float from) {
+    return {.depth = static_cast<float>(samples) * spacing,
+            .samples = samples,
+            .prf = settings.prf,
+            .from = max(from, 0),
+            .burst = settings.burst,
+            .planes = settings.planes,
+            .time = settings.time,
+            .noise_db = settings.noise_db,
+            .seed = settings.seed};
+}
+
 /// Velocity and power of each pixel, 0 outside the field of view and where `settings` show no flow. Interpolates
 /// phasors, so aliased velocities do not pass through 0 on their way from one end of the range to the other.
 template <exec::policy Policy, class Settings, class Pixel>
@@ -90,30 +106,25 @@ void for_each_flow_pixel(const Policy& policy, const flow_lines& lines, const sc
     const float turn = lines.max_velocity > 0 ? pi / lines.max_velocity : 0, scale = lines.max_velocity / pi;
     const float min_amplitude = amplitude_of_decibels(settings.min_power_db);
     const std::size_t next = map.samples > 1 ? 1 : 0;
-    exec::for_each_block(policy, map.size.y, 1, 40 * static_cast<float>(map.size.x), [&](std::size_t y, std::size_t) {
-        for (std::size_t i = y * map.size.x; i < (y + 1) * map.size.x; ++i) {
-            if (map.first[i] == scan_map::outside) {
-                pixel(i, flow_sample{});
-                continue;
-            }
-            const std::size_t here = map.first[i], beside = map.beside(map.first[i]);
-            const float across = map.across[i], along = map.along[i];
-            vec2 phasor{0, 0};
-            float power = 0;
-            const auto add = [&](const flow_sample& sample, float weight) {
-                const float angle = turn * sample.velocity;
-                phasor += weight * sample.power * vec2{std::cos(angle), std::sin(angle)};
-                power += weight * sample.power;
-            };
-            add(lines.values[here], (1 - across) * (1 - along));
-            add(lines.values[here + next], (1 - across) * along);
-            add(lines.values[beside], across * (1 - along));
-            add(lines.values[beside + next], across * along);
-            const flow_sample found{.velocity = power > 0 ? scale * std::atan2(phasor.y, phasor.x) : 0, .power = power};
-            const bool shown =
-                power > 0 && std::sqrt(power) >= min_amplitude && std::fabs(found.velocity) >= settings.min_velocity;
-            pixel(i, shown ? found : flow_sample{});
-        }
+    exec::for_each_in_blocks(policy, map.first.size(), pixels_per_block, 40, [&](std::size_t i) {
+        if (map.first[i] == scan_map::outside) return pixel(i, flow_sample{});
+        const std::size_t here = map.first[i], beside = map.beside(map.first[i]);
+        const float across = map.across[i], along = map.along[i];
+        vec2 phasor{0, 0};
+        float power = 0;
+        const auto add = [&](const flow_sample& sample, float weight) {
+            const float angle = turn * sample.velocity;
+            phasor += weight * sample.power * vec2{std::cos(angle), std::sin(angle)};
+            power += weight * sample.power;
+        };
+        add(lines.values[here], (1 - across) * (1 - along));
+        add(lines.values[here + next], (1 - across) * along);
+        add(lines.values[beside], across * (1 - along));
+        add(lines.values[beside + next], across * along);
+        const flow_sample found{.velocity = power > 0 ? scale * std::atan2(phasor.y, phasor.x) : 0, .power = power};
+        const bool shown =
+            power > 0 && std::sqrt(power) >= min_amplitude && std::fabs(found.velocity) >= settings.min_velocity;
+        pixel(i, shown ? found : flow_sample{});
     });
 }
 
@@ -146,17 +157,9 @@ class colour_scanner {
                     last = box_to + beyond;
         const std::uint32_t traced =
             std::min(samples, decimation * static_cast<std::uint32_t>(std::ceil(last / spacing / decimation)));
-        const iq_ensemble& echoes = train_.acquire(policy, body, lines, at, model, field,
-                                                   {.depth = static_cast<float>(traced) * spacing,
-                                                    .samples = traced,
-                                                    .prf = settings.prf,
-                                                    .pulses = settings.ensemble,
-                                                    .from = max(settings.box.from - beyond, 0),
-                                                    .burst = settings.burst,
-                                                    .planes = settings.planes,
-                                                    .time = settings.time,
-                                                    .noise_db = settings.noise_db,
-                                                    .seed = settings.seed});
+        ensemble_settings train = detail::train_of(settings, traced, spacing, settings.box.from - beyond);
+        train.pulses = settings.ensemble;
+        const iq_ensemble& echoes = train_.acquire(policy, body, lines, at, model, field, train);
         const std::vector<float>& walls =
             walls_([&](std::vector<float>& matrix) { matrix = wall_filter_matrix(settings.wall, settings.ensemble); },
                    settings.wall, settings.ensemble);
@@ -168,9 +171,8 @@ class colour_scanner {
         std::fill(flow_.values.begin(), flow_.values.end(), flow_sample{});
         flow_.max_velocity = max_doppler_velocity(settings.prf, probe.frequency);
         const float step = spacing * decimation;
-        for_each_index(policy, probe.lines, [&](std::size_t i) {
-            const auto line = static_cast<std::uint32_t>(i);
-            if (line < settings.box.first_line || line >= box_end) return;
+        for_each_index(policy, box_end - settings.box.first_line, [&](std::size_t i) {
+            const std::uint32_t line = settings.box.first_line + static_cast<std::uint32_t>(i);
             const float middle = fine_line(static_cast<float>(line)) - lines.first_line,
                         width = max(reach * fine.rays, 0.5F) + 0.5F;
             for (std::uint32_t k = 0; k < correlated_.samples; ++k) {
@@ -325,7 +327,6 @@ colour_image colour_overlay(const Policy& policy, const image& grey, const flow_
 template <exec::policy Policy, transducer Probe>
 colour_image colour_overlay(const Policy& policy, const image& grey, const flow_lines& lines, const Probe& probe,
                             const colour_overlay_settings& settings = {}) {
-    settings.check();
     return colour_overlay(policy, grey, lines,
                           make_scan_map(policy, probe, detail::acquisition_of(lines), {.size = grey.size}), settings);
 }

@@ -60,7 +60,6 @@ struct moving_scatterers {
     const Field* field = nullptr;    ///< velocities
     pulse_train pulses{};            ///< their times
     float piece = 0;                 ///< metres
-    float from = 0;                  ///< those nearer to the probe are not needed, metres along the line
     emitted_part* current = nullptr; ///< receives what is emitted next
 
     /// See `scattering_field`.
@@ -80,7 +79,7 @@ struct moving_scatterers {
             const velocity_at_rest around{line, line.at((static_cast<float>(i) + 0.5F) * piece)};
             if (!moves(line.object, around.point)) continue;
             emit_resting(piece_begin);
-            if (piece_end > from) emit_moving(line, piece_begin, piece_end, around, spacing, emit);
+            if (piece_end > pulses.from) emit_moving(line, piece_begin, piece_end, around, spacing, emit);
             resting_from = piece_end;
         }
         emit_resting(end);
@@ -267,10 +266,8 @@ void emit_ensemble(const line_task& task, const Model& model, const Field& field
     const bool surfaces_move = surfaces.assign(line, line.layers, field, pulses);
     using scatterers = moving_scatterers<std::remove_cvref_t<decltype(model.scattering)>, Field>;
     emitted_part current;
-    model
-        .with_scattering(
-            scatterers{model.scattering, &field, pulses, display_speed / line.frequency, pulses.from, &current})
-        .emit(line, pulse_echoes{task, out, samples, current, !surfaces_move});
+    const scatterers moving{model.scattering, &field, pulses, display_speed / line.frequency, &current};
+    model.with_scattering(moving).emit(line, pulse_echoes{task, out, samples, current, !surfaces_move});
     if (!surfaces_move) return;
     const auto no_speckle = model.with_scattering(no_scatterers{});
     for (std::uint32_t k = 0; k < pulses.end(); ++k) {

@@ -6,8 +6,8 @@
 #include <insonify/doppler/colour_doppler.hpp>
 #include <insonify/signal/envelope.hpp>
 #include <insonify/signal/fourier.hpp>
+#include <algorithm>
 #include <bit>
-#include <numeric>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -100,35 +100,33 @@ doppler_spectrum spectrum_of(const Policy& policy, const std::vector<vec2>& echo
     }
     const auto walls = detail::orthonormal_polynomials(size, settings.wall_order);
     const detail::fourier fourier{size};
-    constexpr std::size_t together = detail::complex_batch::width;
-    exec::for_each_block(
-        policy, result.windows, together, 15 * static_cast<float>(size), [&](std::size_t first, std::size_t end) {
-            std::vector<detail::complex_block> values(size), room(size); // a window in each lane
-            std::vector<float> part(size);
-            for (std::size_t window = first; window < end; ++window)
-                for (const bool real : {true, false}) {
-                    for (std::uint32_t k = 0; k < size; ++k) {
-                        const vec2 echo = echoes[window * hop + k];
-                        part[k] = real ? echo.x : echo.y;
-                    }
-                    for (const std::vector<double>& wall : walls) { // less the projection on it
-                        const double along = std::inner_product(wall.begin(), wall.end(), part.begin(), 0.0);
-                        for (std::uint32_t k = 0; k < size; ++k) part[k] -= static_cast<float>(wall[k] * along);
-                    }
-                    for (std::uint32_t k = 0; k < size; ++k)
-                        (real ? values[k].x : values[k].y)[window - first] = hann[k] * part[k];
-                }
-            fourier.forward(values, room);
-            const lanes<detail::complex_batch::width> scale(1 / (weight * static_cast<float>(size)));
-            for (std::uint32_t i = 0; i < size; ++i) {
-                const detail::complex_batch bin =
-                    values[(static_cast<std::uint32_t>(lowest) + i) & (size - 1)].loaded();
-                float power[together];
-                store(scale * (bin.x * bin.x + bin.y * bin.y), power);
-                for (std::size_t window = first; window < end; ++window)
-                    result.power[window * size + i] = power[window - first];
+    constexpr auto together = detail::complex_batch::width;
+    const auto transform = [&](std::size_t first, std::size_t end) {
+        std::vector<detail::complex_block> values(size), room(size); // a window in each lane
+        std::vector<vec2> part(size);
+        for (std::size_t window = first; window < end; ++window) {
+            std::copy_n(echoes.data() + window * hop, size, part.data());
+            for (const std::vector<double>& wall : walls) { // less the projection on it
+                dvec2 along{0, 0};
+                for (std::uint32_t k = 0; k < size; ++k) along += wall[k] * dvec2{part[k]};
+                for (std::uint32_t k = 0; k < size; ++k) part[k] -= vec2{wall[k] * along};
             }
-        });
+            for (std::uint32_t k = 0; k < size; ++k) {
+                values[k].x[window - first] = hann[k] * part[k].x;
+                values[k].y[window - first] = hann[k] * part[k].y;
+            }
+        }
+        fourier.forward(values, room);
+        const lanes<together> scale(1 / (weight * static_cast<float>(size)));
+        for (std::uint32_t i = 0; i < size; ++i) {
+            const detail::complex_batch bin = values[(static_cast<std::uint32_t>(lowest) + i) & (size - 1)].loaded();
+            float power[together];
+            store(scale * (bin.x * bin.x + bin.y * bin.y), power);
+            for (std::size_t window = first; window < end; ++window)
+                result.power[window * size + i] = power[window - first];
+        }
+    };
+    exec::for_each_block(policy, result.windows, together, 15 * static_cast<float>(size), transform);
     return result;
 }
 
@@ -194,21 +192,13 @@ class gate_scanner {
         const auto pulses = static_cast<std::uint32_t>(settings.duration * settings.prf);
         const std::uint32_t parts = (pulses + 255) / 256; // each of a few megabytes
         const std::uint32_t part = (pulses + parts - 1) / parts;
+        ensemble_settings train = detail::train_of(settings, samples, spacing, from - beyond);
         std::vector<vec2> series;
         series.reserve(pulses);
         for (std::uint32_t k = 0; k < pulses; k += part) {
-            const iq_ensemble& echoes = train_.acquire(policy, body, lines, at, model, field,
-                                                       {.depth = static_cast<float>(samples) * spacing,
-                                                        .samples = samples,
-                                                        .prf = settings.prf,
-                                                        .pulses = std::min(part, pulses - k),
-                                                        .first = k,
-                                                        .from = max(from - beyond, 0),
-                                                        .burst = settings.burst,
-                                                        .planes = settings.planes,
-                                                        .time = settings.time,
-                                                        .noise_db = settings.noise_db,
-                                                        .seed = settings.seed});
+            train.first = k;
+            train.pulses = std::min(part, pulses - k);
+            const iq_ensemble& echoes = train_.acquire(policy, body, lines, at, model, field, train);
             for (const iq_lines& each : echoes.pulses) {
                 vec2 sum{0, 0};
                 for (std::uint32_t i = first; i < last; ++i)

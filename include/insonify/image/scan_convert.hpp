@@ -51,32 +51,16 @@ struct scan_map {
     }
 
     /// From pixel coordinates to {x, z} in the slice plane, metres.
-    INSONIFY_FN vec2 point(vec2 pixel) const {
-        return centre + pitch * (pixel - 0.5F * vec2{static_cast<float>(size.x), static_cast<float>(size.y)});
-    }
+    INSONIFY_FN vec2 point(vec2 pixel) const { return centre + pitch * (pixel - 0.5F * vec2{size}); }
     /// Centre of a pixel.
     INSONIFY_FN vec2 point(std::uint32_t column, std::uint32_t row) const {
-        return point({static_cast<float>(column) + 0.5F, static_cast<float>(row) + 0.5F});
+        return point(vec2{uvec2{column, row}} + 0.5F);
     }
     /// From {x, z} in the slice plane, metres, to pixel coordinates.
-    INSONIFY_FN vec2 pixel(vec2 point) const {
-        return (point - centre) / pitch + 0.5F * vec2{static_cast<float>(size.x), static_cast<float>(size.y)};
-    }
+    INSONIFY_FN vec2 pixel(vec2 point) const { return (point - centre) / pitch + 0.5F * vec2{size}; }
 };
 
 namespace detail {
-
-/// @param depth   metres
-/// @param extent  of the field of view, metres
-/// @throws usage_error  as `check_size`, with the likely cause
-inline void check_map_size(uvec2 size, float depth, vec2 extent) {
-    if (size.x <= max_picture_side && size.y <= max_picture_side) return check_size(size, "scan_convert");
-    const std::string metres = number_text(depth);
-    check_size(size, "scan_convert",
-               depth >= 1 ? joined({"depth is ", metres, " m: did you mean ", metres, "_mm?"})
-                          : joined({"the field of view is ", number_text(extent.x), " m wide and ",
-                                    number_text(extent.y), " m high; ask for fewer"}));
-}
 
 /// Depth and samples of lines.
 /// @throws usage_error  where there are no samples
@@ -96,6 +80,8 @@ void check_lines_of_map(const line_grid<Value>& lines, const scan_map& map) {
             "new one with make_scan_map"};
 }
 
+inline constexpr std::size_t pixels_per_block = 2048;
+
 /// Nearest-neighbour interpolation.
 /// @param outside  value of the pixels outside the field of view
 /// @throws usage_error  for lines that do not match the map
@@ -105,13 +91,11 @@ pixel_grid<Value> nearest_pixels(const Policy& policy, const line_grid<Value>& l
     check_lines_of_map(lines, map);
     recycled.size = map.size;
     recycled.pixels.assign(map.first.size(), outside);
-    exec::for_each_block(policy, map.size.y, 1, 2 * static_cast<float>(map.size.x), [&](std::size_t y, std::size_t) {
-        for (std::size_t i = y * map.size.x; i < (y + 1) * map.size.x; ++i) {
-            if (map.first[i] == scan_map::outside) continue;
-            const std::size_t line = map.across[i] > 0.5F ? map.beside(map.first[i]) : map.first[i];
-            const std::size_t sample = map.along[i] > 0.5F ? 1 : 0;
-            recycled.pixels[i] = lines.values[line + sample];
-        }
+    exec::for_each_in_blocks(policy, map.first.size(), pixels_per_block, 2, [&](std::size_t i) {
+        if (map.first[i] == scan_map::outside) return;
+        const std::size_t line = map.across[i] > 0.5F ? map.beside(map.first[i]) : map.first[i];
+        const std::size_t sample = map.along[i] > 0.5F ? 1 : 0;
+        recycled.pixels[i] = lines.values[line + sample];
     });
     return recycled;
 }
@@ -171,7 +155,11 @@ scan_map map_pixels(const any_policy<false>& policy, const Probe& probe, const a
             "scan_convert: the field of view has no width; give the number of rows and leave that of columns at 0"};
     if (map.size.x == 0) map.size.x = pixels_of(extent.x, wider);
     if (map.size.y == 0) map.size.y = pixels_of(extent.y, wider);
-    detail::check_map_size(map.size, scan.depth, extent);
+    const std::string depth = number_text(scan.depth);
+    check_size(map.size, "scan_convert",
+               scan.depth >= 1 ? joined({"depth is ", depth, " m: did you mean ", depth, "_mm?"})
+                               : joined({"the field of view is ", number_text(extent.x), " m wide and ",
+                                         number_text(extent.y), " m high; ask for fewer"}));
 
     const std::size_t pixels = static_cast<std::size_t>(map.size.x) * map.size.y;
     map.first.resize(pixels);
@@ -246,19 +234,17 @@ image scan_convert(const Policy& policy, const scan_lines& lines, const scan_map
     const std::size_t next_sample = map.samples > 1 ? 1 : 0;
     recycled.size = map.size;
     recycled.pixels.resize(map.first.size());
-    exec::for_each_block(policy, map.size.y, 1, 3 * static_cast<float>(map.size.x), [&](std::size_t y, std::size_t) {
-        const float* values = lines.values.data();
-        for (std::size_t i = y * map.size.x; i < (y + 1) * map.size.x; ++i) {
-            if (map.first[i] == scan_map::outside) {
-                recycled.pixels[i] = map.background;
-                continue;
-            }
-            const auto between = [along = map.along[i], next_sample](const float* sample) {
-                return multiply_add(along, sample[next_sample] - sample[0], sample[0]);
-            };
-            const float here = between(values + map.first[i]);
-            recycled.pixels[i] = multiply_add(map.across[i], between(values + map.beside(map.first[i])) - here, here);
+    exec::for_each_in_blocks(policy, map.first.size(), detail::pixels_per_block, 3, [&](std::size_t i) {
+        if (map.first[i] == scan_map::outside) {
+            recycled.pixels[i] = map.background;
+            return;
         }
+        const auto between = [along = map.along[i], next_sample](const float* sample) {
+            return multiply_add(along, sample[next_sample] - sample[0], sample[0]);
+        };
+        const float* const values = lines.values.data();
+        const float here = between(values + map.first[i]);
+        recycled.pixels[i] = multiply_add(map.across[i], between(values + map.beside(map.first[i])) - here, here);
     });
     return recycled;
 }

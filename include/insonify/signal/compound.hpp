@@ -10,7 +10,6 @@
 #include <insonify/probe/probe_lines.hpp>
 #include <insonify/probe/transducer.hpp>
 #include <algorithm>
-#include <optional>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -65,17 +64,26 @@ class compounding {
     template <exec::policy Policy, class Acquire>
     scan_lines operator()(const Policy& policy, const Probe& probe, const acquisition& scan,
                           const compound_settings& settings, const Acquire& acquire, scan_lines recycled = {}) {
-        begin(probe, scan, settings);
-        const auto one = [&](std::uint32_t number) {
-            recycled = acquire(number, std::as_const(looks_[number].probe), std::as_const(looks_[number].scan),
-                               std::move(recycled));
-            if (settings.angles > 1) add(policy, looks_[number], recycled);
+        const auto make = [&](char&) {
+            settings.check();
+            probe.check();
+            if (scan.samples == 0) throw usage_error{"compound: `samples` is 0; it must be that of the lines"};
+            acquired_ = 0;
+            looks_.resize(settings.angles, look{.probe = steered<Probe>{probe, 0}});
+            for (std::uint32_t i = 0; i < settings.angles; ++i) assign(looks_[i], probe, scan, settings, i);
         };
-        if (settings.update == compound_settings::update_mode::one)
-            one(next());
-        else
-            for (std::uint32_t number = 0; number < settings.angles; ++number) one(number);
-        if (settings.angles > 1) average(policy, recycled);
+        made_(make, key{probe}, scan.depth, scan.samples, scan.planes, settings);
+        const bool all = settings.update == compound_settings::update_mode::all;
+        const std::uint32_t begin = all ? 0 : next(), end = all ? settings.angles : begin + 1;
+        for (std::uint32_t number = begin; number < end; ++number) {
+            const look& own = looks_[number];
+            recycled = acquire(number, own.probe, own.scan, std::move(recycled));
+            if (settings.angles > 1) add(policy, looks_[number], recycled);
+        }
+        if (settings.angles > 1) {
+            recycled.reshape(probe.lines, scan.samples, scan.depth);
+            average(policy, recycled.values);
+        }
         return recycled;
     }
 
@@ -102,71 +110,55 @@ class compounding {
     using key = std::conditional_t<detail::comparable<Probe>, Probe, detail::probe_lines>; // can be compared
     static constexpr float min_weight = 1e-3F; // where only ends of looks meet, their mean counts
 
-    void begin(const Probe& probe, const acquisition& scan, const compound_settings& settings) {
-        const auto make = [&](char&) {
-            settings.check();
-            probe.check();
-            if (scan.samples == 0) throw usage_error{"compound: `samples` is 0; it must be that of the lines"};
-            probe_.emplace(probe);
-            scan_ = scan;
-            settings_ = settings;
-            acquired_ = 0;
-            looks_.resize(settings.angles, look{.probe = steered<Probe>{*probe_, 0}});
-            for (std::uint32_t i = 0; i < settings.angles; ++i) assign(looks_[i], settings.steering(i));
-        };
-        made_(make, key{probe}, scan.depth, scan.samples, scan.planes, settings);
-    }
-
-    void assign(look& made, float angle) const {
-        made.probe = steered<Probe>{*probe_, angle};
-        made.scan = scan_;
+    static void assign(look& made, const Probe& probe, const acquisition& scan, const compound_settings& settings,
+                       std::uint32_t number) {
+        const float angle = settings.steering(number);
+        made.probe = steered<Probe>{probe, angle};
+        made.scan = scan;
         made.acquired = false;
-        if (settings_.angles == 1) return;
+        if (settings.angles == 1) return;
         made.probe.check();
-        const float middle = 0.5F * static_cast<float>(probe_->lines) - 0.5F;
+        const float middle = 0.5F * static_cast<float>(probe.lines) - 0.5F;
         const auto located = [&](float line, float depth) {
-            const vec3 point = probe_->beam(line).at(depth);
+            const vec3 point = probe.beam(line).at(depth);
             const vec2 at = made.probe.locate({point.x, point.z});
             return vec2{line - at.x, at.y};
         };
         // The same on every line?
         for (const float line : {0.0F, 0.25F * middle, 2 * middle})
-            if (!(std::fabs(located(line, scan_.depth).x - located(middle, scan_.depth).x) < 0.1F) ||
-                is_full_circle(*probe_))
+            if (!(std::fabs(located(line, scan.depth).x - located(middle, scan.depth).x) < 0.1F) ||
+                is_full_circle(probe))
                 throw usage_error{
                     "compound: the lines of the probe must be equally far apart, on a plane or round face, "
                     "and no full circle"};
         if (angle != 0) {
-            made.scan.depth = min(located(middle, scan_.depth).y, max_scan_depth);
+            made.scan.depth = min(located(middle, scan.depth).y, max_scan_depth);
             made.scan.samples = static_cast<std::uint32_t>(
-                std::ceil(static_cast<float>(scan_.samples) * (made.scan.depth / scan_.depth)));
+                std::ceil(static_cast<float>(scan.samples) * (made.scan.depth / scan.depth)));
         }
         made.rows.clear();
         const auto last = static_cast<float>(made.scan.samples > 1 ? made.scan.samples - 2 : 0);
-        for (std::uint32_t k = 0; k < scan_.samples; ++k) {
+        for (std::uint32_t k = 0; k < scan.samples; ++k) {
             const vec2 at =
-                located(middle, (static_cast<float>(k) + 0.5F) * scan_.depth / static_cast<float>(scan_.samples));
-            const float place = at.y / made.scan.depth * static_cast<float>(made.scan.samples) - 0.5F;
-            const float above = clamp(std::floor(place), 0, last);
-            const float straight = min(static_cast<float>(k), last); // the lower sample exists also at the end
-            made.rows.push_back(angle == 0
-                                    ? row{0, static_cast<std::uint32_t>(straight), static_cast<float>(k) - straight}
-                                    : row{at.x, static_cast<std::uint32_t>(above), clamp(place - above, 0, 1)});
+                located(middle, (static_cast<float>(k) + 0.5F) * scan.depth / static_cast<float>(scan.samples));
+            const float place = angle == 0 ? static_cast<float>(k)
+                                           : at.y / made.scan.depth * static_cast<float>(made.scan.samples) - 0.5F;
+            const float upper = clamp(std::floor(place), 0, last); // the lower sample exists also at the end
+            made.rows.push_back({angle == 0 ? 0 : at.x, static_cast<std::uint32_t>(upper), clamp(place - upper, 0, 1)});
         }
-        made.weighted.resize(std::size_t{probe_->lines} * scan_.samples);
+        made.weighted.resize(std::size_t{probe.lines} * scan.samples);
         made.weights.resize(made.weighted.size());
     }
 
     // Looks in the order of their angles to the straight line.
     std::uint32_t next() const {
-        const std::uint32_t turn = acquired_ % settings_.angles, away = (turn + 1) / 2,
-                            middle = (settings_.angles - 1) / 2;
+        const auto angles = static_cast<std::uint32_t>(looks_.size());
+        const std::uint32_t turn = acquired_ % angles, away = (turn + 1) / 2, middle = (angles - 1) / 2;
         return turn % 2 == 1 ? middle + away : middle - away;
     }
 
     // Weight of a look at its (fractional) line: 1, falling to the minimum over an eighth of its width; 0 outside.
-    float weight(float line) const {
-        const auto lines = static_cast<float>(probe_->lines);
+    static float weight(float line, float lines) {
         const float inside = min(line + 0.5F, lines - 0.5F - line);
         if (!(inside >= 0)) return 0;
         const float part = min(8 * inside / lines, 1);
@@ -175,20 +167,21 @@ class compounding {
 
     template <class Policy>
     void add(const Policy& policy, look& own, const scan_lines& amplitudes) {
-        if (amplitudes.count != probe_->lines || amplitudes.samples != own.scan.samples ||
-            amplitudes.values.size() != std::size_t{amplitudes.count} * amplitudes.samples)
+        const std::size_t samples = own.rows.size(), stride = own.scan.samples;
+        if (amplitudes.count != own.probe.lines || amplitudes.samples != stride ||
+            amplitudes.values.size() != amplitudes.count * stride)
             throw usage_error{"compound: a look must have the lines of the probe and the samples that were requested"};
-        const std::size_t samples = scan_.samples, stride = amplitudes.samples;
-        const std::size_t below = stride > 1 ? 1 : 0, beside = probe_->lines > 1 ? stride : 0;
-        const float last = max(static_cast<float>(probe_->lines) - 2, 0);
+        const auto lines = static_cast<float>(amplitudes.count);
+        const std::size_t below = stride > 1 ? 1 : 0, beside = amplitudes.count > 1 ? stride : 0;
+        const float last = max(lines - 2, 0);
         const bool straight = own.probe.steering == 0;
-        exec::for_each_in_blocks(policy, probe_->lines, 8, 3 * static_cast<float>(samples), [&](std::size_t line) {
-            float *const to = own.weighted.data() + line * samples, *const weights =
-                                                                        own.weights.data() + line * samples;
+        exec::for_each_in_blocks(policy, amplitudes.count, 8, 3 * static_cast<float>(samples), [&](std::size_t line) {
+            float* const to = own.weighted.data() + line * samples;
+            float* const weights = own.weights.data() + line * samples;
             for (std::size_t k = 0; k < samples; ++k) {
                 const row& at = own.rows[k];
                 const float place = static_cast<float>(line) - at.shift;
-                const float fraction = weights[k] = straight ? 1.0F : weight(place);
+                const float fraction = weights[k] = straight ? 1.0F : weight(place, lines);
                 to[k] = 0;
                 if (fraction == 0) continue;
                 const float left = clamp(std::floor(place), 0, last), part = clamp(place - left, 0, 1);
@@ -204,13 +197,12 @@ class compounding {
     }
 
     template <class Policy>
-    void average(const Policy& policy, scan_lines& lines) {
-        lines.reshape(probe_->lines, scan_.samples, scan_.depth);
+    void average(const Policy& policy, std::vector<float>& values) const {
         constexpr std::size_t block = 4096;
         exec::for_each_block(
-            policy, lines.values.size(), block, 0.3F * static_cast<float>(looks_.size()),
+            policy, values.size(), block, 0.3F * static_cast<float>(looks_.size()),
             [&](std::size_t begin, std::size_t end) {
-                float* const to = lines.values.data() + begin;
+                float* const to = values.data() + begin;
                 float weights[block] = {};
                 std::fill_n(to, end - begin, 0.0F);
                 for (const look& each : looks_) {
@@ -224,12 +216,10 @@ class compounding {
             });
     }
 
-    std::optional<Probe> probe_{};
-    acquisition scan_{};
-    compound_settings settings_{};
     std::vector<look> looks_{};
-    std::uint32_t acquired_ = 0;                                                             // since the start
-    detail::memo<char, key, float, std::uint32_t, std::uint32_t, compound_settings> made_{}; // looks_
+    std::uint32_t acquired_ = 0; // since the start
+    // For which the looks were made: probe, depth, samples, planes, settings.
+    detail::memo<char, key, float, std::uint32_t, std::uint32_t, compound_settings> made_{};
 };
 
 } // namespace insonify::inline INSONIFY_ABI

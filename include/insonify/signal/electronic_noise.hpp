@@ -19,22 +19,6 @@ struct electronic_noise_settings {
     std::uint32_t frame = 0; ///< number of the frame: noise differs from frame to frame
 };
 
-namespace detail {
-
-/// Complex normal numbers of mean power 1, from which hashes draw.
-inline std::array<vec2, 4096> normal_numbers() {
-    std::array<vec2, 4096> numbers;
-    float power = 0;
-    for (std::size_t i = 0; i < numbers.size(); ++i) {
-        numbers[i] = hash_normal(numbers.size(), i);
-        power += dot(numbers[i], numbers[i]) / static_cast<float>(numbers.size());
-    }
-    for (vec2& number : numbers) number /= std::sqrt(power);
-    return numbers;
-}
-
-} // namespace detail
-
 /// Adds the noise of the receiver: complex white Gaussian noise, uniform in depth. Call it before `tgc`, which
 /// amplifies it with depth.
 /// @throws usage_error  for a level that is not finite
@@ -43,7 +27,16 @@ iq_lines add_electronic_noise(const Policy& policy, iq_lines lines, const electr
     if (!is_finite(settings.level_db)) throw usage_error{"add_electronic_noise: `level_db` must be finite"};
     const float scale = amplitude_of_decibels(settings.level_db);
     if (scale == 0) return lines;
-    static const auto numbers = detail::normal_numbers();
+    static const auto numbers = [] { // complex, of mean power 1, from which hashes draw
+        std::array<vec2, 4096> normal;
+        float power = 0;
+        for (std::size_t i = 0; i < normal.size(); ++i) {
+            normal[i] = hash_normal(normal.size(), i);
+            power += dot(normal[i], normal[i]) / static_cast<float>(normal.size());
+        }
+        for (vec2& number : normal) number /= std::sqrt(power);
+        return normal;
+    }();
     const auto stream = static_cast<std::uint32_t>(hash_bits(settings.seed, settings.frame));
     exec::for_each_block(policy, lines.values.size(), 4096, 3, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i)

@@ -125,45 +125,50 @@ struct tgc_settings {
     friend bool operator==(const tgc_settings&, const tgc_settings&) = default;
 };
 
+namespace detail {
+
+/// What time gain multiplies: amplitudes, or IQ.
+template <class Value>
+concept amplifiable = std::same_as<Value, float> || std::same_as<Value, vec2>;
+
+} // namespace detail
+
 /// Replaces the time gain of lines that have had one: for stored lines, of which only the amplitudes are left.
 /// @param before  the settings with which `tgc` was applied
 /// @throws usage_error  as `tgc`
-template <exec::policy Policy, class Value>
-    requires std::same_as<Value, float> || std::same_as<Value, vec2> line_grid<Value>
-    regain(const Policy& policy, line_grid<Value> lines, float frequency, const tgc_settings& before,
-           const tgc_settings& settings) {
-        settings.check();
-        if (!is_finite(frequency) || !(frequency >= 0))
-            throw usage_error{"tgc: the frequency must be finite and not negative"};
-        if (before == settings) return lines;
-        constexpr std::size_t block = 512; // samples, of all lines
-        const float spacing = lines.depth / static_cast<float>(lines.samples);
-        exec::for_each_block(policy, lines.samples, block, 0.5F * static_cast<float>(lines.count),
-                             [&](std::size_t begin, std::size_t end) {
-                                 float gain[block];
-                                 for (std::size_t k = begin; k < end; ++k) {
-                                     const float depth = (static_cast<float>(k) + 0.5F) * spacing;
-                                     gain[k - begin] =
-                                         amplitude_of_decibels(settings.gain_db(depth, lines.depth, frequency) -
-                                                               before.gain_db(depth, lines.depth, frequency));
-                                 }
-                                 for (std::size_t line = 0; line < lines.count; ++line) {
-                                     Value* values = lines.values.data() + line * lines.samples + begin;
-                                     for (std::size_t k = 0; k < end - begin; ++k) values[k] *= gain[k];
-                                 }
-                             });
-        return lines;
-    }
+template <exec::policy Policy, detail::amplifiable Value>
+line_grid<Value> regain(const Policy& policy, line_grid<Value> lines, float frequency, const tgc_settings& before,
+                        const tgc_settings& settings) {
+    settings.check();
+    if (!is_finite(frequency) || !(frequency >= 0))
+        throw usage_error{"tgc: the frequency must be finite and not negative"};
+    if (before == settings) return lines;
+    constexpr std::size_t block = 512; // samples, of all lines
+    const float spacing = lines.depth / static_cast<float>(lines.samples);
+    const auto amplify = [&](std::size_t begin, std::size_t end) {
+        float gain[block];
+        for (std::size_t k = begin; k < end; ++k) {
+            const float depth = (static_cast<float>(k) + 0.5F) * spacing;
+            gain[k - begin] = amplitude_of_decibels(settings.gain_db(depth, lines.depth, frequency) -
+                                                    before.gain_db(depth, lines.depth, frequency));
+        }
+        for (std::size_t line = 0; line < lines.count; ++line) {
+            Value* values = lines.values.data() + line * lines.samples + begin;
+            for (std::size_t k = 0; k < end - begin; ++k) values[k] *= gain[k];
+        }
+    };
+    exec::for_each_block(policy, lines.samples, block, 0.5F * static_cast<float>(lines.count), amplify);
+    return lines;
+}
 
 /// Multiplies each sample by the gain at its depth. In place: pass std::move(lines).
 /// @tparam Value     float for amplitudes, vec2 for IQ
 /// @param frequency  of the probe, hertz
 /// @throws usage_error  for a frequency or setting out of range
-template <exec::policy Policy, class Value>
-    requires std::same_as<Value, float> || std::same_as<Value, vec2> line_grid<Value>
-    tgc(const Policy& policy, line_grid<Value> lines, float frequency, const tgc_settings& settings = {}) {
-        return regain(policy, std::move(lines), frequency, {.attenuation = 0}, settings);
-    }
+template <exec::policy Policy, detail::amplifiable Value>
+line_grid<Value> tgc(const Policy& policy, line_grid<Value> lines, float frequency, const tgc_settings& settings = {}) {
+    return regain(policy, std::move(lines), frequency, {.attenuation = 0}, settings);
+}
 
 } // namespace insonify::inline INSONIFY_ABI
 

@@ -11,18 +11,6 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-namespace detail {
-
-/// Weight of a line at a distance, in lines, from the place between lines whose value is wanted: sinc, with the window
-/// of Lanczos over six lines.
-inline float lanczos_weight(float distance) {
-    constexpr float half_width = 3;
-    const auto sinc = [](float x) { return std::fabs(x) < 1e-4F ? 1.0F : std::sin(pi * x) / (pi * x); };
-    return std::fabs(distance) < half_width ? sinc(distance) * sinc(distance / half_width) : 0;
-}
-
-} // namespace detail
-
 /// Echoes on the lines of a probe from those on fewer or more lines of it, after `convolve`: a beam has no detail finer
 /// than its width, so lines half of that apart say what is between them (`rays_per_line`).
 ///
@@ -53,6 +41,12 @@ iq_lines resample_lines(const Policy& policy, const iq_lines& lines, const Trace
     const float advance = line_advance(traced), per_line = static_cast<float>(count) / static_cast<float>(wanted.lines);
     const float samples_per_line = advance * static_cast<float>(samples) / lines.depth,
                 turn = 4 * pi * traced.frequency * advance / display_speed; // of the phase, from line to line
+    // Sinc, with the window of Lanczos over six lines, at a distance in lines.
+    const auto lanczos = [](float distance) {
+        constexpr float half_width = 3;
+        const auto sinc = [](float x) { return std::fabs(x) < 1e-4F ? 1.0F : std::sin(pi * x) / (pi * x); };
+        return std::fabs(distance) < half_width ? sinc(distance) * sinc(distance / half_width) : 0;
+    };
     const auto interpolate = [&](std::size_t line, std::size_t) {
         vec2* const to = made.values.data() + line * lines.samples;
         std::fill_n(to, samples, vec2{0, 0});
@@ -61,10 +55,10 @@ iq_lines resample_lines(const Policy& policy, const iq_lines& lines, const Trace
         const auto exists = [&](int neighbour) { return around || (neighbour >= 0 && neighbour < count); };
         float sum = 0;
         for (int i = first; i < first + 6; ++i)
-            if (exists(i)) sum += detail::lanczos_weight(static_cast<float>(i) - place);
+            if (exists(i)) sum += lanczos(static_cast<float>(i) - place);
         for (int i = first; i < first + 6; ++i) {
             if (!exists(i)) continue;
-            const float apart = static_cast<float>(i) - place, weight = detail::lanczos_weight(apart) / sum;
+            const float apart = static_cast<float>(i) - place, weight = lanczos(apart) / sum;
             const vec2 factor = weight * vec2{std::cos(turn * apart), -std::sin(turn * apart)};
             const auto less_deep = static_cast<int>(std::lround(samples_per_line * apart));
             const vec2* const from =

@@ -4,10 +4,12 @@
 #include <insonify/core/save_macros.hpp>
 
 #include <insonify/acoustics/layer.hpp>
+#include <insonify/core/error.hpp>
 #include <insonify/scene/layers.hpp>
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -100,6 +102,17 @@ class line_layers {
 
     std::vector<detail::layer_block> blocks_{};
 };
+
+namespace detail {
+
+/// @throws usage_error  for layers that are not those of a probe with so many lines
+inline void check_layers(const line_layers& found, std::uint32_t lines, const char* caller) {
+    if (found.lines != lines)
+        throw usage_error{joined({caller, ": the layers have ", std::to_string(found.lines), " lines and the probe ",
+                                  std::to_string(lines), "; give those that find_layers finds for this probe"})};
+}
+
+} // namespace detail
 
 } // namespace insonify::inline INSONIFY_ABI
 

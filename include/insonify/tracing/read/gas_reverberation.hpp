@@ -43,35 +43,31 @@ class gas_surface {
   public:
     gas_surface(view<const layer> layers, view<const medium> media, const traced_line& pulse, const Model& model)
         : layers_{layers}, media_{media}, pulse_{pulse}, model_{model} {
-        while (next_ < layers.size() && !is_gas(media[layers[next_].medium])) {
+        for (; next_ < layers.size() && !is_gas(medium_of(next_)); ++next_) {
             crossed_db_ += crossed_db(next_);
             shown_ += stretch();
             lost_db_ += lost_db();
-            ++next_;
         }
         if (next_ == 0 || next_ == layers.size()) return;
-        reflected = reflection(media[layers[next_ - 1].medium], media[layers[next_].medium]);
-        lens_reflected = reflection(media[layers[0].medium], tissue::lens);
-        const layer& gas = layers[next_];
-        slope = gas.slope;
-        curvature = {gas.curvature.x, gas.curvature.y};
+        below = &layers[next_];
         shown = shown_;
+        reflected = reflection(medium_of(next_ - 1), medium_of(next_));
+        lens_reflected = reflection(medium_of(0), tissue::lens);
         lost_at_gas_ = lost_db_;
         crossed_at_gas_ = crossed_db_;
     }
 
-    float shown = 0;          ///< displayed depth, metres; 0: there is none, or the line starts in gas
-    float reflected = 0;      ///< amplitude
-    float lens_reflected = 0; ///< amplitude, of sound that returns to the face
-    vec2 slope{0, 0};         ///< of the surface, in the slice plane and out of it
-    vec2 curvature{0, 0};     ///< 1/m, above 0 where it bulges towards the probe
+    const layer* below = nullptr; ///< the layer of gas; null: there is none, or the line starts in it
+    float shown = 0;              ///< its displayed depth, metres
+    float reflected = 0;          ///< amplitude, by its surface
+    float lens_reflected = 0;     ///< amplitude, of sound that returns to the face
 
     /// What an echo loses that goes to the gas and back once more, dB.
     float once_more_db() const { return loss_db(2 * lost_at_gas_) - loss_db(lost_at_gas_) + crossed_at_gas_; }
     /// The same from a displayed depth to the gas and back, twice, dB. From call to call less deep.
     float twice_from_db(float depth) {
         while (next_ > 0 && depth < shown_) {
-            if (next_ < layers_.size() && !is_gas(media_[layers_[next_].medium])) crossed_db_ -= crossed_db(next_);
+            if (next_ < layers_.size() && !is_gas(medium_of(next_))) crossed_db_ -= crossed_db(next_);
             --next_;
             shown_ -= stretch();
             lost_db_ -= lost_db();
@@ -81,26 +77,23 @@ class gas_surface {
     }
 
   private:
-    static float reflection(const medium& before, const medium& after) {
-        return (after.impedance() - before.impedance()) / (after.impedance() + before.impedance());
-    }
+    const medium& medium_of(std::size_t i) const { return media_[layers_[i].medium]; }
     // What an echo loses at the surface in front of a layer, there and back.
     float crossed_db(std::size_t i) const {
         if (i == 0 || layers_[i].medium == layers_[i - 1].medium) return 0;
-        const float r = reflection(media_[layers_[i - 1].medium], media_[layers_[i].medium]);
+        const float r = reflection(medium_of(i - 1), medium_of(i));
         return -20 * std::log10(max(1 - r * r, 1e-6F));
     }
     // Displayed length and attenuation, there and back, of the layer `next_`.
     float length() const { return layers_[next_].end - layers_[next_].begin; }
     float stretch() const {
-        const medium& m = media_[layers_[next_].medium];
         if constexpr (requires { model_.timing; })
-            return length() * detail::displayed_stretch(model_.timing, m);
+            return length() * detail::displayed_stretch(model_.timing, medium_of(next_));
         else
-            return length() * insonify::displayed_stretch(m);
+            return length() * insonify::displayed_stretch(medium_of(next_));
     }
     float lost_db() const {
-        const medium& m = media_[layers_[next_].medium];
+        const medium& m = medium_of(next_);
         if constexpr (requires { model_.loss(m, pulse_.frequency); })
             return length() * model_.loss(m, pulse_.frequency);
         else
@@ -117,15 +110,6 @@ class gas_surface {
     float shown_ = 0, lost_db_ = 0, crossed_db_ = 0;
     float lost_at_gas_ = 0, crossed_at_gas_ = 0;
 };
-
-/// Sine of the angle between a line and the normal of the probe's face, in the slice plane.
-template <transducer Probe>
-float sine_to_face(const Probe& probe, float line) {
-    const vec3 along = probe.beam(line).direction,
-               face = probe.beam(line + 0.5F).origin - probe.beam(line - 0.5F).origin;
-    const float width = length(face); // 0: lines from one point of a plane face
-    return width > 0 ? dot(along, face) / width : along.x;
-}
 
 } // namespace detail
 
@@ -148,13 +132,9 @@ iq_lines add_gas_reverberation(const Policy& policy, iq_lines echoes, const line
                                const Model& model, const gas_reverberation& settings = {}) {
     settings.check();
     probe.check();
-    if (found.lines != probe.lines)
-        throw usage_error{
-            detail::joined({"add_gas_reverberation: the probe has ", std::to_string(probe.lines),
-                            " lines and the layers ", std::to_string(found.lines), "; both must be of one probe"})};
+    detail::check_layers(found, probe.lines, "add_gas_reverberation");
     detail::check_echoes(echoes, probe.lines, "add_gas_reverberation");
-    if (std::none_of(found.media.begin(), found.media.end(), [](const medium& m) { return detail::is_gas(m); }))
-        return echoes;
+    if (!detail::has_gas(found.media)) return echoes;
     constexpr float min_spread = 0.5F; // in the focus of a hollow surface, which is not sharp: as `paths`
     const detail::stated_settings stated{probe};
     const traced_line pulse{.frequency = stated.frequency, .bandwidth = stated.bandwidth};
@@ -165,7 +145,8 @@ iq_lines add_gas_reverberation(const Policy& policy, iq_lines echoes, const line
     };
     exec::for_each_in_blocks(policy, echoes.count, 8, 2e4F, [&](std::size_t i) {
         detail::gas_surface<Model> gas{found(static_cast<std::uint32_t>(i)), found.media, pulse, model};
-        if (gas.shown <= spacing || gas.shown >= echoes.depth) return;
+        if (gas.below == nullptr || gas.shown <= spacing || gas.shown >= echoes.depth) return;
+        const vec2 curvature{gas.below->curvature.x, gas.below->curvature.y};
         vec2* const line = echoes.values.data() + i * echoes.samples;
         const auto samples = static_cast<std::int64_t>(echoes.samples),
                    surface = static_cast<std::int64_t>(std::lround(gas.shown / spacing)),
@@ -173,17 +154,22 @@ iq_lines add_gas_reverberation(const Policy& policy, iq_lines echoes, const line
         const std::int64_t above = surface - 2; // the echo of the gas itself is divided between two samples
         const vec2 once_deeper = rotation(gas.shown), twice_deeper = rotation(2 * gas.shown);
         const float wavelengths = gas.shown * stated.frequency / display_speed;
-        const float tilt = length(vec2{gas.slope.x, detail::sine_to_face(probe, static_cast<float>(i))});
+        const auto number = static_cast<float>(i);
+        const vec3 face = probe.beam(number + 0.5F).origin - probe.beam(number - 0.5F).origin;
+        const float width = length(face); // 0: lines from one point of a plane face
+        const vec3 along = probe.beam(number).direction;
+        const float sine = width > 0 ? dot(along, face) / width : along.x; // of the angle to the normal of the face
+        const float tilt = length(vec2{gas.below->slope.x, sine});
         const float returned =
             specular_return{}(std::atan(tilt), stated.fnumber, wavelengths) *
-            specular_return{}(std::atan(gas.slope.y), gas.shown / stated.elevation_height, wavelengths);
+            specular_return{}(std::atan(gas.below->slope.y), gas.shown / stated.elevation_height, wavelengths);
         const float mirrored = settings.mirror * gas.reflected * gas.reflected,
                     repeated = settings.face * gas.reflected * gas.lens_reflected * returned *
                                amplitude_of_decibels(-gas.once_more_db());
         for (std::int64_t k = surface + 1; k < samples; ++k) {
             if (const std::int64_t from = twice - k; from >= 0 && from < above) {
                 const float depth = (static_cast<float>(from) + 0.5F) * spacing;
-                const vec2 spread = max(abs(vec2{1, 1} + 2 * (gas.shown - depth) * gas.curvature), vec2{min_spread});
+                const vec2 spread = max(abs(vec2{1, 1} + 2 * (gas.shown - depth) * curvature), vec2{min_spread});
                 const float level =
                     mirrored * amplitude_of_decibels(-gas.twice_from_db(depth)) / std::sqrt(spread.x * spread.y);
                 line[k] += level * detail::complex_product(vec2{line[from].x, -line[from].y}, twice_deeper);

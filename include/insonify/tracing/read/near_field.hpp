@@ -67,14 +67,10 @@ iq_lines add_near_field(const Policy& policy, iq_lines echoes, const line_layers
                         const near_field_settings& settings = {}) {
     using lines = near_field_settings::lines;
     settings.check();
-    if (found.lines != probe.lines)
-        throw usage_error{
-            detail::joined({"add_near_field: the layers have ", std::to_string(found.lines), " lines and the probe ",
-                            std::to_string(probe.lines), "; give those that find_layers finds for this probe"})};
+    detail::check_layers(found, probe.lines, "add_near_field");
     detail::check_echoes(echoes, probe.lines, "add_near_field");
-    const bool some_gas =
-        std::any_of(found.media.begin(), found.media.end(), [](const medium& m) { return detail::is_gas(m); });
-    if (settings.shown == lines::none || (settings.shown == lines::in_gas && !some_gas)) return echoes;
+    if (settings.shown == lines::none || (settings.shown == lines::in_gas && !detail::has_gas(found.media)))
+        return echoes;
 
     constexpr float faintest = 1e-6F;
     constexpr medium lens = tissue::lens;
@@ -91,12 +87,11 @@ iq_lines add_near_field(const Policy& policy, iq_lines echoes, const line_layers
         std::size_t touched = 0;
         while (touched + 1 < layers.size() && layers[touched].end <= detail::below_face) ++touched;
         const medium& below = found.media[layers[touched].medium];
-        const bool gas = detail::is_gas(below);
-        if (gas)
+        if (detail::is_gas(below))
             for (vec2& sample : line) sample = {0, 0};
         else if (settings.shown == lines::in_gas)
             return;
-        const float face = (below.impedance() - lens.impedance()) / (below.impedance() + lens.impedance());
+        const float face = detail::reflection(lens, below);
         const echo_line echo{line, spacing, probe.frequency};
         float amplitude = face;
         for (int k = 0; std::fabs(amplitude) > faintest && static_cast<float>(k) * step < echoes.depth; ++k) {
