@@ -26,7 +26,6 @@
 #include <deque>
 #include <optional>
 #include <string>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -251,7 +250,13 @@ class clip_watch {
         before_.frame = settings.frame;
         bool changed = std::exchange(starts_, false) || before_ != settings;
         probe_([&](char&) { changed = true; }, probe);
-        const bool fast = motion(probe, settings.depth, at_, at) > settings.max_motion;
+        float motion = 0; // the largest of a corner of the field of view, metres
+        for (const float line : {-0.5F, static_cast<float>(probe.lines) - 0.5F}) {
+            const ray beam = probe.beam(line);
+            for (const vec3 corner : {beam.origin, beam.at(settings.depth)})
+                motion = max(motion, length(at.point(corner) - at_.point(corner)));
+        }
+        const bool fast = motion > settings.max_motion;
         before_ = settings;
         at_ = at;
         return {.persistence = changed || fast, .compounding = other_looks || fast};
@@ -260,18 +265,6 @@ class clip_watch {
     void reset() { starts_ = true; }
 
   private:
-    // The largest movement of a corner of the field of view, metres.
-    static float motion(const Probe& probe, float depth, const pose& before, const pose& after) {
-        float largest = 0;
-        if (before == after) return largest;
-        for (const float line : {-0.5F, static_cast<float>(probe.lines) - 0.5F}) {
-            const ray beam = probe.beam(line);
-            for (const vec3 corner : {beam.origin, beam.at(depth)})
-                largest = max(largest, length(after.point(corner) - before.point(corner)));
-        }
-        return largest;
-    }
-
     b_mode_settings before_{};
     memo<char, Probe> probe_{};
     memo<char, Model> model_{};
@@ -427,8 +420,8 @@ class scanner {
                                   label_settings::depth_grid::displayed};
         const detail::any_policy<false> any{policy};
         const line_layers& found =
-            shown_ == 0 && label_look_ && !interrupted_
-                ? frame_looks_[*label_look_].lines.layers()
+            shown_ == 0 && !interrupted_ && frame_looks_[echo_look_].labelled
+                ? frame_looks_[echo_look_].lines.layers()
                 : detail::layers_for_labels(any, body, *frame.probe, frame.at, grid, false, search_);
         label_lines_ = label(any, found, grid, std::move(label_lines_));
         labels_ = scan_convert(policy, label_lines_, map(), std::move(labels_));
@@ -465,6 +458,7 @@ class scanner {
         line_tracer<Model, Tracer> lines{};
         std::optional<look_probe> of_layers{}, of_echoes{}; // on whose lines they lie
         iq_lines echoes{};
+        bool labelled = false; // its layers give the labels of the picture
     };
 
     void check_picture() const {
@@ -488,7 +482,6 @@ class scanner {
         compound_settings compound = settings.compound;
         compound.angles = sampling.looks;
         if (frame_looks_.size() < sampling.looks) frame_looks_.resize(sampling.looks);
-        label_look_.reset();
         const auto starts = watch_.next(probe, model, at, settings);
         if (starts.compounding) looks_.reset();
         std::optional<tgc_settings> gain; // chosen with the first look
@@ -527,10 +520,10 @@ class scanner {
         echoes = own.lines.trace(policy, body, traced, at, model, scan, how, std::move(echoes));
         const line_layers& found = own.lines.layers();
         constexpr bool finds_layers = std::same_as<Tracer, straight_lines>;
-        const float labelled = detail::max_depth_of(
+        const float label_depth = detail::max_depth_of(
             label_settings{.depth = settings.depth, .grid = label_settings::depth_grid::displayed}, body.media());
-        const bool reaches_labels = detail::max_depth_of(model, settings.depth, body.media()) >= labelled;
-        if (finds_layers && traced.lines == look.lines && look.steering == 0 && reaches_labels) label_look_ = number;
+        own.labelled = finds_layers && traced.lines == look.lines && look.steering == 0 &&
+                       detail::max_depth_of(model, settings.depth, body.media()) >= label_depth;
         if (!gain) gain = choose_time_gain(policy, body, at, look.steering == 0 && found.lines > 0 ? &found : nullptr);
         times_.trace += clock.lap();
         if constexpr (finds_layers) {
@@ -585,7 +578,6 @@ class scanner {
     detail::clip_watch<Probe, Model> watch_{};
     detail::frame_display<Probe> display_{};
     cine_loop<stored_frame<Probe>> cine_{};
-    std::optional<std::uint32_t> label_look_{}; // of the newest frame, whose lines are those of the stored frame
     iq_lines resampled_{};
     detail::layer_search search_{}; // of one plane, where no look has it
     label_lines label_lines_{};

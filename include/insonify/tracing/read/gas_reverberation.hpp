@@ -12,10 +12,8 @@
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/probe/transducer.hpp>
 #include <insonify/tracing/find/line_layers.hpp>
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <string>
 
 namespace insonify::inline INSONIFY_ABI {
 

@@ -11,8 +11,6 @@
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/signal/pulse.hpp>
 #include <insonify/tracing/find/find_layers.hpp>
-#include <algorithm>
-#include <string>
 
 namespace insonify::inline INSONIFY_ABI {
 
