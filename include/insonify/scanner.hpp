@@ -173,66 +173,6 @@ struct stored_frame {
 
 namespace detail {
 
-inline tgc_settings time_gain_of(const b_mode_settings& settings, float attenuation, float bandwidth) {
-    return {.attenuation = attenuation,
-            .max_db = settings.time_gain.max_db,
-            .sliders = settings.time_gain.sliders,
-            .curve = settings.time_gain.curve,
-            .bandwidth = bandwidth};
-}
-
-/// The stages from stored amplitudes to a picture.
-template <transducer Probe>
-class frame_display {
-  public:
-    /// Draws a frame, after those that were drawn before.
-    template <exec::policy Policy>
-    void draw_next(const Policy& policy, const stored_frame<Probe>& frame, const b_mode_settings& settings) {
-        compress(policy, frame, settings);
-        if (!(settings.grey == grey_map{})) lines = map_grey(policy, std::move(lines), settings.grey);
-        map(policy, *frame.probe, {.depth = lines.depth, .samples = lines.samples},
-            {.size = settings.size, .background = settings.background});
-        picture = scan_convert(policy, lines, map.value(), std::move(picture));
-    }
-
-    /// Draws a frame of a loop by itself: persistence is that of the frames of the loop.
-    /// @param back  exists
-    template <exec::policy Policy>
-    void draw(const Policy& policy, const cine_loop<stored_frame<Probe>>& loop, std::uint32_t back,
-              const b_mode_settings& settings) {
-        std::uint32_t first = back;
-        if (settings.persistence != 0)
-            while (first + 1 < loop.size() && !loop[first].starts) ++first;
-        smoothing_.reset();
-        for (; first > back; --first) compress(policy, loop[first], settings);
-        draw_next(policy, loop[back], settings);
-    }
-
-    scan_lines lines{}; ///< brightness
-    kept_scan_map<refined<Probe>> map{};
-    image picture{};
-
-  private:
-    template <class Policy>
-    void compress(const Policy& policy, const stored_frame<Probe>& frame, const b_mode_settings& settings) {
-        const float attenuation = settings.tgc > 0 ? settings.tgc : frame.gain.attenuation;
-        lines = frame.amplitudes;
-        lines = regain(policy, std::move(lines), frame.probe->frequency, frame.gain,
-                       time_gain_of(settings, attenuation, frame.gain.bandwidth));
-        lines = log_compress(policy, std::move(lines),
-                             {.dynamic_range_db = settings.dynamic_range_db,
-                              .reference_db = settings.reference_db,
-                              .gain_db = settings.gain_db,
-                              .reject_db = settings.reject_db});
-        if (settings.persistence == 0) return;
-        smoothing_.weight(settings.persistence);
-        if (frame.starts) smoothing_.reset();
-        lines = smoothing_.add(policy, lines);
-    }
-
-    persistence smoothing_{};
-};
-
 /// Notices where a clip starts anew.
 template <transducer Probe, class Model>
 class clip_watch {
@@ -357,9 +297,9 @@ class scanner {
     }
 
     const cine_loop<stored_frame<Probe>>& cine() const { return cine_; } ///< the stored frames
-    const image& picture() const& { return display_.picture; }           ///< the last picture
-    image picture() && { return std::move(display_.picture); }           ///< the last picture
-    const scan_lines& lines() const { return display_.lines; } ///< brightness along the lines of the last picture
+    const image& picture() const& { return picture_; }                   ///< the last picture
+    image picture() && { return std::move(picture_); }                   ///< the last picture
+    const scan_lines& lines() const { return lines_; } ///< brightness along the lines of the last picture
     /// Complex echoes of the last frame acquired, after noise, before time gain, on the lines of `echo_probe`.
     ///
     /// Of several looks, those of the look that is steered least: the straight one where their number is odd, else the
@@ -391,7 +331,7 @@ class scanner {
         return *frame_looks_[last_look_].of_layers;
     }
     /// Pixels of the last picture, points {x, z} of the probe.
-    const scan_map& map() const { return display_.map.value(); }
+    const scan_map& map() const { return map_.value(); }
     const pose& at() const { return at_; }              ///< of the probe, for the last picture
     const stage_times& times() const { return times_; } ///< of the last picture
 
@@ -474,6 +414,14 @@ class scanner {
         if (interrupted_)
             throw usage_error{"scanner: the last `scan` threw, so there are no layers; call `scan` again"};
     }
+    tgc_settings time_gain(float attenuation, float bandwidth) const {
+        return {.attenuation = attenuation,
+                .max_db = settings.time_gain.max_db,
+                .sliders = settings.time_gain.sliders,
+                .curve = settings.time_gain.curve,
+                .bandwidth = bandwidth};
+    }
+
     // The stages from echoes to stored amplitudes.
     template <class Policy>
     void acquire(const Policy& policy, const scene& body, const pose& at, stored_frame<Probe>& frame) {
@@ -565,7 +513,35 @@ class scanner {
         float bandwidth = 0; // of the pulse whose losses are restored; 0 where the model attenuates a single frequency
         if constexpr (requires { model.bandwidth == pulse_bandwidth::broad; })
             if (model.bandwidth == pulse_bandwidth::broad) bandwidth = fractional_bandwidth(probe);
-        return detail::time_gain_of(settings, attenuation, bandwidth);
+        return time_gain(attenuation, bandwidth);
+    }
+
+    // The stages from stored amplitudes to brightness, after the frames that were drawn before.
+    template <class Policy>
+    void compress(const Policy& policy, const stored_frame<Probe>& frame) {
+        const float attenuation = settings.tgc > 0 ? settings.tgc : frame.gain.attenuation;
+        lines_ = frame.amplitudes;
+        lines_ = regain(policy, std::move(lines_), frame.probe->frequency, frame.gain,
+                        time_gain(attenuation, frame.gain.bandwidth));
+        lines_ = log_compress(policy, std::move(lines_),
+                              {.dynamic_range_db = settings.dynamic_range_db,
+                               .reference_db = settings.reference_db,
+                               .gain_db = settings.gain_db,
+                               .reject_db = settings.reject_db});
+        if (settings.persistence == 0) return;
+        smoothing_.weight(settings.persistence);
+        if (frame.starts) smoothing_.reset();
+        lines_ = smoothing_.add(policy, lines_);
+    }
+
+    // The same, and those to a picture.
+    template <class Policy>
+    void draw(const Policy& policy, const stored_frame<Probe>& frame) {
+        compress(policy, frame);
+        if (!(settings.grey == grey_map{})) lines_ = map_grey(policy, std::move(lines_), settings.grey);
+        map_(policy, *frame.probe, {.depth = lines_.depth, .samples = lines_.samples},
+             {.size = settings.size, .background = settings.background});
+        picture_ = scan_convert(policy, lines_, map_.value(), std::move(picture_));
     }
 
     std::deque<frame_look> frame_looks_{};
@@ -576,8 +552,11 @@ class scanner {
     compounding<refined<Probe>> looks_{};
     detail::memo<float, Probe, float> chosen_gain_{};
     detail::clip_watch<Probe, Model> watch_{};
-    detail::frame_display<Probe> display_{};
     cine_loop<stored_frame<Probe>> cine_{};
+    persistence smoothing_{};
+    scan_lines lines_{}; // brightness
+    kept_scan_map<refined<Probe>> map_{};
+    image picture_{};
     iq_lines resampled_{};
     detail::layer_search search_{}; // of one plane, where no look has it
     label_lines label_lines_{};
@@ -604,12 +583,12 @@ const image& scanner<Probe, Model, Tracer>::scan_by(const detail::any_policy<Uns
     cine_.add(cine_length, [&](stored_frame<Probe>& frame) { acquire(policy, body, at, frame); });
     shown_ = 0;
     const detail::stopwatch display;
-    display_.draw_next(policy, cine_[0], settings);
+    draw(policy, cine_[0]);
     at_ = at;
     interrupted_ = false;
     times_.display = display.seconds();
     times_.total = clock.seconds();
-    return display_.picture;
+    return picture_;
 }
 
 template <transducer Probe, acoustic_model Model, class Tracer>
@@ -620,12 +599,17 @@ const image& scanner<Probe, Model, Tracer>::show_by(const detail::any_policy<Uns
         throw usage_error{"scanner: `back` is " + std::to_string(back) + ", and " + std::to_string(cine_.size()) +
                           " frames are stored; `cine_length` is the number to store"};
     const detail::stopwatch clock;
-    display_.draw(policy, cine_, back, settings);
+    std::uint32_t first = back; // from which persistence goes on
+    if (settings.persistence != 0)
+        while (first + 1 < cine_.size() && !cine_[first].starts) ++first;
+    smoothing_.reset();
+    for (; first > back; --first) compress(policy, cine_[first]);
+    draw(policy, cine_[back]);
     shown_ = back;
     at_ = cine_[back].at;
     watch_.reset();
     times_ = {.display = clock.seconds(), .total = clock.seconds()};
-    return display_.picture;
+    return picture_;
 }
 
 } // namespace insonify::inline INSONIFY_ABI
