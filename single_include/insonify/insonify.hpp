@@ -16748,10 +16748,11 @@ struct moving_scatterers {
 /// normal and a the direction of the line.
 class moving_surfaces {
   public:
-    /// @param layers  of the line at the first pulse
-    /// @return        whether any surface moves
+    /// @param line  with its layers at the first pulse
+    /// @return      whether any surface moves
     template <velocity_field Field>
-    bool assign(const traced_line& line, view<const layer> layers, const Field& field, const pulse_train& pulses) {
+    bool assign(const traced_line& line, const Field& field, const pulse_train& pulses) {
+        const view<const layer> layers = line.layers;
         now_.assign(layers.begin(), layers.end());
         motions_.clear();
         bool any = false;
@@ -16852,7 +16853,7 @@ template <class Model, velocity_field Field>
 void emit_ensemble(const line_task& task, const Model& model, const Field& field, const pulse_train& pulses,
                    moving_surfaces& surfaces, std::size_t samples, view<vec2> out) {
     traced_line line = task.line;
-    const bool surfaces_move = surfaces.assign(line, line.layers, field, pulses);
+    const bool surfaces_move = surfaces.assign(line, field, pulses);
     using scatterers = moving_scatterers<std::remove_cvref_t<decltype(model.scattering)>, Field>;
     emitted_part current;
     const scatterers moving{model.scattering, &field, pulses, display_speed / line.frequency, &current};
@@ -18651,20 +18652,13 @@ struct tgc_settings {
     friend bool operator==(const tgc_settings&, const tgc_settings&) = default;
 };
 
-namespace detail {
-
-/// What time gain multiplies: amplitudes, or IQ.
-template <class Value>
-concept amplifiable = std::same_as<Value, float> || std::same_as<Value, vec2>;
-
-} // namespace detail
-
 /// Replaces the time gain of lines that have had one: for stored lines, of which only the amplitudes are left.
 /// @param before  the settings with which `tgc` was applied
 /// @throws usage_error  as `tgc`
-template <exec::policy Policy, detail::amplifiable Value>
+template <exec::policy Policy, class Value>
 line_grid<Value> regain(const Policy& policy, line_grid<Value> lines, float frequency, const tgc_settings& before,
                         const tgc_settings& settings) {
+    static_assert(std::same_as<Value, float> || std::same_as<Value, vec2>, "tgc: the lines must be amplitudes or IQ");
     settings.check();
     if (!is_finite(frequency) || !(frequency >= 0))
         throw usage_error{"tgc: the frequency must be finite and not negative"};
@@ -18691,7 +18685,7 @@ line_grid<Value> regain(const Policy& policy, line_grid<Value> lines, float freq
 /// @tparam Value     float for amplitudes, vec2 for IQ
 /// @param frequency  of the probe, hertz
 /// @throws usage_error  for a frequency or setting out of range
-template <exec::policy Policy, detail::amplifiable Value>
+template <exec::policy Policy, class Value>
 line_grid<Value> tgc(const Policy& policy, line_grid<Value> lines, float frequency, const tgc_settings& settings = {}) {
     return regain(policy, std::move(lines), frequency, {.attenuation = 0}, settings);
 }

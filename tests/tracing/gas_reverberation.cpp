@@ -157,7 +157,8 @@ TEST_CASE("gas: lines without it, or that start in it, are left as they are; bad
                                 physical<>{}) == bare);
 
     CHECK_THROWS_WITH_AS(add_gas_reverberation(exec::par, bare, line_layers{}, probe, physical<>{}),
-                         "add_gas_reverberation: the layers have 0 lines and the probe 16; give those that find_layers finds for this probe",
+                         "add_gas_reverberation: the layers have 0 lines and the probe 16; give those that find_layers "
+                         "finds for this probe",
                          usage_error);
     CHECK_THROWS_WITH_AS(add_gas_reverberation(exec::par, iq_lines{}, found, probe, physical<>{}),
                          "add_gas_reverberation: the echoes must have as many lines as the probe, and a value for "

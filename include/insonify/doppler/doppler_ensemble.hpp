@@ -159,10 +159,11 @@ struct moving_scatterers {
 /// normal and a the direction of the line.
 class moving_surfaces {
   public:
-    /// @param layers  of the line at the first pulse
-    /// @return        whether any surface moves
+    /// @param line  with its layers at the first pulse
+    /// @return      whether any surface moves
     template <velocity_field Field>
-    bool assign(const traced_line& line, view<const layer> layers, const Field& field, const pulse_train& pulses) {
+    bool assign(const traced_line& line, const Field& field, const pulse_train& pulses) {
+        const view<const layer> layers = line.layers;
         now_.assign(layers.begin(), layers.end());
         motions_.clear();
         bool any = false;
@@ -263,7 +264,7 @@ template <class Model, velocity_field Field>
 void emit_ensemble(const line_task& task, const Model& model, const Field& field, const pulse_train& pulses,
                    moving_surfaces& surfaces, std::size_t samples, view<vec2> out) {
     traced_line line = task.line;
-    const bool surfaces_move = surfaces.assign(line, line.layers, field, pulses);
+    const bool surfaces_move = surfaces.assign(line, field, pulses);
     using scatterers = moving_scatterers<std::remove_cvref_t<decltype(model.scattering)>, Field>;
     emitted_part current;
     const scatterers moving{model.scattering, &field, pulses, display_speed / line.frequency, &current};

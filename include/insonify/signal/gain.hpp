@@ -125,20 +125,13 @@ struct tgc_settings {
     friend bool operator==(const tgc_settings&, const tgc_settings&) = default;
 };
 
-namespace detail {
-
-/// What time gain multiplies: amplitudes, or IQ.
-template <class Value>
-concept amplifiable = std::same_as<Value, float> || std::same_as<Value, vec2>;
-
-} // namespace detail
-
 /// Replaces the time gain of lines that have had one: for stored lines, of which only the amplitudes are left.
 /// @param before  the settings with which `tgc` was applied
 /// @throws usage_error  as `tgc`
-template <exec::policy Policy, detail::amplifiable Value>
+template <exec::policy Policy, class Value>
 line_grid<Value> regain(const Policy& policy, line_grid<Value> lines, float frequency, const tgc_settings& before,
                         const tgc_settings& settings) {
+    static_assert(std::same_as<Value, float> || std::same_as<Value, vec2>, "tgc: the lines must be amplitudes or IQ");
     settings.check();
     if (!is_finite(frequency) || !(frequency >= 0))
         throw usage_error{"tgc: the frequency must be finite and not negative"};
@@ -165,7 +158,7 @@ line_grid<Value> regain(const Policy& policy, line_grid<Value> lines, float freq
 /// @tparam Value     float for amplitudes, vec2 for IQ
 /// @param frequency  of the probe, hertz
 /// @throws usage_error  for a frequency or setting out of range
-template <exec::policy Policy, detail::amplifiable Value>
+template <exec::policy Policy, class Value>
 line_grid<Value> tgc(const Policy& policy, line_grid<Value> lines, float frequency, const tgc_settings& settings = {}) {
     return regain(policy, std::move(lines), frequency, {.attenuation = 0}, settings);
 }
