@@ -17148,8 +17148,6 @@ void check_lines_of_map(const line_grid<Value>& lines, const scan_map& map) {
             "new one with make_scan_map"};
 }
 
-inline constexpr std::size_t pixels_per_block = 2048;
-
 /// Nearest-neighbour interpolation.
 /// @param outside  value of the pixels outside the field of view
 /// @throws usage_error  for lines that do not match the map
@@ -17159,7 +17157,7 @@ pixel_grid<Value> nearest_pixels(const Policy& policy, const line_grid<Value>& l
     check_lines_of_map(lines, map);
     recycled.size = map.size;
     recycled.pixels.assign(map.first.size(), outside);
-    exec::for_each_in_blocks(policy, map.first.size(), pixels_per_block, 2, [&](std::size_t i) {
+    exec::for_each_in_blocks(policy, map.first.size(), 2048, 2, [&](std::size_t i) {
         if (map.first[i] == scan_map::outside) return;
         const std::size_t line = map.across[i] > 0.5F ? map.beside(map.first[i]) : map.first[i];
         const std::size_t sample = map.along[i] > 0.5F ? 1 : 0;
@@ -17302,17 +17300,19 @@ image scan_convert(const Policy& policy, const scan_lines& lines, const scan_map
     const std::size_t next_sample = map.samples > 1 ? 1 : 0;
     recycled.size = map.size;
     recycled.pixels.resize(map.first.size());
-    exec::for_each_in_blocks(policy, map.first.size(), detail::pixels_per_block, 3, [&](std::size_t i) {
-        if (map.first[i] == scan_map::outside) {
-            recycled.pixels[i] = map.background;
-            return;
+    exec::for_each_block(policy, map.size.y, 1, 3 * static_cast<float>(map.size.x), [&](std::size_t y, std::size_t) {
+        const float* values = lines.values.data();
+        for (std::size_t i = y * map.size.x; i < (y + 1) * map.size.x; ++i) {
+            if (map.first[i] == scan_map::outside) {
+                recycled.pixels[i] = map.background;
+                continue;
+            }
+            const auto between = [along = map.along[i], next_sample](const float* sample) {
+                return multiply_add(along, sample[next_sample] - sample[0], sample[0]);
+            };
+            const float here = between(values + map.first[i]);
+            recycled.pixels[i] = multiply_add(map.across[i], between(values + map.beside(map.first[i])) - here, here);
         }
-        const auto between = [along = map.along[i], next_sample](const float* sample) {
-            return multiply_add(along, sample[next_sample] - sample[0], sample[0]);
-        };
-        const float* const values = lines.values.data();
-        const float here = between(values + map.first[i]);
-        recycled.pixels[i] = multiply_add(map.across[i], between(values + map.beside(map.first[i])) - here, here);
     });
     return recycled;
 }
@@ -17494,25 +17494,30 @@ void for_each_flow_pixel(const Policy& policy, const flow_lines& lines, const sc
     const float turn = lines.max_velocity > 0 ? pi / lines.max_velocity : 0, scale = lines.max_velocity / pi;
     const float min_amplitude = amplitude_of_decibels(settings.min_power_db);
     const std::size_t next = map.samples > 1 ? 1 : 0;
-    exec::for_each_in_blocks(policy, map.first.size(), pixels_per_block, 40, [&](std::size_t i) {
-        if (map.first[i] == scan_map::outside) return pixel(i, flow_sample{});
-        const std::size_t here = map.first[i], beside = map.beside(map.first[i]);
-        const float across = map.across[i], along = map.along[i];
-        vec2 phasor{0, 0};
-        float power = 0;
-        const auto add = [&](const flow_sample& sample, float weight) {
-            const float angle = turn * sample.velocity;
-            phasor += weight * sample.power * vec2{std::cos(angle), std::sin(angle)};
-            power += weight * sample.power;
-        };
-        add(lines.values[here], (1 - across) * (1 - along));
-        add(lines.values[here + next], (1 - across) * along);
-        add(lines.values[beside], across * (1 - along));
-        add(lines.values[beside + next], across * along);
-        const flow_sample found{.velocity = power > 0 ? scale * std::atan2(phasor.y, phasor.x) : 0, .power = power};
-        const bool shown =
-            power > 0 && std::sqrt(power) >= min_amplitude && std::fabs(found.velocity) >= settings.min_velocity;
-        pixel(i, shown ? found : flow_sample{});
+    exec::for_each_block(policy, map.size.y, 1, 40 * static_cast<float>(map.size.x), [&](std::size_t y, std::size_t) {
+        for (std::size_t i = y * map.size.x; i < (y + 1) * map.size.x; ++i) {
+            if (map.first[i] == scan_map::outside) {
+                pixel(i, flow_sample{});
+                continue;
+            }
+            const std::size_t here = map.first[i], beside = map.beside(map.first[i]);
+            const float across = map.across[i], along = map.along[i];
+            vec2 phasor{0, 0};
+            float power = 0;
+            const auto add = [&](const flow_sample& sample, float weight) {
+                const float angle = turn * sample.velocity;
+                phasor += weight * sample.power * vec2{std::cos(angle), std::sin(angle)};
+                power += weight * sample.power;
+            };
+            add(lines.values[here], (1 - across) * (1 - along));
+            add(lines.values[here + next], (1 - across) * along);
+            add(lines.values[beside], across * (1 - along));
+            add(lines.values[beside + next], across * along);
+            const flow_sample found{.velocity = power > 0 ? scale * std::atan2(phasor.y, phasor.x) : 0, .power = power};
+            const bool shown =
+                power > 0 && std::sqrt(power) >= min_amplitude && std::fabs(found.velocity) >= settings.min_velocity;
+            pixel(i, shown ? found : flow_sample{});
+        }
     });
 }
 

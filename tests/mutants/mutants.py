@@ -51,6 +51,8 @@ equivalent = [
     ("signal/pulse.hpp", "if (!(burst > 0.015F * sigma)) return std::exp(-0.5F * (x / sigma) * (x / sigma));",
      "so short a burst and none are the same in float"),
     ("signal/pulse.hpp", "if (!is_finite(frequency) && !(frequency >= 0))", "the next check refuses infinity"),
+    ("image/scan_convert.hpp", "for (std::size_t i = y / map.size.x; i < (y + 1) * map.size.x; ++i) {",
+     "rows before are written anew, as they were"),
     ("paper/picture.hpp", "mean_.assign(frame.pixels.size(), 1.0F);", "the first frame's share of it is 0"),
 ]
 

@@ -106,25 +106,30 @@ void for_each_flow_pixel(const Policy& policy, const flow_lines& lines, const sc
     const float turn = lines.max_velocity > 0 ? pi / lines.max_velocity : 0, scale = lines.max_velocity / pi;
     const float min_amplitude = amplitude_of_decibels(settings.min_power_db);
     const std::size_t next = map.samples > 1 ? 1 : 0;
-    exec::for_each_in_blocks(policy, map.first.size(), pixels_per_block, 40, [&](std::size_t i) {
-        if (map.first[i] == scan_map::outside) return pixel(i, flow_sample{});
-        const std::size_t here = map.first[i], beside = map.beside(map.first[i]);
-        const float across = map.across[i], along = map.along[i];
-        vec2 phasor{0, 0};
-        float power = 0;
-        const auto add = [&](const flow_sample& sample, float weight) {
-            const float angle = turn * sample.velocity;
-            phasor += weight * sample.power * vec2{std::cos(angle), std::sin(angle)};
-            power += weight * sample.power;
-        };
-        add(lines.values[here], (1 - across) * (1 - along));
-        add(lines.values[here + next], (1 - across) * along);
-        add(lines.values[beside], across * (1 - along));
-        add(lines.values[beside + next], across * along);
-        const flow_sample found{.velocity = power > 0 ? scale * std::atan2(phasor.y, phasor.x) : 0, .power = power};
-        const bool shown =
-            power > 0 && std::sqrt(power) >= min_amplitude && std::fabs(found.velocity) >= settings.min_velocity;
-        pixel(i, shown ? found : flow_sample{});
+    exec::for_each_block(policy, map.size.y, 1, 40 * static_cast<float>(map.size.x), [&](std::size_t y, std::size_t) {
+        for (std::size_t i = y * map.size.x; i < (y + 1) * map.size.x; ++i) {
+            if (map.first[i] == scan_map::outside) {
+                pixel(i, flow_sample{});
+                continue;
+            }
+            const std::size_t here = map.first[i], beside = map.beside(map.first[i]);
+            const float across = map.across[i], along = map.along[i];
+            vec2 phasor{0, 0};
+            float power = 0;
+            const auto add = [&](const flow_sample& sample, float weight) {
+                const float angle = turn * sample.velocity;
+                phasor += weight * sample.power * vec2{std::cos(angle), std::sin(angle)};
+                power += weight * sample.power;
+            };
+            add(lines.values[here], (1 - across) * (1 - along));
+            add(lines.values[here + next], (1 - across) * along);
+            add(lines.values[beside], across * (1 - along));
+            add(lines.values[beside + next], across * along);
+            const flow_sample found{.velocity = power > 0 ? scale * std::atan2(phasor.y, phasor.x) : 0, .power = power};
+            const bool shown =
+                power > 0 && std::sqrt(power) >= min_amplitude && std::fabs(found.velocity) >= settings.min_velocity;
+            pixel(i, shown ? found : flow_sample{});
+        }
     });
 }
 
