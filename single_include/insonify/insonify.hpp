@@ -19979,8 +19979,7 @@ class scanner {
     /// @throws usage_error  before the first picture
     template <exec::policy Policy>
     const label_image& labels(const Policy& policy, const scene& body) {
-        check_picture();
-        const stored_frame<Probe>& frame = cine_[shown_];
+        const stored_frame<Probe>& frame = frame_of_picture();
         const label_settings grid{frame.amplitudes.depth, frame.amplitudes.samples,
                                   label_settings::depth_grid::displayed};
         const detail::any_policy<false> any{policy};
@@ -19999,8 +19998,7 @@ class scanner {
     /// @throws usage_error  before the first picture, and as `colour_doppler`
     template <exec::policy Policy, velocity_field Field>
     const flow_lines& colour(const Policy& policy, const scene& body, const Field& field, doppler_settings with = {}) {
-        check_picture();
-        const stored_frame<Probe>& shown = cine_[shown_];
+        const stored_frame<Probe>& shown = frame_of_picture();
         with.depth = shown.amplitudes.depth;
         return colour_.acquire(detail::any_policy{policy}, body, Probe{*shown.probe}, shown.at, model, field, with);
     }
@@ -20010,8 +20008,7 @@ class scanner {
     template <exec::policy Policy, velocity_field Field>
     doppler_spectrum spectrum(const Policy& policy, const scene& body, const Field& field,
                               pulsed_doppler_settings with = {}) {
-        check_picture();
-        const stored_frame<Probe>& shown = cine_[shown_];
+        const stored_frame<Probe>& shown = frame_of_picture();
         with.depth = shown.amplitudes.depth;
         return gate_.acquire(detail::any_policy{policy}, body, Probe{*shown.probe}, shown.at, model, field, with);
     }
@@ -20029,6 +20026,13 @@ class scanner {
     void check_picture() const {
         if (cine_.empty())
             throw usage_error{"scanner: there is no picture yet; call `scan`, and `unfreeze` where it is frozen"};
+    }
+    // A `scan` that throws may have overwritten it.
+    const stored_frame<Probe>& frame_of_picture() const {
+        check_picture();
+        if (shown_ >= cine_.size())
+            throw usage_error{"scanner: the frame of the picture is no longer stored; call `scan`, or `show` another"};
+        return cine_[shown_];
     }
     template <bool Unsequenced>
     const image& scan_by(const detail::any_policy<Unsequenced>& policy, const scene& body, const pose& at);

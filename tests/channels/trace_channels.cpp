@@ -16,9 +16,9 @@ namespace {
 
 using complex = std::complex<double>;
 constexpr double full_turn = 6.283185307179586;
-const complex j{0, 1};
+const complex imaginary_unit{0, 1};
 
-const element_array array{.elements = 24, .pitch = 0.3_mm, .element_width = 0.27_mm};
+const element_array row_of_24{.elements = 24, .pitch = 0.3_mm, .element_width = 0.27_mm};
 const medium medium_1540{.density = 1000, .sound_speed = 1540};
 
 // Spectrum of an RF record at a frequency over that of the pulse: what lies between the two.
@@ -26,7 +26,7 @@ complex transfer(const channel_data& data, std::uint32_t transmit, std::uint32_t
     complex sum = 0;
     for (std::uint32_t k = 0; k < data.samples; ++k)
         sum += static_cast<double>(data(transmit, element, k)) *
-               std::exp(-j * full_turn * frequency * (k / static_cast<double>(data.sampling_frequency)));
+               std::exp(-imaginary_unit * full_turn * frequency * (k / static_cast<double>(data.sampling_frequency)));
     const double sigma = static_cast<double>(data.bandwidth * data.frequency) / 2.3548,
                  offset = (frequency - static_cast<double>(data.frequency)) / sigma;
     const double pulse =
@@ -48,9 +48,9 @@ complex element_field_at(const element_array& of, std::uint32_t element, double 
             const double from_x = centre + w * ((a + 0.5) / across - 0.5), from_y = h * ((b + 0.5) / along - 0.5);
             const double r = std::sqrt((x - from_x) * (x - from_x) + (y - from_y) * (y - from_y) + z * z);
             const double lens = std::sqrt(focus * focus + from_y * from_y) - focus;
-            sum += std::exp(j * k * (lens - r)) * z / (r * r);
+            sum += std::exp(imaginary_unit * k * (lens - r)) * z / (r * r);
         }
-    return j * k / full_turn * sum * (w / across) * (h / along);
+    return imaginary_unit * k / full_turn * sum * (w / across) * (h / along);
 }
 
 double decibels_of(complex ratio) { return 20 * std::log10(std::abs(ratio)); }
@@ -62,7 +62,7 @@ channel_data echoes(const scene& body, const element_array& of, const channel_se
 
 // Kirchhoff's integral over perfect mirrors that are the same along y, by pieces of their contour in the slice.
 const medium mirror{.density = 1e12F, .sound_speed = 1540};
-const double carrier = static_cast<double>(array.frequency), wavelength = 1540 / carrier;
+const double carrier = static_cast<double>(row_of_24.frequency), wavelength = 1540 / carrier;
 
 struct contour_piece {
     double x, z, normal_x, normal_z, length;
@@ -78,18 +78,18 @@ complex kirchhoff(const std::vector<contour_piece>& contour, std::uint32_t n, st
     complex sum = 0;
     for (const contour_piece& at : contour) {
         const auto cosine = [&](std::uint32_t element) {
-            const double to_x = static_cast<double>(array.element(element).origin.x) - at.x;
+            const double to_x = static_cast<double>(row_of_24.element(element).origin.x) - at.x;
             return (to_x * at.normal_x - at.z * at.normal_z) / std::hypot(to_x, at.z);
         };
         if (!(cosine(n) > 0) || !(cosine(m) > 0)) continue;
         for (double y = step_y / 2; y < 3.5e-3; y += step_y) { // and the same at -y
-            const complex there = element_field_at(array, n, at.x, y, at.z, carrier),
-                          back = n == m ? there : element_field_at(array, m, at.x, y, at.z, carrier);
+            const complex there = element_field_at(row_of_24, n, at.x, y, at.z, carrier),
+                          back = n == m ? there : element_field_at(row_of_24, m, at.x, y, at.z, carrier);
             sum += 2 * at.length * step_y * (cosine(n) + cosine(m)) * there * back;
         }
     }
-    return sum * j * k / (2 * full_turn) * full_turn /
-           (j * k * static_cast<double>(array.element_width * array.height));
+    return sum * imaginary_unit * k / (2 * full_turn) * full_turn /
+           (imaginary_unit * k * static_cast<double>(row_of_24.element_width * row_of_24.height));
 }
 
 struct agreement {
@@ -97,7 +97,7 @@ struct agreement {
 };
 agreement against_kirchhoff(const scene& body, const std::vector<contour_piece>& contour,
                             const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs) {
-    const channel_data data = echoes(body, array, {.depth = 25_mm, .opening = 50_deg});
+    const channel_data data = echoes(body, row_of_24, {.depth = 25_mm, .opening = 50_deg});
     agreement worst;
     for (const auto& [n, m] : pairs) {
         const complex ratio = transfer(data, n, m, carrier) / kirchhoff(contour, n, m);
@@ -114,22 +114,23 @@ using namespace trace_channels_test;
 
 TEST_CASE("channels: a point returns what Rayleigh's integral over the elements says") {
     const scene body = scene{medium_1540}.build(exec::par);
-    const double f0 = static_cast<double>(array.frequency);
+    const double f0 = static_cast<double>(row_of_24.frequency);
     for (const vec3 place : {vec3{0, 0, 20_mm}, vec3{2_mm, 0, 16_mm}, vec3{1_mm, 1.5_mm, 25_mm}}) {
         const std::vector<point_scatterer> points{{place, 1e-3F}};
         const channel_data data =
-            echoes(body, array, {.depth = 30_mm, .sampling_frequency = 60.8_MHz, .points = points});
+            echoes(body, row_of_24, {.depth = 30_mm, .sampling_frequency = 60.8_MHz, .points = points});
         const double k = full_turn * f0 / 1540;
         double worst_db = 0, worst_ns = 0, worst_band = 0;
         for (const std::uint32_t n : {0U, 7U, 12U, 23U})
             for (const std::uint32_t m : {3U, 12U, 23U}) {
                 const auto expected = [&](double frequency) {
                     const auto p = [&](std::uint32_t element) {
-                        return element_field_at(array, element, static_cast<double>(place.x),
+                        return element_field_at(row_of_24, element, static_cast<double>(place.x),
                                                 static_cast<double>(place.y), static_cast<double>(place.z), frequency);
                     };
                     return 1e-3 * p(n) * p(m) * full_turn /
-                           (j * k * frequency / f0 * static_cast<double>(array.element_width * array.height));
+                           (imaginary_unit * k * frequency / f0 *
+                            static_cast<double>(row_of_24.element_width * row_of_24.height));
                 };
                 const complex at_carrier = transfer(data, n, m, f0) / expected(f0);
                 worst_db = std::max(worst_db, std::fabs(decibels_of(at_carrier)));
@@ -222,7 +223,7 @@ TEST_CASE("channels: reciprocal and independent of the threads, to the bit") {
     body.add(make_sphere({-3_mm, 0, 16_mm}, 2_mm, 3), tissue::bone);
     body.build(exec::par);
     const channel_settings settings{.depth = 20_mm};
-    const channel_data data = echoes(body, array, settings);
+    const channel_data data = echoes(body, row_of_24, settings);
     bool reciprocal = true;
     double power = 0;
     for (std::uint32_t n = 0; n < data.elements; ++n)
@@ -233,18 +234,18 @@ TEST_CASE("channels: reciprocal and independent of the threads, to the bit") {
             }
     CHECK(reciprocal);
     CHECK(power > 0);
-    const auto sent = full_synthetic_aperture(array);
-    CHECK(data == trace_channels(exec::seq, body, array, pose{}, physical{}, sent, settings));
-    CHECK(data == trace_channels(exec::par.threads(3), body, array, pose{}, physical{}, sent, settings));
+    const auto sent = full_synthetic_aperture(row_of_24);
+    CHECK(data == trace_channels(exec::seq, body, row_of_24, pose{}, physical{}, sent, settings));
+    CHECK(data == trace_channels(exec::par.threads(3), body, row_of_24, pose{}, physical{}, sent, settings));
 }
 
 TEST_CASE("channels: a transmit is the sum of its elements, each delayed") {
     scene body{tissue::liver};
     body.add(make_sphere({0, 0, 12_mm}, 3_mm, 3), tissue::bone);
     body.build(exec::par);
-    const channel_data each = echoes(body, array, {.depth = 18_mm});
-    const channel_data plane =
-        trace_channels(exec::par_unseq, body, array, pose{}, physical{}, plane_waves(array, 1, 0), {.depth = 18_mm});
+    const channel_data each = echoes(body, row_of_24, {.depth = 18_mm});
+    const channel_data plane = trace_channels(exec::par_unseq, body, row_of_24, pose{}, physical{},
+                                              plane_waves(row_of_24, 1, 0), {.depth = 18_mm});
     double difference = 0, power = 0;
     for (std::uint32_t m = 0; m < each.elements; ++m)
         for (std::uint32_t k = 0; k < each.samples; ++k) {
@@ -256,12 +257,13 @@ TEST_CASE("channels: a transmit is the sum of its elements, each delayed") {
     CHECK(difference < 1e-10 * power);
 
     // Delays: of one element alone, the record is the same, later.
-    transmit late{.delays = std::vector<float>(array.elements, 0), .weights = std::vector<float>(array.elements, 0)};
+    transmit late{.delays = std::vector<float>(row_of_24.elements, 0),
+                  .weights = std::vector<float>(row_of_24.elements, 0)};
     late.weights[5] = -0.5F;
     const float samples = 16;
     late.delays[5] = samples / each.sampling_frequency;
     const channel_data delayed =
-        trace_channels(exec::par_unseq, body, array, pose{}, physical{}, std::vector{late}, {.depth = 18_mm});
+        trace_channels(exec::par_unseq, body, row_of_24, pose{}, physical{}, std::vector{late}, {.depth = 18_mm});
     difference = power = 0;
     for (std::uint32_t k = 16; k < each.samples; ++k) {
         difference +=
@@ -307,7 +309,7 @@ TEST_CASE("channels: sound takes the fastest way through layers") {
 }
 
 TEST_CASE("channels: attenuation follows frequency") {
-    element_array one = array;
+    element_array one = row_of_24;
     one.elements = 1;
     const std::vector<point_scatterer> points{{{0, 0, 30_mm}, 1e-3F}};
     for (const bool fronts : {false, true}) {
@@ -416,9 +418,9 @@ TEST_CASE("channels: at the edge of a shadow, sound arrives when it does beside 
 TEST_CASE("channels: noise is independent from element to element, and absent unless asked for") {
     scene body{medium_1540};
     body.build(exec::par);
-    const channel_data quiet = echoes(body, array, {.depth = 10_mm});
+    const channel_data quiet = echoes(body, row_of_24, {.depth = 10_mm});
     CHECK(std::all_of(quiet.values.begin(), quiet.values.end(), [](float v) { return v == 0; }));
-    const channel_data noisy = echoes(body, array, {.depth = 10_mm, .noise_level_db = -40});
+    const channel_data noisy = echoes(body, row_of_24, {.depth = 10_mm, .noise_level_db = -40});
     double power = 0, together = 0;
     for (std::uint32_t k = 0; k < noisy.samples; ++k)
         for (std::uint32_t m = 0; m + 1 < noisy.elements; ++m) {
@@ -433,39 +435,39 @@ TEST_CASE("channels: noise is independent from element to element, and absent un
 TEST_CASE("channels: what cannot be traced is named") {
     scene body{tissue::muscle};
     body.build(exec::par);
-    const auto sent = plane_waves(array, 1, 0);
+    const auto sent = plane_waves(row_of_24, 1, 0);
     const auto trace = [&](const scene& what, const element_array& with, const std::vector<transmit>& waves,
                            const channel_settings& settings) {
         return trace_channels(exec::seq, what, with, pose{}, physical{}, waves, settings);
     };
-    CHECK_THROWS_AS(trace(scene{}.build(exec::seq), array, {}, {}), usage_error);
-    CHECK_THROWS_AS(trace(body, array, sent, {.depth = 40}), usage_error);
+    CHECK_THROWS_AS(trace(scene{}.build(exec::seq), row_of_24, {}, {}), usage_error);
+    CHECK_THROWS_AS(trace(body, row_of_24, sent, {.depth = 40}), usage_error);
     for (const float wrong : {10e6F, -30e6F, std::nanf("")})
-        CHECK_THROWS_AS(trace(body, array, sent, {.sampling_frequency = wrong}), usage_error);
-    CHECK_THROWS_AS(trace(body, array, sent, {.noise_level_db = std::nanf("")}), usage_error);
-    CHECK_THROWS_AS(trace(body, array, sent, {.max_memory = 1000}), usage_error);
+        CHECK_THROWS_AS(trace(body, row_of_24, sent, {.sampling_frequency = wrong}), usage_error);
+    CHECK_THROWS_AS(trace(body, row_of_24, sent, {.noise_level_db = std::nanf("")}), usage_error);
+    CHECK_THROWS_AS(trace(body, row_of_24, sent, {.max_memory = 1000}), usage_error);
     CHECK_THROWS_AS(trace(body, {.elements = 0}, sent, {}), usage_error);
     CHECK_THROWS_AS(trace(body, {.pitch = 0.2_mm}, sent, {}), usage_error);
     std::vector<transmit> wrong = sent;
     wrong[0].delays.pop_back();
-    CHECK_THROWS_AS(trace(body, array, wrong, {}), usage_error);
+    CHECK_THROWS_AS(trace(body, row_of_24, wrong, {}), usage_error);
     wrong = sent;
     wrong[0].delays[3] = -1e-6F;
-    CHECK_THROWS_AS(trace(body, array, wrong, {}), usage_error);
+    CHECK_THROWS_AS(trace(body, row_of_24, wrong, {}), usage_error);
     wrong = sent;
-    wrong[0].weights.assign(array.elements, 2.0F);
-    CHECK_THROWS_AS(trace(body, array, wrong, {}), usage_error);
-    wrong[0].weights.assign(array.elements, 0.0F);
-    CHECK_THROWS_AS(trace(body, array, wrong, {}), usage_error);
+    wrong[0].weights.assign(row_of_24.elements, 2.0F);
+    CHECK_THROWS_AS(trace(body, row_of_24, wrong, {}), usage_error);
+    wrong[0].weights.assign(row_of_24.elements, 0.0F);
+    CHECK_THROWS_AS(trace(body, row_of_24, wrong, {}), usage_error);
     scene solid{tissue::muscle};
     solid.add(make_sphere({0, 0, 0}, 20_mm, 2), tissue::bone);
     solid.build(exec::seq);
-    CHECK_THROWS_WITH_AS(trace(solid, array, sent, {}),
+    CHECK_THROWS_WITH_AS(trace(solid, row_of_24, sent, {}),
                          "trace_channels: element 0 lies inside of an object that blocks sound, such as bone, metal or "
-                         "gas; move the array, or the object",
+                         "gas; move the row_of_24, or the object",
                          usage_error);
-    CHECK_THROWS_AS(trace(scene{}, array, sent, {}), usage_error);
+    CHECK_THROWS_AS(trace(scene{}, row_of_24, sent, {}), usage_error);
     pose scaled;
     scaled.rotation[0] *= 2.0F;
-    CHECK_THROWS_AS(trace_channels(exec::seq, body, array, scaled, physical{}, sent), geometry_error);
+    CHECK_THROWS_AS(trace_channels(exec::seq, body, row_of_24, scaled, physical{}, sent), geometry_error);
 }

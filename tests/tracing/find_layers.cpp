@@ -242,6 +242,21 @@ TEST_CASE(
     CHECK(machine.layers().lines > 0);
 }
 
+TEST_CASE("a scan that threw may have taken the memory of the frame that is shown, whose labels are then an error") {
+    using namespace find_layers_test;
+    const scene body = ball();
+    scanner<linear_array, throwing_model> machine{linear_array{.lines = 40}, {.depth = 45_mm, .size = {40, 0}}};
+    machine.cine_length = 3;
+    for (int i = 0; i < 3; ++i) machine.scan(exec::seq, body, pose{});
+    machine.show(exec::seq, 2);
+    CHECK(machine.labels(exec::seq, body).size == machine.picture().size);
+    machine.model = throwing_model{true};
+    CHECK_THROWS_AS(machine.scan(exec::seq, body, pose{}), usage_error);
+    CHECK_THROWS_AS(machine.labels(exec::seq, body), usage_error);
+    machine.show(exec::seq, 1);
+    CHECK(machine.labels(exec::seq, body).size == machine.picture().size);
+}
+
 TEST_CASE(
     "a scan whose display throws leaves neither its layers nor its pose nor its labels, nor a map without pixels") {
     using namespace find_layers_test;
