@@ -5,6 +5,7 @@
 
 #include <insonify/core/config.hpp>
 #include <algorithm>
+#include <cstddef>
 #include <cstdio>
 #include <initializer_list>
 #include <stdexcept>
@@ -44,6 +45,11 @@ inline std::string number_text(float value, int digits = 4) {
     std::string number{text};
     std::replace(number.begin(), number.end(), ',', '.');
     return number;
+}
+
+/// "3 holes", "1 hole".
+inline std::string counted(std::size_t count, const char* one, const char* many) {
+    return std::to_string(count) + ' ' + (count == 1 ? one : many);
 }
 
 } // namespace detail

@@ -99,9 +99,11 @@ inline std::pair<std::uint32_t, std::uint32_t> vertices_of_side(const uvec3& fac
     return {vertex[corner], vertex[(corner + 1) % 3]};
 }
 
-/// Makes the half edges of each edge neighbours.
+/// Makes the half edges of each edge neighbours, in the order of their slots.
 inline void sort_by_ends(std::vector<half_edge>& edges) {
-    std::sort(edges.begin(), edges.end(), [](const half_edge& a, const half_edge& b) { return a.ends < b.ends; });
+    std::sort(edges.begin(), edges.end(), [](const half_edge& a, const half_edge& b) {
+        return a.ends != b.ends ? a.ends < b.ends : a.slot < b.slot;
+    });
 }
 
 /// The half edges of all faces, those of one edge next to one another.
@@ -113,6 +115,16 @@ inline std::vector<half_edge> sorted_edges(const std::vector<uvec3>& faces) {
     }
     sort_by_ends(edges);
     return edges;
+}
+
+/// Calls visit(its half edges) for each edge.
+/// @param edges  in the order of `sort_by_ends`
+template <class Visit>
+void for_each_edge(const std::vector<half_edge>& edges, const Visit& visit) {
+    for (std::size_t begin = 0, end = 0; begin < edges.size(); begin = end) {
+        while (end < edges.size() && edges[end].ends == edges[begin].ends) ++end;
+        visit(view<const half_edge>{edges.data() + begin, end - begin});
+    }
 }
 
 /// Numbers in sets that can be joined; the lowest number stands for its set. Source: union-find; Cormen et al.,

@@ -3,6 +3,7 @@
 
 #include <insonify/core/save_macros.hpp>
 
+#include <insonify/core/error.hpp>
 #include <insonify/geometry/mesh.hpp>
 #include <algorithm>
 #include <array>
@@ -113,32 +114,31 @@ inline mesh_report validate(const mesh_view& m) {
     detail::disjoint_sets components{face_count};
     const auto component = [&](std::uint32_t face) { return components.find(face); };
     std::vector<std::uint32_t> faces_of_faulty_edges;
-    const auto for_each_edge = [&](const auto& visit_single) {
+    const auto match_sides = [&](const auto& visit_single) {
         detail::sort_by_ends(edges);
-        for (std::size_t begin = 0, end = 0; begin < edges.size(); begin = end) {
-            const std::uint32_t face = edges[begin].slot / 3;
+        detail::for_each_edge(edges, [&](view<const detail::half_edge> sides) {
+            const std::uint32_t face = sides[0].slot / 3;
             std::uint32_t forwards = 0;
-            for (end = begin; end < edges.size() && edges[end].ends == edges[begin].ends; ++end) {
-                const auto [from, to] = from_to(edges[end].slot);
+            for (const detail::half_edge& side : sides) {
+                const auto [from, to] = from_to(side.slot);
                 forwards += place[from] < place[to] ? 1 : 0;
-                components.join(face, edges[end].slot / 3);
+                components.join(face, side.slot / 3);
             }
-            const std::size_t sharing = end - begin;
-            if (sharing == 1) {
-                visit_single(edges[begin].slot);
-            } else if (sharing > 2 || forwards != 1) {
-                ++(sharing > 2 ? report.non_manifold_edges : report.misoriented_edges);
+            if (sides.size() == 1) {
+                visit_single(sides[0].slot);
+            } else if (sides.size() > 2 || forwards != 1) {
+                ++(sides.size() > 2 ? report.non_manifold_edges : report.misoriented_edges);
                 faces_of_faulty_edges.push_back(face);
             }
-        }
+        });
     };
     std::vector<detail::half_edge> single;
-    for_each_edge([&](std::uint32_t slot) {
+    match_sides([&](std::uint32_t slot) {
         const auto [from, to] = from_to(slot);
         single.emplace_back(place[from], place[to], slot);
     });
     edges.swap(single);
-    for_each_edge([&](std::uint32_t slot) {
+    match_sides([&](std::uint32_t slot) {
         ++report.boundary_edges;
         faces_of_faulty_edges.push_back(slot / 3);
     });
@@ -173,7 +173,7 @@ inline std::string explain(const mesh_report& report) {
                           const char* after) {
         if (count == 0) return;
         if (!text.empty()) text += ' ';
-        text += before + std::to_string(count) + ' ' + (count == 1 ? one : many) + after;
+        text += before + detail::counted(count, one, many) + after;
     };
     if (report.faces == 0) text = "The mesh has no faces: check that the right file or object was read.";
     tell(report.faces_out_of_range, "Vertex indices are out of range in ", "face", "faces",
