@@ -23838,9 +23838,11 @@ INSONIFY_COMPILED_TEMPLATES(extern)
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -23874,24 +23876,43 @@ struct mesh_report {
 
 namespace detail {
 
-/// For each vertex the number of its position: vertices at exactly equal positions (-0 equals 0) share one.
-inline std::vector<std::uint32_t> weld(view<const vec3> positions) {
-    using place = std::array<std::uint32_t, 4>; // coordinates as bits, which order NaN as well, and the vertex
-    const auto bits = [](float value) {
-        const auto raw = __builtin_bit_cast(std::uint32_t, value);
-        return raw == 0x80000000U ? 0U : raw;
+/// Merges each vertex with the nearest of those before it that were kept, if it lies within a distance.
+/// @param within   metres; 0 merges vertices at exactly equal positions (-0 equals 0)
+/// @param is_some  whether a vertex takes part; empty: all do
+/// @return  for each vertex the one that it is merged with, or itself
+inline std::vector<std::uint32_t> weld(view<const vec3> positions, double within = 0,
+                                       view<const std::uint8_t> is_some = {}) {
+    constexpr std::uint32_t none = ~0U;
+    const double cell = std::max(8 * within, 1e-60);                                 // different floats differ by more
+    std::vector<std::uint32_t> first(std::bit_ceil(2 * positions.size() + 1), none); // kept in a cell: a hash table
+    std::vector<std::uint32_t> following(positions.size(), none), number(positions.size());
+    const auto cell_of = [&](const dvec3& point) { return floor(point / cell) + 0.0; }; // not -0
+    const auto first_in = [&](const dvec3& one) -> std::uint32_t& {
+        std::uint64_t hash = 0;
+        for (int i = 0; i < 3; ++i) hash = hash_bits(hash, __builtin_bit_cast(std::uint64_t, one[i]));
+        return first[hash & (first.size() - 1)];
     };
-    std::vector<place> places;
-    places.reserve(positions.size());
-    for (const vec3& p : positions)
-        places.push_back({bits(p.x), bits(p.y), bits(p.z), static_cast<std::uint32_t>(places.size())});
-    std::sort(places.begin(), places.end());
-
-    std::vector<std::uint32_t> number(places.size());
-    std::uint32_t distinct = 0;
-    for (std::size_t i = 0; i < places.size(); ++i) {
-        if (i > 0 && !std::equal(places[i].begin(), places[i].begin() + 3, places[i - 1].begin())) ++distinct;
-        number[places[i][3]] = distinct;
+    for (std::uint32_t vertex = 0; vertex < number.size(); ++vertex) {
+        number[vertex] = vertex;
+        if (!is_some.empty() && is_some[vertex] == 0) continue;
+        const dvec3 here{positions[vertex]}, low = cell_of(here - within), high = cell_of(here + within);
+        double nearest = within * within;
+        for (int corner = 0; corner < 8; ++corner) { // of the box around it, which lies in one to eight cells
+            dvec3 own = low;
+            bool is_other_cell = true;
+            for (int i = 0; i < 3; ++i) {
+                if ((corner >> i & 1) == 0) continue;
+                is_other_cell = is_other_cell && low[i] != high[i];
+                own[i] = high[i];
+            }
+            if (!is_other_cell) continue;
+            for (std::uint32_t other = first_in(own); other != none; other = following[other])
+                if (const dvec3 apart = dvec3{positions[other]} - here; dot(apart, apart) <= nearest) {
+                    nearest = dot(apart, apart);
+                    number[vertex] = other;
+                }
+        }
+        if (number[vertex] == vertex) following[vertex] = std::exchange(first_in(cell_of(here)), vertex);
     }
     return number;
 }
@@ -26713,7 +26734,6 @@ ground_truth_lines ground_truth(const Policy& policy, const scene& body, const P
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -26777,8 +26797,9 @@ class loop_filler {
         for (std::size_t span = 2; span < count; ++span)
             for (std::size_t i = 0; i + span < count; ++i) {
                 const std::size_t j = i + span;
-                double& best = least[i * count + j] = impossible;
+                least[i * count + j] = impossible;
                 if (span + 1 < count && !is_free_(rest_[i], rest_[j])) continue;
+                double best = impossible;
                 const dvec3 to_j = at(j) - at(i);
                 for (std::size_t k = i + 1; k < j; ++k) {
                     const dvec3 to_k = at(k) - at(i);
@@ -26790,6 +26811,7 @@ class loop_filler {
                         apex[i * count + j] = static_cast<std::uint32_t>(k);
                     }
                 }
+                least[i * count + j] = best;
             }
         if (!(least[count - 1] < impossible)) return false;
         std::vector<std::pair<std::size_t, std::size_t>> open{{0, count - 1}};
@@ -26931,7 +26953,7 @@ class mesh_repair {
         for (const uvec3& f : faces_) is_used[f.x] = is_used[f.y] = is_used[f.z] = 1;
         const auto unused = static_cast<std::size_t>(std::count(is_used.begin(), is_used.end(), 0));
         note("Removed ", unused, "vertex", "vertices", " without faces.");
-        weld(is_used, 0, " with another one at the same point.");
+        merge(is_used, 0, " with another one at the same point.");
     }
 
     // Other vertices stay: a closed surface may be finer than the distance.
@@ -26940,49 +26962,14 @@ class mesh_repair {
         for_each_edge(edges_, [&](view<const half_edge> sides) {
             if (sides.size() == 1) is_open[sides[0].lower()] = is_open[sides[0].upper()] = 1;
         });
-        weld(is_open, static_cast<double>(distance),
-             " of open edges with another one within " + number_text(1e3F * distance) + " mm.");
+        merge(is_open, static_cast<double>(distance),
+              " of open edges with another one within " + number_text(1e3F * distance) + " mm.");
     }
 
-    // Merges each of some vertices with the nearest of those before it that were kept, if it lies within a distance.
-    // They are found by the cells of a grid: lists in a hash table.
-    void weld(const std::vector<std::uint8_t>& is_some, double within, const std::string& how) {
-        const double cell = std::max(8 * within, 1e-60); // different floats differ by more
-        const auto some = static_cast<std::size_t>(std::count(is_some.begin(), is_some.end(), 1));
-        std::vector<std::uint32_t> first(std::bit_ceil(2 * some), none), following(positions_.size(), none);
-        std::vector<std::uint32_t> number(positions_.size());
-        const auto cell_of = [&](const dvec3& point) { return floor(point / cell) + 0.0; }; // not -0
-        const auto first_in = [&](const dvec3& one) -> std::uint32_t& {
-            std::uint64_t hash = 0;
-            for (int i = 0; i < 3; ++i) hash = hash_bits(hash, __builtin_bit_cast(std::uint64_t, one[i]));
-            return first[hash & (first.size() - 1)];
-        };
+    void merge(const std::vector<std::uint8_t>& is_some, double within, const std::string& how) {
+        const std::vector<std::uint32_t> number = weld(positions_, within, is_some);
         std::size_t merged = 0;
-        for (std::uint32_t vertex = 0; vertex < number.size(); ++vertex) {
-            number[vertex] = vertex;
-            if (!is_some[vertex]) continue;
-            const dvec3 here = at(vertex), low = cell_of(here - within), high = cell_of(here + within);
-            double nearest = within * within;
-            for (int corner = 0; corner < 8; ++corner) { // of the box around it, which lies in one to eight cells
-                dvec3 own = low;
-                bool is_other_cell = true;
-                for (int i = 0; i < 3; ++i) {
-                    if ((corner >> i & 1) == 0) continue;
-                    is_other_cell = is_other_cell && low[i] != high[i];
-                    own[i] = high[i];
-                }
-                if (!is_other_cell) continue;
-                for (std::uint32_t other = first_in(own); other != none; other = following[other])
-                    if (const dvec3 apart = at(other) - here; dot(apart, apart) <= nearest) {
-                        nearest = dot(apart, apart);
-                        number[vertex] = other;
-                    }
-            }
-            if (number[vertex] == vertex)
-                following[vertex] = std::exchange(first_in(cell_of(here)), vertex);
-            else
-                ++merged;
-        }
+        for (std::uint32_t vertex = 0; vertex < number.size(); ++vertex) merged += number[vertex] != vertex ? 1 : 0;
         note("Merged ", merged, "vertex", "vertices", how);
         if (merged > 0 || edges_.empty()) renumber(number); // the first time, there are no edges yet
     }
@@ -27072,21 +27059,19 @@ class mesh_repair {
                     own.is_open = own.is_open || twin == none;
                     own.is_locked = own.is_locked || twin == locked;
                     if (twin >= locked) continue;
-                    const bool is_opposite = from(slot) == from(twin);
-                    const auto wanted =
-                        static_cast<std::uint8_t>(is_opposite ? 1 - differs[slot / 3] : differs[slot / 3]);
+                    const bool wanted = (differs[slot / 3] != 0) != (from(slot) == from(twin));
                     if (part_of_[other] == none) {
                         part_of_[other] = number;
                         differs[other] = wanted;
-                        different += wanted;
+                        different += wanted ? 1 : 0;
                         members.push_back(other);
                     }
-                    own.is_one_sided = own.is_one_sided || differs[other] != wanted;
+                    own.is_one_sided = own.is_one_sided || (differs[other] != 0) != wanted;
                 }
             own.faces = static_cast<std::uint32_t>(members.size());
             const bool turn_others = 2 * different > members.size();
             for (const std::uint32_t face : members)
-                differs[face] = static_cast<std::uint8_t>(!own.is_one_sided && (differs[face] != 0) != turn_others);
+                differs[face] = !own.is_one_sided && (differs[face] != 0) != turn_others;
         }
         turn_faces([&](std::uint32_t face) { return differs[face] != 0; });
         for (std::uint32_t face = 0; face < faces_.size(); ++face) add_size(part_at(face), faces_[face]);
@@ -27261,8 +27246,7 @@ class mesh_repair {
             const part& own = part_at(face);
             return own.is_closed() && (own.volume < 0) != own.is_cavity;
         });
-        std::vector<std::array<std::size_t, 2>> given(parts_.size(),
-                                                      {0, 0}); // faces of each part that stayed, or turned
+        std::vector<std::array<std::size_t, 2>> given(parts_.size(), {0, 0}); // faces that stayed, and that turned
         for (std::uint32_t face = 0; face < is_turned_.size(); ++face) ++given[part_of_[face]][is_turned_[face]];
         std::size_t faces = 0, bodies = 0, cavities = 0;
         for (std::size_t i = 0; i < parts_.size(); ++i) {
@@ -27327,7 +27311,8 @@ class mesh_repair {
     void drop_sheets() {
         struct tally {
             std::size_t parts = 0, faces = 0;
-        } loose, sheets, strips;
+        };
+        tally loose, sheets, strips;
         double largest = 0;
         for (const part& own : parts_)
             if (own.is_closed()) largest = std::max(largest, own.area);
