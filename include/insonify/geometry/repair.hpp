@@ -209,7 +209,6 @@ class mesh_repair {
     std::uint32_t opposite(std::uint32_t slot) const { return to(next_side(slot)); }
     bool is_upwards(std::uint32_t slot) const { return from(slot) < to(slot); }
     dvec3 at(std::uint32_t vertex) const { return dvec3{positions_[vertex]}; }
-    triangle face_at(std::uint32_t face) const { return mesh_view{positions_, faces_}[face]; }
     part& part_at(std::uint32_t face) { return parts_[part_of_[face]]; }
     std::uint32_t add_vertex(vec3 point) {
         positions_.push_back(point);
@@ -541,42 +540,41 @@ class mesh_repair {
     void find_cavities() {
         constexpr std::uint32_t points = 5; // of each part
         struct sample {
-            std::pair<double, float> place{}; // row along y, and z
+            double row = 0; // along y
             sheared_ray line{};
+            float z = 0;
             std::uint32_t part = 0;
             bool is_inside = false;
         };
-        std::vector<sample> samples;
-        std::vector<std::uint32_t> seen(parts_.size(), 0);
+        const mesh_view surface{positions_, faces_};
         aabb whole;
         for (const vec3& p : positions_) whole = merged(whole, p);
-        const double rows = std::sqrt(static_cast<double>(parts_.size()));
-        const auto row_at = [&](float y) {
-            return std::floor(rows * static_cast<double>(y - whole.lower.y) /
-                              static_cast<double>(max(whole.size().y, 1e-30F)));
-        };
+        const double height = static_cast<double>(max(whole.size().y, 1e-30F)) / std::sqrt(parts_.size());
+        const auto row_at = [&](float y) { return std::floor((static_cast<double>(y) - whole.lower.y) / height); };
+        std::vector<sample> samples;
+        std::vector<std::uint32_t> seen(parts_.size(), 0);
         for (std::uint32_t face = 0; face < faces_.size(); ++face) {
-            part& own = part_at(face);
-            const std::uint32_t step = std::max(1U, own.faces / points);
-            if (!own.is_closed() || seen[part_of_[face]]++ % step != 0) continue;
-            const triangle t = face_at(face);
+            const std::uint32_t own = part_of_[face], step = std::max(1U, parts_[own].faces / points);
+            if (!parts_[own].is_closed() || seen[own]++ % step != 0) continue;
+            const triangle t = surface[face];
             const vec3 point = (t.a + t.b + t.c) / 3.0F;
-            samples.push_back({{row_at(point.y), point.z},
-                               sheared_ray{ray{.origin = point, .direction = {1, 0, 0}}},
-                               part_of_[face]});
-            own.is_cavity = true;
+            const sheared_ray line{ray{.origin = point, .direction = {1, 0, 0}}};
+            samples.push_back({.row = row_at(point.y), .line = line, .z = point.z, .part = own});
+            parts_[own].is_cavity = true;
         }
-        std::sort(samples.begin(), samples.end(), [](const sample& a, const sample& b) { return a.place < b.place; });
+        const auto precedes = [](const sample& a, const sample& b) {
+            return a.row != b.row ? a.row < b.row : a.z < b.z;
+        };
+        std::sort(samples.begin(), samples.end(), precedes);
         for (std::uint32_t face = 0; face < faces_.size(); ++face) {
             if (!part_at(face).is_closed()) continue;
-            const triangle t = face_at(face);
+            const triangle t = surface[face];
             const aabb box = bounds(t);
-            for (double row = row_at(box.lower.y), last = row_at(box.upper.y); row <= last; ++row) {
-                auto one = std::lower_bound(samples.begin(), samples.end(), std::pair{row, box.lower.z},
-                                            [](const sample& s, const auto& place) { return s.place < place; });
-                for (; one != samples.end() && one->place <= std::pair{row, box.upper.z}; ++one) {
-                    if (one->part == part_of_[face] || one->line.begin.z > box.upper.x) continue;
-                    const hit found = intersect(one->line, t);
+            for (double row = row_at(box.lower.y); row <= row_at(box.upper.y); ++row) {
+                const sample first{.row = row, .z = box.lower.z};
+                auto one = std::lower_bound(samples.begin(), samples.end(), first, precedes);
+                for (; one != samples.end() && one->row == row && one->z <= box.upper.z; ++one) {
+                    const hit found = one->part != part_of_[face] ? intersect(one->line, t) : hit{};
                     one->is_inside = one->is_inside != (found && found.distance > 0);
                 }
             }

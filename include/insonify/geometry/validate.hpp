@@ -57,10 +57,11 @@ inline std::vector<std::uint32_t> weld(view<const vec3> positions, double within
     const double cell = std::max(8 * within, 1e-60);                                 // different floats differ by more
     std::vector<std::uint32_t> first(std::bit_ceil(2 * positions.size() + 1), none); // kept in a cell: a hash table
     std::vector<std::uint32_t> following(positions.size(), none), number(positions.size());
-    const auto cell_of = [&](const dvec3& point) { return floor(point / cell) + 0.0; }; // not -0
+    const auto cell_of = [&](const dvec3& point) { return floor(point / cell); };
     const auto first_in = [&](const dvec3& one) -> std::uint32_t& {
         std::uint64_t hash = 0;
-        for (int i = 0; i < 3; ++i) hash = hash_bits(hash, __builtin_bit_cast(std::uint64_t, one[i]));
+        for (int i = 0; i < 3; ++i) // -0 is 0
+            hash = hash_bits(hash, one[i] == 0 ? 0 : __builtin_bit_cast(std::uint64_t, one[i]));
         return first[hash & (first.size() - 1)];
     };
     for (std::uint32_t vertex = 0; vertex < number.size(); ++vertex) {
