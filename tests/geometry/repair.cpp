@@ -343,6 +343,18 @@ TEST_CASE("what encloses nothing is left open, and said") {
     CHECK(says(clean, "Removed 1 loose sheet with 1 face."));
 }
 
+TEST_CASE("two loose sheets that touch along an edge are removed") {
+    mesh with_crumb = make_sphere({0, 0, 0}, 1, 3);
+    mesh crumb{{{2, 0, 0}, {2, 0, 0.1F}}, {{1, 0, 2}, {0, 1, 3}, {1, 0, 4}, {0, 1, 5}}};
+    for (const double angle : {0.0, 179.0, 181.0, 359.0}) // two sheets, each nearly flat
+        crumb.positions.emplace_back(static_cast<float>(2 + 0.1 * std::cos(exact_pi / 180 * angle)),
+                                     static_cast<float>(0.1 * std::sin(exact_pi / 180 * angle)), 0.0F);
+    append(with_crumb, crumb);
+    const repaired_mesh clean = repair(with_crumb);
+    check_closed(clean, enclosed_volume(make_sphere({0, 0, 0}, 1, 3)));
+    CHECK(says(clean, "Removed 2 loose sheets with 4 faces."));
+}
+
 TEST_CASE("edges of three faces are left to validate") {
     mesh finned = make_box({0, 0, 0}, {1, 1, 1});
     const uvec3 f = finned.faces[0];
