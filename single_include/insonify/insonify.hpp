@@ -2926,6 +2926,10 @@ struct half_edge {
     half_edge(std::uint32_t from, std::uint32_t to, std::uint32_t start)
         : ends{static_cast<std::uint64_t>(std::min(from, to)) << 32U | std::max(from, to)}, slot{start} {}
 
+    /// By ends, then by slot.
+    friend bool operator<(const half_edge& a, const half_edge& b) {
+        return a.ends != b.ends ? a.ends < b.ends : a.slot < b.slot;
+    }
     std::uint32_t lower() const { return static_cast<std::uint32_t>(ends >> 32U); }
     std::uint32_t upper() const { return static_cast<std::uint32_t>(ends); }
 };
@@ -2936,13 +2940,6 @@ inline std::pair<std::uint32_t, std::uint32_t> vertices_of_side(const uvec3& fac
     return {vertex[corner], vertex[(corner + 1) % 3]};
 }
 
-/// Makes the half edges of each edge neighbours, in the order of their slots.
-inline void sort_by_ends(std::vector<half_edge>& edges) {
-    std::sort(edges.begin(), edges.end(), [](const half_edge& a, const half_edge& b) {
-        return a.ends != b.ends ? a.ends < b.ends : a.slot < b.slot;
-    });
-}
-
 /// The half edges of all faces, those of one edge next to one another.
 inline std::vector<half_edge> sorted_edges(const std::vector<uvec3>& faces) {
     std::vector<half_edge> edges(3 * faces.size());
@@ -2950,12 +2947,12 @@ inline std::vector<half_edge> sorted_edges(const std::vector<uvec3>& faces) {
         const auto [from, to] = vertices_of_side(faces[slot / 3], slot % 3);
         edges[slot] = {from, to, slot};
     }
-    sort_by_ends(edges);
+    std::sort(edges.begin(), edges.end());
     return edges;
 }
 
 /// Calls visit(its half edges) for each edge.
-/// @param edges  in the order of `sort_by_ends`
+/// @param edges  sorted
 template <class Visit>
 void for_each_edge(const std::vector<half_edge>& edges, const Visit& visit) {
     for (std::size_t begin = 0, end = 0; begin < edges.size(); begin = end) {
@@ -23968,7 +23965,7 @@ inline mesh_report validate(const mesh_view& m) {
     const auto component = [&](std::uint32_t face) { return components.find(face); };
     std::vector<std::uint32_t> faces_of_faulty_edges;
     const auto match_sides = [&](const auto& visit_single) {
-        detail::sort_by_ends(edges);
+        std::sort(edges.begin(), edges.end());
         detail::for_each_edge(edges, [&](view<const detail::half_edge> sides) {
             const std::uint32_t face = sides[0].slot / 3;
             std::uint32_t forwards = 0;
@@ -26733,31 +26730,20 @@ ground_truth_lines ground_truth(const Policy& policy, const scene& body, const P
 #define INSONIFY_GEOMETRY_REPAIR_HPP
 
 
+#ifndef INSONIFY_GEOMETRY_LOOP_FILLER_HPP
+#define INSONIFY_GEOMETRY_LOOP_FILLER_HPP
+
+
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <numeric>
 #include <set>
-#include <string>
 #include <utility>
 #include <vector>
 
-namespace insonify::inline INSONIFY_ABI {
-
-/// How to mend a mesh.
-struct repair_settings {
-    float weld_distance = 1e-6F; ///< vertices of open edges that lie within it are merged, metres, 0 to 0.01
-};
-
-/// A mesh as `repair` returns it.
-struct repaired_mesh {
-    mesh surface{};                   ///< mended as far as the notes say
-    std::vector<std::string> notes{}; ///< a sentence for each kind of thing that was done, or deliberately left
-};
-
-namespace detail {
+namespace insonify::inline INSONIFY_ABI::detail {
 
 /// Triangulates a closed loop of points in space.
 class loop_filler {
@@ -26885,6 +26871,36 @@ class loop_filler {
     std::vector<std::uint32_t> rest_; // points of the loop that are not cut off
     triangles found_{};
 };
+
+} // namespace insonify::inline INSONIFY_ABI::detail
+
+
+#endif
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <numeric>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// How to mend a mesh.
+struct repair_settings {
+    float weld_distance = 1e-6F; ///< vertices of open edges that lie within it are merged, metres, 0 to 0.01
+};
+
+/// A mesh as `repair` returns it.
+struct repaired_mesh {
+    mesh surface{};                   ///< mended as far as the notes say
+    std::vector<std::string> notes{}; ///< a sentence for each kind of thing that was done, or deliberately left
+};
+
+namespace detail {
 
 /// What `repair` does, step by step. Sides of faces are numbered as the slots of half edges.
 class mesh_repair {
@@ -27119,10 +27135,12 @@ class mesh_repair {
     // Pairs the sides of edges of four faces and more, around each wedge of the body.
     void pair_crowded_edges() {
         for (const std::vector<std::uint32_t>& sides : crowded_) {
-            const auto upwards = static_cast<std::size_t>(
-                std::count_if(sides.begin(), sides.end(), [&](std::uint32_t slot) { return is_upwards(slot); }));
-            const bool has_one_sided = std::any_of(sides.begin(), sides.end(),
-                                                   [&](std::uint32_t slot) { return part_at(slot / 3).is_one_sided; });
+            std::size_t upwards = 0;
+            bool has_one_sided = false;
+            for (const std::uint32_t slot : sides) {
+                upwards += is_upwards(slot) ? 1 : 0;
+                has_one_sided = has_one_sided || part_at(slot / 3).is_one_sided;
+            }
             if (2 * upwards != sides.size() || has_one_sided) continue;
             const half_edge edge{from(sides[0]), to(sides[0]), 0};
             const dvec3 begin = at(edge.lower()), along = at(edge.upper()) - begin;
@@ -27225,9 +27243,8 @@ class mesh_repair {
         }
         const auto is_free = [&](std::uint32_t i, std::uint32_t j) {
             const half_edge wanted{loop[i], loop[j], 0};
-            const auto precedes = [](const half_edge& a, const half_edge& b) { return a.ends < b.ends; };
-            return !std::binary_search(edges_.begin(), edges_.end(), wanted, precedes) &&
-                   !filled_.contains(wanted.ends);
+            const auto known = std::lower_bound(edges_.begin(), edges_.end(), wanted);
+            return (known == edges_.end() || known->ends != wanted.ends) && !filled_.contains(wanted.ends);
         };
         const loop_filler::triangles filling = loop_filler{points, is_free}.fill();
         if (filling.front()[2] == loop.size()) loop.push_back(add_vertex(vec3{centre}));
@@ -27344,17 +27361,15 @@ class mesh_repair {
             for (const std::uint32_t slot : sides)
                 if (twins_[slot] == locked) join_ends(sides[0], slot);
 
-        std::vector<std::uint8_t> is_taken(positions_.size(), 0), is_split(positions_.size(), 0);
+        std::vector<std::uint32_t> sheets(positions_.size(), 0);   // around a vertex
         std::vector<std::uint32_t> vertex_of(twins_.size(), none); // of corners that stay
         for (std::uint32_t slot = 0; slot < twins_.size(); ++slot) {
             const std::uint32_t vertex = from(slot), first = corners.find(slot);
             if (part_at(slot / 3).is_dropped) continue;
-            if (first < slot) {
+            if (first < slot)
                 vertex_of[slot] = vertex_of[first];
-                continue;
-            }
-            vertex_of[slot] = is_taken[vertex] ? add_vertex(positions_[vertex]) : vertex;
-            is_split[vertex] = std::exchange(is_taken[vertex], 1);
+            else
+                vertex_of[slot] = ++sheets[vertex] > 1 ? add_vertex(positions_[vertex]) : vertex;
         }
 
         std::vector<std::uint32_t> middle(twins_.size(), none); // of sides: edges between the same vertices are divided
@@ -27363,7 +27378,7 @@ class mesh_repair {
         for (const std::vector<std::uint32_t>& sides : crowded_) {
             if (twins_[sides[0]] == locked) continue;
             ++along;
-            is_split[from(sides[0])] = is_split[to(sides[0])] = 0;
+            sheets[from(sides[0])] = sheets[to(sides[0])] = 0; // they are told as an edge
             std::vector<std::uint64_t> known;
             for (const std::uint32_t slot : sides) {
                 const std::uint32_t a = vertex_of[slot], b = vertex_of[next_side(slot)];
@@ -27375,7 +27390,8 @@ class mesh_repair {
                     middle[slot] = middle[twins_[slot]] = add_vertex(0.5F * (positions_[a] + positions_[b]));
             }
         }
-        const auto apart = static_cast<std::size_t>(std::count(is_split.begin(), is_split.end(), 1));
+        std::size_t apart = 0;
+        for (const std::uint32_t count : sheets) apart += count > 1 ? 1 : 0;
         note("Separated surfaces that touched along ", along, "edge", "edges", ".");
         note("Separated surfaces that touched at ", apart, "vertex", "vertices", ".");
 

@@ -89,6 +89,10 @@ struct half_edge {
     half_edge(std::uint32_t from, std::uint32_t to, std::uint32_t start)
         : ends{static_cast<std::uint64_t>(std::min(from, to)) << 32U | std::max(from, to)}, slot{start} {}
 
+    /// By ends, then by slot.
+    friend bool operator<(const half_edge& a, const half_edge& b) {
+        return a.ends != b.ends ? a.ends < b.ends : a.slot < b.slot;
+    }
     std::uint32_t lower() const { return static_cast<std::uint32_t>(ends >> 32U); }
     std::uint32_t upper() const { return static_cast<std::uint32_t>(ends); }
 };
@@ -99,13 +103,6 @@ inline std::pair<std::uint32_t, std::uint32_t> vertices_of_side(const uvec3& fac
     return {vertex[corner], vertex[(corner + 1) % 3]};
 }
 
-/// Makes the half edges of each edge neighbours, in the order of their slots.
-inline void sort_by_ends(std::vector<half_edge>& edges) {
-    std::sort(edges.begin(), edges.end(), [](const half_edge& a, const half_edge& b) {
-        return a.ends != b.ends ? a.ends < b.ends : a.slot < b.slot;
-    });
-}
-
 /// The half edges of all faces, those of one edge next to one another.
 inline std::vector<half_edge> sorted_edges(const std::vector<uvec3>& faces) {
     std::vector<half_edge> edges(3 * faces.size());
@@ -113,12 +110,12 @@ inline std::vector<half_edge> sorted_edges(const std::vector<uvec3>& faces) {
         const auto [from, to] = vertices_of_side(faces[slot / 3], slot % 3);
         edges[slot] = {from, to, slot};
     }
-    sort_by_ends(edges);
+    std::sort(edges.begin(), edges.end());
     return edges;
 }
 
 /// Calls visit(its half edges) for each edge.
-/// @param edges  in the order of `sort_by_ends`
+/// @param edges  sorted
 template <class Visit>
 void for_each_edge(const std::vector<half_edge>& edges, const Visit& visit) {
     for (std::size_t begin = 0, end = 0; begin < edges.size(); begin = end) {

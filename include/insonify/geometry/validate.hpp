@@ -139,7 +139,7 @@ inline mesh_report validate(const mesh_view& m) {
     const auto component = [&](std::uint32_t face) { return components.find(face); };
     std::vector<std::uint32_t> faces_of_faulty_edges;
     const auto match_sides = [&](const auto& visit_single) {
-        detail::sort_by_ends(edges);
+        std::sort(edges.begin(), edges.end());
         detail::for_each_edge(edges, [&](view<const detail::half_edge> sides) {
             const std::uint32_t face = sides[0].slot / 3;
             std::uint32_t forwards = 0;
