@@ -26982,16 +26982,13 @@ class mesh_repair {
               " of open edges with another one within " + number_text(1e3F * distance) + " mm.");
     }
 
+    // Welds vertices, and removes the faces that lose a corner.
     void merge(const std::vector<std::uint8_t>& is_some, double within, const std::string& how) {
         const std::vector<std::uint32_t> number = weld(positions_, within, is_some);
         std::size_t merged = 0;
         for (std::uint32_t vertex = 0; vertex < number.size(); ++vertex) merged += number[vertex] != vertex ? 1 : 0;
         note("Merged ", merged, "vertex", "vertices", how);
-        if (merged > 0 || edges_.empty()) renumber(number); // the first time, there are no edges yet
-    }
-
-    // Gives faces other vertices, and removes those that lose a corner.
-    void renumber(const std::vector<std::uint32_t>& number) {
+        if (merged == 0 && !edges_.empty()) return; // the first time, there are no edges yet
         for (uvec3& f : faces_) f = {number[f.x], number[f.y], number[f.z]};
         const std::size_t lost =
             std::erase_if(faces_, [](const uvec3& f) { return f.x == f.y || f.y == f.z || f.z == f.x; });
@@ -27135,13 +27132,6 @@ class mesh_repair {
     // Pairs the sides of edges of four faces and more, around each wedge of the body.
     void pair_crowded_edges() {
         for (const std::vector<std::uint32_t>& sides : crowded_) {
-            std::size_t upwards = 0;
-            bool has_one_sided = false;
-            for (const std::uint32_t slot : sides) {
-                upwards += is_upwards(slot) ? 1 : 0;
-                has_one_sided = has_one_sided || part_at(slot / 3).is_one_sided;
-            }
-            if (2 * upwards != sides.size() || has_one_sided) continue;
             const half_edge edge{from(sides[0]), to(sides[0]), 0};
             const dvec3 begin = at(edge.lower()), along = at(edge.upper()) - begin;
             const auto across = [&](std::uint32_t slot) {
@@ -27150,10 +27140,15 @@ class mesh_repair {
             };
             const dvec3 zero = across(sides[0]);
             std::vector<std::pair<double, std::uint32_t>> spokes; // by their angle
+            std::size_t upwards = 0;
+            bool has_one_sided = false;
             for (const std::uint32_t slot : sides) {
                 const dvec3 spoke = across(slot);
                 spokes.emplace_back(std::atan2(dot(cross(zero, spoke), along) / length(along), dot(zero, spoke)), slot);
+                upwards += is_upwards(slot) ? 1 : 0;
+                has_one_sided = has_one_sided || part_at(slot / 3).is_one_sided;
             }
+            if (2 * upwards != sides.size() || has_one_sided) continue;
             std::sort(spokes.begin(), spokes.end());
             std::vector<std::uint32_t> open; // downward sides, at which the body begins, are paired as brackets
             for (std::size_t turn = 0; turn < 2 * spokes.size(); ++turn) {
@@ -27198,6 +27193,7 @@ class mesh_repair {
         note("Closed ", closed, "hole", "holes",
              " along " + counted(edges, "edge", "edges") + " with " + counted(faces_.size() - given, "face", "faces") +
                  "; the " + (closed == 1 ? "hole" : "largest") + " is " + number_text(1e3F * widest) + " mm wide.");
+        // All faces are connected anew, as the given ones were, which stay as they are turned.
         edges_ = sorted_edges(faces_);
         connect();
         pair_crowded_edges();
@@ -27379,14 +27375,11 @@ class mesh_repair {
             if (twins_[sides[0]] == locked) continue;
             ++along;
             sheets[from(sides[0])] = sheets[to(sides[0])] = 0; // they are told as an edge
-            std::vector<std::uint64_t> known;
+            std::set<std::uint64_t> known;
             for (const std::uint32_t slot : sides) {
                 const std::uint32_t a = vertex_of[slot], b = vertex_of[next_side(slot)];
                 if (slot > twins_[slot] || a == none) continue;
-                const std::uint64_t ends = half_edge{a, b, 0}.ends;
-                if (std::find(known.begin(), known.end(), ends) == known.end())
-                    known.push_back(ends);
-                else
+                if (!known.insert(half_edge{a, b, 0}.ends).second)
                     middle[slot] = middle[twins_[slot]] = add_vertex(0.5F * (positions_[a] + positions_[b]));
             }
         }
