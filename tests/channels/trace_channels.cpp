@@ -464,7 +464,7 @@ TEST_CASE("channels: what cannot be traced is named") {
     solid.build(exec::seq);
     CHECK_THROWS_WITH_AS(trace(solid, row_of_24, sent, {}),
                          "trace_channels: element 0 lies inside of an object that blocks sound, such as bone, metal or "
-                         "gas; move the row_of_24, or the object",
+                         "gas; move the array, or the object",
                          usage_error);
     CHECK_THROWS_AS(trace(scene{}, row_of_24, sent, {}), usage_error);
     pose scaled;
