@@ -84,6 +84,24 @@ TEST_CASE("an implicit sphere is closed, and its volume and area converge with t
     }
 }
 
+TEST_CASE("vertices lie on the surface, whatever the slope of the function") {
+    const vec3 radii{8_mm, 6_mm, 5_mm}; // of an ellipsoid
+    const aabb box{vec3{-12_mm}, vec3{12_mm}};
+    for (const float scale : {1e-25F, 1e-3F, 1.0F, 10.0F, 1000.0F, 1e20F}) {
+        const mesh ball = mesh_implicit([&](vec3 p) { return scale * (length(p) - 7_mm); }, box, 1_mm);
+        const mesh ellipsoid =
+            mesh_implicit([&](vec3 p) { return scale * (dot(p / radii, p / radii) - 1); }, box, 0.5_mm);
+        float off_ball = 0, off_ellipsoid = 0; // metres
+        for (const vec3 p : ball.positions) off_ball = max(off_ball, std::fabs(length(p) - 7_mm));
+        for (const vec3 p : ellipsoid.positions)
+            off_ellipsoid = max(off_ellipsoid, std::fabs(length(p / radii) - 1) * 5_mm);
+        CHECK(off_ball < 2_um);
+        CHECK(off_ellipsoid < 5_um);
+        CHECK(enclosed_volume(ellipsoid) ==
+              doctest::Approx(2 * turn / 3 * 8e-3 * 6e-3 * 5e-3).scale(1e-30).epsilon(0.01));
+    }
+}
+
 TEST_CASE("an implicit torus has one handle, and the volume and the area of Pappus") {
     const mesh ring = mesh_implicit(torus, {vec3{-12_mm, -12_mm, -4_mm}, vec3{12_mm, 12_mm, 4_mm}}, 0.5_mm);
     const mesh_report report = validate(ring);

@@ -91,10 +91,12 @@ class implicit_lattice {
                         number_text(p.y), ", ", number_text(p.z), "}; it must be finite in the whole box"})};
         return value;
     }
+    // Beside the border of the box, that of a body which the box cuts off, whatever the slope of the function.
     float value_at(vec3 p) const {
         const vec3 outside = max(box_.lower - p, p - box_.upper);
-        const float border = max(max(outside.x, outside.y), outside.z);
-        return border >= 0 ? max(border, 1e-6F * cell_) : max(value_of(p), border);
+        const float border = max(max(outside.x, outside.y), outside.z); // below 0 inside
+        if (border >= 0) return max(border, 1e-6F * cell_);
+        return border > -2 * cell_ ? max(value_of(p), border) : value_of(p);
     }
 
     // The function at all points of a block of cubes; where no surface is near, that in its middle.
@@ -228,9 +230,11 @@ class implicit_lattice {
         const float part = part_of(edge);
         const vec3 a = position_of(edge.from), b = position_of(edge.to), start = a + part * (b - a);
         const vec3 slope = slope_at(edge.from) + part * (slope_at(edge.to) - slope_at(edge.from));
-        const float squared = dot(slope, slope), value = value_at(start);
-        if (!(squared > 0)) return start;
-        vec3 step = -value / squared * slope;
+        const vec3 steepness = abs(slope);
+        const float largest = max(max(steepness.x, steepness.y), steepness.z), value = value_at(start);
+        if (!(largest > 0)) return start;
+        const vec3 along = slope / largest; // its square neither overflows nor vanishes
+        vec3 step = -value / largest / dot(along, along) * along;
         if (const float size = length(step); size > max_step * cell_) step *= max_step * cell_ / size;
         return std::fabs(value_at(start + step)) < std::fabs(value) ? start + step : start;
     }
