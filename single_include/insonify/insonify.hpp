@@ -24507,10 +24507,12 @@ class implicit_lattice {
                         number_text(p.y), ", ", number_text(p.z), "}; it must be finite in the whole box"})};
         return value;
     }
+    // Beside the border of the box, that of a body which the box cuts off, whatever the slope of the function.
     float value_at(vec3 p) const {
         const vec3 outside = max(box_.lower - p, p - box_.upper);
-        const float border = max(max(outside.x, outside.y), outside.z);
-        return border >= 0 ? max(border, 1e-6F * cell_) : max(value_of(p), border);
+        const float border = max(max(outside.x, outside.y), outside.z); // below 0 inside
+        if (border >= 0) return max(border, 1e-6F * cell_);
+        return border > -2 * cell_ ? max(value_of(p), border) : value_of(p);
     }
 
     // The function at all points of a block of cubes; where no surface is near, that in its middle.
@@ -24644,9 +24646,11 @@ class implicit_lattice {
         const float part = part_of(edge);
         const vec3 a = position_of(edge.from), b = position_of(edge.to), start = a + part * (b - a);
         const vec3 slope = slope_at(edge.from) + part * (slope_at(edge.to) - slope_at(edge.from));
-        const float squared = dot(slope, slope), value = value_at(start);
-        if (!(squared > 0)) return start;
-        vec3 step = -value / squared * slope;
+        const vec3 steepness = abs(slope);
+        const float largest = max(max(steepness.x, steepness.y), steepness.z), value = value_at(start);
+        if (!(largest > 0)) return start;
+        const vec3 along = slope / largest; // its square neither overflows nor vanishes
+        vec3 step = -value / largest / dot(along, along) * along;
         if (const float size = length(step); size > max_step * cell_) step *= max_step * cell_ / size;
         return std::fabs(value_at(start + step)) < std::fabs(value) ? start + step : start;
     }
@@ -26488,25 +26492,30 @@ inline std::string unused_name(const scene& body, const std::string& name) {
     return unused;
 }
 
-/// A surface that is moved inwards, unevenly. @param by  metres, on average
+/// A closed surface that is moved inwards, unevenly, wherever its faces point. @param by  metres, on average
 inline mesh moved_inwards(mesh surface, float by, std::uint32_t seed) {
-    std::vector<vec3> normals(surface.positions.size(), vec3{0, 0, 0});
+    const std::vector<std::uint32_t> place = weld(surface.positions);
+    std::vector<vec3> normals(surface.positions.size(), vec3{0, 0, 0}); // of each place
     for (const uvec3& face : surface.faces) {
         const vec3 a = surface.positions[face.x];
         const vec3 normal = cross(surface.positions[face.y] - a, surface.positions[face.z] - a);
-        for (int i = 0; i < 3; ++i) normals[face[i]] += normal;
+        for (int i = 0; i < 3; ++i) normals[place[face[i]]] += normal;
     }
+    if (enclosed_volume(surface) < 0) by = -by;
     for (std::size_t i = 0; i < normals.size(); ++i) {
-        const float size = length(normals[i]);
+        const vec3 normal = normals[place[i]];
+        const float size = length(normal);
         if (!(size > 0)) continue;
         vec3& p = surface.positions[i];
         const float uneven = 1 + 0.1F * smooth_random(seed, vec2{p.x + p.z, p.y - p.z} / 6e-3F);
-        p -= by * uneven / size * normals[i];
+        p -= by * uneven / size * normal;
     }
     return surface;
 }
 
+/// @throws usage_error  for a deformed body, whose present shape is not that of the next deformation
 inline bool has_skin(const scene& body) {
+    if (body.is_deformed()) throw usage_error{"add_skin: the body is deformed; cover it before `deform`"};
     return std::any_of(body.objects().begin(), body.objects().end(),
                        [](const object& one) { return one.inside == tissue::skin; });
 }
@@ -26537,10 +26546,11 @@ enum class skin_place {
 };
 
 /// Covers a body that one soft object encloses, wherever a probe will be: its outer layer becomes an object "skin".
-/// Call it before `build`. A body with an object of `tissue::skin`, or without an outer one, is left as it is.
+/// Call it before `build`. The outer object gets a new id, and keeps its name. A body with an object of `tissue::skin`, or
+/// without an outer one, is left as it is.
 /// @param settings  only `thickness` matters
 /// @return `skin_place::surface` or `none`
-/// @throws usage_error  for a setting out of range
+/// @throws usage_error  for a setting out of range, or a deformed body
 inline skin_place add_skin(scene& body, const skin_settings& settings = {}) {
     settings.check();
     return !detail::has_skin(body) && detail::cover_outer(body, settings.thickness) ? skin_place::surface
@@ -26550,23 +26560,30 @@ inline skin_place add_skin(scene& body, const skin_settings& settings = {}) {
 /// Covers a body whose meshes begin below the skin, as most anatomy does, so that pictures begin as real ones do: film
 /// of gel, entry echo, dermis, fat. Call it before `build`.
 ///
-/// Where one soft object encloses all others, its outer layer becomes an object "skin". Elsewhere a film "gel", "skin"
+/// Where one soft object encloses all others, its outer layer becomes an object "skin", and it gets a new id. Elsewhere a film "gel", "skin"
 /// and "subcutaneous fat" follow the face of the probe, 12 mm beyond its edges; skin and gel have the highest
 /// priority, fat the lowest: what is inside of it stays. A name that is taken gets a number: "skin.2". A body with an
 /// object of `tissue::skin` is left as it is.
 /// @param at  pose of the probe
-/// @throws usage_error  for a setting out of range, or a probe that looks out of a full circle, from inside
+/// @throws usage_error     for a setting out of range, a deformed body, or a probe that looks out of a full circle
+/// @throws geometry_error  for a pose that is not rigid
 template <transducer Probe>
 skin_place add_skin(scene& body, const Probe& probe, const pose& at, const skin_settings& settings = {}) {
     settings.check();
     probe.check();
+    detail::check_rigid(at, "add_skin");
     if (detail::has_skin(body)) return skin_place::none;
     if (detail::cover_outer(body, settings.thickness)) return skin_place::surface;
+    constexpr int max_priority = 1'000'000;
     int highest = 0, lowest = 0;
     for (const object& one : body.objects()) {
         highest = std::max(highest, one.priority);
         lowest = std::min(lowest, one.priority);
     }
+    if (highest > max_priority || lowest < -max_priority)
+        throw usage_error{"add_skin: the priority of an object is " +
+                          std::to_string(highest > max_priority ? highest : lowest) +
+                          "; use -1000000 to 1000000, so that there is room above and below"};
     if (is_full_circle(probe))
         throw usage_error{"add_skin: a probe that looks out of a full circle does not stand on skin"};
     const detail::face_grid face{probe};

@@ -5,6 +5,7 @@
 #include <insonify/probe/radial_array.hpp>
 #include <insonify/scene/skin.hpp>
 #include <insonify/tracing/find/find_layers.hpp>
+#include "../geometry/meshes.hpp"
 #include <cmath>
 #include <doctest/doctest.h>
 #include <limits>
@@ -79,6 +80,20 @@ TEST_CASE("add_skin: of a body with an outer surface, the outer layer becomes sk
     CHECK(body.objects().size() == 3);
 }
 
+TEST_CASE("add_skin: the outer layer lies inside, whatever way the faces point and however vertices are shared") {
+    for (const mesh& limb : {mesh_test::turned_inside_out(make_sphere({0, 0, 50_mm}, 40_mm, 4)),
+                             mesh_test::unwelded(make_sphere({0, 0, 50_mm}, 40_mm, 4))}) {
+        scene body{tissue::air};
+        body.add(limb, tissue::fat, {.name = "limb"});
+        body.add(make_sphere({0, 0, 50_mm}, 15_mm, 3), tissue::bone);
+        REQUIRE(add_skin(body, {.thickness = 2_mm}) == skin_place::surface);
+        const mesh& inner = body[*body.find("limb")].surface;
+        CHECK(validate(inner).closed());
+        const double radius = std::cbrt(std::fabs(double{enclosed_volume(inner)}) * 3 / (4 * 3.14159265358979));
+        CHECK(radius == doctest::Approx(38e-3).epsilon(0.01).scale(1e-30));
+    }
+}
+
 TEST_CASE("add_skin: without a probe, what one object encloses is covered, and nothing else") {
     scene body{tissue::air};
     body.add(make_sphere({0, 0, 50_mm}, 40_mm, 5), tissue::muscle, {.name = "body"});
@@ -117,5 +132,15 @@ TEST_CASE("add_skin: what cannot be covered is refused, and the body stays") {
                          "add_skin: thickness is 2 m: did you mean 2_mm?", usage_error);
     CHECK_THROWS_AS(add_skin(body, linear_array{}, pose{}, {.gel = std::numeric_limits<float>::quiet_NaN()}),
                     usage_error);
+    pose stretched;
+    stretched.rotation[0] *= 2;
+    CHECK_THROWS_AS(add_skin(body, linear_array{}, stretched), geometry_error);
     CHECK(body.objects().empty());
+
+    body.add(make_sphere({0, 0, 50_mm}, 40_mm, 3), tissue::fat, {.priority = std::numeric_limits<int>::max()});
+    CHECK_THROWS_AS(add_skin(body, linear_array{}, pose{}), usage_error);
+    body.build(exec::seq).deform(exec::seq, [](vec3 rest) { return 0.5F * rest; });
+    CHECK_THROWS_WITH_AS(add_skin(body), "add_skin: the body is deformed; cover it before `deform`", usage_error);
+    CHECK_THROWS_AS(add_skin(body, linear_array{}, pose{}), usage_error);
+    CHECK(body.objects().size() == 1);
 }
