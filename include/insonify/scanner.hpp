@@ -265,7 +265,9 @@ class scanner {
     /// @throws geometry_error  for a pose that is not rigid
     template <exec::policy Policy>
     const image& scan(const Policy& policy, const scene& body, const pose& at) {
-        return frozen_ ? show(policy, shown_) : scan_by(detail::any_policy{policy}, body, at);
+        if (!frozen_) return scan_by(detail::any_policy{policy}, body, at);
+        frame_of_picture();
+        return show(policy, shown_);
     }
 
     /// Draws a stored frame with the present gain, dynamic range, time gain, grey map, persistence and size. If `tgc`
@@ -303,17 +305,18 @@ class scanner {
     /// Complex echoes of the last frame acquired, after noise, before time gain, on the lines of `echo_probe`.
     ///
     /// Of several looks, those of the look that is steered least: the straight one where their number is odd, else the
-    /// one next to it towards -x. With `update_mode::one`, those of the look that this frame acquired.
+    /// one next to it towards -x. With `update_mode::one`, those of the look that this frame acquired. None before the
+    /// first picture, and after a `scan` that threw.
     const iq_lines& echoes() const {
         static const iq_lines none{};
-        return echo_look_ < frame_looks_.size() ? frame_looks_[echo_look_].echoes : none;
+        return !interrupted_ && echo_look_ < frame_looks_.size() ? frame_looks_[echo_look_].echoes : none;
     }
     /// The lines of `echoes`: usually more than those of the probe, see `rays_per_line`.
     ///
     ///     iq_lines own = resample_lines(policy, machine.echoes(), machine.echo_probe(), machine.probe);
-    /// @throws usage_error  before the first picture
+    /// @throws usage_error  before the first picture, and after a `scan` that threw
     const steered<refined<Probe>>& echo_probe() const {
-        check_picture();
+        check_acquired();
         return *frame_looks_[echo_look_].of_echoes;
     }
     /// What lies along the lines of the look that was acquired last, of `layers_probe`; with a tracer other than
@@ -321,30 +324,31 @@ class scanner {
     /// picture: clip layers at the depth that counts.
     /// @throws usage_error  before the first picture, and after a `scan` that threw
     const line_layers& layers() const {
-        check_layers();
+        check_acquired();
         return frame_looks_[last_look_].lines.layers();
     }
     /// The lines that the layers are those of.
     /// @throws usage_error  before the first picture, and after a `scan` that threw
     const steered<refined<Probe>>& layers_probe() const {
-        check_layers();
+        check_acquired();
         return *frame_looks_[last_look_].of_layers;
     }
-    /// Pixels of the last picture, points {x, z} of the probe.
-    const scan_map& map() const { return map_.value(); }
+    /// Pixels of the last picture, points {x, z} of the probe. @throws usage_error  before the first picture
+    const scan_map& map() const {
+        check_picture();
+        return map_.value();
+    }
     const pose& at() const { return at_; }              ///< of the probe, for the last picture
     const stage_times& times() const { return times_; } ///< of the last picture
 
     /// The point in the world that a pixel of the last picture shows, in pixel coordinates: see `scan_map`.
     /// @throws usage_error  before the first picture
     vec3 point(vec2 pixel) const {
-        check_picture();
         const vec2 in_slice = map().point(pixel);
         return at_.point({in_slice.x, 0, in_slice.y});
     }
-    /// The pixel coordinates of a point in the world, projected on the slice.
+    /// The pixel coordinates of a point in the world, projected on the slice. @throws usage_error  as `point`
     vec2 pixel(vec3 point) const {
-        check_picture();
         const vec3 local = at_.local_point(point);
         return map().pixel({local.x, local.z});
     }
@@ -399,7 +403,7 @@ class scanner {
     };
 
     void check_picture() const {
-        if (cine_.empty())
+        if (picture_.pixels.empty())
             throw usage_error{"scanner: there is no picture yet; call `scan`, and `unfreeze` where it is frozen"};
     }
     // A `scan` that throws may have overwritten it.
@@ -413,10 +417,11 @@ class scanner {
     const image& scan_by(const detail::any_policy<Unsequenced>& policy, const scene& body, const pose& at);
     template <bool Unsequenced>
     const image& show_by(const detail::any_policy<Unsequenced>& policy, std::uint32_t back);
-    void check_layers() const {
+    void check_acquired() const {
         check_picture();
         if (interrupted_)
-            throw usage_error{"scanner: the last `scan` threw, so there are no layers; call `scan` again"};
+            throw usage_error{
+                "scanner: the last `scan` threw, so there are no echoes and no layers; call `scan` again"};
     }
     tgc_settings time_gain(float attenuation, float bandwidth) const {
         return {.attenuation = attenuation,
@@ -599,6 +604,7 @@ template <transducer Probe, acoustic_model Model, class Tracer>
 template <bool Unsequenced>
 const image& scanner<Probe, Model, Tracer>::show_by(const detail::any_policy<Unsequenced>& policy, std::uint32_t back) {
     check_picture();
+    settings.check();
     if (back >= cine_.size())
         throw usage_error{"scanner: `back` is " + std::to_string(back) + ", and " + std::to_string(cine_.size()) +
                           " frames are stored; `cine_length` is the number to store"};

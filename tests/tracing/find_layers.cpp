@@ -229,11 +229,14 @@ TEST_CASE(
     const scene body = ball();
     scanner<linear_array, throwing_model> machine{linear_array{.lines = 40}, {.depth = 45_mm, .size = {40, 0}}};
     CHECK_THROWS_AS(machine.layers(), usage_error);
+    CHECK_THROWS_AS(machine.map(), usage_error);
     const image before = machine.scan(exec::seq, body, pose{});
     REQUIRE(machine.layers().lines == machine.layers_probe().lines);
     machine.model = throwing_model{true};
     CHECK_THROWS_AS(machine.scan(exec::seq, body, pose{}), usage_error);
     CHECK(machine.picture() == before);
+    CHECK(machine.echoes().values.empty());
+    CHECK_THROWS_AS(machine.echo_probe(), usage_error);
     CHECK_THROWS_AS(machine.layers(), usage_error);
     CHECK_THROWS_AS(machine.layers_probe(), usage_error);
     machine.model = throwing_model{};
@@ -253,6 +256,13 @@ TEST_CASE("a scan that threw may have taken the memory of the frame that is show
     machine.model = throwing_model{true};
     CHECK_THROWS_AS(machine.scan(exec::seq, body, pose{}), usage_error);
     CHECK_THROWS_AS(machine.labels(exec::seq, body), usage_error);
+    machine.freeze();
+    CHECK_THROWS_WITH_AS(machine.scan(exec::seq, body, pose{}),
+                         "scanner: the frame of the picture is no longer stored; call `scan`, or `show` another",
+                         usage_error);
+    machine.settings.tgc = -1;
+    CHECK_THROWS_AS(machine.show(exec::seq, 1), usage_error);
+    machine.settings.tgc = 0;
     machine.show(exec::seq, 1);
     CHECK(machine.labels(exec::seq, body).size == machine.picture().size);
 }
