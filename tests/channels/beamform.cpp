@@ -160,7 +160,7 @@ TEST_CASE("beamform: a point in the focus is as wide as in b_mode") {
         exec::par_unseq, beamform(exec::par_unseq, data, lines, {.depth = 20_mm, .samples = 2000}, {.fnumber = 2}));
     const double width = width_of(peaks_of(seen, 1700, 1900)) * 0.02e-3;
     const auto picture = static_cast<double>(beam_of(probe, 18_mm).lateral_width(18_mm));
-    MESSAGE(width * 1e3, " mm wide, in b_mode ", picture * 1e3);
+    MESSAGE("a point is ", width * 1e3, " mm wide, in b_mode ", picture * 1e3);
     CHECK(width == doctest::Approx(picture).scale(1e-30).epsilon(0.05));
 }
 
@@ -219,6 +219,35 @@ TEST_CASE("beamform: speckle has the level of b_mode, and the statistics of a Ga
     // The beam of b_mode is a Gaussian that is as wide as sinc^2 at -6 dB: its autocorrelation is 1.10 times as wide.
     CHECK(picture.lateral == doctest::Approx(1.1 * channels.lateral).scale(1e-30).epsilon(0.05));
     CHECK(picture.axial == doctest::Approx(channels.axial).scale(1e-30).epsilon(0.05));
+}
+
+TEST_CASE("beamform: channel data of other recorders may leave out what is unknown, and must be finite") {
+    const element_array array{.elements = 4, .pitch = 0.3_mm};
+    channel_data own{.transmits = 1,
+                     .elements = 4,
+                     .samples = 400,
+                     .sampling_frequency = 20_MHz,
+                     .frequency = 5_MHz,
+                     .pitch = 0.3_mm,
+                     .sent = plane_waves(array, 1, 0),
+                     .values = std::vector<float>(1600, 0.1F)};
+    for (std::uint32_t i = 0; i < 4; ++i) own.places.push_back(array.element(i));
+    const linear_array lines{.lines = 2, .width = 1_mm};
+    for (const vec2 value : beamform(exec::seq, own, lines, {.depth = 10_mm}).values)
+        CHECK(is_finite(value.x + value.y));
+    const auto refuses = [&](auto&& change) {
+        channel_data changed = own;
+        change(changed);
+        CHECK_THROWS_AS(beamform(exec::seq, changed, lines, {.depth = 10_mm}), usage_error);
+    };
+    refuses([](channel_data& d) { d.sound_speed = 0; });
+    refuses([](channel_data& d) { d.sound_speed = std::nanf(""); });
+    refuses([](channel_data& d) { d.pitch = std::nanf(""); });
+    refuses([](channel_data& d) { d.element_width = -1; });
+    refuses([](channel_data& d) { d.sent[0].angle = std::nanf(""); });
+    refuses([](channel_data& d) { d.sent[0].source.z = std::nanf(""); });
+    refuses([](channel_data& d) { d.places[2].origin.x = std::nanf(""); });
+    CHECK_THROWS_AS(beamform(exec::seq, own, lines, {.depth = 10_mm, .samples = 1U << 31U}), usage_error);
 }
 
 TEST_CASE("beamform: what does not fit is named") {

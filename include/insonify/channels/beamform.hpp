@@ -10,6 +10,7 @@
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/probe/probe_lines.hpp>
 #include <insonify/signal/pulse.hpp>
+#include <insonify/tracing/plan/frame_plan.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -120,16 +121,17 @@ template <class Policy>
 iq_lines sum_channels(const Policy& policy, const iq_channel_data& data, const probe_lines& probe,
                       const acquisition& grid, const beamform_settings& settings) {
     const float speed = settings.sound_speed > 0 ? settings.sound_speed : data.sound_speed;
-    const std::uint32_t samples =
+    const std::uint32_t chosen =
         grid.samples != 0
             ? grid.samples
             : samples_for(grid.depth, axial_sigma(data.bandwidth > 0 ? data.bandwidth : 0.6F, data.frequency));
+    const std::uint32_t samples = checked_samples(probe.size(), chosen, "beamform");
     iq_lines lines{probe.size(), samples, grid.depth};
     const view<const ray> places{data.places};
     std::vector<wave_front> fronts;
     fronts.reserve(data.transmits);
     for (const transmit& one : data.sent) fronts.emplace_back(one, places, speed);
-    const float filled = data.pitch > 0 ? data.element_width / data.pitch : 1.0F;
+    const float filled = data.pitch > 0 && data.element_width > 0 ? data.element_width / data.pitch : 1.0F;
     const float time =
         6.0F * static_cast<float>(samples) * static_cast<float>(data.transmits) * static_cast<float>(data.elements);
     struct receiver {

@@ -31,8 +31,8 @@ struct channel_grid {
     float frequency = 0;          ///< of the carrier, hertz
     float bandwidth = 0;          ///< fractional, of the pulse there and back, at -6 dB
     float sound_speed = 1540;     ///< that delays assume, m/s
-    float pitch = 0;              ///< mean distance of neighbouring elements, metres
-    float element_width = 0;      ///< metres
+    float pitch = 0;              ///< mean distance of neighbouring elements, metres; 0: unknown
+    float element_width = 0;      ///< metres; 0: unknown
     float height = 0;             ///< of the elements, metres
     float elevation_focus = 0;    ///< of the lens, metres
     std::vector<ray> places{};    ///< of the elements, in the frame of the probe: centre and normal
@@ -97,6 +97,18 @@ void check_channels(const channel_grid<Sample>& data, const char* caller) {
         throw usage_error{
             joined({caller, ": `sampling_frequency`, `frequency` and `start` of the channel data must be finite, the "
                             "first two above 0"})};
+    if (!is_finite(data.sound_speed) || !(data.sound_speed >= 100 && data.sound_speed <= 10000))
+        throw usage_error{joined({caller, ": `sound_speed` of the channel data is ", number_text(data.sound_speed),
+                                  " m/s; it must be 100 to 10000"})};
+    if (!is_finite(data.pitch) || !is_finite(data.element_width) || !(data.pitch >= 0 && data.element_width >= 0))
+        throw usage_error{
+            joined({caller, ": `pitch` and `element_width` of the channel data must be metres, or 0 where "
+                            "they are unknown"})};
+    for (std::size_t i = 0; i < data.places.size(); ++i)
+        if (!is_finite(data.places[i].origin) || !is_finite(data.places[i].direction))
+            throw usage_error{
+                joined({caller, ": place ", std::to_string(i),
+                        " of the channel data is not finite; give the centre and the normal of each element"})};
     for (std::size_t i = 0; i < data.sent.size(); ++i) check_transmit(data.sent[i], i, data.elements);
 }
 

@@ -83,6 +83,8 @@ inline void check_transmit(const transmit& one, std::size_t number, std::uint32_
                 {name, "a weight is ", number_text(weight), "; weights must be -1 to 1: divide all by the largest"})};
         fires = fires || weight != 0;
     }
+    if (!is_finite(one.angle) || !is_finite(one.source) || !is_finite(one.origin))
+        throw usage_error{joined({name, "`angle`, `source` and `origin` must be finite"})};
     if (!fires) throw usage_error{joined({name, "all weights are 0; at least one element must fire"})};
 }
 
