@@ -1,9 +1,11 @@
 #include <insonify/core/error.hpp>
 #include <insonify/core/units.hpp>
+#include <insonify/geometry/shapes.hpp>
 #include <insonify/geometry/validate.hpp>
 #include <insonify/io/obj.hpp>
 #include "obj_errors.hpp"
 #include "temporary_folder.hpp"
+#include <algorithm>
 #include <doctest/doctest.h>
 #include <string>
 #include <vector>
@@ -36,6 +38,44 @@ TEST_CASE("with `repair`, the objects of a file are mended, each with notes of i
     REQUIRE(!notes.empty());
     CHECK(notes[0].starts_with(path + ": "));
     CHECK(load_obj(path, {.unit = 1_cm}).faces.size() == 7);
+}
+
+TEST_CASE("with `repair`, groups whose open edges become whole together are one object, also where a face is missing") {
+    mesh ball = make_sphere({0, 0, 15_mm}, 10_mm, 3);
+    std::stable_sort(ball.faces.begin(), ball.faces.end(), [&](uvec3 a, uvec3 b) {
+        const auto height = [&](uvec3 f) {
+            return ball.positions[f.x].z + ball.positions[f.y].z + ball.positions[f.z].z;
+        };
+        return height(a) < height(b);
+    });
+    ball.faces.erase(ball.faces.begin() + 3);
+    std::string text;
+    for (const vec3 p : ball.positions)
+        text += "v " + std::to_string(p.x) + " " + std::to_string(p.y) + " " + std::to_string(p.z) + "\n";
+    text += "o ball\nusemtl muscle\ng top\n";
+    for (std::size_t i = 0; i < ball.faces.size(); ++i) {
+        if (i == ball.faces.size() / 2) text += "g bottom\n";
+        const uvec3 f = ball.faces[i] + 1U;
+        text += "f " + std::to_string(f.x) + " " + std::to_string(f.y) + " " + std::to_string(f.z) + "\n";
+    }
+    const temporary_folder folder;
+    std::vector<std::string> notes;
+    const std::string path = folder.write("a.obj", text);
+    const scene whole = load_obj_scene(path, {.unit = 1_m, .repair = repair_settings{}}, notes);
+    REQUIRE(whole.objects().size() == 1);
+    CHECK(validate(whole.objects()[0].surface).closed());
+    CHECK(whole.objects()[0].surface.faces.size() == ball.faces.size() + 1);
+    CHECK(load_obj_scene(path, {.unit = 1_m}).objects().size() == 2); // each open by itself
+}
+
+TEST_CASE("with `repair`, an object of which no face remains is left out, with a note") {
+    const temporary_folder folder;
+    std::vector<std::string> notes;
+    const std::string path =
+        folder.write("a.obj", tetrahedron + "usemtl bone\no whole\n" + its_faces + "o nothing\nf 1 2 2\n");
+    CHECK(load_obj_scene(path, {.unit = 1_m, .repair = repair_settings{}}, notes).objects().size() == 1);
+    REQUIRE(!notes.empty());
+    CHECK(notes.back() == path + ":12: object 'nothing': Left out: no face remains.");
 }
 
 TEST_CASE("the distance within which vertices are merged is a setting, and is checked") {

@@ -380,15 +380,19 @@ scene load_obj_scene(const std::string& path, const obj_settings& settings, std:
     notes.clear();
     for (const auto& [key, place] : libraries.unknown_keys)
         notes.push_back(detail::joined({place, ": the key '", detail::printable(key), "' is unknown and is ignored"}));
-    detail::join_split_bodies(path, content, objects, notes);
+    detail::join_split_bodies(path, content, objects, static_cast<bool>(settings.repair), notes);
     detail::name_objects(path, content, objects, notes);
     bool is_turned = false;
     for (detail::obj_object& one : objects) {
         const detail::obj_medium found = detail::find_medium(path, one.medium_of(content), libraries);
-        mesh surface = detail::repaired(
-            detail::select_faces(content.positions, std::move(one.faces)), settings,
-            detail::joined({path, ":", std::to_string(one.line), ": object '", detail::printable(one.name), "'"}),
-            notes);
+        const std::string whose =
+            detail::joined({path, ":", std::to_string(one.line), ": object '", detail::printable(one.name), "'"});
+        mesh surface =
+            detail::repaired(detail::select_faces(content.positions, std::move(one.faces)), settings, whose, notes);
+        if (surface.faces.empty()) {
+            notes.push_back(whose + ": Left out: no face remains.");
+            continue;
+        }
         const bool is_muscle = found.inside.structure.sheath.thickness > 0;
         const bool is_asked = settings.pennation != 0 && is_muscle && !found.fibres;
         const float angle = found.pennation.value_or(is_asked ? settings.pennation : 0.0F);

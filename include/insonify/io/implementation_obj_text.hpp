@@ -252,30 +252,35 @@ inline std::vector<obj_object> divide_into_objects(const std::string& path, cons
     return objects;
 }
 
-/// Whether each edge of some faces has two of them.
-inline bool is_closed(const obj_content& content, const std::vector<uvec3>& faces) {
+/// How many edges of some faces do not have two of them: none of a closed surface.
+inline std::uint32_t open_edges(const obj_content& content, const std::vector<uvec3>& faces) {
     const mesh_report found = validate(select_faces(content.positions, faces));
-    return found.boundary_edges == 0 && found.non_manifold_edges == 0;
+    return found.boundary_edges + found.non_manifold_edges;
 }
 
 /// Joins open surfaces of one object and one medium that are closed together: a closed surface that `g` lines divide.
+/// @param repaired  whether holes are closed afterwards: then surfaces are joined where most open edges become whole
 /// @throws io_error  where the open surfaces of an object are closed together, but have different media
 inline void join_split_bodies(const std::string& path, const obj_content& content, std::vector<obj_object>& objects,
-                              std::vector<std::string>& notes) {
+                              bool repaired, std::vector<std::string>& notes) {
     std::map<std::uint32_t, std::vector<std::size_t>> of_number; // the objects that one `o` has become
     for (std::size_t i = 0; i < objects.size(); ++i) of_number[content.text.parts[objects[i].part].number].push_back(i);
     for (auto& [number, members] : of_number) {
         if (members.size() < 2) continue;
         std::map<int, std::vector<std::size_t>> open; // by medium
+        std::map<int, std::uint32_t> apart;           // open edges of each alone
         for (const std::size_t i : members)
-            if (!is_closed(content, objects[i].faces)) open[objects[i].medium].push_back(i);
+            if (const std::uint32_t edges = open_edges(content, objects[i].faces); edges > 0) {
+                open[objects[i].medium].push_back(i);
+                apart[objects[i].medium] += edges;
+            }
         std::vector<uvec3> rest; // of more than one medium
         std::vector<std::size_t> first_of_rest;
         for (const auto& [medium, parts] : open) {
             std::vector<uvec3> together;
             for (const std::size_t i : parts)
                 together.insert(together.end(), objects[i].faces.begin(), objects[i].faces.end());
-            if (!is_closed(content, together)) {
+            if (parts.size() < 2 || open_edges(content, together) > (repaired ? apart[medium] / 2 : 0)) {
                 rest.insert(rest.end(), together.begin(), together.end());
                 first_of_rest.push_back(parts[0]);
                 continue;
@@ -287,7 +292,7 @@ inline void join_split_bodies(const std::string& path, const obj_content& conten
             objects[parts[0]].faces = std::move(together);
             for (std::size_t k = 1; k < parts.size(); ++k) objects[parts[k]].faces.clear();
         }
-        if (first_of_rest.size() < 2 || !is_closed(content, rest)) continue;
+        if (first_of_rest.size() < 2 || open_edges(content, rest) > 0) continue;
         const obj_object &one = objects[first_of_rest[0]], &other = objects[first_of_rest[1]];
         throw io_error{
             path + ":" + std::to_string(std::max(one.line, other.line)) + ": the closed surface of object '" +
