@@ -450,3 +450,29 @@ TEST_CASE("invalid input is refused") {
 }
 
 } // namespace repair_test
+
+TEST_CASE("a hole beside the wall between two parts is closed, and the wall removed, wherever it is") {
+    mesh whole = make_box({0, 0, 0}, {10_mm, 10_mm, 10_mm});
+    mesh_test::append(whole, make_box({10_mm, 0, 0}, {20_mm, 10_mm, 10_mm}));
+    const auto on_wall = [&](const uvec3& f) {
+        return whole.positions[f.x].x == 10_mm && whole.positions[f.y].x == 10_mm && whole.positions[f.z].x == 10_mm;
+    };
+    for (std::size_t i = 0; i < whole.faces.size(); ++i) {
+        mesh lacking = whole;
+        lacking.faces.erase(lacking.faces.begin() + static_cast<std::ptrdiff_t>(i));
+        if (on_wall(whole.faces[i])) continue;
+        const repaired_mesh mended = repair(lacking);
+        INFO("without face ", i);
+        CHECK(validate(mended.surface).closed());
+        CHECK(enclosed_volume(mended.surface) == doctest::Approx(2e-6).scale(1e-30));
+    }
+}
+
+TEST_CASE("what is left because faces are missing where more than two meet is told") {
+    mesh book; // three pages at one edge
+    book.positions = {{0, 0, 0}, {0, 10_mm, 0}, {10_mm, 0, 0}, {-10_mm, 0, 5_mm}, {-10_mm, 0, -5_mm}};
+    book.faces = {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}};
+    const repaired_mesh kept = repair(book);
+    REQUIRE(!kept.notes.empty());
+    CHECK(kept.notes.back().starts_with("Left "));
+}

@@ -143,10 +143,11 @@ class mesh_repair {
         for (const std::uint32_t face : first) ++copies[face];
         if (std::count(copies.begin(), copies.end(), 0U) == 0) return;
 
-        // A patch of doubled faces is a wall where its borders have two other faces each, or four.
-        constexpr std::uint8_t even = 1, odd = 2;
+        // A patch of doubled faces is a wall where most of its borders have two other faces each, or four: at some, one
+        // may be missing.
         disjoint_sets patches{faces_.size()};
-        std::vector<std::uint8_t> borders(faces_.size(), 0);
+        std::vector<std::int64_t> borders(faces_.size(),
+                                          0); // with an even number of others, less those with an odd one
         for_each_edge(edges_, [&](view<const half_edge> sides) {
             const auto others = std::count_if(sides.begin(), sides.end(),
                                               [&](const half_edge& side) { return copies[side.slot / 3] == 1; });
@@ -155,13 +156,14 @@ class mesh_repair {
                 if (others == 0)
                     patches.join(sides[0].slot / 3, face);
                 else if (copies[face] > 1)
-                    borders[face] |= others % 2 == 0 ? even : odd;
+                    borders[face] += others % 2 == 0 ? 1 : -1;
             }
         });
-        for (std::uint32_t face = 0; face < faces_.size(); ++face) borders[patches.find(face)] |= borders[face];
+        for (std::uint32_t face = 0; face < faces_.size(); ++face)
+            if (const std::uint32_t patch = patches.find(face); patch != face) borders[patch] += borders[face];
         std::size_t kept = 0, removed = 0, walls = 0;
         for (std::uint32_t face = 0; face < faces_.size(); ++face) {
-            const bool is_wall = borders[patches.find(face)] == even;
+            const bool is_wall = borders[patches.find(face)] > 0;
             if (copies[face] == 0) continue;
             (is_wall ? walls : removed) += copies[face] - (is_wall ? 0 : 1);
             if (!is_wall) faces_[kept++] = faces_[face];
@@ -458,14 +460,14 @@ class mesh_repair {
         struct tally {
             std::size_t parts = 0, faces = 0;
         };
-        tally loose, sheets, strips;
+        tally loose, sheets, strips, crossed;
         double largest = 0;
         for (const part& own : parts_)
             if (own.is_closed()) largest = std::max(largest, own.area);
         for (part& own : parts_) {
             own.is_dropped = own.has_holes() && own.area < max_loose_area * largest;
-            if (!own.has_holes() && !own.is_one_sided) continue;
-            tally& kind = own.is_one_sided ? strips : own.is_dropped ? loose : sheets;
+            if (own.is_closed()) continue;
+            tally& kind = own.is_one_sided ? strips : own.is_locked ? crossed : own.is_dropped ? loose : sheets;
             ++kind.parts;
             kind.faces += own.faces;
         }
@@ -475,6 +477,8 @@ class mesh_repair {
              with(sheets) + " open, which would enclose nothing: give it a thickness (`make_sheet`), or remove it.");
         note("Left ", strips.parts, "part", "parts",
              with(strips) + " as before: the surface has one side only, as that of a Moebius strip.");
+        note("Left ", crossed.parts, "part", "parts",
+             with(crossed) + " as before: faces are missing or too many at edges where more than two meet.");
     }
 
     // Gives each sheet of faces around a vertex a vertex of its own.
