@@ -2412,6 +2412,7 @@ inline pose look_at(vec3 from, vec3 towards, vec3 lateral) {
 
 #endif
 #include <cfloat>
+#include <cmath>
 #include <cstddef>
 #include <memory>
 #include <string>
@@ -2488,6 +2489,9 @@ inline std::vector<line_place> places_along(const std::vector<tube_section>& lin
         check_shape_length(caller, "first of the `radii`", line[i].radii.x);
         check_shape_length(caller, "second of the `radii`", line[i].radii.y);
         if (!is_finite(line[i].turn)) throw geometry_error{caller + ": `turn` is not finite; give radians"};
+        if (i > 0 && std::fabs(line[i].turn - line[i - 1].turn) > 0.5F * pi + 1e-4F)
+            throw geometry_error{caller + ": `turn` changes by more than a quarter turn at point " + std::to_string(i) +
+                                 "; add points in between"};
         if (i > 0)
             check_shape_length(caller, "distance between two points", length(line[i].centre - line[i - 1].centre));
     }
@@ -19905,7 +19909,9 @@ class scanner {
     /// @throws geometry_error  for a pose that is not rigid
     template <exec::policy Policy>
     const image& scan(const Policy& policy, const scene& body, const pose& at) {
-        return frozen_ ? show(policy, shown_) : scan_by(detail::any_policy{policy}, body, at);
+        if (!frozen_) return scan_by(detail::any_policy{policy}, body, at);
+        frame_of_picture();
+        return show(policy, shown_);
     }
 
     /// Draws a stored frame with the present gain, dynamic range, time gain, grey map, persistence and size. If `tgc`
@@ -19943,17 +19949,18 @@ class scanner {
     /// Complex echoes of the last frame acquired, after noise, before time gain, on the lines of `echo_probe`.
     ///
     /// Of several looks, those of the look that is steered least: the straight one where their number is odd, else the
-    /// one next to it towards -x. With `update_mode::one`, those of the look that this frame acquired.
+    /// one next to it towards -x. With `update_mode::one`, those of the look that this frame acquired. None before the
+    /// first picture, and after a `scan` that threw.
     const iq_lines& echoes() const {
         static const iq_lines none{};
-        return echo_look_ < frame_looks_.size() ? frame_looks_[echo_look_].echoes : none;
+        return !interrupted_ && echo_look_ < frame_looks_.size() ? frame_looks_[echo_look_].echoes : none;
     }
     /// The lines of `echoes`: usually more than those of the probe, see `rays_per_line`.
     ///
     ///     iq_lines own = resample_lines(policy, machine.echoes(), machine.echo_probe(), machine.probe);
-    /// @throws usage_error  before the first picture
+    /// @throws usage_error  before the first picture, and after a `scan` that threw
     const steered<refined<Probe>>& echo_probe() const {
-        check_picture();
+        check_acquired();
         return *frame_looks_[echo_look_].of_echoes;
     }
     /// What lies along the lines of the look that was acquired last, of `layers_probe`; with a tracer other than
@@ -19961,30 +19968,31 @@ class scanner {
     /// picture: clip layers at the depth that counts.
     /// @throws usage_error  before the first picture, and after a `scan` that threw
     const line_layers& layers() const {
-        check_layers();
+        check_acquired();
         return frame_looks_[last_look_].lines.layers();
     }
     /// The lines that the layers are those of.
     /// @throws usage_error  before the first picture, and after a `scan` that threw
     const steered<refined<Probe>>& layers_probe() const {
-        check_layers();
+        check_acquired();
         return *frame_looks_[last_look_].of_layers;
     }
-    /// Pixels of the last picture, points {x, z} of the probe.
-    const scan_map& map() const { return map_.value(); }
+    /// Pixels of the last picture, points {x, z} of the probe. @throws usage_error  before the first picture
+    const scan_map& map() const {
+        check_picture();
+        return map_.value();
+    }
     const pose& at() const { return at_; }              ///< of the probe, for the last picture
     const stage_times& times() const { return times_; } ///< of the last picture
 
     /// The point in the world that a pixel of the last picture shows, in pixel coordinates: see `scan_map`.
     /// @throws usage_error  before the first picture
     vec3 point(vec2 pixel) const {
-        check_picture();
         const vec2 in_slice = map().point(pixel);
         return at_.point({in_slice.x, 0, in_slice.y});
     }
-    /// The pixel coordinates of a point in the world, projected on the slice.
+    /// The pixel coordinates of a point in the world, projected on the slice. @throws usage_error  as `point`
     vec2 pixel(vec3 point) const {
-        check_picture();
         const vec3 local = at_.local_point(point);
         return map().pixel({local.x, local.z});
     }
@@ -20039,7 +20047,7 @@ class scanner {
     };
 
     void check_picture() const {
-        if (cine_.empty())
+        if (picture_.pixels.empty())
             throw usage_error{"scanner: there is no picture yet; call `scan`, and `unfreeze` where it is frozen"};
     }
     // A `scan` that throws may have overwritten it.
@@ -20053,10 +20061,11 @@ class scanner {
     const image& scan_by(const detail::any_policy<Unsequenced>& policy, const scene& body, const pose& at);
     template <bool Unsequenced>
     const image& show_by(const detail::any_policy<Unsequenced>& policy, std::uint32_t back);
-    void check_layers() const {
+    void check_acquired() const {
         check_picture();
         if (interrupted_)
-            throw usage_error{"scanner: the last `scan` threw, so there are no layers; call `scan` again"};
+            throw usage_error{
+                "scanner: the last `scan` threw, so there are no echoes and no layers; call `scan` again"};
     }
     tgc_settings time_gain(float attenuation, float bandwidth) const {
         return {.attenuation = attenuation,
@@ -20239,6 +20248,7 @@ template <transducer Probe, acoustic_model Model, class Tracer>
 template <bool Unsequenced>
 const image& scanner<Probe, Model, Tracer>::show_by(const detail::any_policy<Unsequenced>& policy, std::uint32_t back) {
     check_picture();
+    settings.check();
     if (back >= cine_.size())
         throw usage_error{"scanner: `back` is " + std::to_string(back) + ", and " + std::to_string(cine_.size()) +
                           " frames are stored; `cine_length` is the number to store"};
@@ -20541,6 +20551,8 @@ inline void check_transmit(const transmit& one, std::size_t number, std::uint32_
                 {name, "a weight is ", number_text(weight), "; weights must be -1 to 1: divide all by the largest"})};
         fires = fires || weight != 0;
     }
+    if (!is_finite(one.angle) || !is_finite(one.source) || !is_finite(one.origin))
+        throw usage_error{joined({name, "`angle`, `source` and `origin` must be finite"})};
     if (!fires) throw usage_error{joined({name, "all weights are 0; at least one element must fire"})};
 }
 
@@ -20674,8 +20686,8 @@ struct channel_grid {
     float frequency = 0;          ///< of the carrier, hertz
     float bandwidth = 0;          ///< fractional, of the pulse there and back, at -6 dB
     float sound_speed = 1540;     ///< that delays assume, m/s
-    float pitch = 0;              ///< mean distance of neighbouring elements, metres
-    float element_width = 0;      ///< metres
+    float pitch = 0;              ///< mean distance of neighbouring elements, metres; 0: unknown
+    float element_width = 0;      ///< metres; 0: unknown
     float height = 0;             ///< of the elements, metres
     float elevation_focus = 0;    ///< of the lens, metres
     std::vector<ray> places{};    ///< of the elements, in the frame of the probe: centre and normal
@@ -20740,6 +20752,18 @@ void check_channels(const channel_grid<Sample>& data, const char* caller) {
         throw usage_error{
             joined({caller, ": `sampling_frequency`, `frequency` and `start` of the channel data must be finite, the "
                             "first two above 0"})};
+    if (!is_finite(data.sound_speed) || !(data.sound_speed >= 100 && data.sound_speed <= 10000))
+        throw usage_error{joined({caller, ": `sound_speed` of the channel data is ", number_text(data.sound_speed),
+                                  " m/s; it must be 100 to 10000"})};
+    if (!is_finite(data.pitch) || !is_finite(data.element_width) || !(data.pitch >= 0 && data.element_width >= 0))
+        throw usage_error{
+            joined({caller, ": `pitch` and `element_width` of the channel data must be metres, or 0 where "
+                            "they are unknown"})};
+    for (std::size_t i = 0; i < data.places.size(); ++i)
+        if (!is_finite(data.places[i].origin) || !is_finite(data.places[i].direction))
+            throw usage_error{
+                joined({caller, ": place ", std::to_string(i),
+                        " of the channel data is not finite; give the centre and the normal of each element"})};
     for (std::size_t i = 0; i < data.sent.size(); ++i) check_transmit(data.sent[i], i, data.elements);
 }
 
@@ -20882,16 +20906,17 @@ template <class Policy>
 iq_lines sum_channels(const Policy& policy, const iq_channel_data& data, const probe_lines& probe,
                       const acquisition& grid, const beamform_settings& settings) {
     const float speed = settings.sound_speed > 0 ? settings.sound_speed : data.sound_speed;
-    const std::uint32_t samples =
+    const std::uint32_t chosen =
         grid.samples != 0
             ? grid.samples
             : samples_for(grid.depth, axial_sigma(data.bandwidth > 0 ? data.bandwidth : 0.6F, data.frequency));
+    const std::uint32_t samples = checked_samples(probe.size(), chosen, "beamform");
     iq_lines lines{probe.size(), samples, grid.depth};
     const view<const ray> places{data.places};
     std::vector<wave_front> fronts;
     fronts.reserve(data.transmits);
     for (const transmit& one : data.sent) fronts.emplace_back(one, places, speed);
-    const float filled = data.pitch > 0 ? data.element_width / data.pitch : 1.0F;
+    const float filled = data.pitch > 0 && data.element_width > 0 ? data.element_width / data.pitch : 1.0F;
     const float time =
         6.0F * static_cast<float>(samples) * static_cast<float>(data.transmits) * static_cast<float>(data.elements);
     struct receiver {
@@ -27026,10 +27051,11 @@ class mesh_repair {
         for (const std::uint32_t face : first) ++copies[face];
         if (std::count(copies.begin(), copies.end(), 0U) == 0) return;
 
-        // A patch of doubled faces is a wall where its borders have two other faces each, or four.
-        constexpr std::uint8_t even = 1, odd = 2;
+        // A patch of doubled faces is a wall where most of its borders have two other faces each, or four: at some, one
+        // may be missing.
         disjoint_sets patches{faces_.size()};
-        std::vector<std::uint8_t> borders(faces_.size(), 0);
+        std::vector<std::int64_t> borders(faces_.size(),
+                                          0); // with an even number of others, less those with an odd one
         for_each_edge(edges_, [&](view<const half_edge> sides) {
             const auto others = std::count_if(sides.begin(), sides.end(),
                                               [&](const half_edge& side) { return copies[side.slot / 3] == 1; });
@@ -27038,13 +27064,14 @@ class mesh_repair {
                 if (others == 0)
                     patches.join(sides[0].slot / 3, face);
                 else if (copies[face] > 1)
-                    borders[face] |= others % 2 == 0 ? even : odd;
+                    borders[face] += others % 2 == 0 ? 1 : -1;
             }
         });
-        for (std::uint32_t face = 0; face < faces_.size(); ++face) borders[patches.find(face)] |= borders[face];
+        for (std::uint32_t face = 0; face < faces_.size(); ++face)
+            if (const std::uint32_t patch = patches.find(face); patch != face) borders[patch] += borders[face];
         std::size_t kept = 0, removed = 0, walls = 0;
         for (std::uint32_t face = 0; face < faces_.size(); ++face) {
-            const bool is_wall = borders[patches.find(face)] == even;
+            const bool is_wall = borders[patches.find(face)] > 0;
             if (copies[face] == 0) continue;
             (is_wall ? walls : removed) += copies[face] - (is_wall ? 0 : 1);
             if (!is_wall) faces_[kept++] = faces_[face];
@@ -27341,14 +27368,14 @@ class mesh_repair {
         struct tally {
             std::size_t parts = 0, faces = 0;
         };
-        tally loose, sheets, strips;
+        tally loose, sheets, strips, crossed;
         double largest = 0;
         for (const part& own : parts_)
             if (own.is_closed()) largest = std::max(largest, own.area);
         for (part& own : parts_) {
             own.is_dropped = own.has_holes() && own.area < max_loose_area * largest;
-            if (!own.has_holes() && !own.is_one_sided) continue;
-            tally& kind = own.is_one_sided ? strips : own.is_dropped ? loose : sheets;
+            if (own.is_closed()) continue;
+            tally& kind = own.is_one_sided ? strips : own.is_locked ? crossed : own.is_dropped ? loose : sheets;
             ++kind.parts;
             kind.faces += own.faces;
         }
@@ -27358,6 +27385,8 @@ class mesh_repair {
              with(sheets) + " open, which would enclose nothing: give it a thickness (`make_sheet`), or remove it.");
         note("Left ", strips.parts, "part", "parts",
              with(strips) + " as before: the surface has one side only, as that of a Moebius strip.");
+        note("Left ", crossed.parts, "part", "parts",
+             with(crossed) + " as before: faces are missing or too many at edges where more than two meet.");
     }
 
     // Gives each sheet of faces around a vertex a vertex of its own.
@@ -28129,30 +28158,35 @@ inline std::vector<obj_object> divide_into_objects(const std::string& path, cons
     return objects;
 }
 
-/// Whether each edge of some faces has two of them.
-inline bool is_closed(const obj_content& content, const std::vector<uvec3>& faces) {
+/// How many edges of some faces do not have two of them: none of a closed surface.
+inline std::uint32_t open_edges(const obj_content& content, const std::vector<uvec3>& faces) {
     const mesh_report found = validate(select_faces(content.positions, faces));
-    return found.boundary_edges == 0 && found.non_manifold_edges == 0;
+    return found.boundary_edges + found.non_manifold_edges;
 }
 
 /// Joins open surfaces of one object and one medium that are closed together: a closed surface that `g` lines divide.
+/// @param repaired  whether holes are closed afterwards: then surfaces are joined where most open edges become whole
 /// @throws io_error  where the open surfaces of an object are closed together, but have different media
 inline void join_split_bodies(const std::string& path, const obj_content& content, std::vector<obj_object>& objects,
-                              std::vector<std::string>& notes) {
+                              bool repaired, std::vector<std::string>& notes) {
     std::map<std::uint32_t, std::vector<std::size_t>> of_number; // the objects that one `o` has become
     for (std::size_t i = 0; i < objects.size(); ++i) of_number[content.text.parts[objects[i].part].number].push_back(i);
     for (auto& [number, members] : of_number) {
         if (members.size() < 2) continue;
         std::map<int, std::vector<std::size_t>> open; // by medium
+        std::map<int, std::uint32_t> apart;           // open edges of each alone
         for (const std::size_t i : members)
-            if (!is_closed(content, objects[i].faces)) open[objects[i].medium].push_back(i);
+            if (const std::uint32_t edges = open_edges(content, objects[i].faces); edges > 0) {
+                open[objects[i].medium].push_back(i);
+                apart[objects[i].medium] += edges;
+            }
         std::vector<uvec3> rest; // of more than one medium
         std::vector<std::size_t> first_of_rest;
         for (const auto& [medium, parts] : open) {
             std::vector<uvec3> together;
             for (const std::size_t i : parts)
                 together.insert(together.end(), objects[i].faces.begin(), objects[i].faces.end());
-            if (!is_closed(content, together)) {
+            if (parts.size() < 2 || open_edges(content, together) > (repaired ? apart[medium] / 2 : 0)) {
                 rest.insert(rest.end(), together.begin(), together.end());
                 first_of_rest.push_back(parts[0]);
                 continue;
@@ -28164,7 +28198,7 @@ inline void join_split_bodies(const std::string& path, const obj_content& conten
             objects[parts[0]].faces = std::move(together);
             for (std::size_t k = 1; k < parts.size(); ++k) objects[parts[k]].faces.clear();
         }
-        if (first_of_rest.size() < 2 || !is_closed(content, rest)) continue;
+        if (first_of_rest.size() < 2 || open_edges(content, rest) > 0) continue;
         const obj_object &one = objects[first_of_rest[0]], &other = objects[first_of_rest[1]];
         throw io_error{
             path + ":" + std::to_string(std::max(one.line, other.line)) + ": the closed surface of object '" +
@@ -28578,15 +28612,19 @@ scene load_obj_scene(const std::string& path, const obj_settings& settings, std:
     notes.clear();
     for (const auto& [key, place] : libraries.unknown_keys)
         notes.push_back(detail::joined({place, ": the key '", detail::printable(key), "' is unknown and is ignored"}));
-    detail::join_split_bodies(path, content, objects, notes);
+    detail::join_split_bodies(path, content, objects, static_cast<bool>(settings.repair), notes);
     detail::name_objects(path, content, objects, notes);
     bool is_turned = false;
     for (detail::obj_object& one : objects) {
         const detail::obj_medium found = detail::find_medium(path, one.medium_of(content), libraries);
-        mesh surface = detail::repaired(
-            detail::select_faces(content.positions, std::move(one.faces)), settings,
-            detail::joined({path, ":", std::to_string(one.line), ": object '", detail::printable(one.name), "'"}),
-            notes);
+        const std::string whose =
+            detail::joined({path, ":", std::to_string(one.line), ": object '", detail::printable(one.name), "'"});
+        mesh surface =
+            detail::repaired(detail::select_faces(content.positions, std::move(one.faces)), settings, whose, notes);
+        if (surface.faces.empty()) {
+            notes.push_back(whose + ": Left out: no face remains.");
+            continue;
+        }
         const bool is_muscle = found.inside.structure.sheath.thickness > 0;
         const bool is_asked = settings.pennation != 0 && is_muscle && !found.fibres;
         const float angle = found.pennation.value_or(is_asked ? settings.pennation : 0.0F);

@@ -258,7 +258,8 @@ TEST_CASE("a tube tapers, begins where it is told to, and turns with `turn`") {
     CHECK(is_watertight_ball(tube));
     REQUIRE(tube.positions.size() == 10);
     CHECK(length_of(tube.positions[2] - vec3{0, 2, 0}) < 1e-6);
-    CHECK(length_of(tube.positions[3] - vec3{-1, 0, 4}) < 1e-6); // 90 degrees about z
+    CHECK(length_of(tube.positions[3] - vec3{-1, 0, 4}) < 1e-6);                       // 90 degrees about z
+    CHECK(make_tube(line, {.segments = 10}).faces.size() == 2 * 10 * (2 - 2 + 2 * 2)); // as the guide's table says
     const mesh cone = make_tube({{{0, 0, 0}, vec2{1}}, {{0, 0, 3}, vec2{0.5F}}},
                                 {.segments = 400, .ends = tube_settings::end_shape::flat});
     CHECK(volume(cone) == doctest::Approx(3.14159265358979 * (1 + 0.5 + 0.25)).epsilon(1e-3).scale(1e-30));
@@ -315,6 +316,7 @@ TEST_CASE("tubes and sheets out of range are refused with a sentence") {
     says(tube({from, {{0, 0, 4}, {1, -1}}}), "make_tube: the second of the `radii`");
     says(tube({from, {{0, not_a_number, 4}, vec2{1}}}), "make_tube: coordinates must be finite");
     says(tube({from, {{0, 0, 4}, vec2{1}, not_a_number}}), "make_tube: `turn` is not finite");
+    says(tube({from, {{0, 0, 4}, vec2{1}, pi}}), "make_tube: `turn` changes by more than a quarter turn at point 1");
     says(tube({from, to}, {.segments = 2}), "`segments` is 2; it must be from 3 to 4096");
     says(tube({from, to}, {.across = {infinite, 0, 0}}), "`across` is not finite");
     says(tube({from, to, from}), "make_tube: the line turns back at point 1");

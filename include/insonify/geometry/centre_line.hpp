@@ -7,6 +7,7 @@
 #include <insonify/core/math.hpp>
 #include <insonify/geometry/pose.hpp>
 #include <cfloat>
+#include <cmath>
 #include <cstddef>
 #include <memory>
 #include <string>
@@ -83,6 +84,9 @@ inline std::vector<line_place> places_along(const std::vector<tube_section>& lin
         check_shape_length(caller, "first of the `radii`", line[i].radii.x);
         check_shape_length(caller, "second of the `radii`", line[i].radii.y);
         if (!is_finite(line[i].turn)) throw geometry_error{caller + ": `turn` is not finite; give radians"};
+        if (i > 0 && std::fabs(line[i].turn - line[i - 1].turn) > 0.5F * pi + 1e-4F)
+            throw geometry_error{caller + ": `turn` changes by more than a quarter turn at point " + std::to_string(i) +
+                                 "; add points in between"};
         if (i > 0)
             check_shape_length(caller, "distance between two points", length(line[i].centre - line[i - 1].centre));
     }
