@@ -231,7 +231,8 @@ struct stage_times {
 /// The public members may change between any two frames. Tables and memory are kept from frame to frame: only what a
 /// change affects is computed again, and memory is allocated only while buffers grow. Without `persistence` and
 /// compounding with `update_mode::one`, which depend on earlier frames, and with a `tgc` other than 0 or chosen at
-/// every frame, a picture is that of `b_mode` to the bit, whatever came before.
+/// every frame, a picture is that of `b_mode` to the bit, whatever came before; but for rounding where vertices have
+/// moved, whose objects are found by slices until they have trees again.
 ///
 /// The last `cine_length` frames are stored. After `freeze`, `scan` no longer acquires: it shows the stored frame with
 /// the present gain, dynamic range, time gain, grey map, persistence and size.
