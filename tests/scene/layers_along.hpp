@@ -4,7 +4,7 @@
 #include <insonify/core/units.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/scene/scene.hpp>
-#include "line_memory.hpp"
+#include "crossing_memory.hpp"
 #include <doctest/doctest.h>
 #include <vector>
 
@@ -20,7 +20,7 @@ struct stretch {
 };
 
 inline std::vector<layer> along(const scene& body, const ray& line, float depth = 0.1F) {
-    line_memory memory;
+    crossing_memory memory;
     line_crossings found = memory.found();
     const scene_view flat = body.view_for_rays(exec::seq);
     REQUIRE(find_crossings(flat, line, depth, found));

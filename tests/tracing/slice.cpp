@@ -5,7 +5,7 @@
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/probe/linear_array.hpp>
 #include <insonify/probe/phased_array.hpp>
-#include "../scene/line_memory.hpp"
+#include "../scene/crossing_memory.hpp"
 #include "random_scenes.hpp"
 #include "reference.hpp"
 #include <algorithm>
@@ -32,7 +32,7 @@ line_lists by_slices(const scene& body, const Probe& probe, const pose& at,
     slices.cut(exec::par, flat, at, view<const detail::elevation_plane>{planes}, depth);
     line_lists lists;
     detail::crossing_lists found_of_block;
-    line_memory memory;
+    crossing_memory memory;
     for (std::uint32_t i = 0; i < probe.lines; ++i) {
         if (i % slice_finder::block == 0) slices.find_block(i, found_of_block);
         for (std::uint32_t plane = 0; plane < planes.size(); ++plane) {
@@ -52,7 +52,7 @@ template <class Probe>
 line_lists by_rays(const scene& body, const Probe& probe, const pose& at,
                    const std::vector<detail::elevation_plane>& planes, float depth) {
     line_lists lists;
-    line_memory memory;
+    crossing_memory memory;
     const scene_view flat = body.view_for_rays(exec::par);
     for (std::uint32_t i = 0; i < probe.lines; ++i)
         for (const detail::elevation_plane& plane : planes) {

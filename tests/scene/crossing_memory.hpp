@@ -1,11 +1,11 @@
-#ifndef INSONIFY_TESTS_SCENE_LINE_MEMORY_HPP
-#define INSONIFY_TESTS_SCENE_LINE_MEMORY_HPP
+#ifndef INSONIFY_TESTS_SCENE_CROSSING_MEMORY_HPP
+#define INSONIFY_TESTS_SCENE_CROSSING_MEMORY_HPP
 
 #include <insonify/scene/layers.hpp>
 #include <vector>
 
 /// Memory in which tests search one line.
-struct line_memory {
+struct crossing_memory {
     std::vector<insonify::crossing> crossings = std::vector<insonify::crossing>(4096);
     std::vector<std::uint32_t> inside = std::vector<std::uint32_t>(512);
     std::vector<insonify::layer> layers = std::vector<insonify::layer>(2048);
