@@ -19875,7 +19875,8 @@ struct stage_times {
 /// The public members may change between any two frames. Tables and memory are kept from frame to frame: only what a
 /// change affects is computed again, and memory is allocated only while buffers grow. Without `persistence` and
 /// compounding with `update_mode::one`, which depend on earlier frames, and with a `tgc` other than 0 or chosen at
-/// every frame, a picture is that of `b_mode` to the bit, whatever came before.
+/// every frame, a picture is that of `b_mode` to the bit, whatever came before; but for rounding where vertices have
+/// moved, whose objects are found by slices until they have trees again.
 ///
 /// The last `cine_length` frames are stored. After `freeze`, `scan` no longer acquires: it shows the stored frame with
 /// the present gain, dynamic range, time gain, grey map, persistence and size.
@@ -27330,7 +27331,8 @@ class mesh_repair {
         const mesh_view surface{positions_, faces_};
         aabb whole;
         for (const vec3& p : positions_) whole = merged(whole, p);
-        const double height = static_cast<double>(max(whole.size().y, 1e-30F)) / std::sqrt(parts_.size());
+        const double height = static_cast<double>(max(whole.size().y, 1e-30F)) /
+                              std::sqrt(static_cast<double>(std::max<std::size_t>(parts_.size(), 1)));
         const auto row_at = [&](float y) { return std::floor((static_cast<double>(y) - whole.lower.y) / height); };
         std::vector<sample> samples;
         std::vector<std::uint32_t> seen(parts_.size(), 0);

@@ -422,7 +422,8 @@ class mesh_repair {
         const mesh_view surface{positions_, faces_};
         aabb whole;
         for (const vec3& p : positions_) whole = merged(whole, p);
-        const double height = static_cast<double>(max(whole.size().y, 1e-30F)) / std::sqrt(parts_.size());
+        const double height = static_cast<double>(max(whole.size().y, 1e-30F)) /
+                              std::sqrt(static_cast<double>(std::max<std::size_t>(parts_.size(), 1)));
         const auto row_at = [&](float y) { return std::floor((static_cast<double>(y) - whole.lower.y) / height); };
         std::vector<sample> samples;
         std::vector<std::uint32_t> seen(parts_.size(), 0);
