@@ -413,7 +413,7 @@ class mesh_repair {
     void find_cavities() {
         constexpr std::uint32_t points = 5; // of each part
         struct sample {
-            double row = 0; // along y
+            std::int64_t row = 0; // along y
             sheared_ray line{};
             float z = 0;
             std::uint32_t part = 0;
@@ -424,7 +424,9 @@ class mesh_repair {
         for (const vec3& p : positions_) whole = merged(whole, p);
         const double height = static_cast<double>(max(whole.size().y, 1e-30F)) /
                               std::sqrt(static_cast<double>(std::max<std::size_t>(parts_.size(), 1)));
-        const auto row_at = [&](float y) { return std::floor((static_cast<double>(y) - whole.lower.y) / height); };
+        const auto row_at = [&](float y) {
+            return static_cast<std::int64_t>(std::floor((static_cast<double>(y) - whole.lower.y) / height));
+        };
         std::vector<sample> samples;
         std::vector<std::uint32_t> seen(parts_.size(), 0);
         for (std::uint32_t face = 0; face < faces_.size(); ++face) {
@@ -444,7 +446,7 @@ class mesh_repair {
             if (!part_at(face).is_closed()) continue;
             const triangle t = surface[face];
             const aabb box = bounds(t);
-            for (double row = row_at(box.lower.y); row <= row_at(box.upper.y); ++row) {
+            for (std::int64_t row = row_at(box.lower.y); row <= row_at(box.upper.y); ++row) {
                 const sample first{.row = row, .z = box.lower.z};
                 auto one = std::lower_bound(samples.begin(), samples.end(), first, precedes);
                 for (; one != samples.end() && one->row == row && one->z <= box.upper.z; ++one) {
