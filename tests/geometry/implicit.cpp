@@ -102,6 +102,26 @@ TEST_CASE("vertices lie on the surface, whatever the slope of the function") {
     }
 }
 
+TEST_CASE("beside the box and where it cuts a body off, the surface does not depend on the slope of the function") {
+    for (const float scale : {1e-3F, 1.0F, 1000.0F}) {
+        const auto ball = [&](vec3 p) { return scale * (length(p) - 8_mm); };
+        float off = 0, off_cut = 0; // metres
+        for (const vec3 p : mesh_implicit(ball, {vec3{-9_mm}, vec3{9_mm}}, 1_mm).positions)
+            off = max(off, std::fabs(length(p) - 8_mm));
+        CHECK(off < 0.1_mm);
+        const mesh cut = mesh_implicit(ball, {vec3{-9.3_mm}, {9.3_mm, 9.3_mm, 6.1_mm}}, 1_mm);
+        CHECK(validate(cut).closed());
+        CHECK(validate(cut).degenerate_faces == 0);
+        float highest = 0;
+        for (const vec3 p : cut.positions) {
+            highest = max(highest, p.z);
+            if (p.z > 6_mm && length(p) < 7.9_mm) off_cut = max(off_cut, std::fabs(p.z - 6.1_mm));
+        }
+        CHECK(highest < 6.1_mm + 1_um);
+        CHECK(off_cut < 1_um);
+    }
+}
+
 TEST_CASE("an implicit torus has one handle, and the volume and the area of Pappus") {
     const mesh ring = mesh_implicit(torus, {vec3{-12_mm, -12_mm, -4_mm}, vec3{12_mm, 12_mm, 4_mm}}, 0.5_mm);
     const mesh_report report = validate(ring);

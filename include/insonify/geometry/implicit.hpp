@@ -91,12 +91,15 @@ class implicit_lattice {
                         number_text(p.y), ", ", number_text(p.z), "}; it must be finite in the whole box"})};
         return value;
     }
-    // Beside the border of the box, that of a body which the box cuts off, whatever the slope of the function.
-    float value_at(vec3 p) const {
+    // Distance from the box, metres; below 0 inside.
+    float border_at(vec3 p) const {
         const vec3 outside = max(box_.lower - p, p - box_.upper);
-        const float border = max(max(outside.x, outside.y), outside.z); // below 0 inside
-        if (border >= 0) return max(border, 1e-6F * cell_);
-        return border > -2 * cell_ ? max(value_of(p), border) : value_of(p);
+        return max(max(outside.x, outside.y), outside.z);
+    }
+    // Above 0 outside of the box, which cuts bodies off.
+    float value_at(vec3 p) const {
+        const float border = border_at(p);
+        return border >= 0 ? max(border, 1e-6F * cell_) : value_of(p);
     }
 
     // The function at all points of a block of cubes; where no surface is near, that in its middle.
@@ -224,11 +227,17 @@ class implicit_lattice {
         }
         return slope;
     }
-    // A step of Newton's method from the edge to the surface, along the slope of the sampled values.
+    // A step of Newton's method from the edge to the surface, along the slope of the sampled values. On an edge that
+    // leaves the box it lies before the box, by linear interpolation, or on it where the box cuts a body off.
     vec3 vertex_of(cut edge) const {
         constexpr float max_step = 0.3F; // of a cell
         const float part = part_of(edge);
         const vec3 a = position_of(edge.from), b = position_of(edge.to), start = a + part * (b - a);
+        if (const float u = border_at(a), v = border_at(b); u >= 0 || v >= 0) {
+            const vec3 inside = u < 0 ? a : b, on_box = a + u / (u - v) * (b - a);
+            const float within = values_[u < 0 ? edge.from : edge.to], limit = value_of(on_box);
+            return limit < 0 ? on_box : inside + within / (within - limit) * (on_box - inside);
+        }
         const vec3 slope = slope_at(edge.from) + part * (slope_at(edge.to) - slope_at(edge.from));
         const vec3 steepness = abs(slope);
         const float largest = max(max(steepness.x, steepness.y), steepness.z), value = value_at(start);

@@ -142,9 +142,12 @@ inline mesh moved_inwards(mesh surface, float by, std::uint32_t seed) {
     return surface;
 }
 
-/// @throws usage_error  for a deformed body, whose present shape is not that of the next deformation
-inline bool has_skin(const scene& body) {
+/// @throws usage_error  for a deformed body, whose present shape is not the one that the next deformation begins with
+inline void check_undeformed(const scene& body) {
     if (body.is_deformed()) throw usage_error{"add_skin: the body is deformed; cover it before `deform`"};
+}
+
+inline bool has_skin(const scene& body) {
     return std::any_of(body.objects().begin(), body.objects().end(),
                        [](const object& one) { return one.inside == tissue::skin; });
 }
@@ -182,6 +185,7 @@ enum class skin_place {
 /// @throws usage_error  for a setting out of range, or a deformed body
 inline skin_place add_skin(scene& body, const skin_settings& settings = {}) {
     settings.check();
+    detail::check_undeformed(body);
     return !detail::has_skin(body) && detail::cover_outer(body, settings.thickness) ? skin_place::surface
                                                                                     : skin_place::none;
 }
@@ -199,6 +203,7 @@ inline skin_place add_skin(scene& body, const skin_settings& settings = {}) {
 template <transducer Probe>
 skin_place add_skin(scene& body, const Probe& probe, const pose& at, const skin_settings& settings = {}) {
     settings.check();
+    detail::check_undeformed(body);
     probe.check();
     detail::check_rigid(at, "add_skin");
     if (detail::has_skin(body)) return skin_place::none;
