@@ -133,12 +133,14 @@ class mesh_repair {
     // Keeps one of the faces with the same corners, and none of those that are a wall inside a body.
     void drop_copies() {
         std::vector<std::uint32_t> first(faces_.size()), copies(faces_.size(), 0);
-        std::iota(first.begin(), first.end(), 0U); // face with the same corners
+        std::iota(first.begin(), first.end(), 0U);                   // face with the same corners
+        std::vector<std::pair<std::uint32_t, std::uint32_t>> around; // of an edge: opposite vertex and face
         for_each_edge(edges_, [&](view<const half_edge> sides) {
-            for (const half_edge& a : sides)
-                for (const half_edge& b : sides)
-                    if (opposite(a.slot) == opposite(b.slot))
-                        first[a.slot / 3] = std::min(first[a.slot / 3], b.slot / 3);
+            around.clear();
+            for (const half_edge& side : sides) around.emplace_back(opposite(side.slot), side.slot / 3);
+            std::sort(around.begin(), around.end());
+            for (std::size_t i = 1; i < around.size(); ++i)
+                if (around[i].first == around[i - 1].first) first[around[i].second] = first[around[i - 1].second];
         });
         for (const std::uint32_t face : first) ++copies[face];
         if (std::count(copies.begin(), copies.end(), 0U) == 0) return;
@@ -146,8 +148,7 @@ class mesh_repair {
         // A patch of doubled faces is a wall where most of its borders have two other faces each, or four: at some, one
         // may be missing.
         disjoint_sets patches{faces_.size()};
-        std::vector<std::int64_t> borders(faces_.size(),
-                                          0); // with an even number of others, less those with an odd one
+        std::vector<std::int64_t> borders(faces_.size(), 0); // with an even number of others, less those with an odd
         for_each_edge(edges_, [&](view<const half_edge> sides) {
             const auto others = std::count_if(sides.begin(), sides.end(),
                                               [&](const half_edge& side) { return copies[side.slot / 3] == 1; });
@@ -313,6 +314,8 @@ class mesh_repair {
             for (const std::vector<std::uint32_t>& hole : holes[i]) fill(hole, whole);
             const double area = whole.area - parts_[i].area, radius = std::sqrt(area / static_cast<double>(pi));
             if (std::fabs(whole.volume) <= min_thickness * radius * area) {
+                for (auto slot = static_cast<std::uint32_t>(3 * faces); slot < 3 * faces_.size(); ++slot)
+                    filled_.erase(half_edge{from(slot), to(slot), 0}.ends);
                 faces_.resize(faces);
                 positions_.resize(points);
                 continue;
@@ -514,7 +517,9 @@ class mesh_repair {
         std::size_t along = 0;
         for (const std::vector<std::uint32_t>& sides : crowded_) {
             if (twins_[sides[0]] == locked) continue;
-            ++along;
+            const auto stay = std::count_if(sides.begin(), sides.end(),
+                                            [&](std::uint32_t slot) { return !part_at(slot / 3).is_dropped; });
+            along += stay > 2 ? 1 : 0;                         // sides of more than one surface
             sheets[from(sides[0])] = sheets[to(sides[0])] = 0; // they are told as an edge
             std::set<std::uint64_t> known;
             for (const std::uint32_t slot : sides) {
