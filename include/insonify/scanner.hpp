@@ -307,7 +307,7 @@ class scanner {
     ///
     /// Of several looks, those of the look that is steered least: the straight one where their number is odd, else the
     /// one next to it towards -x. With `update_mode::one`, those of the look that this frame acquired. None before the
-    /// first picture, and after a `scan` that threw.
+    /// first picture, and after a `scan` that threw while it acquired or drew.
     const iq_lines& echoes() const {
         static const iq_lines none{};
         return !interrupted_ && echo_look_ < frame_looks_.size() ? frame_looks_[echo_look_].echoes : none;
@@ -315,7 +315,7 @@ class scanner {
     /// The lines of `echoes`: usually more than those of the probe, see `rays_per_line`.
     ///
     ///     iq_lines own = resample_lines(policy, machine.echoes(), machine.echo_probe(), machine.probe);
-    /// @throws usage_error  before the first picture, and after a `scan` that threw
+    /// @throws usage_error  before the first picture, and after a `scan` that threw while it acquired or drew
     const steered<refined<Probe>>& echo_probe() const {
         check_acquired();
         return *frame_looks_[echo_look_].of_echoes;
@@ -323,20 +323,24 @@ class scanner {
     /// What lies along the lines of the look that was acquired last, of `layers_probe`; with a tracer other than
     /// `straight_lines`, no lines. Lines end as deep as the fastest medium of the scene may be displayed within the
     /// picture: clip layers at the depth that counts.
-    /// @throws usage_error  before the first picture, and after a `scan` that threw
+    /// @throws usage_error  before the first picture, and after a `scan` that threw while it acquired or drew
     const line_layers& layers() const {
         check_acquired();
         return frame_looks_[last_look_].lines.layers();
     }
     /// The lines that the layers are those of.
-    /// @throws usage_error  before the first picture, and after a `scan` that threw
+    /// @throws usage_error  before the first picture, and after a `scan` that threw while it acquired or drew
     const steered<refined<Probe>>& layers_probe() const {
         check_acquired();
         return *frame_looks_[last_look_].of_layers;
     }
-    /// Pixels of the last picture, points {x, z} of the probe. @throws usage_error  before the first picture
+    /// Pixels of the last picture, points {x, z} of the probe.
+    /// @throws usage_error  before the first picture, and after a `scan` or `show` that threw for its size
     const scan_map& map() const {
         check_picture();
+        if (map_.value().first.empty())
+            throw usage_error{
+                "scanner: the last `scan` or `show` threw, and the map of its picture was lost; call it again"};
         return map_.value();
     }
     const pose& at() const { return at_; }              ///< of the probe, for the last picture
@@ -591,9 +595,10 @@ const image& scanner<Probe, Model, Tracer>::scan_by(const detail::any_policy<Uns
     if (interrupted_) forget(); // the last frame threw
     interrupted_ = true;
     cine_.add(cine_length, [&](stored_frame<Probe>& frame) { acquire(policy, body, at, frame); });
-    shown_ = 0;
+    ++shown_; // the frame of the picture, until the new one is drawn
     const detail::stopwatch display;
     draw(policy, cine_[0]);
+    shown_ = 0;
     at_ = at;
     interrupted_ = false;
     times_.display = display.seconds();
@@ -604,7 +609,7 @@ const image& scanner<Probe, Model, Tracer>::scan_by(const detail::any_policy<Uns
 template <transducer Probe, acoustic_model Model, class Tracer>
 template <bool Unsequenced>
 const image& scanner<Probe, Model, Tracer>::show_by(const detail::any_policy<Unsequenced>& policy, std::uint32_t back) {
-    check_picture();
+    if (cine_.empty()) check_picture();
     settings.check();
     if (back >= cine_.size())
         throw usage_error{"scanner: `back` is " + std::to_string(back) + ", and " + std::to_string(cine_.size()) +
@@ -614,11 +619,11 @@ const image& scanner<Probe, Model, Tracer>::show_by(const detail::any_policy<Uns
     if (settings.persistence != 0)
         while (first + 1 < cine_.size() && !cine_[first].starts) ++first;
     smoothing_.reset();
+    watch_.reset();
     for (; first > back; --first) compress(policy, cine_[first]);
     draw(policy, cine_[back]);
     shown_ = back;
     at_ = cine_[back].at;
-    watch_.reset();
     times_ = {.display = clock.seconds(), .total = clock.seconds()};
     return picture_;
 }

@@ -267,6 +267,25 @@ TEST_CASE("a scan that threw may have taken the memory of the frame that is show
     CHECK(machine.labels(exec::seq, body).size == machine.picture().size);
 }
 
+TEST_CASE("after a scan whose display threw, labels are those of the picture, and the frame can be shown") {
+    using namespace find_layers_test;
+    const scene body = ball();
+    scanner<linear_array> machine{linear_array{.lines = 40}, {.depth = 45_mm, .size = {40, 0}}};
+    machine.cine_length = 3;
+    machine.settings.dynamic_range_db = 0;
+    const pose aside{.translation = {6_mm, 0, 0}};
+    CHECK_THROWS_AS(machine.scan(exec::seq, body, aside), usage_error);
+    CHECK_THROWS_AS(machine.labels(exec::seq, body), usage_error); // there is no picture
+    machine.settings.dynamic_range_db = 60;
+    CHECK_FALSE(machine.show(exec::seq).pixels.empty());
+    machine.scan(exec::seq, body, pose{});
+    const label_image labels = machine.labels(exec::seq, body);
+    machine.settings.dynamic_range_db = 0;
+    CHECK_THROWS_AS(machine.scan(exec::seq, body, aside), usage_error);
+    CHECK(machine.at() == pose{});
+    CHECK(machine.labels(exec::seq, body) == labels);
+}
+
 TEST_CASE(
     "a scan whose display throws leaves neither its layers nor its pose nor its labels, nor a map without pixels") {
     using namespace find_layers_test;
@@ -282,6 +301,8 @@ TEST_CASE(
     machine.settings.size = {1U << 30U, 1U << 30U};
     CHECK_THROWS_AS(machine.scan(exec::seq, body, moved), usage_error);
     CHECK_THROWS_AS(machine.labels(exec::seq, body), usage_error);
+    CHECK_THROWS_AS(machine.map(), usage_error);
+    CHECK_THROWS_AS(machine.point({1, 1}), usage_error);
     machine.settings.size = {40, 0};
     machine.scan(exec::seq, body, moved);
     CHECK(machine.at() == moved);
