@@ -241,6 +241,9 @@ TEST_CASE("beamform: channel data of other recorders may leave out what is unkno
         CHECK_THROWS_AS(beamform(exec::seq, changed, lines, {.depth = 10_mm}), usage_error);
     };
     refuses([](channel_data& d) { d.sound_speed = 0; });
+    channel_data unknown = own;
+    unknown.sound_speed = 0;
+    CHECK(beamform(exec::seq, unknown, lines, {.depth = 10_mm}, {.sound_speed = 1540}).values.size() > 0);
     refuses([](channel_data& d) { d.sound_speed = std::nanf(""); });
     refuses([](channel_data& d) { d.pitch = std::nanf(""); });
     refuses([](channel_data& d) { d.element_width = -1; });

@@ -102,7 +102,7 @@ TEST_CASE("a closed surface that groups divide is one object") {
     const loaded_scene leg = load(tetrahedron + "o leg\nusemtl muscle\n" + front + back);
     CHECK(leg.names == strings{"leg"});
     CHECK(leg.faces == std::vector<std::size_t>{4});
-    CHECK(leg.notes == strings{leg.path + ":11: the groups 'front' and 'back' are one closed surface, and are joined"});
+    CHECK(leg.notes == strings{leg.path + ":11: the groups 'front' and 'back' belong to one surface, and are joined"});
     // Beside another body, whose media and holes are its own.
     const std::string other = tetrahedron + "g stone\nusemtl bone\nf 5 7 6\nf 5 6 8\n";
     const loaded_scene both = load(tetrahedron + "usemtl muscle\n" + front + back + other);

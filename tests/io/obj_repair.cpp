@@ -63,6 +63,9 @@ TEST_CASE("with `repair`, groups whose open edges become whole together are one 
     const std::string path = folder.write("a.obj", text);
     const scene whole = load_obj_scene(path, {.unit = 1_m, .repair = repair_settings{}}, notes);
     REQUIRE(whole.objects().size() == 1);
+    REQUIRE(notes.size() == 2);
+    CHECK(notes[0].ends_with(": the groups 'top' and 'bottom' belong to one surface, and are joined"));
+    CHECK(notes[1].find("Closed 1 hole along 3 edges") != std::string::npos);
     CHECK(validate(whole.objects()[0].surface).closed());
     CHECK(whole.objects()[0].surface.faces.size() == ball.faces.size() + 1);
     CHECK(load_obj_scene(path, {.unit = 1_m}).objects().size() == 2); // each open by itself

@@ -212,9 +212,11 @@ iq_lines beamform(const Policy& policy, const iq_channel_data& received, const P
     if (received.samples < 8) throw usage_error{"beamform: the channel data have fewer than 8 samples; record more"};
     if (!is_finite(settings.fnumber) || !(settings.fnumber > 0.05F))
         throw usage_error{"beamform: `fnumber` must be above 0.05, such as 1.5"};
-    if (settings.sound_speed != 0 &&
-        (!is_finite(settings.sound_speed) || !(settings.sound_speed >= 100 && settings.sound_speed <= 10000)))
-        throw usage_error{"beamform: `sound_speed` must be 100 to 10000 m/s, or 0 for that of the channel data"};
+    const float speed = settings.sound_speed != 0 ? settings.sound_speed : received.sound_speed;
+    if (!is_finite(speed) || !(speed >= 100 && speed <= 10000))
+        throw usage_error{detail::joined({"beamform: the sound speed is ", detail::number_text(speed),
+                                          " m/s; `sound_speed` of the settings, or of the channel data where that is 0, "
+                                          "must be 100 to 10000"})};
     return detail::sum_channels(detail::any_policy<false>{policy}, received, detail::probe_lines{probe}, grid,
                                 settings);
 }

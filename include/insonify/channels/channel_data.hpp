@@ -97,9 +97,6 @@ void check_channels(const channel_grid<Sample>& data, const char* caller) {
         throw usage_error{
             joined({caller, ": `sampling_frequency`, `frequency` and `start` of the channel data must be finite, the "
                             "first two above 0"})};
-    if (!is_finite(data.sound_speed) || !(data.sound_speed >= 100 && data.sound_speed <= 10000))
-        throw usage_error{joined({caller, ": `sound_speed` of the channel data is ", number_text(data.sound_speed),
-                                  " m/s; it must be 100 to 10000"})};
     if (!is_finite(data.pitch) || !is_finite(data.element_width) || !(data.pitch >= 0 && data.element_width >= 0))
         throw usage_error{
             joined({caller, ": `pitch` and `element_width` of the channel data must be metres, or 0 where "

@@ -258,7 +258,7 @@ inline std::uint32_t open_edges(const obj_content& content, const std::vector<uv
     return found.boundary_edges + found.non_manifold_edges;
 }
 
-/// Joins open surfaces of one object and one medium that are closed together: a closed surface that `g` lines divide.
+/// Joins open surfaces of one object and one medium that are closed together: a surface that `g` lines divide.
 /// @param repaired  whether holes are closed afterwards: then surfaces are joined where most open edges become whole
 /// @throws io_error  where the open surfaces of an object are closed together, but have different media
 inline void join_split_bodies(const std::string& path, const obj_content& content, std::vector<obj_object>& objects,
@@ -288,7 +288,7 @@ inline void join_split_bodies(const std::string& path, const obj_content& conten
             notes.push_back(joined({path, ":", std::to_string(objects[parts[1]].line), ": the groups '",
                                     printable(content.text.parts[objects[parts[0]].part].group), "' and '",
                                     printable(content.text.parts[objects[parts[1]].part].group),
-                                    "' are one closed surface, and are joined"}));
+                                    "' belong to one surface, and are joined"}));
             objects[parts[0]].faces = std::move(together);
             for (std::size_t k = 1; k < parts.size(); ++k) objects[parts[k]].faces.clear();
         }
