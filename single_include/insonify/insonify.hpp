@@ -19951,7 +19951,7 @@ class scanner {
     ///
     /// Of several looks, those of the look that is steered least: the straight one where their number is odd, else the
     /// one next to it towards -x. With `update_mode::one`, those of the look that this frame acquired. None before the
-    /// first picture, and after a `scan` that threw.
+    /// first picture, and after a `scan` that threw while it acquired or drew.
     const iq_lines& echoes() const {
         static const iq_lines none{};
         return !interrupted_ && echo_look_ < frame_looks_.size() ? frame_looks_[echo_look_].echoes : none;
@@ -19959,7 +19959,7 @@ class scanner {
     /// The lines of `echoes`: usually more than those of the probe, see `rays_per_line`.
     ///
     ///     iq_lines own = resample_lines(policy, machine.echoes(), machine.echo_probe(), machine.probe);
-    /// @throws usage_error  before the first picture, and after a `scan` that threw
+    /// @throws usage_error  before the first picture, and after a `scan` that threw while it acquired or drew
     const steered<refined<Probe>>& echo_probe() const {
         check_acquired();
         return *frame_looks_[echo_look_].of_echoes;
@@ -19967,20 +19967,24 @@ class scanner {
     /// What lies along the lines of the look that was acquired last, of `layers_probe`; with a tracer other than
     /// `straight_lines`, no lines. Lines end as deep as the fastest medium of the scene may be displayed within the
     /// picture: clip layers at the depth that counts.
-    /// @throws usage_error  before the first picture, and after a `scan` that threw
+    /// @throws usage_error  before the first picture, and after a `scan` that threw while it acquired or drew
     const line_layers& layers() const {
         check_acquired();
         return frame_looks_[last_look_].lines.layers();
     }
     /// The lines that the layers are those of.
-    /// @throws usage_error  before the first picture, and after a `scan` that threw
+    /// @throws usage_error  before the first picture, and after a `scan` that threw while it acquired or drew
     const steered<refined<Probe>>& layers_probe() const {
         check_acquired();
         return *frame_looks_[last_look_].of_layers;
     }
-    /// Pixels of the last picture, points {x, z} of the probe. @throws usage_error  before the first picture
+    /// Pixels of the last picture, points {x, z} of the probe.
+    /// @throws usage_error  before the first picture, and after a `scan` or `show` that threw for its size
     const scan_map& map() const {
         check_picture();
+        if (map_.value().first.empty())
+            throw usage_error{
+                "scanner: the last `scan` or `show` threw, and the map of its picture was lost; call it again"};
         return map_.value();
     }
     const pose& at() const { return at_; }              ///< of the probe, for the last picture
@@ -20235,9 +20239,10 @@ const image& scanner<Probe, Model, Tracer>::scan_by(const detail::any_policy<Uns
     if (interrupted_) forget(); // the last frame threw
     interrupted_ = true;
     cine_.add(cine_length, [&](stored_frame<Probe>& frame) { acquire(policy, body, at, frame); });
-    shown_ = 0;
+    ++shown_; // the frame of the picture, until the new one is drawn
     const detail::stopwatch display;
     draw(policy, cine_[0]);
+    shown_ = 0;
     at_ = at;
     interrupted_ = false;
     times_.display = display.seconds();
@@ -20248,7 +20253,7 @@ const image& scanner<Probe, Model, Tracer>::scan_by(const detail::any_policy<Uns
 template <transducer Probe, acoustic_model Model, class Tracer>
 template <bool Unsequenced>
 const image& scanner<Probe, Model, Tracer>::show_by(const detail::any_policy<Unsequenced>& policy, std::uint32_t back) {
-    check_picture();
+    if (cine_.empty()) check_picture();
     settings.check();
     if (back >= cine_.size())
         throw usage_error{"scanner: `back` is " + std::to_string(back) + ", and " + std::to_string(cine_.size()) +
@@ -20258,11 +20263,11 @@ const image& scanner<Probe, Model, Tracer>::show_by(const detail::any_policy<Uns
     if (settings.persistence != 0)
         while (first + 1 < cine_.size() && !cine_[first].starts) ++first;
     smoothing_.reset();
+    watch_.reset();
     for (; first > back; --first) compress(policy, cine_[first]);
     draw(policy, cine_[back]);
     shown_ = back;
     at_ = cine_[back].at;
-    watch_.reset();
     times_ = {.display = clock.seconds(), .total = clock.seconds()};
     return picture_;
 }
@@ -20753,9 +20758,6 @@ void check_channels(const channel_grid<Sample>& data, const char* caller) {
         throw usage_error{
             joined({caller, ": `sampling_frequency`, `frequency` and `start` of the channel data must be finite, the "
                             "first two above 0"})};
-    if (!is_finite(data.sound_speed) || !(data.sound_speed >= 100 && data.sound_speed <= 10000))
-        throw usage_error{joined({caller, ": `sound_speed` of the channel data is ", number_text(data.sound_speed),
-                                  " m/s; it must be 100 to 10000"})};
     if (!is_finite(data.pitch) || !is_finite(data.element_width) || !(data.pitch >= 0 && data.element_width >= 0))
         throw usage_error{
             joined({caller, ": `pitch` and `element_width` of the channel data must be metres, or 0 where "
@@ -20998,9 +21000,12 @@ iq_lines beamform(const Policy& policy, const iq_channel_data& received, const P
     if (received.samples < 8) throw usage_error{"beamform: the channel data have fewer than 8 samples; record more"};
     if (!is_finite(settings.fnumber) || !(settings.fnumber > 0.05F))
         throw usage_error{"beamform: `fnumber` must be above 0.05, such as 1.5"};
-    if (settings.sound_speed != 0 &&
-        (!is_finite(settings.sound_speed) || !(settings.sound_speed >= 100 && settings.sound_speed <= 10000)))
-        throw usage_error{"beamform: `sound_speed` must be 100 to 10000 m/s, or 0 for that of the channel data"};
+    const float speed = settings.sound_speed != 0 ? settings.sound_speed : received.sound_speed;
+    if (!is_finite(speed) || !(speed >= 100 && speed <= 10000))
+        throw usage_error{
+            detail::joined({"beamform: the sound speed is ", detail::number_text(speed),
+                            " m/s; `sound_speed` of the settings, or of the channel data where that is 0, "
+                            "must be 100 to 10000"})};
     return detail::sum_channels(detail::any_policy<false>{policy}, received, detail::probe_lines{probe}, grid,
                                 settings);
 }
@@ -24533,12 +24538,15 @@ class implicit_lattice {
                         number_text(p.y), ", ", number_text(p.z), "}; it must be finite in the whole box"})};
         return value;
     }
-    // Beside the border of the box, that of a body which the box cuts off, whatever the slope of the function.
-    float value_at(vec3 p) const {
+    // Distance from the box, metres; below 0 inside.
+    float border_at(vec3 p) const {
         const vec3 outside = max(box_.lower - p, p - box_.upper);
-        const float border = max(max(outside.x, outside.y), outside.z); // below 0 inside
-        if (border >= 0) return max(border, 1e-6F * cell_);
-        return border > -2 * cell_ ? max(value_of(p), border) : value_of(p);
+        return max(max(outside.x, outside.y), outside.z);
+    }
+    // Above 0 outside of the box, which cuts bodies off.
+    float value_at(vec3 p) const {
+        const float border = border_at(p);
+        return border >= 0 ? max(border, 1e-6F * cell_) : value_of(p);
     }
 
     // The function at all points of a block of cubes; where no surface is near, that in its middle.
@@ -24666,11 +24674,17 @@ class implicit_lattice {
         }
         return slope;
     }
-    // A step of Newton's method from the edge to the surface, along the slope of the sampled values.
+    // A step of Newton's method from the edge to the surface, along the slope of the sampled values. On an edge that
+    // leaves the box it lies before the box, by linear interpolation, or on it where the box cuts a body off.
     vec3 vertex_of(cut edge) const {
         constexpr float max_step = 0.3F; // of a cell
         const float part = part_of(edge);
         const vec3 a = position_of(edge.from), b = position_of(edge.to), start = a + part * (b - a);
+        if (const float u = border_at(a), v = border_at(b); u >= 0 || v >= 0) {
+            const vec3 inside = u < 0 ? a : b, on_box = a + u / (u - v) * (b - a);
+            const float within = values_[u < 0 ? edge.from : edge.to], limit = value_of(on_box);
+            return limit < 0 ? on_box : inside + within / (within - limit) * (on_box - inside);
+        }
         const vec3 slope = slope_at(edge.from) + part * (slope_at(edge.to) - slope_at(edge.from));
         const vec3 steepness = abs(slope);
         const float largest = max(max(steepness.x, steepness.y), steepness.z), value = value_at(start);
@@ -26539,9 +26553,12 @@ inline mesh moved_inwards(mesh surface, float by, std::uint32_t seed) {
     return surface;
 }
 
-/// @throws usage_error  for a deformed body, whose present shape is not that of the next deformation
-inline bool has_skin(const scene& body) {
+/// @throws usage_error  for a deformed body, whose present shape is not the one that the next deformation begins with
+inline void check_undeformed(const scene& body) {
     if (body.is_deformed()) throw usage_error{"add_skin: the body is deformed; cover it before `deform`"};
+}
+
+inline bool has_skin(const scene& body) {
     return std::any_of(body.objects().begin(), body.objects().end(),
                        [](const object& one) { return one.inside == tissue::skin; });
 }
@@ -26579,6 +26596,7 @@ enum class skin_place {
 /// @throws usage_error  for a setting out of range, or a deformed body
 inline skin_place add_skin(scene& body, const skin_settings& settings = {}) {
     settings.check();
+    detail::check_undeformed(body);
     return !detail::has_skin(body) && detail::cover_outer(body, settings.thickness) ? skin_place::surface
                                                                                     : skin_place::none;
 }
@@ -26596,6 +26614,7 @@ inline skin_place add_skin(scene& body, const skin_settings& settings = {}) {
 template <transducer Probe>
 skin_place add_skin(scene& body, const Probe& probe, const pose& at, const skin_settings& settings = {}) {
     settings.check();
+    detail::check_undeformed(body);
     probe.check();
     detail::check_rigid(at, "add_skin");
     if (detail::has_skin(body)) return skin_place::none;
@@ -27042,12 +27061,14 @@ class mesh_repair {
     // Keeps one of the faces with the same corners, and none of those that are a wall inside a body.
     void drop_copies() {
         std::vector<std::uint32_t> first(faces_.size()), copies(faces_.size(), 0);
-        std::iota(first.begin(), first.end(), 0U); // face with the same corners
+        std::iota(first.begin(), first.end(), 0U);                   // face with the same corners
+        std::vector<std::pair<std::uint32_t, std::uint32_t>> around; // of an edge: opposite vertex and face
         for_each_edge(edges_, [&](view<const half_edge> sides) {
-            for (const half_edge& a : sides)
-                for (const half_edge& b : sides)
-                    if (opposite(a.slot) == opposite(b.slot))
-                        first[a.slot / 3] = std::min(first[a.slot / 3], b.slot / 3);
+            around.clear();
+            for (const half_edge& side : sides) around.emplace_back(opposite(side.slot), side.slot / 3);
+            std::sort(around.begin(), around.end());
+            for (std::size_t i = 1; i < around.size(); ++i)
+                if (around[i].first == around[i - 1].first) first[around[i].second] = first[around[i - 1].second];
         });
         for (const std::uint32_t face : first) ++copies[face];
         if (std::count(copies.begin(), copies.end(), 0U) == 0) return;
@@ -27055,8 +27076,7 @@ class mesh_repair {
         // A patch of doubled faces is a wall where most of its borders have two other faces each, or four: at some, one
         // may be missing.
         disjoint_sets patches{faces_.size()};
-        std::vector<std::int64_t> borders(faces_.size(),
-                                          0); // with an even number of others, less those with an odd one
+        std::vector<std::int64_t> borders(faces_.size(), 0); // with an even number of others, less those with an odd
         for_each_edge(edges_, [&](view<const half_edge> sides) {
             const auto others = std::count_if(sides.begin(), sides.end(),
                                               [&](const half_edge& side) { return copies[side.slot / 3] == 1; });
@@ -27222,6 +27242,8 @@ class mesh_repair {
             for (const std::vector<std::uint32_t>& hole : holes[i]) fill(hole, whole);
             const double area = whole.area - parts_[i].area, radius = std::sqrt(area / static_cast<double>(pi));
             if (std::fabs(whole.volume) <= min_thickness * radius * area) {
+                for (auto slot = static_cast<std::uint32_t>(3 * faces); slot < 3 * faces_.size(); ++slot)
+                    filled_.erase(half_edge{from(slot), to(slot), 0}.ends);
                 faces_.resize(faces);
                 positions_.resize(points);
                 continue;
@@ -27423,7 +27445,9 @@ class mesh_repair {
         std::size_t along = 0;
         for (const std::vector<std::uint32_t>& sides : crowded_) {
             if (twins_[sides[0]] == locked) continue;
-            ++along;
+            const auto stay = std::count_if(sides.begin(), sides.end(),
+                                            [&](std::uint32_t slot) { return !part_at(slot / 3).is_dropped; });
+            along += stay > 2 ? 1 : 0;                         // sides of more than one surface
             sheets[from(sides[0])] = sheets[to(sides[0])] = 0; // they are told as an edge
             std::set<std::uint64_t> known;
             for (const std::uint32_t slot : sides) {
@@ -28168,7 +28192,7 @@ inline std::uint32_t open_edges(const obj_content& content, const std::vector<uv
     return found.boundary_edges + found.non_manifold_edges;
 }
 
-/// Joins open surfaces of one object and one medium that are closed together: a closed surface that `g` lines divide.
+/// Joins open surfaces of one object and one medium that are closed together: a surface that `g` lines divide.
 /// @param repaired  whether holes are closed afterwards: then surfaces are joined where most open edges become whole
 /// @throws io_error  where the open surfaces of an object are closed together, but have different media
 inline void join_split_bodies(const std::string& path, const obj_content& content, std::vector<obj_object>& objects,
@@ -28198,7 +28222,7 @@ inline void join_split_bodies(const std::string& path, const obj_content& conten
             notes.push_back(joined({path, ":", std::to_string(objects[parts[1]].line), ": the groups '",
                                     printable(content.text.parts[objects[parts[0]].part].group), "' and '",
                                     printable(content.text.parts[objects[parts[1]].part].group),
-                                    "' are one closed surface, and are joined"}));
+                                    "' belong to one surface, and are joined"}));
             objects[parts[0]].faces = std::move(together);
             for (std::size_t k = 1; k < parts.size(); ++k) objects[parts[k]].faces.clear();
         }
