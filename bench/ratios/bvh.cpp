@@ -1,6 +1,7 @@
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/bvh/build_morton.hpp>
 #include <insonify/bvh/bvh.hpp>
+#include <insonify/io/obj.hpp>
 #include <insonify/probe/convex_array.hpp>
 #include <insonify/scene/scene.hpp>
 #include <insonify/tracing/find/slice_finder.hpp>
@@ -9,6 +10,7 @@
 #include "../support/rays.hpp"
 #include "rows.hpp"
 #include <cstddef>
+#include <filesystem>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -210,6 +212,18 @@ void measure_ray_rows(table& into) {
     measure_all_crossings(into, "shells 655k", shells());
 }
 
+// Files that the user names, brought to the size of the other meshes.
+void measure_files(table& into) {
+    for (const std::string& path : into.files()) {
+        mesh m = load_obj(path, {.unit = 1_mm});
+        aabb box;
+        for (const vec3& p : m.positions) box = merged(box, p);
+        const vec3 size = box.size(), middle = box.centre();
+        for (vec3& p : m.positions) p = (100_mm / max(size.x, max(size.y, size.z))) * (p - middle);
+        measure_rays(into, std::filesystem::path{path}.stem().string(), m, compact_workloads());
+    }
+}
+
 void measure_tree_rows(table& into) {
     for (const unsigned threads : {1U, 2U}) {
         measure_trees(into, "cube 12", cube(0), threads);
@@ -219,7 +233,7 @@ void measure_tree_rows(table& into) {
     }
 }
 
-const rows of_rays{10, measure_ray_rows}, of_trees{20, measure_tree_rows};
+const rows of_rays{10, measure_ray_rows}, of_files{15, measure_files}, of_trees{20, measure_tree_rows};
 
 } // namespace
 } // namespace bench

@@ -28,7 +28,10 @@ struct row {
 /// Collects the rows, prints each as it comes, and writes all as JSON.
 class table {
   public:
-    explicit table(std::string only) : only_{std::move(only)} {}
+    table(std::string only, std::vector<std::string> files) : only_{std::move(only)}, files_{std::move(files)} {}
+
+    /// Meshes that are measured beside those of the table.
+    const std::vector<std::string>& files() const { return files_; }
 
     /// Whether rows of this work were asked for.
     bool wants(const std::string& work) const { return work.find(only_) != std::string::npos; }
@@ -117,6 +120,7 @@ class table {
     }
 
     std::string only_;
+    std::vector<std::string> files_;
     std::vector<row> rows_{};
 };
 

@@ -4715,8 +4715,7 @@ struct ray_packet : packet_bounds<N> {
     /// Loads coherent rays from the first of `count` on. @return how many: whole groups, or 0
     ///
     /// Rays are coherent where they are valid, share their dominant axis and sign along it, begin at 0 or later, and
-    /// form a row that, halfway through the box, is at most 8 leaves long (4 for a single group) and 2 wide (measured
-    /// by bench_ratios).
+    /// form a row that, halfway through the box, is at most 4 leaves long and 2 wide (measured by bench_ratios).
     /// @param box  around all primitives
     std::size_t prepare(const ray* first, std::size_t count, const aabb& box, float max_abs_coordinate,
                         float leaf_size) {
@@ -4759,7 +4758,7 @@ struct ray_packet : packet_bounds<N> {
 
   private:
     // Leaves: of a row where it is halfway through the box.
-    static constexpr float max_row = 8, max_row_of_one_group = 4, max_row_width = 2;
+    static constexpr float max_row = 4, max_row_width = 2;
 
     // Directions less than 45 degrees apart: a quick test before the rays are loaded.
     static bool similar(const ray& a, const ray& b) {
@@ -4778,8 +4777,7 @@ struct ray_packet : packet_bounds<N> {
             const ray& last = rays[wanted * N - 1];
             if (!(forward * last.direction[axes[2]] > 1e-30F)) continue;
             const float x = at(last, 0) - first[0], y = at(last, 1) - first[1];
-            const float max_length = (wanted > 1 ? max_row : max_row_of_one_group) * leaf_size;
-            if (x * x + y * y < max_length * max_length) return wanted;
+            if (x * x + y * y < max_row * max_row * leaf_size * leaf_size) return wanted;
         }
         return 0;
     }
