@@ -672,7 +672,8 @@ struct right_upper_quadrant_builder : builder {
     void add_views() {
         const convex_array& probe = presets::abdomen.probe;
         b_mode_settings settings = presets::abdomen.settings;
-        constexpr float pressed = 7_mm; // so that the skin lies on most of the curved face
+        // So that the skin lies on most of the curved face, also where the probe stands obliquely.
+        constexpr float pressed = 7_mm, pressed_obliquely = 9_mm;
         settings.depth = 150_mm;
         // Below the ribs, up to where the hepatic veins join the vena cava; the right hepatic vein lies in the slice.
         const vec3 below = on_skin(37, margin(37) + 36_mm);
@@ -684,7 +685,7 @@ struct right_upper_quadrant_builder : builder {
                               probe,
                               settings,
                               {},
-                              0.5F * pressed});
+                              pressed_obliquely});
         settings.depth = 140_mm;
         const float side = 72, between = 0.5F * (rib_at(9, side) + rib_at(10, side));
         const vec3 beside = on_skin(side, between);
@@ -695,7 +696,7 @@ struct right_upper_quadrant_builder : builder {
                               probe,
                               settings,
                               {},
-                              pressed});
+                              pressed_obliquely});
         // Along the gallbladder, through its stone.
         const vec3 neck = gallbladder[gallbladder.size() / 3].centre, fundus = gallbladder.back().centre;
         const vec3 above = on_skin(30, 0.6F * neck.y + 0.4F * fundus.y);

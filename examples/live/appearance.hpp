@@ -103,6 +103,21 @@ inline std::vector<float> opacities(const scene& body) {
     return opacity;
 }
 
+/// Whether an object is cut at the plane of the picture in a 3-D view, because what lies before it would hide it: all but
+/// what is as thin and round as vessels, nerves and tendons are.
+inline bool is_cut(const object& one) {
+    constexpr double thickest = 1e-4; // m^2, of the mean section, and at most 1 / 25 of the square of the longest side
+    constexpr double flattest = 30;   // area^2 / (volume * longest side): 4 pi of a long cylinder, far more of a sheet
+    aabb box;
+    for (const vec3& point : one.surface.positions) box = merged(box, point);
+    double area = 0;
+    const mesh_view faces{one.surface};
+    for (std::size_t i = 0; i < faces.size(); ++i) area += static_cast<double>(length(area_vector(faces[i]))) / 2;
+    const vec3 size = box.size();
+    const double volume = enclosed_volume(faces), longest = static_cast<double>(max(size.x, max(size.y, size.z)));
+    return volume > longest * std::min(thickest, longest * longest / 25) || area * area > flattest * volume * longest;
+}
+
 } // namespace live
 
 #endif

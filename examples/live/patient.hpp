@@ -69,15 +69,16 @@ class patient {
     /// Depth of the skin at rest; that of the whole body's upper edge where there is none.
     float skin_at(vec2 place) const {
         const aabb box = at_rest_.box();
-        const std::optional<surface_point> skin =
-            first_surface(at_rest_, {.origin = {place.x, place.y, box.lower.z - 1_mm}, .direction = {0, 0, 1}});
-        return skin ? skin->point.z : box.empty() ? 0 : box.lower.z;
+        return depth_of_skin(place).value_or(box.empty() ? 0 : box.lower.z);
     }
     aabb box() const { return at_rest_.box(); }
 
-    /// The probe on the skin, at most `max_press` deep at any point of its face.
+    /// The probe on the skin, at most `max_press` deep at any point of its face. Where it slides, it turns with the skin.
     pose probe_pose(const hand_state& hand, const array_probe& probe) const {
-        const vec3 down{std::sin(hand.rock), std::sin(hand.tilt), std::cos(hand.rock) * std::cos(hand.tilt)};
+        const float reach = 0.5F * probe.face_width();
+        const vec2 turned = inclination_at({0, 0}, reach) - inclination_at(hand.on_skin, reach);
+        const float rock = hand.rock + turned.x, tilt = hand.tilt + turned.y;
+        const vec3 down{std::sin(rock), std::sin(tilt), std::cos(rock) * std::cos(tilt)};
         const vec3 from{hand.on_skin, skin_at(hand.on_skin) - hand.gel};
         pose at =
             hand.held ? *hand.held : look_at(from, from + down, {std::cos(hand.rotate), std::sin(hand.rotate), 0});
@@ -115,6 +116,23 @@ class patient {
     }
 
   private:
+    std::optional<float> depth_of_skin(vec2 place) const {
+        const vec3 above{place, at_rest_.box().lower.z - 1_mm};
+        const std::optional<surface_point> skin = first_surface(at_rest_, {.origin = above, .direction = {0, 0, 1}});
+        return skin ? std::optional{skin->point.z} : std::nullopt;
+    }
+    // By how much the skin falls off along x and y, radians: over `reach` to both sides, or to where the body ends.
+    vec2 inclination_at(vec2 place, float reach) const {
+        const auto along = [&](vec2 step) {
+            const std::optional<float> here = depth_of_skin(place), before = depth_of_skin(place - step),
+                                       behind = depth_of_skin(place + step);
+            const std::optional<float> from = before ? before : here, to = behind ? behind : here;
+            const float length = reach * static_cast<float>(before.has_value() + behind.has_value());
+            constexpr float steepest = 60_deg;
+            return from && to && length > 0 ? clamp(std::atan((*to - *from) / length), -steepest, steepest) : 0.0F;
+        };
+        return {along({reach, 0}), along({0, reach})};
+    }
     // Not built.
     static scene without_tools(const scene& anatomy) {
         scene kept{anatomy.find("gel") ? tissue::air : anatomy.background()};

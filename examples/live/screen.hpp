@@ -33,8 +33,8 @@ struct legend_entry {
     vec3 colour{1};
 };
 
-/// The colour of tissues in labels and in the 3-D view, as in an atlas.
-inline vec3 tissue_colour(const std::string& name) {
+/// The colour of an object in labels and in the 3-D view, as in an atlas: that of what its name says, or of its medium.
+inline vec3 colour_of(const object& one) {
     struct entry {
         const char* word;
         vec3 colour;
@@ -44,13 +44,24 @@ inline vec3 tissue_colour(const std::string& name) {
         {"vein", {0.2F, 0.35F, 1}},          {"epineurium", {0.9F, 0.6F, 0.1F}},   {"fascicle", {1, 0.95F, 0.45F}},
         {"nerve", {1, 0.8F, 0.2F}},          {"bone", {0.9F, 0.9F, 0.85F}},        {"needle", {0.5F, 1, 1}},
         {"muscle", {0.7F, 0.25F, 0.25F}},    {"fascia", {0.8F, 0.85F, 0.9F}},      {"fat", {0.95F, 0.8F, 0.5F}},
-        {"skin", {0.95F, 0.65F, 0.55F}},     {"gel", {0.5F, 0.75F, 0.9F}}};
-    for (const entry& one : known)
-        if (name.find(one.word) != std::string::npos) return one.colour;
+        {"skin", {0.95F, 0.65F, 0.55F}},     {"gel", {0.5F, 0.75F, 0.9F}},         {"cartilage", {0.65F, 0.8F, 0.85F}},
+        {"tendon", {0.9F, 0.88F, 0.75F}},    {"thyroid", {0.8F, 0.45F, 0.4F}},     {"liver", {0.55F, 0.25F, 0.2F}},
+        {"kidney", {0.65F, 0.35F, 0.25F}},   {"lung", {0.9F, 0.7F, 0.75F}},        {"bile", {0.45F, 0.6F, 0.2F}},
+        {"mucosa", {0.9F, 0.5F, 0.5F}},      {"connective", {0.85F, 0.8F, 0.75F}}, {"capsule", {0.8F, 0.75F, 0.65F}}};
+    const auto find = [](const std::string& text) {
+        return std::find_if(std::begin(known), std::end(known),
+                            [&](const entry& each) { return text.find(each.word) != std::string::npos; });
+    };
+    if (const entry* const named = find(one.name); named != std::end(known)) return named->colour;
     std::uint32_t hash = 2166136261U;
-    for (const char letter : name) hash = (hash ^ static_cast<unsigned char>(letter)) * 16777619U;
-    const auto part = [&](std::uint32_t shift) { return 0.35F + static_cast<float>(hash >> shift & 255U) / 400; };
-    return {part(0), part(8), part(16)};
+    for (const char letter : one.name) hash = (hash ^ static_cast<unsigned char>(letter)) * 16777619U;
+    const auto part = [&](std::uint32_t shift) { return static_cast<float>(hash >> shift & 255U) / 255; };
+    const vec3 own{part(0), part(8), part(16)};
+    for (const tissue::named_medium& medium : tissue::all)
+        if (medium.value == one.inside)
+            if (const entry* const of = find(medium.name); of != std::end(known))
+                return 0.8F * of->colour + 0.2F * own; // objects of one tissue can be told apart
+    return 0.35F + 0.64F * own;
 }
 
 /// Gray in all three channels.
@@ -66,13 +77,16 @@ inline void draw_labels(colour_image& screen, const label_image& labels, const s
                         std::vector<legend_entry>& legend) {
     legend.clear();
     std::vector<std::pair<label_id, vec3>> colours;
-    const auto colour_of = [&](label_id label) {
+    const auto colour_of_label = [&](label_id label) {
         for (const auto& [known, colour] : colours)
             if (known == label) return colour;
         std::string name = "outside";
+        vec3 colour{0};
         for (const object& one : body.objects())
-            if (static_cast<label_id>(one.id) == label) name = one.name.empty() ? "object" : one.name;
-        const vec3 colour = label == background_label ? vec3{0} : tissue_colour(name);
+            if (static_cast<label_id>(one.id) == label) {
+                name = one.name.empty() ? "object" : one.name;
+                colour = colour_of(one);
+            }
         colours.emplace_back(label, colour);
         const bool listed =
             std::any_of(legend.begin(), legend.end(), [&](const legend_entry& entry) { return entry.name == name; });
@@ -87,7 +101,7 @@ inline void draw_labels(colour_image& screen, const label_image& labels, const s
             if (label == background_label) continue;
             const bool edge =
                 (x + 1 < size.x && labels(x + 1, y) != label) || (y + 1 < size.y && labels(x, y + 1) != label);
-            const vec3 colour = colour_of(label);
+            const vec3 colour = colour_of_label(label);
             screen(x, y) = edge ? 0.9F * colour : 0.75F * screen(x, y) + 0.25F * colour * (0.4F + screen(x, y));
         }
 }

@@ -98,6 +98,32 @@ bool opens(live::session& one, std::uint32_t number) {
     return check(holds, text);
 }
 
+// Where the probe slides, it turns with the skin as the hand does, by the angle by which that falls off, and touches it.
+bool follows_skin(live::session& one, std::uint32_t number) {
+    one.apply({"case", {static_cast<float>(number)}});
+    draw(one);
+    const auto inward = [&] { // at the middle of the face
+        const pose at = one.probe_pose();
+        const auto skin = nearest_surface(one.body, *one.body.find("skin"), at.translation);
+        return skin ? -skin->normal : vec3{0, 0, 1};
+    };
+    const vec3 first = inward();
+    float turned = 0, apart = 0, touching = 1;
+    for (const float step : {10.0F, 10.0F, -30.0F, -10.0F}) { // mm
+        one.apply({"slide", {step, 0}});
+        draw(one);
+        const vec3 now = inward(), down = one.probe_pose().direction({0, 0, 1});
+        turned = std::max(turned, std::acos(clamp(dot(first, now), -1, 1)));
+        apart = std::max(apart, std::acos(clamp(dot(down, now), -1, 1)));
+        touching =
+            std::min(touching, static_cast<float>(one.touch().touching) / static_cast<float>(one.machine.probe.lines));
+    }
+    return check(turned > 15_deg && apart < 15_deg && touching > 0.9F,
+                 std::string{live::cases[number].title} + ": the skin turns by " + text_of(turned / 1_deg) +
+                     " degrees, the probe is within " + text_of(apart / 1_deg) + " of it, and " +
+                     text_of(100 * touching) + " % of its lines touch");
+}
+
 // The needle enters at the skin, and reaches the target of the view.
 bool pierces(live::session& one, std::uint32_t number) {
     const live::case_entry& entry = live::cases[number];
@@ -239,6 +265,7 @@ int run() {
     make_small(one);
     for (std::uint32_t i = 0; i < std::size(live::cases); ++i) holds = opens(one, i) && holds;
     for (std::uint32_t i = 0; i < std::size(live::cases); ++i) holds = pierces(one, i) && holds;
+    for (const std::uint32_t i : {1U, 8U}) holds = follows_skin(one, i) && holds;
     for (std::uint32_t i = 0; i < std::size(live::cases); ++i) holds = flows(one, i) && holds;
     holds = moves_vessels() && holds;
     holds = draws_patients() && holds;

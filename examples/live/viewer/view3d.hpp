@@ -10,6 +10,7 @@ class view3d {
   public:
     float yaw = -0.5F, pitch = 0.5F, distance = 0; ///< of the camera, about `target`, the middle of the anatomy
     vec3 target{0, 0, 0};
+    bool cuts = true; ///< whether what hides the picture is left out: see `is_cut`
 
     /// Takes another anatomy, and sees all of a small one; of a larger one what is below the probe.
     void show(const shown_anatomy& anatomy, vec3 probe) {
@@ -20,7 +21,7 @@ class view3d {
             glNewList(list, GL_COMPILE);
             draw_mesh(one.surface, pose{});
             glEndList();
-            parts_.push_back({list, {one.colour.x, one.colour.y, one.colour.z, one.opacity}});
+            parts_.push_back({list, {one.colour.x, one.colour.y, one.colour.z, one.opacity}, one.is_cut});
         }
         const aabb& whole = anatomy.box;
         if (!whole.empty()) target = 0.5F * (whole.lower + whole.upper);
@@ -53,8 +54,13 @@ class view3d {
         glEnable(GL_COLOR_MATERIAL);
         glLightModeli(GL_LIGHT_MODEL_TWO_SIDE, 1);
         glEnable(GL_NORMALIZE);
-        for (const part& one : parts_)
-            if (one.paint.alpha == 1) draw_part(one);
+        place_cut(frame);
+        for (const part& one : parts_) {
+            if (one.paint.alpha < 1) continue;
+            (cuts && one.is_cut ? glEnable : glDisable)(GL_CLIP_PLANE0);
+            draw_part(one);
+        }
+        glDisable(GL_CLIP_PLANE0);
         glColor4f(0.8F, 0.85F, 0.9F, 1);
         draw_mesh(make_needle(needle_diameter(frame.gauge), patient::needle_length, {.bevel = frame.bevel}),
                   frame.needle);
@@ -109,6 +115,7 @@ class view3d {
     struct part {
         GLuint list;
         colour paint;
+        bool is_cut;
     };
 
     static void draw_part(const part& one) {
@@ -146,6 +153,15 @@ class view3d {
         glBegin(GL_LINE_LOOP);
         for (const vec3& point : frame.outline) glVertex3f(point.x, point.y, point.z);
         glEnd();
+    }
+
+    // What is cut ends at the plane of the picture, on the side of the camera.
+    void place_cut(const shown_frame& frame) const {
+        const vec3& corner = frame.corners[0];
+        vec3 behind = cross(frame.corners[1] - corner, frame.corners[3] - corner);
+        if (dot(behind, camera().from - corner) > 0) behind = -behind;
+        const double plane[] = {behind.x, behind.y, behind.z, -dot(behind, corner)};
+        glClipPlane(GL_CLIP_PLANE0, plane);
     }
 
     struct axes {

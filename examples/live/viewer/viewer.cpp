@@ -40,6 +40,7 @@ void steer(live::worker& scanner, live::view3d& space, const live::shown_frame& 
                                                        {"advance", 0.5F * both(GLFW_KEY_PAGE_UP, GLFW_KEY_PAGE_DOWN)}};
         for (const auto& [name, amount] : turns)
             if (amount != 0) scanner.push({name, {amount}});
+        if (ImGui::IsKeyPressed(GLFW_KEY_C, false)) space.cuts = !space.cuts;
         if (ImGui::IsKeyPressed(GLFW_KEY_SPACE, false)) scanner.push({frame.frozen ? "unfreeze" : "freeze", {}});
     }
     if (io.WantCaptureMouse || io.MousePos.x < left_edge) return;
@@ -63,7 +64,8 @@ void show_hint(bool& open, float left) {
                            "W S tilt, A D rock, Q E rotate, F R press and lift\n"
                            "Needle: drag it along its shaft, or Page Down, Page Up; with Shift: its entry\n"
                            "Space freezes. Click twice on the picture to measure\n"
-                           "Right drag turns this view; knobs explain themselves");
+                           "Right drag turns this view; C shows all of the anatomy, or cuts it\n"
+                           "Knobs explain themselves");
     ImGui::End();
 }
 

@@ -17,6 +17,7 @@ struct shown_anatomy {
         mesh surface{}; ///< in the world
         vec3 colour{1};
         float opacity = 1;
+        bool is_cut = false;
     };
     std::vector<part> parts{};
     mesh probe{}; ///< in its own coordinates
@@ -27,7 +28,7 @@ struct shown_anatomy {
         for (std::size_t i = 0; i < opacity.size(); ++i) {
             const object& one = of.body.objects()[i];
             if (is_tool(one)) continue;
-            parts.push_back({one.surface, tissue_colour(one.name), opacity[i]});
+            parts.push_back({one.surface, colour_of(one), opacity[i], is_cut(one)});
             for (vec3& point : parts.back().surface.positions) point = one.at.point(point);
         }
         std::stable_sort(parts.begin(), parts.end(),

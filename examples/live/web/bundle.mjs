@@ -8,7 +8,7 @@ import path from "node:path";
 const [modules, page, output] = process.argv.slice(2);
 const { build } = createRequire(path.join(modules, "bundle.mjs"))("esbuild");
 
-const unused_chunks = /(lights_physical(_pars)?_fragment|transmission(_pars)?_fragment|iridescence_fragment|shadowmap_pars_fragment|lightprobes_pars_fragment|cube_uv_reflection_fragment|envmap_physical_pars_fragment|tonemapping_pars_fragment|lights_toon_pars_fragment|lights_phong_pars_fragment|shadowmap(_pars)?_vertex|shadowmask_pars_fragment|alphahash(_pars)?_fragment|bumpmap_pars_fragment|batching(_pars)?_vertex|envmap(_pars|_common_pars)?_(vertex|fragment)|lights_fragment_maps|clipping_planes(_pars)?_(vertex|fragment)|displacementmap(_pars)?_vertex|morph[a-z]*(_pars)?_vertex|skin[a-z]*(_pars)?_vertex)\.glsl\.js$/;
+const unused_chunks = /(lights_physical(_pars)?_fragment|transmission(_pars)?_fragment|iridescence_fragment|shadowmap_pars_fragment|lightprobes_pars_fragment|cube_uv_reflection_fragment|envmap_physical_pars_fragment|tonemapping_pars_fragment|lights_toon_pars_fragment|lights_phong_pars_fragment|shadowmap(_pars)?_vertex|shadowmask_pars_fragment|alphahash(_pars)?_fragment|bumpmap_pars_fragment|batching(_pars)?_vertex|envmap(_pars|_common_pars)?_(vertex|fragment)|lights_fragment_maps|displacementmap(_pars)?_vertex|morph[a-z]*(_pars)?_vertex|skin[a-z]*(_pars)?_vertex)\.glsl\.js$/;
 // Of environments, glasses, shadows, groups of uniforms, morphing and passes after the picture.
 const unused_modules = /(PMREMGenerator|DFGLUTData|WebXRManager|WebGLShadowMap|WebGLUniformsGroups|WebGLOutput|WebGLEnvironments|WebGLMorphtargets)\.js$/;
 const absent = `export class PMREMGenerator {}

@@ -212,6 +212,11 @@ const freeze = () => send(state.frozen ? "unfreeze" : "freeze");
 id("freeze").onclick = freeze;
 id("reset").onclick = restart;
 id("entry").onclick = () => id("entry").setAttribute("aria-pressed", (space.moves_entry = !space.moves_entry));
+function cut() {
+    id("cut").setAttribute("aria-pressed", (space.cuts = !space.cuts));
+    space.draw_soon();
+}
+id("cut").onclick = cut;
 id("fault").querySelector("button").onclick = () => { id("fault").hidden = true; };
 id("help").onclick = () => id("hint").showModal();
 id("open").onclick = () => id("file").click();
@@ -267,6 +272,7 @@ addEventListener("keydown", (event) => {
     if (event.target === picture.canvas && picture.steer(key, event.shiftKey)) return event.preventDefault();
     if (key === " " && event.target.closest("button, summary")) return; // it presses that
     if (key === " ") event.repeat || freeze();
+    else if (key === "c") event.repeat || cut();
     else if (moves[key]) hold(key, moves[key]);
     else return;
     event.preventDefault();

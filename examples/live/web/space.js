@@ -19,6 +19,9 @@ export class Space {
             report("The 3-D view needs WebGL, which this browser refuses; picture, controls and keys work without it");
         }
         this.renderer?.setClearColor(0x1a1f27);
+        if (this.renderer) this.renderer.localClippingEnabled = true;
+        this.cuts = true; // leaves out what hides the picture
+        this.seen_side = new Plane();
         this.scene = new Scene();
         this.camera = new PerspectiveCamera(32, 1, 0.005, 20);
         this.camera.up.set(0, 0, -1);
@@ -91,13 +94,13 @@ export class Space {
         }
         this.anatomy.clear();
         const box = new Box3();
-        for (const { positions, faces, colour, opacity } of parts) {
+        for (const { positions, faces, colour, opacity, cut } of parts) {
             const is_layer = opacity < 1;
             const shape = new BufferGeometry().setAttribute("position", new BufferAttribute(positions, 3));
             shape.setIndex(new BufferAttribute(faces, 1)).computeVertexNormals();
             shape.computeBoundingBox();
             box.union(shape.boundingBox);
-            const mesh = new Mesh(shape, new MeshLambertMaterial({ color: new Color().setRGB(...colour[0], SRGBColorSpace), opacity, transparent: is_layer, depthWrite: !is_layer, side: is_layer ? FrontSide : DoubleSide }));
+            const mesh = new Mesh(shape, new MeshLambertMaterial({ color: new Color().setRGB(...colour[0], SRGBColorSpace), opacity, transparent: is_layer, depthWrite: !is_layer, side: is_layer ? FrontSide : DoubleSide, clippingPlanes: cut && !is_layer ? [this.seen_side] : null }));
             mesh.renderOrder = is_layer ? 2 : 0;
             this.anatomy.add(mesh);
         }
@@ -189,6 +192,16 @@ export class Space {
         this.camera.lookAt(target);
         this.camera.updateProjectionMatrix();
         this.camera.updateMatrixWorld();
+        this.place_cut();
+    }
+
+    // What is cut is seen on the side of the picture's plane that is away from the camera; everywhere where nothing is cut.
+    place_cut() {
+        this.seen_side.set(new Vector3(), 1);
+        if (!this.cuts || !this.state) return;
+        const [a, b, , d] = this.state.corners.map((corner) => new Vector3(...corner));
+        this.seen_side.setFromCoplanarPoints(a, b, d);
+        if (this.seen_side.distanceToPoint(this.camera.position) > 0) this.seen_side.negate();
     }
 
     ray(event) {

@@ -552,6 +552,20 @@ wrong.push(`${name}: ${(await state(page)).values[name]}; ${late.message}`);
         await drag(page, "probe", 15, 10);
         if (before === JSON.stringify((await state(page)).probe)) check(`the tool ${tool} acts`, false, "the probe stays");
     }
+    const seen = () => page.evaluate(() => {
+        const { space } = scanner;
+        space.place_camera();
+        space.renderer?.render(space.scene, space.camera);
+        return space.canvas.toDataURL();
+    });
+    await page.click("#freeze");
+    await page.waitForFunction(() => scanner.state().frozen);
+    const cut = await seen();
+    await page.click("#cut");
+    const whole = await seen();
+    await page.keyboard.press("c");
+    check("Cut and its key leave out what lies before the picture", cut !== whole && cut === await seen(), "the view changes and returns");
+    await page.click("#freeze");
     const inserted = (await state(page)).values.advance;
     await page.click("#advance", { delay: 300 });
     await frames(page);
