@@ -2090,7 +2090,7 @@ struct wall_filter {
     /// @throws usage_error  for a setting out of range
     void check(std::size_t pulses) const {
         if (type == kind::none) return;
-        if (order + 2 > pulses)
+        if (std::uint64_t{order} + 2 > pulses)
             throw usage_error{detail::joined({"wall_filter: order ", std::to_string(order), " needs at least ",
                                               std::to_string(std::uint64_t{order} + 2), " pulses, not ",
                                               std::to_string(pulses), "; lower it or raise the ensemble"})};
@@ -6695,6 +6695,8 @@ struct layer {
     /// Cosines of the angles of incidence on the surfaces at `begin` and `end`, where these are the object's own; 0
     /// where there is none, or where it belongs to the object on its other side.
     vec2 own_surfaces{0, 0};
+    float moved =
+        0; ///< how far the surface at `begin` has moved along the line since the first pulse of a train, metres
 };
 
 /// The coordinate frame of a line in the world; axes of length 1.
@@ -8744,21 +8746,35 @@ class scene {
                                                 std::vector<float>& nodes,
                                                 std::vector<displacement_view>& places) const {
         if (deformation_.empty()) return {};
-        nodes.resize(4 * where.count());
-        deformation_.invert(threads{policy}, where, nodes.data());
-        if (std::all_of(nodes.begin(), nodes.end(), [](float one) { return one == 0; })) return {};
-        const vec3& spacing = where.spacing;
-        const displacement_view of_background{.nodes = nodes,
-                                              .size = where.size,
-                                              .per_spacing = 1.0F / spacing,
-                                              .at = where.at,
-                                              .straight_length = 2 * min(spacing.x, min(spacing.y, spacing.z))};
-        places.assign(1, of_background);
+        // An object that was placed elsewhere since `deform` keeps what the map did to it: it has a lattice of its own.
+        const auto placed_since = [&](std::uint32_t i) {
+            return states_[i].follows && objects_[i].at != states_[i].rest_at;
+        };
+        const std::size_t count = 4 * where.count();
+        nodes.resize(count *
+                     static_cast<std::size_t>(1 + std::count_if(by_rank_.begin(), by_rank_.end(), placed_since)));
+        float* next = nodes.data();
+        const auto inverted_at = [&](const pose& at) {
+            detail::displacement_lattice lattice = where;
+            lattice.at = at;
+            float* const first = std::exchange(next, next + count);
+            deformation_.invert(threads{policy}, lattice, first);
+            const vec3& spacing = where.spacing;
+            return displacement_view{.nodes = {first, count},
+                                     .size = where.size,
+                                     .per_spacing = 1.0F / spacing,
+                                     .at = at,
+                                     .straight_length = 2 * min(spacing.x, min(spacing.y, spacing.z))};
+        };
+        places.assign(1, inverted_at(where.at));
         for (const std::uint32_t i : by_rank_) {
-            displacement_view of_object = of_background;
-            of_object.at = inverse(states_[i].rest_at) * where.at;
+            const pose& rest_at = states_[i].rest_at;
+            displacement_view of_object =
+                placed_since(i) ? inverted_at(rest_at * inverse(objects_[i].at) * where.at) : places[0];
+            of_object.at = inverse(rest_at) * of_object.at;
             places.push_back(states_[i].follows ? of_object : displacement_view{});
         }
+        if (std::all_of(nodes.begin(), nodes.end(), [](float one) { return one == 0; })) return {};
         return places;
     }
 
@@ -13587,9 +13603,10 @@ struct physical {
             material_line inside = in_object(line.frame, at_place, below.object);
             inside.displacement = line.displacement(below.place);
             const gaussian_field field = surface_field();
-            gaussian_field::surface_values values{field, inside, below.begin, detail::surface_grain(line.frequency)};
+            const float at_rest = below.begin - below.moved; // its roughness moves with it
+            gaussian_field::surface_values values{field, inside, at_rest, detail::surface_grain(line.frequency)};
             echoes.rough_surface(shown, diffuse, slope, coherent.curvature,
-                                 [&](float x) { return values(below.begin + x / stretch); });
+                                 [&](float x) { return values(at_rest + x / stretch); });
         }
         return wave;
     }
@@ -16811,6 +16828,7 @@ class moving_surfaces {
             const auto distance = static_cast<float>(static_cast<double>(of_surface.distance) + of_surface.moved);
             // Surfaces do not overtake each other.
             now_[i + 1].begin = now_[i].end = max(now_[i].begin, min(distance, now_[i + 1].end));
+            now_[i + 1].moved = now_[i + 1].begin - of_surface.distance;
         }
     }
 
@@ -16932,7 +16950,8 @@ class ensemble_scanner {
             settings.samples != 0 ? settings.samples : samples_for(settings.depth, sent.sigma_z(probe.frequency));
         const std::uint32_t frame =
             mix_bits(__builtin_bit_cast(std::uint32_t, settings.time)) | 1U; // not 0: blood flows
-        constexpr float slowest = 0.9F; // medium over c0: the echoes of slower media are displayed deeper
+        float slowest = 1; // over c0: the echoes of slow media are displayed deeper than they lie
+        for (const medium& each : body.media()) slowest = min(slowest, each.sound_speed / display_speed);
         trace(detail::any_policy{policy}, body, probe, at, model, field,
               {.depth = settings.depth, .samples = samples, .planes = settings.planes, .frame = frame},
               {.start = settings.time,
@@ -17450,8 +17469,8 @@ struct doppler_settings {
         check_depth(depth, "colour_doppler");
         wall.check(ensemble);
         if (ensemble < 2) throw usage_error{"colour_doppler: `ensemble` must be at least 2 pulses; 8 to 16 are usual"};
-        if (!is_finite(average_length) || !(average_length >= 0) || !(average_lines >= 0 && average_lines <= 1000))
-            throw usage_error{"colour_doppler: `average_length` must be 0 or more metres, such as 1_mm, and "
+        if (!(average_length >= 0 && average_length <= depth) || !(average_lines >= 0 && average_lines <= 1000))
+            throw usage_error{"colour_doppler: `average_length` must be 0 to `depth` metres, such as 1_mm, and "
                               "`average_lines` 0 or more lines, such as 2"};
         if (box.first_line >= probe.lines || box.lines > probe.lines - box.first_line)
             throw usage_error{detail::joined({"colour_doppler: the box must lie in the ", std::to_string(probe.lines),
@@ -17553,6 +17572,8 @@ class colour_scanner {
                               const Model& model, const Field& field, const doppler_settings& settings) {
         constexpr std::uint32_t decimation = 8;
         settings.check(probe);
+        const pulse sent = nominal_pulse(probe, settings.burst);
+        sent.check(probe.frequency);
         const refined<Probe> fine = detail::doppler_probe(probe, settings.depth, model);
         const std::uint32_t box_end =
             settings.box.lines == 0 ? probe.lines : settings.box.first_line + settings.box.lines;
@@ -17562,7 +17583,6 @@ class colour_scanner {
             detail::lines_around(fine, settings.depth, fine_line(static_cast<float>(settings.box.first_line) - reach),
                                  fine_line(static_cast<float>(box_end - 1) + reach), beam_);
 
-        const pulse sent = nominal_pulse(probe, settings.burst);
         const std::uint32_t samples = samples_for(settings.depth, sent.sigma_z(probe.frequency));
         const float spacing = settings.depth / static_cast<float>(samples);
         const float box_to = settings.box.to > 0 ? settings.box.to : settings.depth;
@@ -17719,8 +17739,9 @@ template <exec::policy Policy>
 colour_image colour_overlay(const Policy& policy, const image& grey, const flow_lines& lines, const scan_map& map,
                             const colour_overlay_settings& settings = {}, colour_image recycled = {}) {
     settings.check();
-    if (grey.pixels.size() != map.first.size())
-        throw usage_error{"colour_overlay: the image has no pixels, or not as many as its size says"};
+    if (grey.size != map.size || grey.pixels.size() != map.first.size())
+        throw usage_error{"colour_overlay: the image has no pixels, not as many as its size says, or not the size of "
+                          "the map"};
     recycled.size = grey.size;
     recycled.pixels.resize(grey.pixels.size());
     const float fastest = settings.max_velocity > 0 ? settings.max_velocity : max(lines.max_velocity, 1e-9F);
@@ -18012,7 +18033,9 @@ struct spectrum_settings {
             throw usage_error{"spectrum_settings: `baseline` must be -0.5 to 0.5 of the range of velocities"};
         if (!(std::fabs(angle) <= 1.4835299F)) // 85 degrees
             throw usage_error{"spectrum_settings: `angle` must be at most 85_deg; beyond, its cosine is too uncertain"};
-        if (wall_order > 8) throw usage_error{"spectrum_settings: `wall_order` is at most 8; 1 or 2 is usual"};
+        if (wall_order > 8 || wall_order + 2 > window)
+            throw usage_error{
+                "spectrum_settings: `wall_order` is at most 8, and 2 less than `window`; 1 or 2 is usual"};
     }
 
     friend bool operator==(const spectrum_settings&, const spectrum_settings&) = default;
@@ -18160,11 +18183,12 @@ class gate_scanner {
                                   const Model& model, const Field& field, const pulsed_doppler_settings& settings) {
         settings.check(probe);
         const float depth = settings.depth > 0 ? settings.depth : 2 * settings.gate;
+        const pulse sent = nominal_pulse(probe, settings.burst);
+        sent.check(probe.frequency);
         const refined<Probe> fine = detail::doppler_probe(probe, depth, model);
         const float line = std::floor((static_cast<float>(settings.line) + 0.5F) * fine.rays);
         const refined<Probe> lines = detail::lines_around(fine, depth, line, line, beam_);
 
-        const pulse sent = nominal_pulse(probe, settings.burst);
         const float sigma = sent.sigma_z(probe.frequency),
                     spacing = depth / static_cast<float>(samples_for(depth, sigma));
         const float from = max(settings.gate - 0.5F * settings.gate_length, 0), to = from + settings.gate_length;
@@ -22486,15 +22510,31 @@ class reflector_search {
                             field.tissue(distance);
         // Random numbers that stay where they are on the object, wherever the array is.
         const object_view& owner = seen.objects[segment.object];
-        const vec3 on_object = owner.at.local_point(at_.point({piece.place.x, 0, piece.place.y})) / step_;
+        const vec3 on_object =
+            at_rest(owner, segment.primitive, owner.at.local_point(at_.point({piece.place.x, 0, piece.place.y}))) /
+            step_;
         std::uint64_t place = owner.id;
         for (int axis = 0; axis < 3; ++axis)
             place =
-                hash_bits(place, static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(on_object[axis]))));
+                hash_bits(place, static_cast<std::uint64_t>(static_cast<std::int64_t>(std::round(on_object[axis]))));
         reflector one = piece;
         one.root = spectral_value::everywhere(square_root(std::sqrt(0.5F * power) * hash_normal(model_.seed, place)));
         one.normal = {0, 0};
         found.push_back(one);
+    }
+
+    // Where a point on a face was before its object was deformed, both in coordinates of the object.
+    vec3 at_rest(const object_view& owner, std::uint32_t face, vec3 point) const {
+        const std::span<const vec3> rest = body_.rest_positions(object_id{owner.id});
+        const uvec3 corners = owner.surface.faces[face];
+        const triangle now = owner.surface[face];
+        const vec3 normal = area_vector(now);
+        const float from_a = dot(cross(now.c - now.b, point - now.b), normal),
+                    from_b = dot(cross(now.a - now.c, point - now.c), normal), whole = dot(normal, normal);
+        if (!(whole > 0)) return point;
+        return point + (from_a * (rest[corners.x] - now.a) + from_b * (rest[corners.y] - now.b) +
+                        (whole - from_a - from_b) * (rest[corners.z] - now.c)) /
+                           whole;
     }
 
     // 0 at the borders of the region that is covered, 1 from three tenths of the opening on: a surface that ended there

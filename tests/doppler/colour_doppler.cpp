@@ -7,6 +7,7 @@
 #include <cmath>
 #include <complex>
 #include <doctest/doctest.h>
+#include <limits>
 #include <numbers>
 
 using namespace insonify;
@@ -223,6 +224,10 @@ TEST_CASE("colour Doppler: settings out of range are refused") {
     CHECK_THROWS_AS(attempt({.box = {.from = 30_mm, .to = 20_mm}}), usage_error);
     CHECK_THROWS_AS(attempt({.box = {.to = 1}}), usage_error);
     CHECK_THROWS_AS(attempt({.wall = {.order = 7}}), usage_error);
+    CHECK_THROWS_AS(attempt({.average_length = 1e30F}), usage_error);
+    for (const float burst : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), -1.0F})
+        CHECK_THROWS_WITH(attempt({.burst = burst}),
+                          "pulse: `burst` must be a finite number of cycles, or 0 for impulse excitation");
 }
 
 } // namespace colour_doppler_test

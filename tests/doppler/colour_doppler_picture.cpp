@@ -57,9 +57,14 @@ TEST_CASE("colour overlay: red towards the probe, blue away, grey where tissue i
     CHECK(power(0, 0).x > power(0, 0).z);
     CHECK(towards(3, 4) == vec3{0.9F});
     CHECK(colour_overlay(exec::par, grey, even(0.2F, 1), probe, {.max_grey = 1})(3, 4) != vec3{0.9F});
+    const char* const refusal = "colour_overlay: the image has no pixels, not as many as its size says, or not the "
+                                "size of the map";
+    const flow_lines none_flows = even(0, 1);
+    const scan_map turned =
+        make_scan_map(exec::seq, probe, {.depth = none_flows.depth, .samples = none_flows.samples}, {.size = {10, 8}});
+    CHECK_THROWS_WITH(colour_overlay(exec::par, grey, none_flows, turned), refusal);
     grey.pixels.pop_back();
-    CHECK_THROWS_WITH(colour_overlay(exec::par, grey, even(0, 1), probe),
-                      "colour_overlay: the image has no pixels, or not as many as its size says");
+    CHECK_THROWS_WITH(colour_overlay(exec::par, grey, none_flows, probe), refusal);
 }
 
 TEST_CASE("colour maps: brighter with speed and power, within the range of displays") {

@@ -151,4 +151,47 @@ TEST_CASE("ensemble: settings out of range are refused") {
     CHECK_THROWS_AS(doppler_ensemble(exec::seq, v.body, probe, pose{}, poiseuille{}), usage_error);
 }
 
+TEST_CASE("ensemble: a rough surface has the phase of its motion, at any angle") {
+    for (const float tilt : {0.0F, 4_deg, 8_deg}) {
+        scene body{medium{.density = 1040, .sound_speed = display_speed}};
+        const object_id plate =
+            body.add(make_box({-60_mm, -60_mm, 0}, {60_mm, 60_mm, 50_mm}),
+                     {.density = 2000, .sound_speed = display_speed, .roughness = 30_um},
+                     {.at = look_at({0, 0, 25_mm}, {std::sin(tilt), 0, 25_mm + std::cos(tilt)}, {1, 0, 0})});
+        body.build(exec::par);
+        const float speed = 30_mm; // a second, towards the probe
+        const auto moves = [&](object_id of, vec3, float) {
+            return of == plate ? vec3{0, 0, -speed / std::cos(tilt)} : vec3{0, 0, 0}; // of the plate's own axis
+        };
+        const iq_ensemble echoes =
+            doppler_ensemble(exec::par_unseq, body, probe, pose{}, physical{}, moves,
+                             {.depth = depth, .samples = samples, .prf = prf, .pulses = 2, .noise_db = -FLT_MAX});
+        const double expected = 4 * std::numbers::pi * 5e6 * static_cast<double>(speed) /
+                                static_cast<double>(std::cos(tilt) * std::cos(tilt)) /
+                                static_cast<double>(display_speed * prf);
+        CAPTURE(tilt);
+        CHECK(angle(echoes.pulses[0], echoes.pulses[1], 0, samples, 0) ==
+              doctest::Approx(expected).epsilon(0.03).scale(0));
+    }
+}
+
+TEST_CASE("ensemble: what moves in slow media is there from the depth on at which it is displayed") {
+    for (const float sound_speed : {1540.0F, 1100.0F, 800.0F}) {
+        scene body{medium{.density = 1000, .sound_speed = sound_speed, .backscatter = 0.1F, .flowing = true}};
+        body.build(exec::par);
+        const auto flows = [](object_id, vec3, float) { return vec3{0, 0, 0.1F}; };
+        const auto power_below = [&](float from) {
+            const iq_ensemble echoes =
+                doppler_ensemble(exec::par_unseq, body, probe, pose{}, physical{}, flows,
+                                 {.depth = depth, .samples = samples, .pulses = 1, .from = from, .noise_db = -FLT_MAX});
+            double power = 0;
+            for (std::uint32_t line = 16; line < 80; ++line)
+                for (std::uint32_t n = 5 * samples / 8; n < 3 * samples / 4; ++n)
+                    power += static_cast<double>(dot(echoes.pulses[0](line, n), echoes.pulses[0](line, n)));
+            return power;
+        };
+        CHECK(power_below(24_mm) == doctest::Approx(power_below(0)).epsilon(1e-3).scale(0));
+    }
+}
+
 } // namespace doppler_ensemble_test

@@ -260,4 +260,34 @@ TEST_CASE("a velocity field is asked in coordinates of the object where fibres a
     CHECK(error / count < 0.002);
 }
 
+TEST_CASE(
+    "an object that is placed elsewhere after it was deformed keeps its speckle, its velocity and its displacement") {
+    scene body{medium{.density = 1000, .sound_speed = 1540}};
+    const object_id block = body.add(make_box({-30_mm, -30_mm, 2_mm}, {30_mm, 30_mm, 33_mm}, 5), tissue::liver);
+    body.build(exec::par);
+    body.deform(exec::par, indentation{.depth = 3_mm, .face = {20_mm, 20_mm}});
+    const auto moves = [](object_id of, vec3, float) {
+        return of == background_object ? vec3{0, 0, 0} : vec3{0, 0, -0.04F};
+    };
+    const auto seen = [&](const pose& at) {
+        const iq_ensemble echoes =
+            doppler_ensemble(exec::par_unseq, body, probe, at, physical{}, moves, {.depth = 30_mm, .pulses = 2});
+        return echoes;
+    };
+    const iq_ensemble before = seen({});
+    for (const vec3 way : {vec3{0, 0, 5_mm}, vec3{30_mm, 0, 0}, vec3{0, 20_mm, 100_mm}}) {
+        body.place(block, {.translation = way});
+        const iq_ensemble after = seen({.translation = way});
+        for (std::size_t pulse = 0; pulse < 2; ++pulse) {
+            double difference = 0, power = 0;
+            for (std::size_t i = 0; i < before.pulses[pulse].values.size(); ++i) {
+                const vec2 was = before.pulses[pulse].values[i], apart = after.pulses[pulse].values[i] - was;
+                difference += static_cast<double>(dot(apart, apart));
+                power += static_cast<double>(dot(was, was));
+            }
+            CHECK(difference < 1e-4 * power);
+        }
+    }
+}
+
 } // namespace deformed_doppler_test

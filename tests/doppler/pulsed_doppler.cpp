@@ -5,6 +5,7 @@
 #include <insonify/probe/linear_array.hpp>
 #include <cmath>
 #include <doctest/doctest.h>
+#include <limits>
 
 using namespace insonify;
 
@@ -194,6 +195,8 @@ TEST_CASE("pulsed Doppler: settings out of range are refused") {
     CHECK_THROWS_AS(attempt({.duration = 1e6F}), usage_error);
     CHECK_THROWS_AS(attempt({.depth = 40}), usage_error);
     CHECK_THROWS_AS(attempt({.spectrum = {.window = 100}}), usage_error);
+    CHECK_THROWS_WITH(attempt({.burst = std::numeric_limits<float>::infinity()}),
+                      "pulse: `burst` must be a finite number of cycles, or 0 for impulse excitation");
 }
 
 } // namespace pulsed_doppler_test

@@ -75,6 +75,7 @@ TEST_CASE("spectrum: settings out of range are refused") {
     CHECK_THROWS_AS(attempt({.baseline = 0.6F}), usage_error);
     CHECK_THROWS_AS(attempt({.angle = 89_deg}), usage_error);
     CHECK_THROWS_AS(attempt({.wall_order = 20}), usage_error);
+    CHECK_THROWS_AS(attempt({.window = 8, .wall_order = 7}), usage_error);
     CHECK_THROWS_WITH(attempt({}, 100),
                       "spectrum_of: 100 pulses are fewer than the window of 128; lower it or raise the "
                       "duration");

@@ -138,6 +138,8 @@ TEST_CASE("slow time: settings out of range are refused") {
     CHECK_THROWS_WITH(filter_walls(exec::seq, echoes, {.order = 3}),
                       "wall_filter: order 3 needs at least 5 pulses, not 4; lower it or raise the ensemble");
     CHECK_THROWS_AS(filter_walls(exec::seq, phasor(20, 0), {.order = 9}), usage_error);
+    CHECK_THROWS_AS(filter_walls(exec::seq, echoes, {.type = wall_filter::kind::fir, .order = 4294967294U}),
+                    usage_error);
     CHECK_THROWS_AS(filter_walls(exec::seq, echoes, {.type = wall_filter::kind::fir, .order = 1}), usage_error);
     CHECK_THROWS_AS(filter_walls(exec::seq, echoes, {.type = wall_filter::kind::fir, .order = 2, .cutoff = 0.5F}),
                     usage_error);

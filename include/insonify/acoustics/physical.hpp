@@ -320,9 +320,10 @@ struct physical {
             material_line inside = in_object(line.frame, at_place, below.object);
             inside.displacement = line.displacement(below.place);
             const gaussian_field field = surface_field();
-            gaussian_field::surface_values values{field, inside, below.begin, detail::surface_grain(line.frequency)};
+            const float at_rest = below.begin - below.moved; // its roughness moves with it
+            gaussian_field::surface_values values{field, inside, at_rest, detail::surface_grain(line.frequency)};
             echoes.rough_surface(shown, diffuse, slope, coherent.curvature,
-                                 [&](float x) { return values(below.begin + x / stretch); });
+                                 [&](float x) { return values(at_rest + x / stretch); });
         }
         return wave;
     }

@@ -301,15 +301,31 @@ class reflector_search {
                             field.tissue(distance);
         // Random numbers that stay where they are on the object, wherever the array is.
         const object_view& owner = seen.objects[segment.object];
-        const vec3 on_object = owner.at.local_point(at_.point({piece.place.x, 0, piece.place.y})) / step_;
+        const vec3 on_object =
+            at_rest(owner, segment.primitive, owner.at.local_point(at_.point({piece.place.x, 0, piece.place.y}))) /
+            step_;
         std::uint64_t place = owner.id;
         for (int axis = 0; axis < 3; ++axis)
             place =
-                hash_bits(place, static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(on_object[axis]))));
+                hash_bits(place, static_cast<std::uint64_t>(static_cast<std::int64_t>(std::round(on_object[axis]))));
         reflector one = piece;
         one.root = spectral_value::everywhere(square_root(std::sqrt(0.5F * power) * hash_normal(model_.seed, place)));
         one.normal = {0, 0};
         found.push_back(one);
+    }
+
+    // Where a point on a face was before its object was deformed, both in coordinates of the object.
+    vec3 at_rest(const object_view& owner, std::uint32_t face, vec3 point) const {
+        const std::span<const vec3> rest = body_.rest_positions(object_id{owner.id});
+        const uvec3 corners = owner.surface.faces[face];
+        const triangle now = owner.surface[face];
+        const vec3 normal = area_vector(now);
+        const float from_a = dot(cross(now.c - now.b, point - now.b), normal),
+                    from_b = dot(cross(now.a - now.c, point - now.c), normal), whole = dot(normal, normal);
+        if (!(whole > 0)) return point;
+        return point + (from_a * (rest[corners.x] - now.a) + from_b * (rest[corners.y] - now.b) +
+                        (whole - from_a - from_b) * (rest[corners.z] - now.c)) /
+                           whole;
     }
 
     // 0 at the borders of the region that is covered, 1 from three tenths of the opening on: a surface that ended there

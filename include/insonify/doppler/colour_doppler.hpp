@@ -42,8 +42,8 @@ struct doppler_settings {
         check_depth(depth, "colour_doppler");
         wall.check(ensemble);
         if (ensemble < 2) throw usage_error{"colour_doppler: `ensemble` must be at least 2 pulses; 8 to 16 are usual"};
-        if (!is_finite(average_length) || !(average_length >= 0) || !(average_lines >= 0 && average_lines <= 1000))
-            throw usage_error{"colour_doppler: `average_length` must be 0 or more metres, such as 1_mm, and "
+        if (!(average_length >= 0 && average_length <= depth) || !(average_lines >= 0 && average_lines <= 1000))
+            throw usage_error{"colour_doppler: `average_length` must be 0 to `depth` metres, such as 1_mm, and "
                               "`average_lines` 0 or more lines, such as 2"};
         if (box.first_line >= probe.lines || box.lines > probe.lines - box.first_line)
             throw usage_error{detail::joined({"colour_doppler: the box must lie in the ", std::to_string(probe.lines),
@@ -145,6 +145,8 @@ class colour_scanner {
                               const Model& model, const Field& field, const doppler_settings& settings) {
         constexpr std::uint32_t decimation = 8;
         settings.check(probe);
+        const pulse sent = nominal_pulse(probe, settings.burst);
+        sent.check(probe.frequency);
         const refined<Probe> fine = detail::doppler_probe(probe, settings.depth, model);
         const std::uint32_t box_end =
             settings.box.lines == 0 ? probe.lines : settings.box.first_line + settings.box.lines;
@@ -154,7 +156,6 @@ class colour_scanner {
             detail::lines_around(fine, settings.depth, fine_line(static_cast<float>(settings.box.first_line) - reach),
                                  fine_line(static_cast<float>(box_end - 1) + reach), beam_);
 
-        const pulse sent = nominal_pulse(probe, settings.burst);
         const std::uint32_t samples = samples_for(settings.depth, sent.sigma_z(probe.frequency));
         const float spacing = settings.depth / static_cast<float>(samples);
         const float box_to = settings.box.to > 0 ? settings.box.to : settings.depth;
@@ -311,8 +312,9 @@ template <exec::policy Policy>
 colour_image colour_overlay(const Policy& policy, const image& grey, const flow_lines& lines, const scan_map& map,
                             const colour_overlay_settings& settings = {}, colour_image recycled = {}) {
     settings.check();
-    if (grey.pixels.size() != map.first.size())
-        throw usage_error{"colour_overlay: the image has no pixels, or not as many as its size says"};
+    if (grey.size != map.size || grey.pixels.size() != map.first.size())
+        throw usage_error{"colour_overlay: the image has no pixels, not as many as its size says, or not the size of "
+                          "the map"};
     recycled.size = grey.size;
     recycled.pixels.resize(grey.pixels.size());
     const float fastest = settings.max_velocity > 0 ? settings.max_velocity : max(lines.max_velocity, 1e-9F);

@@ -205,6 +205,7 @@ class moving_surfaces {
             const auto distance = static_cast<float>(static_cast<double>(of_surface.distance) + of_surface.moved);
             // Surfaces do not overtake each other.
             now_[i + 1].begin = now_[i].end = max(now_[i].begin, min(distance, now_[i + 1].end));
+            now_[i + 1].moved = now_[i + 1].begin - of_surface.distance;
         }
     }
 
@@ -326,7 +327,8 @@ class ensemble_scanner {
             settings.samples != 0 ? settings.samples : samples_for(settings.depth, sent.sigma_z(probe.frequency));
         const std::uint32_t frame =
             mix_bits(__builtin_bit_cast(std::uint32_t, settings.time)) | 1U; // not 0: blood flows
-        constexpr float slowest = 0.9F; // medium over c0: the echoes of slower media are displayed deeper
+        float slowest = 1; // over c0: the echoes of slow media are displayed deeper than they lie
+        for (const medium& each : body.media()) slowest = min(slowest, each.sound_speed / display_speed);
         trace(detail::any_policy{policy}, body, probe, at, model, field,
               {.depth = settings.depth, .samples = samples, .planes = settings.planes, .frame = frame},
               {.start = settings.time,

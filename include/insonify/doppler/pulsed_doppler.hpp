@@ -29,7 +29,9 @@ struct spectrum_settings {
             throw usage_error{"spectrum_settings: `baseline` must be -0.5 to 0.5 of the range of velocities"};
         if (!(std::fabs(angle) <= 1.4835299F)) // 85 degrees
             throw usage_error{"spectrum_settings: `angle` must be at most 85_deg; beyond, its cosine is too uncertain"};
-        if (wall_order > 8) throw usage_error{"spectrum_settings: `wall_order` is at most 8; 1 or 2 is usual"};
+        if (wall_order > 8 || wall_order + 2 > window)
+            throw usage_error{
+                "spectrum_settings: `wall_order` is at most 8, and 2 less than `window`; 1 or 2 is usual"};
     }
 
     friend bool operator==(const spectrum_settings&, const spectrum_settings&) = default;
@@ -177,11 +179,12 @@ class gate_scanner {
                                   const Model& model, const Field& field, const pulsed_doppler_settings& settings) {
         settings.check(probe);
         const float depth = settings.depth > 0 ? settings.depth : 2 * settings.gate;
+        const pulse sent = nominal_pulse(probe, settings.burst);
+        sent.check(probe.frequency);
         const refined<Probe> fine = detail::doppler_probe(probe, depth, model);
         const float line = std::floor((static_cast<float>(settings.line) + 0.5F) * fine.rays);
         const refined<Probe> lines = detail::lines_around(fine, depth, line, line, beam_);
 
-        const pulse sent = nominal_pulse(probe, settings.burst);
         const float sigma = sent.sigma_z(probe.frequency),
                     spacing = depth / static_cast<float>(samples_for(depth, sigma));
         const float from = max(settings.gate - 0.5F * settings.gate_length, 0), to = from + settings.gate_length;

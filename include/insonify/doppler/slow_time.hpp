@@ -36,7 +36,7 @@ struct wall_filter {
     /// @throws usage_error  for a setting out of range
     void check(std::size_t pulses) const {
         if (type == kind::none) return;
-        if (order + 2 > pulses)
+        if (std::uint64_t{order} + 2 > pulses)
             throw usage_error{detail::joined({"wall_filter: order ", std::to_string(order), " needs at least ",
                                               std::to_string(std::uint64_t{order} + 2), " pulses, not ",
                                               std::to_string(pulses), "; lower it or raise the ensemble"})};

@@ -251,21 +251,35 @@ class scene {
                                                 std::vector<float>& nodes,
                                                 std::vector<displacement_view>& places) const {
         if (deformation_.empty()) return {};
-        nodes.resize(4 * where.count());
-        deformation_.invert(threads{policy}, where, nodes.data());
-        if (std::all_of(nodes.begin(), nodes.end(), [](float one) { return one == 0; })) return {};
-        const vec3& spacing = where.spacing;
-        const displacement_view of_background{.nodes = nodes,
-                                              .size = where.size,
-                                              .per_spacing = 1.0F / spacing,
-                                              .at = where.at,
-                                              .straight_length = 2 * min(spacing.x, min(spacing.y, spacing.z))};
-        places.assign(1, of_background);
+        // An object that was placed elsewhere since `deform` keeps what the map did to it: it has a lattice of its own.
+        const auto placed_since = [&](std::uint32_t i) {
+            return states_[i].follows && objects_[i].at != states_[i].rest_at;
+        };
+        const std::size_t count = 4 * where.count();
+        nodes.resize(count *
+                     static_cast<std::size_t>(1 + std::count_if(by_rank_.begin(), by_rank_.end(), placed_since)));
+        float* next = nodes.data();
+        const auto inverted_at = [&](const pose& at) {
+            detail::displacement_lattice lattice = where;
+            lattice.at = at;
+            float* const first = std::exchange(next, next + count);
+            deformation_.invert(threads{policy}, lattice, first);
+            const vec3& spacing = where.spacing;
+            return displacement_view{.nodes = {first, count},
+                                     .size = where.size,
+                                     .per_spacing = 1.0F / spacing,
+                                     .at = at,
+                                     .straight_length = 2 * min(spacing.x, min(spacing.y, spacing.z))};
+        };
+        places.assign(1, inverted_at(where.at));
         for (const std::uint32_t i : by_rank_) {
-            displacement_view of_object = of_background;
-            of_object.at = inverse(states_[i].rest_at) * where.at;
+            const pose& rest_at = states_[i].rest_at;
+            displacement_view of_object =
+                placed_since(i) ? inverted_at(rest_at * inverse(objects_[i].at) * where.at) : places[0];
+            of_object.at = inverse(rest_at) * of_object.at;
             places.push_back(states_[i].follows ? of_object : displacement_view{});
         }
+        if (std::all_of(nodes.begin(), nodes.end(), [](float one) { return one == 0; })) return {};
         return places;
     }
 
