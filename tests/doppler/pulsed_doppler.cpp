@@ -3,6 +3,7 @@
 #include <insonify/doppler/velocity_field.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/probe/linear_array.hpp>
+#include <algorithm>
 #include <cmath>
 #include <doctest/doctest.h>
 #include <limits>
@@ -120,6 +121,27 @@ TEST_CASE("pulsed Doppler: the spectrum is as wide as the aperture is seen from 
         MESSAGE(std::lround(angle * 180 / pi), " degrees: width ", width, " m/s, expected ", aperture, " (",
                 100 * (width / aperture - 1), " %)");
         CHECK(std::fabs(width / aperture - 1) < 0.2);
+    }
+}
+
+TEST_CASE("pulsed Doppler: the spectrum of sheared flow ends where that of plug flow of its peak velocity does") {
+    for (const float angle : {45_deg, 63_deg}) {
+        const tube t{angle};
+        const auto fastest = [&](const auto& field) { // where the mean spectrum is 20 dB below its peak
+            const doppler_spectrum found = pulsed_doppler(
+                exec::par_unseq, t.body, probe, pose{}, field,
+                {.line = 48, .gate = 20_mm, .gate_length = 0.5_mm, .prf = 12_kHz, .duration = 0.3F, .depth = 40_mm});
+            const std::vector<double> mean = mean_of(found);
+            const double top = *std::max_element(mean.begin(), mean.end());
+            std::uint32_t first = 0;
+            while (mean[first] < 0.01 * top) ++first;
+            return static_cast<double>(-found.velocity(first));
+        };
+        const double sheared = fastest(t.stream), plug = fastest([&](object_id of, vec3, float) {
+                                                      return of == t.stream.object ? peak * t.along : vec3{0, 0, 0};
+                                                  });
+        MESSAGE(std::lround(angle * 180 / pi), " degrees: ", sheared, " m/s, plug flow ", plug);
+        CHECK(sheared < 1.12 * plug);
     }
 }
 
