@@ -174,6 +174,10 @@ TEST_CASE("diagnose names a setting or pose that is out of range") {
          "probe: lines is 0; it must be at least 1.");
     says(diagnose(body, probe, pose{}, {.depth = -1}), diagnosis::problem::setting,
          "acquisition: depth is -1 m; it must be from 1 nm to 10 m.");
+    says(diagnose(body, probe, pose{}, {.planes = 2}), diagnosis::problem::setting,
+         "acquisition: `planes` is 2; it must be 1, 3, 5 or 7: the slice plane, and pairs to both sides of it.");
+    says(diagnose(body, probe, pose{}, {.samples = 4'000'000'000}), diagnosis::problem::setting,
+         "acquisition: 64 lines of 4000000000 samples are more than 2^28; ask for fewer.");
     says(diagnose(body, probe, pose{}, {.depth = 80}), diagnosis::problem::setting,
          "acquisition: depth is 80 m: did you mean 80_mm?");
     says(diagnose(body, linear_array{.frequency = 5}, pose{}, {}), diagnosis::problem::setting,

@@ -11,6 +11,8 @@
 #include <insonify/scene/queries.hpp>
 #include <insonify/scene/scene.hpp>
 #include <insonify/signal/gain.hpp>
+#include <insonify/signal/kernel/elevation.hpp>
+#include <insonify/tracing/plan/frame_plan.hpp>
 #include <insonify/tracing/read/automatic_tgc.hpp>
 #include <cmath>
 #include <string>
@@ -117,6 +119,8 @@ diagnosis diagnose(const scene& body, const Probe& probe, const pose& at, const 
     try {
         probe.check();
         check_depth(scan.depth, "acquisition");
+        check_planes(scan.planes, "acquisition");
+        checked_samples(probe.lines, scan.samples, "acquisition");
     } catch (const usage_error& refused) {
         const std::string sentence = refused.what();
         return report(problem::setting, sentence + (sentence.ends_with('?') ? "" : "."));

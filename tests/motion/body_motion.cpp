@@ -109,6 +109,10 @@ TEST_CASE("deform checks the settings of ready-made maps") {
     body.build(exec::par);
     CHECK_THROWS_AS(body.deform(exec::par, pulsation{.radius = 0}), usage_error);
     CHECK_THROWS_AS(body.deform(exec::par, needle_drag{.extent = 0}), usage_error);
+    const centre_line along_y{{{{0, -5_mm, 20_mm}, vec2{3_mm}}, {{0, 5_mm, 20_mm}, vec2{3_mm}}}};
+    for (const vec3 direction : {vec3{0, 1, 0}, vec3{0, 0, 1}}) // the vessel's own axis does not count
+        CHECK_NOTHROW(body.deform(exec::par, bent{along_y, collapse{.direction = direction}}));
+    CHECK_THROWS_AS(body.deform(exec::par, bent{along_y, collapse{.direction = {0, 0, 0}}}), usage_error);
     CHECK_NOTHROW(body.deform(exec::par, compose(breathing{.time = 1.3F},
                                                  pulsation{.from = {0, 0, 20_mm}, .to = {0, 1, 20_mm}, .time = 1.3F},
                                                  needle_drag{})));

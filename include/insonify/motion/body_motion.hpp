@@ -239,6 +239,10 @@ struct collapse {
 ///
 /// Across each place of the line, lengths are scaled so that the section becomes the circle of the straight vessel: an
 /// amplitude of a tenth of its radius is a tenth of the radius everywhere. Points stay in the plane across the line.
+///
+/// Around the centre of a bend, where the nearest place of the line jumps, so does the displacement: to both sides it is
+/// that of the straight vessel at the distance of the bend's radius. For a pulsation of 0.4 mm of a radius of 4 mm that
+/// is 0.08 mm in a bend of 20 mm, and 0.2 mm in one of 8 mm; keep bends much wider than `collapse::above` and `beside`.
 template <class Map>
 struct bent {
     centre_line line{}; ///< at rest, in the world
@@ -256,20 +260,28 @@ struct bent {
     /// @throws usage_error  if a setting is out of range
     void check() const {
         if (line.empty()) throw usage_error{"bent: `line` is empty; give the sections of the vessel"};
-        vessel.check();
+        Map straight = along_z();
+        if constexpr (requires { straight.direction; })
+            if (is_finite(vessel.direction) && vessel.direction != vec3{0, 0, 0}) straight.direction = {1, 0, 0};
+        straight.check();
     }
 
     friend bool operator==(const bent&, const bent&) = default;
 
   private:
+    Map along_z() const {
+        Map straight = vessel;
+        straight.from = {0, 0, 0};
+        straight.to = {0, 0, 1};
+        return straight;
+    }
+
     template <class Move>
     vec3 moved(vec3 point, const Move& move) const {
         const line_place here = line.place(point);
         const vec2 scale = vessel.radius / here.radii;
         const auto across = [&](vec3 v) { return vec2{dot(v, here.first_axis), dot(v, here.second_axis)}; };
-        Map straight = vessel;
-        straight.from = {0, 0, 0};
-        straight.to = {0, 0, 1};
+        Map straight = along_z();
         if constexpr (requires { straight.direction; }) {
             const vec2 direction = across(vessel.direction);
             const bool is_across = length(direction) > 1e-3F * length(vessel.direction);
