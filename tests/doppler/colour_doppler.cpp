@@ -212,6 +212,32 @@ TEST_CASE("colour Doppler: the box, threads, and memory that is kept do not chan
     }
 }
 
+// A row of parallel lines that states no more than a tracer needs.
+struct bare_probe {
+    std::uint32_t lines = 96;
+    float frequency = 5_MHz;
+
+    void check() const {}
+    ray beam(float line) const { return {{(line - 47.5F) * 0.25_mm, 0, 0}, {0, 0, 1}}; }
+    vec2 locate(vec2 point) const { return {point.x / 0.25_mm + 47.5F, point.y}; }
+};
+
+TEST_CASE("colour Doppler: the box does not move the focus of a probe that states none") {
+    const tube t{45_deg, 0.3F, 1};
+    doppler_settings settings{.depth = 40_mm, .noise_db = no_level_db};
+    const flow_lines all = colour_doppler(exec::par_unseq, t.body, bare_probe{}, pose{}, t.stream, settings);
+    settings.box = {.from = 10_mm, .to = 22_mm};
+    const flow_lines boxed = colour_doppler(exec::par_unseq, t.body, bare_probe{}, pose{}, t.stream, settings);
+    double worst = 0;
+    for (std::uint32_t line = 8; line < 88; ++line)
+        for (std::uint32_t k = 0; k < boxed.samples; ++k)
+            if (boxed(line, k).power > 1e-11F)
+                worst = std::max(
+                    worst, std::fabs(10 * std::log10(static_cast<double>(boxed(line, k).power / all(line, k).power))));
+    MESSAGE("largest difference in the box ", worst, " dB, expected below 0.2");
+    CHECK(worst < 0.2);
+}
+
 TEST_CASE("colour Doppler: settings out of range are refused") {
     const tube t{45_deg, 0.3F, 1};
     const auto attempt = [&](const doppler_settings& settings) {

@@ -55,18 +55,27 @@ struct doppler_settings {
 
 namespace detail {
 
+/// A probe of a type that states no focus, with one.
+template <transducer Probe>
+struct focused : Probe {
+    float focus = 0; ///< metres
+};
+
 /// The probe with the focus that it has at the whole depth, and enough lines: at the focus they are no further apart
 /// than half the beam width, and than two thirds of a cell of scatterers. Coarser lines sample what passes them so
 /// rarely that its spectrum repeats, -7 dB at 1.3 cells and -25 dB at two thirds.
 template <transducer Probe, class Model>
-refined<Probe> doppler_probe(const Probe& probe, float depth, const Model& model) {
+auto doppler_probe(const Probe& probe, float depth, const Model& model) {
     float rays = rays_per_line(probe, depth);
     if constexpr (requires { model.scattering.cell; })
         rays = max(rays, min(1.5F * line_spacing(probe, beam_of(probe, depth).focus) / model.scattering.cell, 8));
-    refined<Probe> fine{probe, rays};
-    if constexpr (requires { fine.focus; })
+    if constexpr (requires { probe.focus; }) {
+        refined fine{probe, rays};
         if (fine.focus == 0) fine.focus = depth / 2;
-    return fine;
+        return fine;
+    } else {
+        return refined{focused<Probe>{probe, depth / 2}, rays};
+    }
 }
 
 /// The lines whose echoes reach those from `first` to `last` through the beam.
@@ -147,12 +156,12 @@ class colour_scanner {
         settings.check(probe);
         const pulse sent = nominal_pulse(probe, settings.burst);
         sent.check(probe.frequency);
-        const refined<Probe> fine = detail::doppler_probe(probe, settings.depth, model);
+        const auto fine = detail::doppler_probe(probe, settings.depth, model);
         const std::uint32_t box_end =
             settings.box.lines == 0 ? probe.lines : settings.box.first_line + settings.box.lines;
         const float reach = 0.5F * settings.average_lines;
         const auto fine_line = [&](float line) { return (line + 0.5F) * fine.rays - 0.5F; };
-        const refined<Probe> lines =
+        const auto lines =
             detail::lines_around(fine, settings.depth, fine_line(static_cast<float>(settings.box.first_line) - reach),
                                  fine_line(static_cast<float>(box_end - 1) + reach), beam_);
 

@@ -181,9 +181,9 @@ class gate_scanner {
         const float depth = settings.depth > 0 ? settings.depth : 2 * settings.gate;
         const pulse sent = nominal_pulse(probe, settings.burst);
         sent.check(probe.frequency);
-        const refined<Probe> fine = detail::doppler_probe(probe, depth, model);
+        const auto fine = detail::doppler_probe(probe, depth, model);
         const float line = std::floor((static_cast<float>(settings.line) + 0.5F) * fine.rays);
-        const refined<Probe> lines = detail::lines_around(fine, depth, line, line, beam_);
+        const auto lines = detail::lines_around(fine, depth, line, line, beam_);
 
         const float sigma = sent.sigma_z(probe.frequency),
                     spacing = depth / static_cast<float>(samples_for(depth, sigma));
