@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <doctest/doctest.h>
+#include <string>
 
 using namespace insonify;
 
@@ -36,8 +37,73 @@ scene layers() {
     return body;
 }
 
+/// A probe of a user: lines ever further apart along a face like a saddle, the first one on the right.
+struct own_probe {
+    std::uint32_t lines = 24;
+    float frequency = 5_MHz;
+    float elevation_height = 6_mm;
+
+    ray beam(float line) const {
+        const float part = (line + 0.5F) / static_cast<float>(lines), x = 20_mm - 30_mm * part * (0.4F + 0.6F * part);
+        return {.origin = {x, 0, 1.5_mm * std::sin(x / 8_mm)}, .direction = {0, 0, 1}};
+    }
+    vec2 locate(vec2) const { return {}; } // not needed
+    void check() const {}
+};
+static_assert(transducer<own_probe>);
+
+/// Pressed so that the point of the face that is least deep is 3 mm deep in flat skin: how deep the skin is behind the
+/// face, and lines that start in air.
+template <transducer Probe>
+void check_skin_behind_face(const std::string& name, const Probe& of) {
+    scene body{air};
+    body.add(make_box({-60_mm, -40_mm, 0}, {60_mm, 40_mm, 80_mm}, 7), tissue::muscle);
+    body.build(exec::par);
+    const auto last = static_cast<float>(of.lines) - 0.5F;
+    float highest = 0;
+    for (float line = -0.5F; line <= last; line += 0.01F * static_cast<float>(of.lines))
+        highest = std::min(highest, of.beam(line).origin.z);
+    const pose at{.translation = {0, 0, 3_mm - highest}};
+    const contact touch = press(body, of, at, {.decay = 60_mm});
+    CHECK(touch.touching == of.lines);
+    float least = 1, most = -1;
+    for (float line = -0.5F; line <= last; line += 0.003F * static_cast<float>(of.lines)) {
+        const vec3 face = at.point(of.beam(line).origin);
+        const float behind = face.z - touch.deformation({face.x, 1_mm, 0}).z;
+        least = std::min(least, behind);
+        most = std::max(most, behind);
+    }
+    body.deform(exec::par, touch.deformation);
+    int in_air = 0;
+    for (std::uint32_t line = 0; line < of.lines; ++line)
+        in_air += object_at(body, at.point(of.beam(static_cast<float>(line)).origin)) ? 0 : 1;
+    MESSAGE(name, ", ", of.lines, " lines: skin is ", least / 1_mm, " to ", most / 1_mm,
+            " mm behind the face, expected 0.05; ", in_air, " lines start in air");
+    CHECK(least > 0.03_mm);
+    CHECK(most < 0.07_mm);
+    CHECK(in_air == 0);
+}
+
 } // namespace
 } // namespace press_test
+
+TEST_CASE("press: skin lies behind all of the face, whatever its shape and the spacing of its lines") {
+    using press_test::check_skin_behind_face;
+    for (const std::uint32_t lines : {16U, 64U, 192U}) {
+        check_skin_behind_face("linear", linear_array{.lines = lines});
+        check_skin_behind_face("convex", convex_array{.lines = lines});
+        check_skin_behind_face("convex of 15 mm", convex_array{.lines = lines, .radius = 15_mm});
+        check_skin_behind_face("phased", phased_array{.lines = lines});
+    }
+    check_skin_behind_face("of a user", press_test::own_probe{});
+    // What is symmetric stays so.
+    scene body{press_test::air};
+    body.add(make_box({-60_mm, -40_mm, 0}, {60_mm, 40_mm, 80_mm}, 7), tissue::muscle);
+    body.build(exec::par);
+    const pressed_face face = press(body, convex_array{.lines = 16}, {.translation = {0, 0, 6_mm}}).deformation;
+    for (const float x : {2_mm, 9_mm, 14_mm, 21_mm, 29_mm})
+        CHECK(face({x, 0, 0}).z == doctest::Approx(face({-x, 0, 0}).z).scale(1e-30).epsilon(1e-4));
+}
 
 TEST_CASE("press: depth, force and lines of a flat face on flat skin") {
     const scene body = press_test::layers();

@@ -298,8 +298,8 @@ class presser {
                  .deformation = {.at = at, .decay = settings.decay, .recovery = settings.recovery}};
         found.lines.clear();
         pressed_face& face = found.deformation;
-        const auto last = static_cast<float>(probe.lines) - 0.5F;
-        const float one_end = probe.beam(-0.5F).origin.x, other_end = probe.beam(last).origin.x;
+        const float one_end = probe.beam(-0.5F).origin.x,
+                    other_end = probe.beam(static_cast<float>(probe.lines) - 0.5F).origin.x;
         face.left = min(one_end, other_end);
         face.right = max(one_end, other_end);
         if constexpr (requires { probe.aperture(); })
@@ -308,8 +308,7 @@ class presser {
                 face.left = -face.right;
             }
         if constexpr (requires { probe.elevation_height; }) face.elevation = probe.elevation_height;
-        for (std::size_t i = 0; i < pressed_face::columns; ++i) // lines are evenly spaced
-            face.height[i] = probe.beam(last * static_cast<float>(i) / (pressed_face::columns - 1)).origin.z;
+        for (std::size_t i = 0; i < pressed_face::columns; ++i) face.height[i] = height_at(probe, face.place(0, i).x);
         skin_.find(body, face, accepts, is_stiff);
         float sum = 0, pressed = 0;
         vec2 folding{0, 0}; // the largest depth at which tissue would fold over, and how far below something is stiff
@@ -346,6 +345,18 @@ class presser {
     const contact& touch() const { return touch_; } ///< of the last call
 
   private:
+    // z of the face at some x; columns are evenly spaced along x, lines in any way.
+    template <transducer Probe>
+    static float height_at(const Probe& probe, float x) {
+        float before = -0.5F, after = static_cast<float>(probe.lines) - 0.5F;
+        const bool rises = probe.beam(after).origin.x > probe.beam(before).origin.x;
+        for (int i = 0; i < 24; ++i) {
+            const float line = 0.5F * (before + after);
+            ((probe.beam(line).origin.x < x) == rises ? before : after) = line;
+        }
+        return probe.beam(before).origin.z;
+    }
+
     [[noreturn]] static void too_deep(float depth, float stiff_below, float decay) {
         const auto text = [](float length) { return detail::number_text(length * 1e3F) + " mm"; };
         throw usage_error{detail::joined(
