@@ -256,11 +256,14 @@ class layout {
                    [](const contact& c) { return c.deformation.decay; });
         one_number("recovery", "m", "distance beside the face at which it is",
                    [](const contact& c) { return c.deformation.recovery; });
+        constexpr std::size_t beside = pressed_face::margin;
         add("insonify/contact_profile", "m",
             "depth of the face below the skin at rest, along z: rows from edge to edge in elevation, columns along the "
             "face",
-            {pressed_face::rows, pressed_face::columns}, [](const record& one, auto& values) {
-                for (const auto& row : one.touch.deformation.depth) values.insert(values.end(), row.begin(), row.end());
+            {pressed_face::rows - 2 * beside, pressed_face::columns - 2 * beside}, [](const record& one, auto& values) {
+                const pressed_face::values& depth = one.touch.deformation.depth;
+                for (std::size_t row = beside; row < pressed_face::rows - beside; ++row)
+                    values.insert(values.end(), depth[row].begin() + beside, depth[row].end() - beside);
             });
     }
 

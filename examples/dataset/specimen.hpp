@@ -215,6 +215,7 @@ contact yield(placement& made, const specimen& of, const Probe& probe, vec3 outs
         for (std::size_t row = 0; row < pressed_face::rows; ++row)
             for (std::size_t i = 0; i < pressed_face::columns; ++i)
                 face.stop[row][i] = std::pow(stop[row][i], far_decay / decay);
+        face.recover_beside();
     };
     use_decay(max(usual_decay, 2 * touch.depth)); // an edge of a tilted probe may be deep
     while (folds(face) && face.decay < far_decay) use_decay(1.5F * face.decay);

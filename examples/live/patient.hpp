@@ -149,8 +149,7 @@ class patient {
 
     // Beyond the edge of a body there is no skin: there the depth of the face ends on a slope.
     static pressed_face sloped(pressed_face face) {
-        const float step = 1.2F * (face.right - face.left) / (pressed_face::columns - 1),
-                    step_along = 1.2F * face.elevation / (pressed_face::rows - 1);
+        constexpr float slope = 1.2F;
         for (std::size_t pass = 0; pass < 2; ++pass)
             for (std::size_t k = 0; k < pressed_face::rows; ++k)
                 for (std::size_t i = 0; i < pressed_face::columns; ++i) {
@@ -158,8 +157,11 @@ class patient {
                                       y = pass == 0 ? k : pressed_face::rows - 1 - k;
                     const std::size_t before = pass == 0 ? x - 1 : x + 1, above = pass == 0 ? y - 1 : y + 1;
                     float& depth = face.depth[y][x];
-                    if (before < pressed_face::columns) depth = std::min(depth, face.depth[y][before] + step);
-                    if (above < pressed_face::rows) depth = std::min(depth, face.depth[above][x] + step_along);
+                    const auto rise_from = [&](std::size_t row, std::size_t column) {
+                        return face.depth[row][column] + slope * length(face.place(y, x) - face.place(row, column));
+                    };
+                    if (before < pressed_face::columns) depth = std::min(depth, rise_from(y, before));
+                    if (above < pressed_face::rows) depth = std::min(depth, rise_from(above, x));
                 }
         return face;
     }

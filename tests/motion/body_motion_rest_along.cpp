@@ -27,7 +27,8 @@ pressed_face random_face(dice& random) {
     pressed_face face{.at = random_pose(random), .decay = random.between(10_mm, 30_mm)};
     for (auto& row : face.depth)
         for (float& depth : row) depth = random.between(0, 0.9F) * face.decay;
-    for (float& height : face.height) height = random.between(-2_mm, 2_mm);
+    for (auto& row : face.skin)
+        for (float& skin : row) skin = random.between(-2_mm, 2_mm);
     return face;
 }
 
@@ -167,8 +168,8 @@ TEST_CASE("pressed_face: a depth that folds tissue over is an error") {
     pressed_face face;
     face.depth[2][7] = face.decay;
     CHECK_THROWS_WITH_AS(face.check(),
-                         "pressed_face: `depth` must be at least 0 and less than `decay` at each point of the face, or "
-                         "than `decay` (1 - `stop`) above what is stiff, `left`, `right` and `height` finite, "
+                         "pressed_face: `depth` must be at least 0 and less than `decay` at each point of the grid, or "
+                         "than `decay` (1 - `stop`) above what is stiff, `left`, `right` and `skin` finite, "
                          "`elevation` and `recovery` above 0, and `at` a rigid pose",
                          usage_error);
     face.depth[2][7] = 0.99F * face.decay;

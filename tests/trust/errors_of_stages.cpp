@@ -178,8 +178,8 @@ TEST_CASE("numbers that are not finite are refused where they enter, also those 
               },
               "automatic_tgc: the pose of the probe is not a rigid transform; make it with look_at"}});
         pressed_face low;
-        low.height[3] = bad;
-        const std::string finite = "`left`, `right` and `height` finite";
+        low.skin[3][5] = bad;
+        const std::string finite = "`left`, `right` and `skin` finite";
         const std::string spectrum = "spectrum_of: the prf and the largest velocity must be finite and above 0";
         const std::string picture = "doppler_picture: `min_power_db` and `min_velocity` must be finite";
         const std::string overlay = "colour_overlay: `power_range_db` must be above 0, `max_velocity` at least 0";

@@ -310,8 +310,7 @@ void bind_contact(py::module_& module, py::class_<scene>& scene_type) {
             return array_over(own.stop.front().data(), {pressed_face::rows, pressed_face::columns}, self);
         },
         "exp(-S / decay), where something stiff lies S metres below the skin; 0: nothing. Rows along y x columns along "
-        "x "
-        "of the face: a view without a copy");
+        "x, on the face and around it: a view without a copy");
     bind_map(face, scene_type);
     py::class_<contact>(module, "contact", "How a probe touches a body.")
         .def_readonly("depth", &contact::depth, "of the face in the body at rest, metres: the largest")
