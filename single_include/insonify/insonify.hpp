@@ -25712,177 +25712,241 @@ struct indentation {
 };
 
 /// A face of a probe, flat or curved, pressed into skin of any shape: what `press` finds, and a map for
-/// `scene::deform`. Like `indentation`, with a depth that differs from point to point of the face.
+/// `scene::deform`. Like `indentation`, with a depth that differs from point to point of a grid on the face and around
+/// it, at the rim of which the displacement ends.
 struct pressed_face {
-    static constexpr std::size_t columns = 33; ///< along x, from edge to edge
-    static constexpr std::size_t rows = 5;     ///< along y, from edge to edge
+    /// Columns and rows beside each edge of the face, ever further apart, the last one at 3 `recovery`.
+    static constexpr std::size_t margin = 6;
+    static constexpr std::size_t columns = 33 + 2 * margin;      ///< along x, 33 of them from edge to edge
+    static constexpr std::size_t rows = 5 + 2 * margin;          ///< along y, 5 of them from edge to edge
+    using values = std::array<std::array<float, columns>, rows>; ///< one for each point of the grid
 
-    pose at{};                                            ///< probe to world
-    float left = -20e-3F;                                 ///< edge of the face along x, metres
-    float right = 20e-3F;                                 ///< the other one
-    float elevation = 8e-3F;                              ///< its size along y, metres
-    std::array<float, columns> height{};                  ///< z of the face at each column, metres
-    std::array<std::array<float, columns>, rows> depth{}; ///< of the face below the skin at rest, along z, metres
-    float decay = 20e-3F;                                 ///< see `indentation`
-    float recovery = 8e-3F;                               ///< see `indentation`
+    pose at{};               ///< probe to world
+    float left = -20e-3F;    ///< edge of the face along x, metres
+    float right = 20e-3F;    ///< the other one
+    float elevation = 8e-3F; ///< its size along y, metres
+    values skin{};           ///< z of the skin at rest, metres
+    values depth{};          ///< by which it is displaced along z, metres; beside the face: see `recover_beside`
+    float decay = 20e-3F;    ///< see `indentation`
+    float recovery = 8e-3F;  ///< see `indentation`
     /// exp(-S / decay), where something stiff, which does not move, lies S metres below the skin; 0: nothing.
-    std::array<std::array<float, columns>, rows> stop{};
+    values stop{};
 
     /// Where a row and a column are: x and y of the probe, metres.
     vec2 place(std::size_t row, std::size_t column) const {
-        return {left + (right - left) * static_cast<float>(column) / (columns - 1),
-                elevation * (static_cast<float>(row) / (rows - 1) - 0.5F)};
+        const auto along = [this](std::size_t number, std::size_t count, float low, float high) {
+            const auto last = static_cast<float>(count - 1 - 2 * margin),
+                       from_low = static_cast<float>(number) - margin, on_face = clamp(from_low, 0, last),
+                       beside = (from_low - on_face) / margin;
+            return low + (high - low) * (on_face / last) +
+                   reach() * beside / (widening - (widening - 1) * std::fabs(beside));
+        };
+        return {along(column, columns, left, right), along(row, rows, -0.5F * elevation, 0.5F * elevation)};
     }
-    /// z of the face, metres, at x and y of the probe: linear between the columns, and on from the outer ones.
-    float surface_at(vec2 place) const { return mixed(height, cell_of(place)); }
-    /// Its depth below the skin at rest, likewise.
+    /// Whether a row and a column are on the face.
+    static bool is_on_face(std::size_t row, std::size_t column) {
+        return row >= margin && row < rows - margin && column >= margin && column < columns - margin;
+    }
+
+    /// Four points of the grid: of this row and column, and of the next ones.
+    struct cell {
+        std::size_t row, column;
+        vec2 part; ///< of the way to the next column and row, 0 to 1
+    };
+    /// The cell where a place is, or the one nearest to it.
+    cell cell_of(vec2 place) const {
+        const auto number = [this](float x, std::size_t count, float low, float high) {
+            constexpr float least = 1e-9F; // width of a face, metres
+            const auto last = static_cast<float>(count - 1 - 2 * margin);
+            const float on_face = clamp((x - low) / max(high - low, least), 0, 1),
+                        beside = (x - clamp(x, low, high)) / reach();
+            return clamp(margin + on_face * last +
+                             margin * widening * beside / (1 + (widening - 1) * std::fabs(beside)),
+                         0, static_cast<float>(count - 1));
+        };
+        const vec2 at_place{number(place.x, columns, left, right),
+                            number(place.y, rows, -0.5F * elevation, 0.5F * elevation)};
+        const std::size_t row = std::min(static_cast<std::size_t>(at_place.y), rows - 2),
+                          column = std::min(static_cast<std::size_t>(at_place.x), columns - 2);
+        return {row, column, at_place - vec2{static_cast<float>(column), static_cast<float>(row)}};
+    }
+    /// z of the skin at rest at x and y of the probe, metres: linear between rows and columns.
+    float skin_at(vec2 place) const { return mixed(skin, cell_of(place)); }
+    /// By how much it is displaced along z, likewise.
     float depth_at(vec2 place) const { return mixed(depth, cell_of(place)); }
-    /// The column that is nearest to a point of the face.
-    std::size_t nearest_column(float x) const {
-        const cell at_x = cell_of({x, 0});
-        return at_x.column + (at_x.part < 0.5F ? 0 : 1);
+
+    /// Sets the depth beside the face from that at its edge: it recovers exponentially, up to the rim of the grid, and is
+    /// at most three quarters of that by which tissue above something stiff would fold over.
+    void recover_beside() {
+        for (std::size_t k = 0; k < rows; ++k)
+            for (std::size_t i = 0; i < columns; ++i) {
+                if (is_on_face(k, i)) continue;
+                const std::size_t row = std::clamp(k, margin, rows - 1 - margin),
+                                  column = std::clamp(i, margin, columns - 1 - margin);
+                const float left_over = detail::beside_face(length(place(k, i) - place(row, column)), recovery);
+                const bool at_rim = k == 0 || i == 0 || k == rows - 1 || i == columns - 1;
+                depth[k][i] = at_rim ? 0 : min(depth[row][column] * left_over, 0.75F * decay * (1 - stop[k][i]));
+            }
     }
 
     /// Where a point at rest is now.
     vec3 operator()(vec3 rest) const {
         const vec3 local = at.local_point(rest);
-        const pressed_skin skin = skin_at(local);
-        return rest + at.direction({0, 0, detail::sunk(skin.displacement, local.z - skin.z, decay, skin.stop)});
+        const pressed_skin here = pressed_at(local);
+        return rest + at.direction({0, 0, detail::sunk(here.displacement, local.z - here.z, decay, here.stop)});
     }
     /// The inverse.
     vec3 rest_of(vec3 now) const {
         const vec3 local = at.local_point(now);
-        const pressed_skin skin = skin_at(local); // the same all along z
+        const pressed_skin here = pressed_at(local); // the same all along z
         return detail::rest_along(
-            [&](float moved) { return detail::sunk(skin.displacement, local.z - moved - skin.z, decay, skin.stop); },
+            [&](float moved) { return detail::sunk(here.displacement, local.z - moved - here.z, decay, here.stop); },
             now, at.direction({0, 0, 1}), decay);
     }
 
     /// @throws usage_error  if a setting is out of range
     void check() const {
         bool valid = is_rigid(at) && is_finite(left) && is_finite(right) && elevation > 0 && decay > 0 && recovery > 0;
-        for (const float z : height) valid = valid && is_finite(z);
         for (std::size_t k = 0; k < rows; ++k)
             for (std::size_t i = 0; i < columns; ++i)
-                valid = valid && stop[k][i] >= 0 &&
+                valid = valid && is_finite(skin[k][i]) && stop[k][i] >= 0 &&
                         (depth[k][i] == 0 || (depth[k][i] > 0 && depth[k][i] < decay * (1 - stop[k][i])));
         if (!valid)
             throw usage_error{
-                "pressed_face: `depth` must be at least 0 and less than `decay` at each point of the face, or than "
-                "`decay` (1 - `stop`) above what is stiff, `left`, `right` and `height` finite, `elevation` and "
+                "pressed_face: `depth` must be at least 0 and less than `decay` at each point of the grid, or than "
+                "`decay` (1 - `stop`) above what is stiff, `left`, `right` and `skin` finite, `elevation` and "
                 "`recovery` above 0, and `at` a rigid pose"};
     }
 
     friend bool operator==(const pressed_face&, const pressed_face&) = default;
 
   private:
+    static constexpr float widening = 4; // ratio of the mean distance of columns beside the face to that at its edge
+    float reach() const { return 3 * recovery; } // beside the face
+
     // Where the skin at rest is at some x and y, how far it is displaced along z, and see `stop`.
     struct pressed_skin {
         float z, displacement, stop;
     };
-    pressed_skin skin_at(vec3 local) const {
-        const vec2 place{clamp(local.x, left, right), clamp(local.y, -0.5F * elevation, 0.5F * elevation)};
-        const vec2 beside{max(max(left - local.x, local.x - right), 0), max(std::fabs(local.y) - 0.5F * elevation, 0)};
-        const cell here = cell_of(place);
-        const float pressed = mixed(depth, here);
-        return {mixed(height, here) - pressed, pressed * detail::beside_face(length(beside), recovery),
-                mixed(stop, here)};
+    pressed_skin pressed_at(vec3 local) const {
+        const cell here = cell_of({local.x, local.y});
+        return {mixed(skin, here), mixed(depth, here), mixed(stop, here)};
     }
-
-    struct cell {
-        std::size_t column, row;
-        float part, upper; // within it; beyond 0 to 1 outside of the face
-    };
-    cell cell_of(vec2 place) const {
-        const float width = right - left, x = width > 0 ? (place.x - left) / width * (columns - 1) : 0,
-                    y = (place.y / elevation + 0.5F) * (rows - 1);
-        const auto i = static_cast<std::size_t>(clamp(x, 0, columns - 2)),
-                   k = static_cast<std::size_t>(clamp(y, 0, rows - 2));
-        return {i, k, x - static_cast<float>(i), y - static_cast<float>(k)};
-    }
-    static float mixed(const std::array<float, columns>& values, const cell& at) {
-        return values[at.column] + at.part * (values[at.column + 1] - values[at.column]);
-    }
-    static float mixed(const std::array<std::array<float, columns>, rows>& values, const cell& at) {
-        const float lower = mixed(values[at.row], at), upper = mixed(values[at.row + 1], at);
-        return lower + at.upper * (upper - lower);
+    static float mixed(const values& all, const cell& at) {
+        const auto along = [&](std::size_t row) {
+            return all[row][at.column] + at.part.x * (all[row][at.column + 1] - all[row][at.column]);
+        };
+        const float lower = along(at.row);
+        return lower + at.part.y * (along(at.row + 1) - lower);
     }
 };
 
 namespace detail {
 
-/// Where lines along z through the points of a probe's face leave a body of several surfaces, and meet what is stiff.
+/// Where lines along z through the points of a face's grid leave a body of several surfaces, and where something is stiff.
 /// Keeps its memory.
 class skin_heights {
   public:
-    using values =
-        std::array<std::array<float, pressed_face::columns>, pressed_face::rows>; ///< at each point of a face
-    values depth{};       ///< of the face below the skin, metres; below 0: how far in front of the face the skin is
-    values stiff_below{}; ///< how far below the skin there is something stiff, metres; FLT_MAX: nothing
+    using heights = std::array<float, pressed_face::columns>; ///< z of the face at each column, metres
 
-    /// @param face      its pose, edges and heights
+    pressed_face::values depth{}; ///< of the face below the skin, metres; below 0: how far in front of it the skin is
+    /// z of what is stiff, metres; FLT_MAX: nothing. The least one in the cells around each point, so that nothing is
+    /// missed between the points.
+    pressed_face::values stiff{};
+
     /// @param accepts   bool(object_id): of the body, which is at rest
     /// @param is_stiff  bool(object_id)
     template <class Accepts, class IsStiff>
-    void find(const scene& body, const pressed_face& face, const Accepts& accepts, const IsStiff& is_stiff) {
+    void find(const scene& body, const pressed_face& face, const heights& height, const Accepts& accepts,
+              const IsStiff& is_stiff) {
+        for (std::size_t i = 0; i < columns; ++i) x_[i] = face.place(0, i).x;
+        for (std::size_t k = 0; k < rows; ++k) y_[k] = face.place(k, 0).y;
         crossings_.clear();
         ranks_.resize(body.objects().size());
+        for (auto& row : stiff) row.fill(FLT_MAX);
         std::uint32_t surface = 0;
+        cell first{0, 0}; // of a triangle: near that of the one before
         for (const object& one : body.objects()) {
             if (!accepts(one.id)) continue;
             const pose to_face = inverse(face.at) * one.at;
             points_.clear();
             for (const vec3& p : body.rest_positions(one.id)) points_.push_back(to_face.point(p));
-            const bool stiff = is_stiff(one.id);
-            for (const uvec3& corner : one.surface.faces)
-                find_crossings(face, {points_[corner.x], points_[corner.y], points_[corner.z]}, surface, stiff);
+            const bool stays = is_stiff(one.id);
+            for (const uvec3& corner : one.surface.faces) {
+                const triangle t{points_[corner.x], points_[corner.y], points_[corner.z]};
+                const aabb box{min(min(t.a, t.b), t.c), max(max(t.a, t.b), t.c)};
+                if (box.upper.x < x_.front() || box.lower.x > x_.back() || box.upper.y < y_.front() ||
+                    box.lower.y > y_.back())
+                    continue;
+                while (first.row > 0 && y_[first.row] > box.lower.y) --first.row;
+                while (first.row + 2 < rows && y_[first.row + 1] <= box.lower.y) ++first.row;
+                while (first.column > 0 && x_[first.column] > box.lower.x) --first.column;
+                while (first.column + 2 < columns && x_[first.column + 1] <= box.lower.x) ++first.column;
+                find_crossings(first, height, t, box, surface);
+                // Bone behind the probe holds nothing back.
+                if (stays && box.upper.z > height[first.column] - 3 * face.recovery) find_stiff(first, t, box);
+            }
             ++surface;
         }
         constexpr float touching = 10e-6F; // layers that touch are one body
         std::sort(crossings_.begin(), crossings_.end(), [](const crossing& a, const crossing& b) {
-            return std::tuple{a.row, a.column, a.behind} < std::tuple{b.row, b.column, b.behind};
+            return a.point < b.point || (a.point == b.point && a.behind < b.behind);
         });
         for (auto& row : depth) row.fill(-FLT_MAX);
-        for (auto& row : stiff_below) row.fill(FLT_MAX);
         media_stack inside{.ranks = ranks_};
         bool ended = false; // the body that the face touches, or is in
         for (std::size_t i = 0; i < crossings_.size(); ++i) {
             const crossing& one = crossings_[i];
-            const bool is_first = i == 0 || one.row != crossings_[i - 1].row || one.column != crossings_[i - 1].column;
+            const bool is_first = i == 0 || one.point != crossings_[i - 1].point;
             if (is_first) inside.clear();
-            float& own = depth[one.row][one.column];
+            float& own = depth[one.point / columns][one.point % columns];
             const bool apart = inside.count == 0 && one.behind > max(own, 0) + touching;
             ended = apart || (ended && !is_first);
             inside.toggle(one.surface);
             if (one.behind < 0 || (inside.count == 0 && !ended)) own = one.behind;
         }
-        for (const crossing& one : crossings_)
-            if (const float below = depth[one.row][one.column] - one.behind; one.is_stiff && below >= 0)
-                stiff_below[one.row][one.column] = min(stiff_below[one.row][one.column], below);
     }
 
   private:
-    struct crossing {
+    static constexpr std::size_t columns = pressed_face::columns, rows = pressed_face::rows;
+    struct cell {
         std::size_t row, column;
-        float behind; // the face, metres; below 0: in front of it
+    };
+    struct crossing {
+        std::uint32_t point; // row * columns + column
+        float behind;        // the face, metres; below 0: in front of it
         std::uint32_t surface;
-        bool is_stiff;
     };
 
-    void find_crossings(const pressed_face& face, const triangle& t, std::uint32_t surface, bool is_stiff) {
-        const vec3 lower = min(min(t.a, t.b), t.c), upper = max(max(t.a, t.b), t.c);
-        if (upper.x < face.left || lower.x > face.right) return;
-        for (std::size_t row = 0; row < pressed_face::rows; ++row) {
-            if (const float y = face.place(row, 0).y; y < lower.y || y > upper.y) continue;
-            for (std::size_t i = 0; i < pressed_face::columns; ++i) {
-                const vec2 place = face.place(row, i);
-                if (place.x < lower.x || place.x > upper.x) continue;
-                if (const hit at = intersect(ray{.origin = {place, face.height[i]}, .direction = {0, 0, -1}}, t))
-                    crossings_.push_back({row, i, at.distance, surface, is_stiff});
+    void find_crossings(const cell& first, const heights& height, const triangle& t, const aabb& box,
+                        std::uint32_t surface) {
+        for (std::size_t row = first.row; row < rows && y_[row] <= box.upper.y; ++row)
+            for (std::size_t i = first.column; i < columns && x_[i] <= box.upper.x; ++i) {
+                if (y_[row] < box.lower.y || x_[i] < box.lower.x) continue;
+                if (const hit at = intersect(ray{.origin = {x_[i], y_[row], height[i]}, .direction = {0, 0, -1}}, t))
+                    crossings_.push_back({static_cast<std::uint32_t>(row * columns + i), at.distance, surface});
             }
-        }
     }
 
+    // The least z of a triangle in each cell, or less.
+    void find_stiff(const cell& first, const triangle& t, const aabb& box) {
+        constexpr float flat = 1e-20F; // m^2
+        const vec3 normal = cross(t.b - t.a, t.c - t.a);
+        const vec2 a{t.a.x, t.a.y}, slope = -vec2{normal.x, normal.y} / (std::fabs(normal.z) > flat ? normal.z : flat);
+        for (std::size_t row = first.row; row + 1 < rows && y_[row] <= box.upper.y; ++row)
+            for (std::size_t i = first.column; i + 1 < columns && x_[i] <= box.upper.x; ++i) {
+                const vec2 low = max(vec2{x_[i], y_[row]}, {box.lower.x, box.lower.y}) - a,
+                           high = min(vec2{x_[i + 1], y_[row + 1]}, {box.upper.x, box.upper.y}) - a,
+                           rise = min(slope * low, slope * high);
+                const float z = max(t.a.z + rise.x + rise.y, box.lower.z);
+                for (float* const corner :
+                     {&stiff[row][i], &stiff[row][i + 1], &stiff[row + 1][i], &stiff[row + 1][i + 1]})
+                    *corner = min(*corner, z);
+            }
+    }
+
+    heights x_{};                 // of each column
+    std::array<float, rows> y_{}; // of each row
     std::vector<vec3> points_{};
     std::vector<crossing> crossings_{};
     std::vector<std::uint32_t> ranks_{};
@@ -25935,8 +25999,8 @@ class presser {
                  .deformation = {.at = at, .decay = settings.decay, .recovery = settings.recovery}};
         found.lines.clear();
         pressed_face& face = found.deformation;
-        const auto last = static_cast<float>(probe.lines) - 0.5F;
-        const float one_end = probe.beam(-0.5F).origin.x, other_end = probe.beam(last).origin.x;
+        const float one_end = probe.beam(-0.5F).origin.x,
+                    other_end = probe.beam(static_cast<float>(probe.lines) - 0.5F).origin.x;
         face.left = min(one_end, other_end);
         face.right = max(one_end, other_end);
         if constexpr (requires { probe.aperture(); })
@@ -25945,35 +26009,41 @@ class presser {
                 face.left = -face.right;
             }
         if constexpr (requires { probe.elevation_height; }) face.elevation = probe.elevation_height;
-        for (std::size_t i = 0; i < pressed_face::columns; ++i) // lines are evenly spaced
-            face.height[i] = probe.beam(last * static_cast<float>(i) / (pressed_face::columns - 1)).origin.z;
-        skin_.find(body, face, accepts, is_stiff);
-        float sum = 0, pressed = 0;
+        detail::skin_heights::heights height;
+        for (std::size_t i = 0; i < pressed_face::columns; ++i)
+            height[i] = height_at(probe, clamp(face.place(0, i).x, face.left, face.right));
+        skin_.find(body, face, height, accepts, is_stiff);
+        float sum = 0, points = 0, pressed = 0;
         vec2 folding{0, 0}; // the largest depth at which tissue would fold over, and how far below something is stiff
         for (std::size_t row = 0; row < pressed_face::rows; ++row)
             for (std::size_t i = 0; i < pressed_face::columns; ++i) {
-                const float depth = max(skin_.depth[row][i], 0);
+                const float found_depth = skin_.depth[row][i],
+                            skin = height[i] - (found_depth > -FLT_MAX ? found_depth : 0),
+                            below = skin_.stiff[row][i] < FLT_MAX ? max(skin_.stiff[row][i] - skin, 0) : FLT_MAX;
+                face.skin[row][i] = skin;
+                face.stop[row][i] = below < FLT_MAX ? std::exp(-below / settings.decay) : 0;
+                if (!pressed_face::is_on_face(row, i)) continue;
+                const float depth = max(found_depth, 0), folds = settings.decay * (1 - face.stop[row][i]);
                 found.depth = max(found.depth, depth);
                 sum += depth;
+                points += 1;
                 pressed += depth > 0 ? 1.0F : 0.0F;
                 face.depth[row][i] = max(depth - behind, 0);
-                const float below = skin_.stiff_below[row][i];
-                face.stop[row][i] = below < FLT_MAX ? std::exp(-below / settings.decay) : 0;
-                const float folds = settings.decay * (1 - face.stop[row][i]);
                 if (settings.yields)
                     face.depth[row][i] = min(face.depth[row][i], 0.75F * folds);
                 else if (depth > folding.x && !(depth < folds))
                     folding = {depth, below};
             }
         if (folding.x > 0) too_deep(folding.x, folding.y, settings.decay);
-        constexpr auto points = static_cast<float>(pressed_face::rows * pressed_face::columns);
+        face.recover_beside();
         found.mean_depth = sum / points;
         found.force = settings.stiffness * found.mean_depth;
         const float area = (face.right - face.left) * face.elevation * pressed / points;
         found.pressure = area > 0 ? found.force / area : 0;
         for (std::uint32_t line = 0; line < probe.lines; ++line) {
-            const float x = probe.beam(static_cast<float>(line)).origin.x;
-            const bool touches = skin_.depth[pressed_face::rows / 2][face.nearest_column(x)] >= -settings.gel;
+            const pressed_face::cell at_line = face.cell_of({probe.beam(static_cast<float>(line)).origin.x, 0});
+            const std::size_t nearest = at_line.column + (at_line.part.x < 0.5F ? 0 : 1);
+            const bool touches = skin_.depth[pressed_face::rows / 2][nearest] >= -settings.gel;
             found.lines.push_back(touches ? 1 : 0);
             found.touching += touches ? 1 : 0;
         }
@@ -25983,6 +26053,18 @@ class presser {
     const contact& touch() const { return touch_; } ///< of the last call
 
   private:
+    // z of the face at some x; columns are evenly spaced along x, lines in any way.
+    template <transducer Probe>
+    static float height_at(const Probe& probe, float x) {
+        float before = -0.5F, after = static_cast<float>(probe.lines) - 0.5F;
+        const bool rises = probe.beam(after).origin.x > probe.beam(before).origin.x;
+        for (int i = 0; i < 24; ++i) {
+            const float line = 0.5F * (before + after);
+            ((probe.beam(line).origin.x < x) == rises ? before : after) = line;
+        }
+        return probe.beam(before).origin.z;
+    }
+
     [[noreturn]] static void too_deep(float depth, float stiff_below, float decay) {
         const auto text = [](float length) { return detail::number_text(length * 1e3F) + " mm"; };
         throw usage_error{detail::joined(
@@ -26006,7 +26088,7 @@ class presser {
 /// behind the face, so that lines start in tissue. Costs one pass over the vertices and faces.
 /// @param accepts   bool(object_id): objects that belong to the body, such as all but the needle
 /// @param is_stiff  bool(object_id): those of them that do not give way, such as bone: the displacement falls to 0 on
-///                  their surface
+///                  their surface, under the face and beside it
 /// @throws usage_error     for a probe or a setting out of range, a scene that was not built, or a face so deep that
 ///                         tissue would fold over, unless it `yields`
 /// @throws geometry_error  for a pose that is not rigid
@@ -26046,36 +26128,37 @@ class kept_contact {
     template <deformation_map Map>
     kept_contact(const Map& map, const pressed_face& face) : back_{face} {
         // Wider than the face: skin is straight between its vertices, of which some lie beside the face.
-        constexpr float margin = 3e-3F;
-        back_.left -= margin;
-        back_.right += margin;
+        constexpr float wider = 3e-3F;
+        back_.left -= wider;
+        back_.right += wider;
         back_.depth = {};
         back_.stop = {};
-        float moved[pressed_face::rows][pressed_face::columns];
-        bool touches[pressed_face::rows][pressed_face::columns], away = false;
+        pressed_face::values moved{};
+        vec2 place[pressed_face::rows][pressed_face::columns];
+        bool touches[pressed_face::rows][pressed_face::columns] = {}, away = false;
         for (std::size_t k = 0; k < pressed_face::rows; ++k)
             for (std::size_t i = 0; i < pressed_face::columns; ++i) {
-                const vec2 place = back_.place(k, i), on_face{clamp(place.x, face.left, face.right), place.y};
-                back_.height[i] = face.surface_at(place);
-                touches[k][i] = face.depth_at(on_face) > 0;
-                if (!touches[k][i]) continue;
-                const float largest = 0.9F * face.decay;
-                moved[k][i] = clamp(distance_from_face(map, face, on_face), -largest, largest);
+                place[k][i] = back_.place(k, i);
+                const vec2 nearest = on_face(face, place[k][i]);
+                back_.skin[k][i] = face.skin_at(nearest) + face.depth_at(nearest);
+                touches[k][i] = pressed_face::is_on_face(k, i) && face.depth_at(nearest) > 0;
+                if (touches[k][i]) moved[k][i] = distance_from_face(map, face, nearest);
                 away = away || std::fabs(moved[k][i]) > 1e-7F;
             }
         if (!away) return;
         // Displacements recover beside the part of the face that touches.
+        for_each_on_face([&](std::size_t k, std::size_t i) {
+            float nearest = FLT_MAX;
+            for_each_on_face([&](std::size_t row, std::size_t column) {
+                const float distance = length(place[k][i] - place[row][column]);
+                if (!touches[row][column] || !(distance < nearest)) return;
+                nearest = distance;
+                back_.depth[k][i] = moved[row][column] * detail::beside_face(distance, face.recovery);
+            });
+        });
+        back_.recover_beside();
         for (std::size_t k = 0; k < pressed_face::rows; ++k)
-            for (std::size_t i = 0; i < pressed_face::columns; ++i) {
-                float nearest = FLT_MAX;
-                for (std::size_t row = 0; row < pressed_face::rows; ++row)
-                    for (std::size_t column = 0; column < pressed_face::columns; ++column) {
-                        const float distance = length(back_.place(k, i) - back_.place(row, column));
-                        if (!touches[row][column] || !(distance < nearest)) continue;
-                        nearest = distance;
-                        back_.depth[k][i] = moved[row][column] * detail::beside_face(distance, face.recovery);
-                    }
-            }
+            for (std::size_t i = 0; i < pressed_face::columns; ++i) back_.skin[k][i] -= back_.depth[k][i];
     }
 
     /// Where a point is that all other maps have moved.
@@ -26086,16 +26169,26 @@ class kept_contact {
     friend bool operator==(const kept_contact&, const kept_contact&) = default;
 
   private:
-    // How far tissue that comes to lie at a place of the face is in front of it, metres along z.
+    template <class Visit>
+    static void for_each_on_face(const Visit& visit) {
+        for (std::size_t k = pressed_face::margin; k < pressed_face::rows - pressed_face::margin; ++k)
+            for (std::size_t i = pressed_face::margin; i < pressed_face::columns - pressed_face::margin; ++i)
+                visit(k, i);
+    }
+    static vec2 on_face(const pressed_face& face, vec2 place) {
+        return {clamp(place.x, face.left, face.right), clamp(place.y, -0.5F * face.elevation, 0.5F * face.elevation)};
+    }
+    // How far tissue that comes to lie at a place of the face is in front of where the face holds it, metres along z.
     template <deformation_map Map>
     static float distance_from_face(const Map& map, const pressed_face& face, vec2 place) {
         vec2 from = place; // where that tissue is at rest
         vec3 now{0, 0, 0};
         for (int i = 0; i < 4; ++i) {
-            now = face.at.local_point(map(face.at.point({from, face.surface_at(from) - face.depth_at(from)})));
+            now = face.at.local_point(map(face.at.point({from, face.skin_at(from)})));
             from += place - vec2{now.x, now.y};
         }
-        return face.surface_at(place) - now.z;
+        const float largest = 0.9F * face.decay;
+        return clamp(face.skin_at(place) + face.depth_at(place) - now.z, -largest, largest);
     }
 
     pressed_face back_{}; // its depths are those by which skin is in front of the face; below 0: behind it
@@ -26127,7 +26220,9 @@ inline pressed_face face_of(const indentation& map) {
                       .elevation = map.face.y,
                       .decay = map.decay,
                       .recovery = map.recovery};
-    for (std::array<float, pressed_face::columns>& row : same.depth) row.fill(map.depth);
+    for (auto& row : same.skin) row.fill(-map.depth);
+    for (auto& row : same.depth) row.fill(map.depth);
+    same.recover_beside();
     return same;
 }
 template <class First, class Then>
