@@ -212,6 +212,47 @@ TEST_CASE("what a probe touches stays in touch, whatever else deforms and in wha
     }
 }
 
+TEST_CASE("what a probe touches stays in touch where tissue moves along the face") {
+    using namespace press_test;
+    constexpr float radius = 40_mm;
+    scene bodies[] = {scene{air}, scene{air}, scene{air}};
+    bodies[0].add(make_box({-60_mm, -40_mm, 0}, {60_mm, 40_mm, 60_mm}, 7), tissue::muscle);
+    bodies[1].add(make_cylinder({0, -60_mm, radius}, {0, 60_mm, radius}, radius, 512, 128), tissue::muscle);
+    bodies[2].add(make_sphere({0, 0, radius}, radius, 7), tissue::muscle);
+    const vec3 ways[] = {{1, 0, 0}, {1, 0, 1}, {-1, 0, 1}, {0, 1, 1}, {1, 1, 1}, {-1, 0.5F, 0.3F}};
+    float front = -1, behind = -1;
+    for (int k = 0; k < 3; ++k) {
+        scene& body = bodies[k].build(exec::par);
+        const pose at{.translation = {0, 0, 5_mm}};
+        const contact touch = press(body, probe, at);
+        for (const vec3 way : ways)
+            for (const float amplitude : {2_mm, 5_mm, 8_mm}) {
+                const auto map =
+                    compose(touch.deformation, breathing{.direction = way, .amplitude = amplitude, .time = 2});
+                for (float x = -25_mm; x < 25_mm; x += 0.1_mm)
+                    for (float y = -8_mm; y < 8_mm; y += 0.5_mm) {
+                        const float away = k == 0 ? 0 : k == 1 ? x * x : x * x + y * y;
+                        const vec3 now = map({x, y, k == 0 ? 0 : radius - std::sqrt(radius * radius - away)});
+                        if (std::fabs(now.x) > 0.5F * probe.width || std::fabs(now.y) > 1_mm) continue;
+                        front = std::max(front, now.z - at.translation.z);
+                        behind = std::max(behind, at.translation.z - now.z);
+                    }
+                body.deform(exec::par, map);
+                int in_air = 0;
+                for (std::uint32_t line = 0; line < probe.lines; ++line)
+                    in_air += object_at(body, at.point(probe.beam(static_cast<float>(line)).origin)) ? 0 : 1;
+                CAPTURE(k);
+                CAPTURE(way.x);
+                CAPTURE(way.y);
+                CAPTURE(amplitude);
+                CHECK(in_air == 0);
+            }
+    }
+    MESSAGE("skin is ", -front / 1_mm, " to ", behind / 1_mm, " mm behind the face, expected 0 to 0.4");
+    CHECK(front < 0);
+    CHECK(behind < 0.4_mm);
+}
+
 TEST_CASE("the plane face of a phased array presses as that of a linear one of its width; a probe that looks around "
           "does not") {
     scene body{tissue::air};
