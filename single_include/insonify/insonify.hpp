@@ -26127,25 +26127,33 @@ class kept_contact {
     /// @param face  without it
     template <deformation_map Map>
     kept_contact(const Map& map, const pressed_face& face) : back_{face} {
-        // Wider than the face: skin is straight between its vertices, of which some lie beside the face.
-        constexpr float wider = 3e-3F;
+        // Wider than the face, by two columns: skin is straight between its vertices, of which some lie beside the face.
+        constexpr std::size_t first = pressed_face::margin, last = pressed_face::columns - 1 - first;
+        const float wider = (face.right - face.left) * 2 / (last - first - 4);
         back_.left -= wider;
         back_.right += wider;
         back_.depth = {};
         back_.stop = {};
         pressed_face::values moved{};
         vec2 place[pressed_face::rows][pressed_face::columns];
-        bool touches[pressed_face::rows][pressed_face::columns] = {}, away = false;
+        flags touches{};
+        bool away = false;
         for (std::size_t k = 0; k < pressed_face::rows; ++k)
             for (std::size_t i = 0; i < pressed_face::columns; ++i) {
                 place[k][i] = back_.place(k, i);
                 const vec2 nearest = on_face(face, place[k][i]);
                 back_.skin[k][i] = face.skin_at(nearest) + face.depth_at(nearest);
                 touches[k][i] = pressed_face::is_on_face(k, i) && face.depth_at(nearest) > 0;
-                if (touches[k][i]) moved[k][i] = distance_from_face(map, face, nearest);
+                if (touches[k][i]) moved[k][i] = distance_from_face(map, face, place[k][i]);
                 away = away || std::fabs(moved[k][i]) > 1e-7F;
             }
         if (!away) return;
+        lower_to_ridges(moved, touches, 0, 1, (place[first][first + 1].x - place[first][first].x) / face.recovery);
+        lower_to_ridges(moved, touches, 1, 0, (place[first + 1][first].y - place[first][first].y) / face.recovery);
+        for (auto& row : moved) {
+            row[first] = row[first + 1] = row[first + 2];
+            row[last] = row[last - 1] = row[last - 2];
+        }
         // Displacements recover beside the part of the face that touches.
         for_each_on_face([&](std::size_t k, std::size_t i) {
             float nearest = FLT_MAX;
@@ -26175,6 +26183,28 @@ class kept_contact {
             for (std::size_t i = pressed_face::margin; i < pressed_face::columns - pressed_face::margin; ++i)
                 visit(k, i);
     }
+    using flags = std::array<std::array<bool, pressed_face::columns>, pressed_face::rows>;
+
+    // Skin that was at the edge of the face at rest bends where it is now, between two points b and c: lowers these so that
+    // it does not come to lie in front of the face. Neighbours on either side tell its slopes.
+    // @param row, column  from a point to the next
+    // @param bend         part by which a slope beside the face changes from a point to the next
+    static void lower_to_ridges(pressed_face::values& moved, const flags& touches, std::size_t row, std::size_t column,
+                                float bend) {
+        pressed_face::values above{};
+        for_each_on_face([&](std::size_t k, std::size_t i) {
+            if (!touches[k - row][i - column] || !touches[k][i] || !touches[k + row][i + column] ||
+                !touches[k + 2 * row][i + 2 * column])
+                return;
+            const float b = moved[k][i], c = moved[k + row][i + column],
+                        before = max(moved[k - row][i - column] - 2 * b + c, 0),
+                        after = max(moved[k + 2 * row][i + 2 * column] - 2 * c + b, 0);
+            if (!(before + after > 0)) return;
+            const float ridge = (before + bend * after) * (after + bend * before) / ((before + after) * (1 + bend));
+            for (float* const one : {&above[k][i], &above[k + row][i + column]}) *one = max(*one, ridge);
+        });
+        for_each_on_face([&](std::size_t k, std::size_t i) { moved[k][i] -= above[k][i]; });
+    }
     static vec2 on_face(const pressed_face& face, vec2 place) {
         return {clamp(place.x, face.left, face.right), clamp(place.y, -0.5F * face.elevation, 0.5F * face.elevation)};
     }
@@ -26188,7 +26218,8 @@ class kept_contact {
             from += place - vec2{now.x, now.y};
         }
         const float largest = 0.9F * face.decay;
-        return clamp(face.skin_at(place) + face.depth_at(place) - now.z, -largest, largest);
+        const vec2 held = on_face(face, place);
+        return clamp(face.skin_at(held) + face.depth_at(held) - now.z, -largest, largest);
     }
 
     pressed_face back_{}; // its depths are those by which skin is in front of the face; below 0: behind it
