@@ -141,6 +141,7 @@ TEST_CASE("press on a limb: the skin lies on the face where it is pressed, and o
     CHECK(std::fabs(touch.depth - depth) < 0.02_mm);
     CHECK(touch.touching >= static_cast<std::uint32_t>(expected));
     CHECK(touch.touching <= 96U);
+    CHECK(std::equal(touch.lines.begin(), touch.lines.end(), touch.lines.rbegin())); // left and right
     body.deform(exec::par, touch.deformation);
     const object_id skin = *body.find("skin");
     float worst = 0;
