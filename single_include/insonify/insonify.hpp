@@ -26042,8 +26042,8 @@ class presser {
         found.pressure = area > 0 ? found.force / area : 0;
         for (std::uint32_t line = 0; line < probe.lines; ++line) {
             const pressed_face::cell at_line = face.cell_of({probe.beam(static_cast<float>(line)).origin.x, 0});
-            const std::size_t nearest = at_line.column + (at_line.part.x < 0.5F ? 0 : 1);
-            const bool touches = skin_.depth[pressed_face::rows / 2][nearest] >= -settings.gel;
+            const float* const depth = &skin_.depth[pressed_face::rows / 2][at_line.column];
+            const bool touches = depth[0] + at_line.part.x * (depth[1] - depth[0]) >= -settings.gel;
             found.lines.push_back(touches ? 1 : 0);
             found.touching += touches ? 1 : 0;
         }
