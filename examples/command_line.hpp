@@ -1,12 +1,12 @@
 #ifndef INSONIFY_EXAMPLES_COMMAND_LINE_HPP
 #define INSONIFY_EXAMPLES_COMMAND_LINE_HPP
 
+#include "units.hpp"
 #include <CLI/CLI.hpp>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
-#include <cstdlib>
 #include <functional>
 #include <iostream>
 #include <string>
@@ -14,17 +14,10 @@
 #include <vector>
 
 /// The command line of the programs, by CLI11: options whose values are checked before anything begins. Lengths are read with or
-/// without a unit and stored in millimetres, frequencies in megahertz.
+/// without a unit and stored in millimetres, frequencies in megahertz, angles in degrees.
 namespace command_line {
 
 namespace detail {
-
-struct named_unit {
-    const char* name;
-    double factor;
-};
-inline constexpr named_unit lengths[] = {{"", 1}, {"um", 1e-3}, {"mm", 1}, {"cm", 10}, {"m", 1000}},
-                            frequencies[] = {{"", 1}, {"Hz", 1e-6}, {"kHz", 1e-3}, {"MHz", 1}};
 
 inline std::string text_of(double value) {
     char digits[32];
@@ -32,29 +25,10 @@ inline std::string text_of(double value) {
     return digits;
 }
 
-// The number of a whole word; not a number where the word is none.
-inline double number_of(const std::string& word) {
-    char* end = nullptr;
-    const double value = std::strtod(word.c_str(), &end);
-    return word.empty() || end != word.c_str() + word.size() ? std::nan("") : value;
-}
-
-// The number of a word in the unit of `units`; a unit alone is one of it. Not a number where the word is none.
 template <std::size_t Count>
-double number_with_unit(const std::string& word, const named_unit (&units)[Count]) {
-    char* end = nullptr;
-    double value = std::strtod(word.c_str(), &end);
-    if (word.empty()) return std::nan("");
-    if (end == word.c_str()) value = 1;
-    for (const named_unit& one : units)
-        if (CLI::detail::to_lower(end) == CLI::detail::to_lower(one.name)) return value * one.factor;
-    return std::nan("");
-}
-
-template <std::size_t Count>
-CLI::Validator in_units(const named_unit (&units)[Count], const char* sentence) {
-    const auto convert = [&units, sentence](std::string& word) {
-        const double value = number_with_unit(word, units);
+CLI::Validator in_units(const units::named_unit (&of)[Count], const char* sentence) {
+    const auto convert = [&of, sentence](std::string& word) {
+        const double value = units::number_with_unit(word, of);
         if (!std::isfinite(value)) return "'" + word + "' is not " + sentence;
         word = text_of(value);
         return std::string{};
@@ -65,14 +39,15 @@ CLI::Validator in_units(const named_unit (&units)[Count], const char* sentence) 
 } // namespace detail
 
 /// Turns "4cm" into "40"; "mm" is 1 mm. @{
-inline CLI::Validator length() { return detail::in_units(detail::lengths, "a length, such as 40mm, 4cm or 0.04m"); }
-inline CLI::Validator frequency() { return detail::in_units(detail::frequencies, "a frequency, such as 5MHz"); }
+inline CLI::Validator length() { return detail::in_units(units::lengths, units::a_length); }
+inline CLI::Validator frequency() { return detail::in_units(units::frequencies, units::a_frequency); }
+inline CLI::Validator angle() { return detail::in_units(units::angles, units::an_angle); }
 /// @}
 
 /// Accepts numbers above 0, up to a limit.
 inline CLI::Validator positive_number(double high) {
     const auto check = [high](const std::string& given) {
-        const double value = detail::number_of(given);
+        const double value = units::number_of(given);
         return value > 0 && value <= high ? std::string{}
                                           : given + " is not a number above 0, at most " + detail::text_of(high);
     };
@@ -81,7 +56,7 @@ inline CLI::Validator positive_number(double high) {
 /// Accepts numbers of a range.
 inline CLI::Validator number(double low, double high) {
     const auto check = [low, high](const std::string& given) {
-        const double value = detail::number_of(given);
+        const double value = units::number_of(given);
         return value >= low && value <= high
                    ? std::string{}
                    : given + " is not a number from " + detail::text_of(low) + " to " + detail::text_of(high);
@@ -92,7 +67,7 @@ inline CLI::Validator number(double low, double high) {
 inline CLI::Validator whole_number(std::uint64_t low, std::uint64_t high) {
     const auto check = [low, high](const std::string& given) {
         const bool digits = !given.empty() && given.find_first_not_of("0123456789") == std::string::npos;
-        const double value = digits ? detail::number_of(given) : -1;
+        const double value = digits ? units::number_of(given) : -1;
         return value >= static_cast<double>(low) && value <= static_cast<double>(high)
                    ? std::string{}
                    : given + " is not a whole number from " + std::to_string(low) + " to " + std::to_string(high);
@@ -139,7 +114,7 @@ CLI::Option* add_list(CLI::App& app, const char* option, Target& value, char sep
         if (parts.size() != Count) throw CLI::ValidationError{option, "'" + word + "' is not " + shown};
         for (std::size_t i = 0; i < Count; ++i) {
             if (const std::string fault = unit(parts[i]); !fault.empty()) throw CLI::ValidationError{option, fault};
-            numbers[i] = static_cast<Number>(detail::number_of(parts[i]));
+            numbers[i] = static_cast<Number>(units::number_of(parts[i]));
         }
         value = numbers;
     };
@@ -171,6 +146,7 @@ inline void add_mesh_options(CLI::App& app, bool& repair, float& pennation, CLI:
         ->needs(file);
     add(app, "--pennation", pennation, "ANGLE",
         "of muscles without fibres of their own: angle to their long axis, -90 to 90 (0)")
+        ->transform(angle())
         ->check(number(-90, 90))
         ->needs(file);
 }

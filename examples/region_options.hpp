@@ -3,8 +3,7 @@
 
 #include "anatomy/regions.hpp"
 #include "command_line.hpp"
-#include <algorithm>
-#include <cmath>
+#include "region_values.hpp"
 #include <optional>
 #include <string>
 #include <vector>
@@ -34,26 +33,13 @@ inline CLI::Option* add_region_options(CLI::App& app, region_options& into, cons
     return region;
 }
 
-/// The values of --parameter: lengths as those of the command line, others as numbers.
-/// @throws usage_error  for a text that is no name and value
+/// The values of --parameter. @throws usage_error  as `anatomy::values_of`
 inline anatomy::values parameters_of(const region_options& chosen, const anatomy::region& region) {
-    using namespace insonify;
-    anatomy::values values;
-    for (const std::string& text : chosen.parameters) {
-        const std::string name = text.substr(0, text.find('='));
-        std::string value = text.substr(std::min(name.size() + 1, text.size()));
-        const bool is_length = std::any_of(region.parameters.begin(), region.parameters.end(), [&](const auto& one) {
-            return one.name == name && std::string{one.unit} == "m";
-        });
-        if (is_length)
-            if (const std::string fault = command_line::length()(value); !fault.empty())
-                throw usage_error{"--parameter: " + text + ": " + fault};
-        const double number = command_line::detail::number_of(value);
-        if (!std::isfinite(number))
-            throw usage_error{"--parameter: '" + text + "' is not a name and its value, such as fat=6mm or side=1"};
-        values[name] = static_cast<float>(number) * (is_length ? 1_mm : 1);
+    try {
+        return anatomy::values_of(region, chosen.parameters);
+    } catch (const insonify::usage_error& fault) {
+        throw insonify::usage_error{std::string{"--parameter: "} + fault.what()};
     }
-    return values;
 }
 
 #endif

@@ -133,13 +133,13 @@ int list_regions() {
         for (const anatomy::view& view : region.make().views)
             std::printf("  --view %s: %s\n", view.name.c_str(), view.title.c_str());
         for (const anatomy::parameter& one : region.parameters) {
-            const bool is_length = std::string{one.unit} == "m";
+            const anatomy::parameter_unit in = one.written_unit();
             const auto text = [&](float value) {
                 return one.is_choice ? std::to_string(std::lround(value))
-                                     : insonify::detail::number_text(is_length ? value / 1_mm : value);
+                                     : insonify::detail::number_text(value / in.size);
             };
-            std::printf("  --parameter %s=%s%s: %s, %s to %s\n", one.name, text(one.usual).c_str(),
-                        is_length ? "mm" : "", one.description, text(one.smallest).c_str(), text(one.largest).c_str());
+            std::printf("  --parameter %s=%s%s: %s, %s to %s\n", one.name, text(one.usual).c_str(), in.name,
+                        one.description, text(one.smallest).c_str(), text(one.largest).c_str());
         }
     }
     return 0;
@@ -198,6 +198,9 @@ any_array probe_of(const simulate_options& chosen, const any_array& usual) {
             array.field_of_view = chosen.field_of_view ? *chosen.field_of_view * 1_deg : array.field_of_view;
         else if (chosen.field_of_view)
             refuse("--field-of-view");
+        if (std::is_same_v<decltype(array), phased_array> && chosen.field_of_view > 180)
+            throw usage_error{
+                "--field-of-view: of a phased array it must be at most 180; a convex one takes up to 360"};
         array.check();
         return any_array{array};
     };

@@ -74,7 +74,9 @@ inline void add_options(CLI::App& app, simulate_options& into) {
     add(app, "--radius", into.radius, "LENGTH", "radius of curvature of a convex array, at most 1m")
         ->transform(length())
         ->check(positive_number(1000));
-    add(app, "--field-of-view", into.field_of_view, "ANGLE", "field of view of a convex or phased array, at most 360")
+    add(app, "--field-of-view", into.field_of_view, "ANGLE",
+        "field of view of a convex array, at most 360, or of a phased one, at most 180")
+        ->transform(angle())
         ->check(positive_number(360));
     add(app, "--frequency", into.frequency, "FREQUENCY", "centre frequency, at most 100MHz")
         ->transform(frequency())
@@ -108,7 +110,7 @@ inline void add_options(CLI::App& app, simulate_options& into) {
         "looks at angles within " +
             std::to_string(std::lround(insonify::presets::nerve_block.settings.compound.spread * 180 / insonify::pi)) +
             " degrees (3), averaged for the B-mode image",
-        1, 32);
+        1, 31);
 }
 
 #endif

@@ -94,15 +94,29 @@ inline pose press_probe(scene& anatomy, const view& seen) {
     return at;
 }
 
+/// A unit that values of a parameter are written in, and how much of the parameter's own it is.
+struct parameter_unit {
+    const char* name = "";
+    float size = 1;
+};
+
 /// What varies from body to body: a size, or a choice.
 struct parameter {
     const char* name = "";        ///< such as "fat"
-    const char* unit = "";        ///< "m", "m/s"; "" for a ratio or a choice
+    const char* unit = "";        ///< "m", "rad", "m/s"; "" for a ratio or a choice
     const char* description = ""; ///< in words; those of a choice list the numbers
     float smallest = 0;
     float largest = 1;
     float usual = 0;        ///< the default
     bool is_choice = false; ///< a whole number
+
+    /// The unit that users of programs write and read: millimetres and degrees.
+    parameter_unit written_unit() const {
+        const std::string own = unit;
+        if (own == "m") return {"mm", 1_mm};
+        if (own == "rad") return {"deg", 1_deg};
+        return {unit, 1};
+    }
 };
 
 /// Values by the names of their parameters. What is missing has its default.
@@ -115,30 +129,40 @@ struct region {
     std::vector<parameter> parameters{};
     body (*make_checked)(const values&) = nullptr; ///< of all values
 
+    /// @throws usage_error  for a name that is not a parameter's
+    const parameter& find_parameter(const std::string& named) const {
+        std::string known;
+        for (const parameter& one : parameters) {
+            if (one.name == named) return one;
+            known += std::string{known.empty() ? "" : ", "} + one.name;
+        }
+        throw usage_error{std::string{name} + ": there is no parameter '" + named + "'; " +
+                          (known.empty() ? "it has none: it is always the same" : "known are " + known)};
+    }
+
+    /// A value of a parameter. One beyond a limit by no more than that is rounded in text, or in another unit, is the limit.
+    /// @param in  the unit of the message  @throws usage_error  for a value out of range
+    float checked(const parameter& one, float value, const parameter_unit& in) const {
+        constexpr float rounding = 5e-4F; // of `number_text`
+        const float nearest = clamp(value, one.smallest, one.largest);
+        const float tolerance = one.is_choice ? 0 : rounding * std::fabs(nearest);
+        if (std::fabs(value - nearest) <= tolerance && (!one.is_choice || value == std::round(value))) return nearest;
+        const auto text = [&](float number) {
+            return insonify::detail::number_text(number / in.size) + (*in.name ? std::string{" "} + in.name : "");
+        };
+        throw usage_error{std::string{name} + ": `" + one.name + "` is " + text(value) + "; it must be " +
+                          (one.is_choice ? "a whole number " : "") + "from " + text(one.smallest) + " to " +
+                          text(one.largest) + ": " + one.description};
+    }
+
     /// All values: those that are given, and the defaults of the others.
     /// @throws usage_error  for a name that is not a parameter's, and a value out of range
     values completed(const values& given) const {
         values all;
-        std::string known;
-        for (const parameter& one : parameters) {
-            all[one.name] = one.usual;
-            known += std::string{known.empty() ? "" : ", "} + one.name;
-        }
+        for (const parameter& one : parameters) all[one.name] = one.usual;
         for (const auto& [named, value] : given) {
-            if (!all.contains(named))
-                throw usage_error{std::string{name} + ": there is no parameter '" + named + "'; known are " + known};
-            all[named] = value;
-        }
-        for (const parameter& one : parameters) {
-            const float value = all[one.name];
-            if (value >= one.smallest && value <= one.largest && (!one.is_choice || value == std::round(value)))
-                continue;
-            const auto text = [&](float number) {
-                return insonify::detail::number_text(number) + (*one.unit ? std::string{" "} + one.unit : "");
-            };
-            throw usage_error{std::string{name} + ": `" + one.name + "` is " + text(value) + "; it must be " +
-                              (one.is_choice ? "a whole number " : "") + "from " + text(one.smallest) + " to " +
-                              text(one.largest) + ": " + one.description};
+            const parameter& one = find_parameter(named);
+            all[named] = checked(one, value, {one.unit});
         }
         return all;
     }

@@ -141,12 +141,13 @@ std::vector<transmit> transmits_named(const std::string& text, const Array& arra
         if (std::string fault = command_line::length()(word); !fault.empty()) throw fail(fault);
         if (const std::string fault = command_line::positive_number(1000)(word); !fault.empty())
             throw fail("the length " + fault);
-        return static_cast<float>(command_line::detail::number_of(word)) * 1_mm;
+        return static_cast<float>(units::number_of(word)) * 1_mm;
     };
-    const auto angle_of = [&](const std::string& word) {
+    const auto angle_of = [&](std::string word) {
+        if (std::string fault = command_line::angle()(word); !fault.empty()) throw fail(fault);
         if (const std::string fault = command_line::number(0, 160)(word); !fault.empty())
             throw fail("the angle " + fault);
-        return static_cast<float>(command_line::detail::number_of(word)) * 1_deg;
+        return static_cast<float>(units::number_of(word)) * 1_deg;
     };
     const auto fraction = [&](std::uint32_t i) { // -0.5 to 0.5, both ends included
         return count == 1 ? 0.0F : static_cast<float>(i) / static_cast<float>(count - 1) - 0.5F;

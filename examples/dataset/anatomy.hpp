@@ -141,13 +141,18 @@ class anatomies {
         for (const std::string& name : d_.views)
             if (std::none_of(all_.begin(), all_.end(), [&](const auto& one) { return one->has_view(name); }))
                 throw usage_error{"--view: there is no view '" + name + "'; known are " + known_views_};
+        std::vector<std::string> names;
         for (const std::string& text : d_.parameters) {
             const named_range given{text};
+            if (std::find(names.begin(), names.end(), given.name) != names.end())
+                throw usage_error{"--parameter: `" + given.name + "` is given twice; a range holds for all bodies"};
+            names.push_back(given.name);
             if (has_parameter(given.name)) continue;
             std::string known;
             for (const anatomy::parameter& one : parameters_)
                 known += std::string{known.empty() ? "" : ", "} + one.name;
-            throw usage_error{"--parameter: there is no parameter '" + given.name + "'; known are " + known};
+            throw usage_error{"--parameter: there is no parameter '" + given.name + "'; " +
+                              (known.empty() ? "the regions that were chosen have none" : "known are " + known)};
         }
     }
 

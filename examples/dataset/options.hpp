@@ -221,26 +221,28 @@ inline std::vector<described_option> add_options(CLI::App& app, description& d) 
                          false}); // the content of files does, and the names of regions
     words("view", d.views, "NAME", "Views of the regions; without: all");
     words("parameter", d.parameters, "NAME=A..B",
-          "Range of a parameter of the regions, such as fat=3..5; lengths in mm; without: all of its range");
+          "Range of a parameter of the regions, such as fat=3..5 or fat=6mm; lengths in mm and angles in degrees, "
+          "unless a "
+          "unit follows; without: all of its range");
     varies("scale", d.scale, "Factor of all lengths");
     varies("bend", d.bend, "Rms of a smooth random displacement, mm");
     option("bend-length", d.bend_length, "Its wavelength, mm");
     varies("media", d.media, "Factor of attenuation and of backscatter, for each label by itself");
 
     group = "OBJ files";
-    const auto in_millimetres = CLI::AsNumberWithUnit(std::map<std::string, float>{{"mm", 1}, {"cm", 10}, {"m", 1000}});
-    option("unit", d.unit, "Length of 1 in the files, such as 1mm; without a unit, mm")->transform(in_millimetres);
+    option("unit", d.unit, "Length of 1 in the files, such as 1mm; without a unit, mm")
+        ->transform(command_line::length());
     option("background", d.background,
            "Tissue outside the objects; its layers are parallel to the skin under the probe");
     option("skin", d.skin,
            "Thickness of skin below the surface of an object that encloses all others, up to 20mm; a structure of its "
            "own; 0: none")
-        ->transform(in_millimetres);
+        ->transform(command_line::length());
     flag("repair", d.repair, "Close and orient meshes that enclose nothing, and say what was done");
     option("pennation", d.pennation,
            "Angle between the fibres of muscles and their long axis, degrees, of those without `fibres`; negative "
-           "turns the "
-           "other way");
+           "turns the other way")
+        ->transform(command_line::angle());
     option("around", d.around,
            "Name of the object whose surface the probe is placed on; without: the first that it meets");
     direction("from", d.from, "Direction from the middle of that object to the probe");

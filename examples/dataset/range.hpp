@@ -51,22 +51,20 @@ struct range {
     }
 };
 
-/// A range of a parameter by its name: `fat=3..5`.
+/// A range of a parameter by its name: `fat=3..5`. Its unit is the parameter's.
 struct named_range {
-    std::string name{};
-    range values{};
+    std::string name{}, text{}, from{}, to{};
 
     /// @throws usage_error  for other words
     explicit named_range(const std::string& word) {
         const std::size_t sign = word.find('=');
         name = word.substr(0, sign);
-        const std::string text = sign == std::string::npos ? "" : word.substr(sign + 1);
+        if (sign != std::string::npos) text = word.substr(sign + 1);
         if (name.empty() || text.empty())
             throw insonify::usage_error{"--parameter: '" + word + "' is not a name and a range, such as fat=3..5"};
-        if (const std::string fault = range::complaint(text); !fault.empty())
-            throw insonify::usage_error{"--parameter: " + name + ": " + fault};
-        std::istringstream stream{text};
-        stream >> values;
+        const std::size_t dots = text.find("..");
+        from = text.substr(0, dots);
+        to = dots == std::string::npos ? from : text.substr(dots + 2);
     }
 };
 

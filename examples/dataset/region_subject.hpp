@@ -2,6 +2,7 @@
 #define INSONIFY_DATASET_REGION_SUBJECT_HPP
 
 #include "../anatomy/regions.hpp"
+#include "../region_values.hpp"
 #include "subject.hpp"
 #include <algorithm>
 #include <cmath>
@@ -112,35 +113,34 @@ class region_subject : public subject {
     }
     static bool is_resolution(const anatomy::parameter& one) { return std::string{one.name} == "resolution"; }
 
+    // Without a unit, the first number has that of the second one.
     void add_range(const named_range& given) {
         for (const anatomy::parameter& one : region_.parameters) {
             if (one.name != given.name) continue;
-            const bool is_length = std::string{one.unit} == "m";
-            const float unit = is_length ? 1_mm : 1;
-            const range own{given.values.from * unit, given.values.to * unit};
-            if (!(own.from <= own.to))
-                throw usage_error{"--parameter: " + given.name + "=" + given.values.text() +
-                                  " runs backwards; write the smaller number first"};
-            const bool whole = own.from == std::round(own.from) && own.to == std::round(own.to);
-            // A limit in millimetres is rounded where it becomes metres.
-            const float tolerance = 1e-6F * max(std::fabs(one.smallest), std::fabs(one.largest));
-            if (own.from >= one.smallest - tolerance && own.to <= one.largest + tolerance &&
-                (!one.is_choice || whole)) {
-                ranges_[one.name] = {max(own.from, one.smallest), min(own.to, one.largest)};
-                continue;
+            const auto unit_of = [](const std::string& end) { return end.substr(end.find_last_of("0123456789.") + 1); };
+            const bool borrows = !given.from.empty() && unit_of(given.from).empty();
+            const std::string from = given.from + (borrows ? unit_of(given.to) : "");
+            const range written{anatomy::written_value(one, from), anatomy::written_value(one, given.to)};
+            const std::string fault = "--parameter: " + given.name;
+            const anatomy::parameter_unit in = one.written_unit();
+            if (!is_finite(written.from) || !is_finite(written.to))
+                throw usage_error{fault + ": " + range::complaint(given.text) +
+                                  (*in.name ? std::string{"; without a unit it is in "} + in.name : "")};
+            if (!(written.from <= written.to))
+                throw usage_error{fault + "=" + given.text + " runs backwards; write the smaller number first"};
+            try {
+                ranges_[one.name] = {region_.checked(one, written.from * in.size, in),
+                                     region_.checked(one, written.to * in.size, in)};
+            } catch (const usage_error& beyond) {
+                throw usage_error{fault + "=" + given.text + ": " + beyond.what()};
             }
-            const auto text = [&](float number) { return insonify::detail::number_text(number / unit); };
-            throw usage_error{"--parameter: " + given.name + "=" + given.values.text() + " is out of range; in " +
-                              region_.name + " it must be " + (one.is_choice ? "whole, " : "") + "from " +
-                              text(one.smallest) + " to " + text(one.largest) + (is_length ? " mm: " : ": ") +
-                              one.description};
         }
     }
 
     const anatomy::region& region_;
     std::vector<std::string> chosen_{}, all_views_{};
     std::vector<std::pair<std::string, medium>> structures_{};
-    std::map<std::string, range> ranges_{}; // metres
+    std::map<std::string, range> ranges_{};
     std::vector<anatomy::view> views_{};
     std::vector<float> deepest_{};
 };

@@ -1,6 +1,7 @@
 #define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include "../regions.hpp"
 #include <insonify/insonify.hpp>
+#include "../../region_values.hpp"
 #include <chrono>
 #include <cstdint>
 #include <doctest/doctest.h>
@@ -173,10 +174,56 @@ TEST_CASE("drawn values are in range, and sizes gather in the middle of it") {
         }
 }
 
+TEST_CASE("what lists and messages print of a parameter is taken, and is within its range") {
+    for (const anatomy::region& region : that_vary())
+        for (const anatomy::parameter& one : region.parameters)
+            for (const float value : {one.smallest, one.usual, one.largest}) {
+                CAPTURE(std::string{region.name});
+                CAPTURE(std::string{one.name});
+                CAPTURE(value);
+                const anatomy::parameter_unit in = one.written_unit();
+                const int digits = one.is_choice ? 6 : 4;
+                const std::string written = insonify::detail::number_text(value / in.size, digits),
+                                  own = insonify::detail::number_text(value, digits);
+                for (const std::string& text : {written, written + in.name, own + one.unit}) {
+                    if (text == own + one.unit && std::string{one.unit} == "m/s") continue;
+                    const float read = anatomy::values_of(region, {one.name + ("=" + text)}).at(one.name);
+                    CAPTURE(text);
+                    CHECK(read == doctest::Approx(value).epsilon(5e-4).scale(1e-30));
+                    CHECK((read >= one.smallest && read <= one.largest));
+                }
+                const float completed = region.completed({{one.name, std::stof(own)}}).at(one.name);
+                CHECK((completed >= one.smallest && completed <= one.largest));
+            }
+}
+
+TEST_CASE("words that are no values of parameters are refused with a sentence") {
+    const anatomy::region& leg = anatomy::find_region("leg");
+    const auto refusal = [&](const std::vector<std::string>& words) -> std::string {
+        try {
+            anatomy::values_of(leg, words);
+        } catch (const usage_error& error) {
+            return error.what();
+        }
+        return "no error";
+    };
+    CHECK(refusal({"fat"}) == "'fat' is not a name and its value, such as fat=6mm or side=1");
+    CHECK(refusal({"fat=6deg"}) == "fat=6deg: '6deg' is not a length, such as 40mm, 4cm or 0.04m");
+    CHECK(refusal({"calf_pennation=15mm"}) == "calf_pennation=15mm: '15mm' is not an angle, such as 15deg");
+    CHECK(refusal({"side=1mm"}) == "side=1mm: '1mm' is not a number");
+    CHECK(refusal({"fat=4", "fat=5"}) == "`fat` is given twice; a body has one value");
+    CHECK(refusal({"fat=6cm"}).starts_with("leg: `fat` is 60 mm; it must be from 3 mm to 16 mm: thickness"));
+    CHECK(refusal({"thigh_pennation=0.2"})
+              .starts_with("leg: `thigh_pennation` is 0.2 deg; it must be from 10 deg to 20 deg: "));
+    CHECK(anatomy::values_of(leg, {"thigh_pennation=15deg"}) == anatomy::values_of(leg, {"thigh_pennation=15"}));
+}
+
 TEST_CASE("bad parameters and names are refused with a sentence") {
     for (const anatomy::region& region : anatomy::regions()) {
-        CHECK(sentence(region, {{"flavour", 1}}).find("there is no parameter 'flavour'; known are ") !=
-              std::string::npos);
+        CHECK(sentence(region, {{"flavour", 1}})
+                  .find(region.parameters.empty()
+                            ? "there is no parameter 'flavour'; it has none"
+                            : "there is no parameter 'flavour'; known are ") != std::string::npos);
         for (const anatomy::parameter& one : region.parameters) {
             CAPTURE(std::string{one.name});
             const std::string start = std::string{region.name} + ": `" + one.name + "` is ";

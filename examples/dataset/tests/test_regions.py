@@ -155,7 +155,7 @@ def test_parts_that_divide_a_body_are_the_same_on_any_number_of_ranks(tmp_path):
 
 
 def test_views_and_parameters_are_chosen(tmp_path):
-    run(tmp_path, *SKETCH, "--view", "thyroid", "calf_transverse", "--parameter", "fat=3..5", "side=1", "resolution=0.4", "--samples", "8", "--no-truth")
+    run(tmp_path, *SKETCH, "--view", "thyroid", "calf_transverse", "--parameter", "fat=0.3..0.5cm", "side=1", "resolution=0.4", "thigh_pennation=10deg", "calf_pennation=14..25", "--samples", "8", "--no-truth")
     with whole_of(tmp_path) as file:
         assert texts(file, "anatomies") == ["neck", "leg"] and texts(file, "views") == ["thyroid", "calf_transverse"]
         assert (file["insonify/side"][:] == 1).all()
@@ -163,7 +163,7 @@ def test_views_and_parameters_are_chosen(tmp_path):
         assert (fat >= 0.003).all() and (fat <= 0.005).all() and len(np.unique(fat)) == 8
         assert all(parameters_of(file, row)["resolution"] == np.float32(0.4) for row in range(8))
     description = (tmp_path / "out" / "description.ini").read_text()
-    assert "view = thyroid calf_transverse\n" in description and "\"fat=3..5\"" in description
+    assert "view = thyroid calf_transverse\n" in description and "\"fat=0.3..0.5cm\"" in description
     before = hashes(tmp_path)
     run(tmp_path, "--config", "out/description.ini")
     assert hashes(tmp_path) == before
@@ -176,10 +176,13 @@ def test_views_and_parameters_are_chosen(tmp_path):
         (["--view", "toe"], "--view: there is no view 'toe'; known are carotid_transverse"),
         (["--anatomy", "leg", "--view", "thyroid"], "--view: leg has none of these views; known are femoral_block"),
         (["--parameter", "flavour=1..2"], "--parameter: there is no parameter 'flavour'; known are side"),
-        (["--parameter", "fat=3..99"], "--parameter: fat=3..99 is out of range; in neck it must be from 1.5 to 8 mm: thickness"),
+        (["--parameter", "fat=3..99"], "--parameter: fat=3..99: neck: `fat` is 99 mm; it must be from 1.5 mm to 8 mm: thickness"),
         (["--parameter", "fat=5..3"], "--parameter: fat=5..3 runs backwards"),
-        (["--parameter", "side=0..0.5"], "--parameter: side=0..0.5 is out of range; in neck it must be whole, from 0 to 1"),
+        (["--parameter", "side=0..0.5"], "--parameter: side=0..0.5: neck: `side` is 0.5; it must be a whole number from 0 to 1"),
         (["--parameter", "fat=thick"], "--parameter: fat: 'thick' is neither a number nor a range"),
+        (["--parameter", "fat=3..4deg"], "--parameter: fat: '3..4deg' is neither a number nor a range; a range is written with two dots, such as 5..9; without a unit it is in mm"),
+        (["--parameter", "fat=5", "fat=6"], "--parameter: `fat` is given twice"),
+        (["--anatomy", "nerve_block", "--parameter", "fat=3"], "--parameter: there is no parameter 'fat'; the regions that were chosen have none"),
         (["--parameter", "fat"], "--parameter: 'fat' is not a name and a range, such as fat=3..5"),
     ],
 )
