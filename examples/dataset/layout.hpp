@@ -242,9 +242,8 @@ class layout {
     // How the probe deforms the body: `pressed_face` of the library.
     void add_contact() {
         const auto one_number = [&](const char* name, const char* unit, const char* text, float (*of)(const contact&)) {
-            add(std::string{"insonify/contact_"} + name, unit, text, {}, [of](const record& one, auto& values) {
-                values.push_back(one.numbers.pressure > 0 ? of(one.touch) : 0);
-            });
+            add(std::string{"insonify/contact_"} + name, unit, text, {},
+                [of](const record& one, auto& values) { values.push_back(of(one.touch)); });
         };
         one_number("depth", "m", "largest depth of the face below the skin at rest; 0: not pressed",
                    [](const contact& c) { return c.depth; });

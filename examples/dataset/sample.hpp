@@ -52,6 +52,12 @@ inline limits_of_sample limits_of(const description& d, const anatomy::view& vie
             d.frequency ? d.frequency->to : frequency / 1_MHz * (1 + about_view::frequency)};
 }
 
+/// The angle of a needle that pierces the skin so far beside the face, degrees. @param away  millimetres
+inline float angle_beside_face(const sample& s, const anatomy::view& view, float away) {
+    const float outwards = s.needle_from == image_side::right ? -s.needle_lateral : s.needle_lateral;
+    return std::atan2(s.needle_depth, max(half_face(view.probe) / 1_mm + outwards + away, 1)) / 1_deg;
+}
+
 /// Sample `number` in a view of its body: it depends on the seed and the number alone. What options leave out varies about
 /// what the view has: see `about_view`.
 inline sample draw_sample(const description& d, const spot& at, const anatomy::view& view) {
@@ -112,8 +118,7 @@ inline sample draw_sample(const description& d, const spot& at, const anatomy::v
     }
     s.needle_depth = within(d.needle_depth ? *d.needle_depth : tip);
     // The skin is pierced beside the face.
-    const float to_edge = half_face(view.probe) / 1_mm + (from_right ? -s.needle_lateral : s.needle_lateral);
-    const auto angle_at = [&](float away) { return std::atan2(s.needle_depth, max(to_edge + away, 1)) / 1_deg; };
+    const auto angle_at = [&](float away) { return angle_beside_face(s, view, away); };
     constexpr range away = about_view::beside_face;
     if (d.needle_angle)
         s.needle_angle = within(*d.needle_angle);

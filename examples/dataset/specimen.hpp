@@ -33,6 +33,8 @@ struct bending {
     }
 };
 
+inline constexpr float needle_length = 200_mm; ///< the longest of spinal and biopsy needles
+
 /// The body of a sample, and of others that have the same.
 struct specimen {
     spot at{};                          ///< of one of these samples
@@ -103,7 +105,6 @@ inline specimen make_specimen(const description& d, const anatomies& all, const 
                                 label));
         if (anatomy::is_stiff(one.inside)) made.stiff.push_back(made.soft.back());
     }
-    constexpr float needle_length = 200_mm; // the longest of spinal and biopsy needles
     if (d.needle > 0)
         made.needle = add(make_needle(needle_diameter(s.gauge), needle_length), tissue::steel,
                           {.priority = 100, .name = "needle"}, all.labels().needle());
@@ -178,11 +179,12 @@ inline probe_place place_probe(const specimen& of, const standpoint& from, const
 inline bool folds(const pressed_face& face) {
     for (std::size_t row = 0; row < pressed_face::rows; ++row)
         for (std::size_t i = 0; i < pressed_face::columns; ++i)
-            if (!(face.depth[row][i] < face.decay * (1 - face.stop[row][i]))) return true;
+            if (face.depth[row][i] > 0 && !(face.depth[row][i] < face.decay * (1 - face.stop[row][i]))) return true;
     return false;
 }
 
-/// Deforms the body, but not the needle, where the probe is pressed into it. A face that would reach bone is raised.
+/// Deforms the body, but not the needle, where the face of the probe is in it: where it is pressed, and where an edge of
+/// it is lower than its middle. A face that would reach bone is raised.
 template <transducer Probe>
 contact yield(placement& made, const specimen& of, const Probe& probe, vec3 outside) {
     const auto contains_outside = [&](object_id id) { // gel, which makes way
@@ -190,14 +192,15 @@ contact yield(placement& made, const specimen& of, const Probe& probe, vec3 outs
         const auto hit = first_surface(made.body, away, [=](object_id other) { return other == id; });
         return hit && dot(hit->normal, away.direction) > 0;
     };
-    std::vector<object_id> pressed;
-    for (const object_id id : of.soft)
-        if (!contains_outside(id)) pressed.push_back(id);
     const auto is_one_of = [](const std::vector<object_id>& ids) {
         return [&ids](object_id id) { return std::find(ids.begin(), ids.end(), id) != ids.end(); };
     };
+    std::vector<object_id> pressed;
+    for (const object_id id : of.soft)
+        if (is_one_of(of.stiff)(id) || !contains_outside(id)) pressed.push_back(id);
     constexpr float far_decay = 1; // so that tissue folds only where it is pressed against something stiff
-    constexpr float usual_decay = 20_mm, step = 1_mm, highest = 100_mm;
+    constexpr float usual_decay = 20_mm, step = 1_mm;
+    const float highest = length(made.body.box().size()); // above which there is no bone
     const auto press_from = [&](const auto& self, float raised) -> contact {
         try {
             return press(made.body, probe, made.at, {.decay = far_decay}, is_one_of(pressed), is_one_of(of.stiff));
@@ -223,6 +226,51 @@ contact yield(placement& made, const specimen& of, const Probe& probe, vec3 outs
     return touch;
 }
 
+/// Keeps the tip of a needle in the image, so far from its sides that the needle is seen, whatever side it is from; and
+/// above its lower end, unless an option says how deep it is.
+template <transducer Probe>
+void keep_in_image(const description& d, const Probe& probe, sample& s) {
+    constexpr float margin = 6_mm;
+    if (!d.needle_depth) s.needle_depth = min(s.needle_depth, s.depth - margin / 1_mm);
+    const auto side = [&](float line) {
+        const ray edge = probe.beam(line);
+        return edge.origin.x + (s.needle_depth * 1_mm - edge.origin.z) * edge.direction.x / edge.direction.z;
+    };
+    const float one = side(-0.5F), other = side(static_cast<float>(probe.lines) - 0.5F);
+    const float reach = max(0.5F * std::fabs(other - one) - margin, 0), middle = 0.5F * (one + other);
+    s.needle_lateral = clamp(s.needle_lateral * 1_mm, middle - reach, middle + reach) / 1_mm;
+}
+
+/// The direction of a needle in the frame of the probe.
+inline vec3 direction_of_needle(const sample& s) {
+    const float angle = s.needle_angle * 1_deg, aside = s.needle_from == image_side::left ? 1.0F : -1.0F;
+    return {aside * std::cos(angle), 0, std::sin(angle)};
+}
+
+/// Whether a needle runs through bone or cartilage.
+inline bool is_in_bone(const placement& made, const specimen& of, const sample& s) {
+    const vec3 inwards = made.at.direction(direction_of_needle(s)),
+               tip = made.at.point(vec3{s.needle_lateral, 0, s.needle_depth} * 1_mm);
+    const auto bone = first_surface(
+        made.body, {.origin = tip - needle_length * inwards, .direction = inwards, .max_distance = needle_length},
+        [&](object_id id) { return std::find(of.stiff.begin(), of.stiff.end(), id) != of.stiff.end(); });
+    return bone.has_value();
+}
+
+/// Keeps a needle out of bone: its tip is less deep, and its path flatter where it would begin under the face. A sample
+/// with bone in the way at every depth has none.
+inline void keep_out_of_bone(const description& d, const placement& made, const specimen& of, sample& s) {
+    constexpr std::uint32_t depths = 12;
+    const float drawn = s.needle_depth, angle = s.needle_angle, least = d.needle_depth ? d.needle_depth->from : 1;
+    for (std::uint32_t part = depths; part > 0; --part) {
+        s.needle_depth = max(drawn * static_cast<float>(part) / depths, least);
+        if (!d.needle_angle)
+            s.needle_angle = min(angle, angle_beside_face(s, of.views[s.at.view], about_view::beside_face.from));
+        if (!is_in_bone(made, of, s)) return;
+    }
+    s.needle = false;
+}
+
 } // namespace detail
 
 /// Places the probe of a sample on its body, presses it in, and places the needle.
@@ -233,21 +281,23 @@ placement place(const description& d, const anatomies& all, const specimen& of, 
     const detail::probe_place where = detail::place_probe(of, all[s.at.anatomy].standpoint_of(seen), s);
     placement made{.body = of.body, .at = where.at, .on_surface = where.on_surface};
     made.body.set_background_fibres(where.skin.direction({1, 0, 0}), where.skin.direction({0, 0, 1}));
-    if (s.pressure > 0) made.touch = detail::yield(made, of, probe, where.outside);
+    made.touch = detail::yield(made, of, probe, where.outside);
     if (!of.needle) return made;
     if (seen.needle) { // the tip stays as far from the target as it was drawn, wherever that has moved
         const vec3 target = of.moved(seen.needle->target);
-        const vec3 now = made.at.local_point(s.pressure > 0 ? made.touch.deformation(target) : target),
+        const vec3 now = made.at.local_point(made.touch.deformation(target)),
                    usual = seen.at.local_point(seen.needle->target);
         s.needle_lateral += (now.x - usual.x) / 1_mm;
         if (!d.needle_depth) s.needle_depth = max(s.needle_depth + (now.z - usual.z) / 1_mm, 1);
     }
+    if (s.needle) {
+        detail::keep_in_image(d, probe, s);
+        detail::keep_out_of_bone(d, made, of, s);
+    }
     // In the plane of the image; a sample without a needle has it behind the probe.
-    const float angle = s.needle_angle * 1_deg, aside = s.needle_from == image_side::left ? 1.0F : -1.0F;
-    const vec3 tip = s.needle ? vec3{s.needle_lateral * 1_mm, 0, s.needle_depth * 1_mm} : vec3{0, 0, -300_mm};
-    made.body.place(*of.needle,
-                    needle_pose(made.at.point(tip), made.at.direction({aside * std::cos(angle), 0, std::sin(angle)}),
-                                made.at.direction({0, 0, -1})));
+    const vec3 tip = s.needle ? vec3{s.needle_lateral, 0, s.needle_depth} * 1_mm : vec3{0, 0, -300_mm};
+    made.body.place(*of.needle, needle_pose(made.at.point(tip), made.at.direction(detail::direction_of_needle(s)),
+                                            made.at.direction({0, 0, -1})));
     return made;
 }
 

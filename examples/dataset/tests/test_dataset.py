@@ -166,6 +166,37 @@ def test_a_probe_does_not_enter_bone(tmp_path):
         assert (file["insonify/contact_depth"][:] < 5e-3).all() and (file["insonify/contact_depth"][:] > 3e-3).all()
 
 
+def test_a_probe_that_is_not_pressed_does_not_enter_bone(tmp_path):
+    """The place of the probe, on the blood, is in the bone around it: the face is raised."""
+    write_balls(tmp_path / "balls.obj", bone=20, blood=15)
+    run(tmp_path, *PLAIN, "--anatomy", "balls.obj", "--around", "blood", "--skin", "0", "--size", "64", "--samples", "8", "--planes", "1", "--tilt", "-10..10")
+    with whole_of(tmp_path) as file:
+        labels, bone = labels_of(file), label_names(file).index("bone")
+        assert (labels[:, :8] == bone).any(axis=(1, 2)).all()
+        assert ((labels[:, 0] == bone).sum(axis=1) < 13).all()  # of 64: where a ball that touches the face is in the first row
+        assert (file["insonify/contact_depth"][:] == 0).all()
+
+
+def test_needles_stay_out_of_bone(tmp_path):
+    write_balls(tmp_path / "balls.obj", muscle=40, bone=22)
+    run(tmp_path, *PLAIN, "--anatomy", "balls.obj", "--size", "96", "--samples", "32", "--planes", "1", "--needle", "1", "--needle-depth", "2..35", "--bend", "0")
+    with whole_of(tmp_path) as file:
+        labels, needle = labels_of(file), label_names(file).index("needle")
+        numbers = {name: file["insonify/" + name][:] for name in ("needle", "needle_side", "needle_angle", "needle_depth", "needle_lateral")}
+        places, turns = file["metadata/probe_pose/translation"][:], file["metadata/probe_pose/rotation"][:]
+    assert numbers["needle"].sum() > 16
+    for row in np.flatnonzero(numbers["needle"]):
+        assert (labels[row] == needle).any()
+        w, v = turns[row, 0], turns[row, 1:]
+        world = lambda p: p + 2 * np.cross(v, np.cross(v, p) + w * p)  # turned by the quaternion
+        side, angle = 1 - 2 * numbers["needle_side"][row], np.radians(numbers["needle_angle"][row])
+        tip = places[row] + world(1e-3 * np.array([numbers["needle_lateral"][row], 0, numbers["needle_depth"][row]]))
+        back = -world(np.array([side * np.cos(angle), 0, np.sin(angle)]))
+        away = [0, 0, 0.04] - tip
+        nearest = np.linalg.norm(away - max(np.dot(away, back), 0) * back)
+        assert nearest > 0.0215  # of the bone, whose facets lie within its sphere
+
+
 def test_plan(tmp_path):
     told = run(tmp_path, *SMALL, "--plan").stdout
     assert "24 samples of 64 x 64 pixels in 6 parts" in told and "MB on disk" in told

@@ -106,6 +106,13 @@ def test_the_tip_follows_the_target_of_the_view(tmp_path):
     assert done.returncode == 1 and "--needle-lateral: 101 is out of range; it must be from -100 to 100" in done.stderr
 
 
+def test_needles_are_in_the_image(tmp_path):
+    run(tmp_path, *PLAIN, "--view", "femoral_block", "--anatomy", "leg", "--needle", "1", "--samples", "64", "--size", "96", "--no-truth", "--parameter", "resolution=0.5")
+    with whole_of(tmp_path) as file:
+        seen = (labels_of(file) == label_names(file).index("needle")).any(axis=(1, 2))
+        assert (seen == file["insonify/needle"][:]).all() and seen.sum() == 64
+
+
 def test_sectors_keep_their_shape_and_have_nothing_outside(tmp_path):
     run(tmp_path, *SKETCH, "--anatomy", "lumbar", "--samples", "3", "--iq")
     with whole_of(tmp_path) as file:
