@@ -12,6 +12,7 @@
 #include <string>
 #include <string_view>
 #include <unistd.h>
+#include <zlib.h>
 
 namespace dataset {
 
@@ -38,6 +39,14 @@ inline void replace_file(const std::filesystem::path& path, std::string_view byt
     const std::filesystem::path draft = path.string() + ".draft";
     write_file(draft, bytes);
     std::filesystem::rename(draft, path);
+}
+
+/// A checksum of bytes, as text. Source: CRC-32 of zlib.
+inline std::string checksum_of(std::string_view bytes) {
+    char text[16];
+    std::snprintf(text, sizeof text, "%08lx",
+                  crc32_z(0, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()));
+    return text;
 }
 
 /// The content of a file.

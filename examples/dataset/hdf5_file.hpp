@@ -45,10 +45,6 @@ inline const std::string no_unit = "–";
 /// What the numbers of an array are.
 enum class number_type { byte, boolean, whole, real };
 
-inline std::size_t size_of(number_type type) {
-    return type == number_type::byte || type == number_type::boolean ? 1 : 4;
-}
-
 /// As h5py has it: an enumeration of bytes for truth values.
 inline handle type_handle(number_type type) {
     if (type == number_type::boolean) {
@@ -332,29 +328,14 @@ class hdf5_reader {
             return {};
         return values;
     }
-    /// Rows of an array of numbers that has them, as it is stored.
-    /// @param shape  of the array
-    /// @return       false where it has another shape or type, or cannot be read
-    bool reads(const std::string& path, number_type numbers, const std::vector<hsize_t>& shape) const {
+    /// The number of rows of an array; 0 where it cannot be read.
+    hsize_t rows(const std::string& path) const {
         const hid_t array = H5Dopen2(file_, path.c_str(), H5P_DEFAULT);
-        if (array < 0) return false;
-        const handle open{array, H5Dclose, "read"}, space{H5Dget_space(array), H5Sclose, "read"},
-            type{H5Dget_type(array), H5Tclose, "read"};
-        if (H5Sget_simple_extent_ndims(space) != static_cast<int>(shape.size())) return false;
-        std::vector<hsize_t> found(shape.size()), start(shape.size(), 0), row = shape;
-        H5Sget_simple_extent_dims(space, found.data(), nullptr);
-        if (found != shape || H5Tequal(type, type_handle(numbers)) <= 0) return false;
-        std::size_t row_size = size_of(numbers);
-        for (std::size_t axis = 1; axis < row.size(); ++axis) row_size *= row[axis];
-        const bool small = row_size * shape[0] < std::size_t{1} << 26U; // read at once: it may be one chunk
-        if (!small) row[0] = 1;
-        std::vector<char> values(row_size * row[0]);
-        const handle memory{H5Screate_simple(static_cast<int>(row.size()), row.data(), nullptr), H5Sclose, "read"};
-        for (; start[0] < shape[0]; start[0] += row[0])
-            if (H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, row.data(), nullptr) < 0 ||
-                H5Dread(array, type, memory, space, H5P_DEFAULT, values.data()) < 0)
-                return false;
-        return true;
+        if (array < 0) return 0;
+        const handle open{array, H5Dclose, "read"}, space{H5Dget_space(array), H5Sclose, "read"};
+        std::vector<hsize_t> shape(static_cast<std::size_t>(H5Sget_simple_extent_ndims(space)));
+        H5Sget_simple_extent_dims(space, shape.data(), nullptr);
+        return shape.empty() ? 0 : shape[0];
     }
 
   private:

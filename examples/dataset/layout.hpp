@@ -81,8 +81,6 @@ class layout {
     const std::vector<std::pair<std::string, std::string>>& links() const { return links_; }
     /// The channel data that there are, if there are.
     const std::optional<acquisition>& recorded() const { return recorded_; }
-    /// Samples of each line of IQ.
-    std::uint32_t line_samples() const { return samples_; }
     /// The first facts are numbers that options give, and that vary.
     std::size_t option_count() const { return options_; }
 

@@ -43,8 +43,8 @@ class parts {
     /// What is wrong with a part that is there; empty: nothing. One thread at a time.
     std::string fault(std::uint32_t part) const {
         const auto [first, last] = samples_of(part);
-        return is_png() ? fault_of_files(path(part), d_, layout_.line_samples(), first, last)
-                        : fault_of_hdf5(path(part).string(), layout_, identity_, last - first);
+        return is_png() ? fault_of_files(path(part), d_, first, last)
+                        : fault_of_hdf5(path(part).string(), identity_, last - first);
     }
     /// Calls visit(sample) with the first samples that are stored. One thread at a time.
     /// @param count  of them

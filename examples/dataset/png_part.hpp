@@ -71,23 +71,39 @@ inline std::string stem_of(std::uint32_t sample) {
     return stem;
 }
 
+/// The file in the folder of a part that has a line for each other one.
+inline constexpr const char* checksums_name = "checksums.txt";
+inline std::string checksum_line(const std::string& name, const std::string& bytes) {
+    return checksum_of(bytes) + "  " + name + "\n";
+}
+
 /// Makes the folder of a part.
 inline void write_files(const std::filesystem::path& folder, const layout& arrays, const anatomies& all,
                         const std::vector<record>& records, std::uint32_t size) {
     std::filesystem::create_directories(folder);
+    std::string checksums;
     for (const record& one : records) {
-        const std::string stem = (folder / stem_of(one.numbers.number)).string();
-        const auto png = [&](const char* kind, const std::vector<std::uint8_t>& bytes) {
+        const std::string stem = stem_of(one.numbers.number);
+        const auto add_checksum = [&](const char* kind) {
+            checksums += checksum_line(stem + kind, read_file(folder / (stem + kind)));
+        };
+        const auto write = [&](const char* kind, const std::string& bytes) {
+            write_file(folder / (stem + kind), bytes);
+            add_checksum(kind);
+        };
+        const auto png = [&](const char* kind, const std::vector<std::uint8_t>& levels) {
             image picture{uvec2{size, size}};
-            std::transform(bytes.begin(), bytes.end(), picture.pixels.begin(),
+            std::transform(levels.begin(), levels.end(), picture.pixels.begin(),
                            [](std::uint8_t byte) { return static_cast<float>(byte) / 255; });
-            write_png(stem + kind, picture);
+            write_png((folder / (stem + kind)).string(), picture);
+            add_checksum(kind);
         };
         png(".png", one.image);
         png("_label.png", one.label);
-        if (one.iq.count != 0) write_file(stem + "_iq.npy", numpy_of(one.iq));
-        write_file(stem + ".json", json_of(one, arrays, all));
+        if (one.iq.count != 0) write("_iq.npy", numpy_of(one.iq));
+        write(".json", json_of(one, arrays, all));
     }
+    write_file(folder / checksums_name, checksums);
 }
 
 /// Calls visit(sample) with the samples of a part from the first up to, but without, the last.
@@ -110,40 +126,20 @@ void read_files(const std::filesystem::path& folder, const layout& arrays, std::
     }
 }
 
-/// Whether a PNG file ends where it says, and its checksums are right.
-inline bool is_whole_png(const std::string& bytes) {
-    const auto* data = reinterpret_cast<const unsigned char*>(bytes.data());
-    const auto word = [&](std::size_t at) {
-        return std::uint32_t{data[at]} << 24U | std::uint32_t{data[at + 1]} << 16U | std::uint32_t{data[at + 2]} << 8U |
-               data[at + 3];
-    };
-    for (std::size_t at = 8; at + 12 <= bytes.size();) {
-        const std::uint32_t length = word(at);
-        if (length > bytes.size() - at - 12) return false;
-        if (crc32(crc32(0, nullptr, 0), data + at + 4, length + 4) != word(at + 8 + length)) return false;
-        if (bytes.compare(at + 4, 4, "IEND") == 0) return at + 12 == bytes.size();
-        at += 12 + length;
-    }
-    return false;
-}
-
 /// What is wrong with the folder of a part; empty: nothing.
-/// @param samples  of each line of IQ
-inline std::string fault_of_files(const std::filesystem::path& folder, const description& d, std::uint32_t samples,
-                                  std::uint32_t first, std::uint32_t last) {
-    for (std::uint32_t i = first; i < last; ++i) {
-        const auto content = [&](const char* kind) {
-            const std::filesystem::path path = folder / (stem_of(i) + kind);
-            return std::filesystem::is_regular_file(path) ? read_file(path) : std::string{};
-        };
-        for (const char* kind : {".png", "_label.png"})
-            if (!is_whole_png(content(kind))) return stem_of(i) + kind + " is missing or damaged";
-        const std::string text = content(".json");
-        if (text.size() < 4 || text.compare(text.size() - 4, 4, "]\n}\n") != 0)
-            return stem_of(i) + ".json is missing or cut short";
-        const std::size_t echoes = std::size_t{samples} * d.lines * sizeof(vec2);
-        if (d.iq && content("_iq.npy").size() < echoes) return stem_of(i) + "_iq.npy is missing or cut short";
-    }
+inline std::string fault_of_files(const std::filesystem::path& folder, const description& d, std::uint32_t first,
+                                  std::uint32_t last) {
+    const auto content = [&](const std::string& name) {
+        return std::filesystem::is_regular_file(folder / name) ? read_file(folder / name) : std::string{};
+    };
+    const std::string checksums = content(checksums_name);
+    for (std::uint32_t i = first; i < last; ++i)
+        for (const char* kind : {".png", "_label.png", ".json", "_iq.npy"}) {
+            if (!d.iq && kind == std::string{"_iq.npy"}) continue;
+            const std::string name = stem_of(i) + kind;
+            if (checksums.find(checksum_line(name, content(name))) == std::string::npos)
+                return name + " is missing or damaged, or " + checksums_name + " is";
+        }
     return "";
 }
 

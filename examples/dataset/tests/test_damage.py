@@ -97,6 +97,32 @@ def test_damage_is_found_and_mended(whole, copy, damage):
     assert "6 of 6 parts in 'out' are whole\n" in run(copy, *SMALL, "--verify").stdout
 
 
+def flip_at(path, place):
+    with open(path, "r+b") as file:
+        file.seek(place)
+        byte = file.read(1)[0]
+        file.seek(place)
+        file.write(bytes([byte ^ 255]))
+
+
+def test_no_byte_of_a_part_is_damaged_unseen(copy):
+    """Also those of texts, attributes and the places of arrays."""
+    chance = np.random.default_rng(1)
+    parts = sorted((copy / "out").glob("part-*.h5"))
+    for _ in range(10):
+        places = [int(chance.integers(path.stat().st_size)) for path in parts]
+        for path, place in zip(parts, places):
+            flip_at(path, place)
+        assert "0 of 6 parts in 'out' are whole" in run(copy, *SMALL, "--verify", check=False).stdout, places
+        for path, place in zip(parts, places):
+            flip_at(path, place)
+    assert "6 of 6 parts in 'out' are whole\n" in run(copy, *SMALL, "--verify").stdout
+
+
+def flip_middle(path):
+    flip_at(path, path.stat().st_size // 2)
+
+
 def test_verify_sees_every_part(copy):
     for part in range(1, 6):
         (copy / "out" / f"part-{part:06}.h5").unlink()
@@ -110,8 +136,9 @@ def test_png_files_are_verified(tmp_path):
     run(tmp_path, *options)
     part = tmp_path / "out" / "part-000001"
     contents = {path.name: path.read_bytes() for path in part.iterdir()}
-    damages = {"00000004.png": cut, "00000005_label.png": empty, "00000004.json": cut, "00000005_iq.npy": os_remove}
-    for name, damage in damages.items():
+    damages = [("00000004.png", cut), ("00000005_label.png", empty), ("00000004.json", cut), ("00000005_iq.npy", os_remove)]
+    damages += [(name, flip_middle) for name in contents]
+    for name, damage in damages:
         damage(part / name)
         told = run(tmp_path, *options, "--verify", check=False)
         assert told.returncode == 1 and name in told.stdout
