@@ -1,6 +1,8 @@
 #ifndef INSONIFY_EXAMPLES_LIVE_CONTROL_HPP
 #define INSONIFY_EXAMPLES_LIVE_CONTROL_HPP
 
+#include <insonify/core/math.hpp>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -22,7 +24,8 @@ struct literal : std::string_view {
 
 /// An event that a session takes, and how a user interface shows it. The table of all is `controls()`.
 ///
-/// Numbers outside `low` to `high` are clamped by `session::apply`; those that are not finite are refused.
+/// Numbers outside `low` to `high` are clamped by `session::apply`, and others than those of a `grid` go to the nearest one; those
+/// that are not finite are refused.
 struct control {
     literal event{};   ///< its name
     literal group{};   ///< Image, Quality, Probe, Needle, Doppler or Measure; of sliders and buttons in a panel
@@ -37,13 +40,21 @@ struct control {
     void (*run)(session&, const float*, std::uint32_t count) = nullptr; ///< takes the numbers, in range
     std::uint32_t parts = 0; ///< the first number chooses one of so many, from 0
     float (*part_value)(const session&, std::uint32_t part) = nullptr; ///< at present, of a part
+    float grid = 0; ///< its numbers are `low` and so much more each; 0: any between, or the choices
 
     static constexpr std::uint32_t any_even = std::numeric_limits<std::uint32_t>::max();
 
     /// The range of its number i. @{
     float lowest(std::size_t i) const { return parts > 0 && i == 0 ? 0 : low; }
     float highest(std::size_t i) const { return parts > 0 && i == 0 ? static_cast<float>(parts - 1) : high; }
+    float grid_of(std::size_t i) const { return !choices.empty() || (parts > 0 && i == 0) ? 1 : grid; }
     /// @}
+
+    /// The nearest number that it takes as its number i.
+    float nearest(std::size_t i, float number) const {
+        const float least = lowest(i), inside = insonify::clamp(number, least, highest(i)), each = grid_of(i);
+        return each > 0 ? least + each * std::round((inside - least) / each) : inside;
+    }
 
     /// Whether a panel shows it as a slider.
     bool is_slider() const { return values == 1 && value != nullptr && choices.empty(); }

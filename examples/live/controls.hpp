@@ -53,18 +53,27 @@ inline const control& control_of(const event& one) {
     return *known;
 }
 
-/// Checks an event as `session::apply` does, and refuses numbers that it would clamp. @throws std::invalid_argument
+/// Checks an event as `session::apply` does, and refuses numbers that it would change. @throws std::invalid_argument
 inline void check_range(const event& one) {
     const control& known = control_of(one);
-    for (std::size_t i = 0; i < one.values.size(); ++i)
-        if (const float low = known.lowest(i), high = known.highest(i);
-            !(one.values[i] >= low && one.values[i] <= high)) {
-            std::ostringstream sentence;
-            sentence << one.name << ": " << one.values[i] << " is not " << low << " to " << high
-                     << (known.unit.empty() ? "" : " ") << known.unit;
-            throw std::invalid_argument{sentence.str()};
-        }
+    for (std::size_t i = 0; i < one.values.size(); ++i) {
+        if (known.nearest(i, one.values[i]) == one.values[i]) continue;
+        const float low = known.lowest(i), high = known.highest(i), grid = known.grid_of(i);
+        const bool has_unit = !known.unit.empty() && (known.parts == 0 || i > 0);
+        std::ostringstream sentence;
+        sentence << one.name << ": " << one.values[i] << " is not ";
+        if (grid == 1) sentence << "a whole number from ";
+        sentence << low << " to " << high;
+        if (grid > 1) sentence << ", in steps of " << grid;
+        if (has_unit) sentence << ' ' << known.unit;
+        throw std::invalid_argument{sentence.str() + choices_text(known)};
+    }
 }
+
+/// Whether an event measures on the picture.
+inline bool measures(const control& one) { return one.group == "Measure" && one.unit == "pixels"; }
+
+inline constexpr const char* no_picture = "there is no picture yet; send it after the first one";
 
 /// Refuses events that would do nothing in the state of a session, for programs that answer for each event. Of several events, one
 /// after another, the earlier ones count as applied.
@@ -79,8 +88,7 @@ class effect_check {
         const control& known = control_of(one);
         const std::string& name = one.name;
         const auto fail = [&](const std::string& why) { throw std::invalid_argument{name + ": " + why}; };
-        if (known.group == "Measure" && name != "unfreeze" && stored_ == 0)
-            fail("there is no picture yet; send it after the first one");
+        if (known.group == "Measure" && name != "unfreeze" && stored_ == 0) fail(no_picture);
         if (name == "cine" && !frozen_) fail("earlier frames are shown while frozen; send freeze first");
         if (name == "cine" && !(one.values[0] < static_cast<float>(stored_)))
             fail("of the frames that are stored, the earliest is " + std::to_string(stored_ - 1));
@@ -204,9 +212,9 @@ inline void session::apply(const event& one) {
     std::vector<float> values = one.values;
     for (std::size_t i = 0; i < values.size(); ++i) {
         if (!is_finite(values[i])) throw std::invalid_argument{one.name + ": a number is not finite"};
-        values[i] = clamp(values[i], known.lowest(i), known.highest(i));
+        values[i] = known.nearest(i, values[i]);
     }
-    if (known.unit == "pixels" && known.group == "Measure")
+    if (measures(known))
         for (std::size_t i = 0; i < values.size(); ++i) // within the picture
             values[i] = std::min(values[i], static_cast<float>(i % 2 == 0 ? screen_.size.x : screen_.size.y));
     known.run(*this, values.data(), static_cast<std::uint32_t>(values.size()));
@@ -220,7 +228,11 @@ inline std::string session::help() {
         line << one.event << ": " << one.tooltip;
         if (one.values != 0)
             line << " (" << (one.parts > 0 ? "0 to " + std::to_string(one.parts - 1) + ", " : "") << one.low << " to "
-                 << one.high << (one.unit.empty() ? "" : " ") << one.unit << (one.is_relative ? ", added" : "") << ')';
+                 << one.high << (one.unit.empty() ? "" : " ") << one.unit << (one.is_relative ? ", added" : "")
+                 << (one.grid_of(one.values - 1) > 0
+                         ? ", in steps of " + std::to_string(std::lround(one.grid_of(one.values - 1)))
+                         : "")
+                 << ')';
         text += line.str() + choices_text(one) + '\n';
     }
     return text;

@@ -35,7 +35,8 @@ inline std::span<const control> case_controls() {
                      s.open(*s.case_number, whole(v[0]));
                  else
                      s.patient_number = whole(v[0]); // of the next case
-             }}};
+             },
+         .grid = 1}};
     return all;
 }
 

@@ -235,7 +235,10 @@ inline std::span<const control> doppler_controls() {
          {},
          [](session& s, const float* v, std::uint32_t) {
              if (s.machine.frozen()) s.cine_back = whole(v[0]);
-         }},
+         },
+         0,
+         nullptr,
+         1},
         {"measure",
          "Measure",
          "Distance",

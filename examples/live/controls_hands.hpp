@@ -112,7 +112,7 @@ inline std::span<const control> hand_controls() {
          [](session& s, const float* v, std::uint32_t) { s.beat.amplitude = 1e-3F * v[0]; }},
         {"labels", "Image", "Labels", "", "Tints the tissues and outlines them, by name", 0, 1, 1, 1,
          [](const session& s) { return s.shows_labels ? 1.0F : 0.0F; }, false, switched,
-         [](session& s, const float* v, std::uint32_t) { s.shows_labels = v[0] >= 0.5F; }},
+         [](session& s, const float* v, std::uint32_t) { s.shows_labels = v[0] != 0; }},
         {"advance",
          "Needle",
          "Inserted",
@@ -197,7 +197,10 @@ inline std::span<const control> hand_controls() {
          [](session& s, const float* v, std::uint32_t) {
              s.needle.gauge = whole(v[0]);
              s.renew_needle();
-         }},
+         },
+         0,
+         nullptr,
+         1},
         {"bevel",
          "Needle",
          "Bevel",

@@ -141,7 +141,10 @@ inline std::span<const control> image_controls() {
          [](const session& s) { return static_cast<float>(s.machine.settings.compound.angles); },
          false,
          {},
-         [](session& s, const float* v, std::uint32_t) { compound(s, whole(v[0])); }},
+         [](session& s, const float* v, std::uint32_t) { compound(s, whole(v[0])); },
+         0,
+         nullptr,
+         1},
         {"persistence",
          "Image",
          "Persistence",
@@ -167,7 +170,10 @@ inline std::span<const control> image_controls() {
          [](const session& s) { return static_cast<float>(s.machine.probe.lines); },
          false,
          {},
-         [](session& s, const float* v, std::uint32_t) { s.machine.probe.lines = whole(v[0]); }},
+         [](session& s, const float* v, std::uint32_t) { s.machine.probe.lines = whole(v[0]); },
+         0,
+         nullptr,
+         1},
         {"planes",
          "Quality",
          "Planes",
@@ -180,9 +186,10 @@ inline std::span<const control> image_controls() {
          [](const session& s) { return static_cast<float>(s.machine.settings.planes); },
          false,
          {},
-         [](session& s, const float* v, std::uint32_t) {
-             s.machine.settings.planes = 1 + 2 * static_cast<std::uint32_t>((v[0] - 1) / 2);
-         }},
+         [](session& s, const float* v, std::uint32_t) { s.machine.settings.planes = whole(v[0]); },
+         0,
+         nullptr,
+         2},
         {"width",
          "Quality",
          "Picture width",
@@ -197,7 +204,10 @@ inline std::span<const control> image_controls() {
          {},
          [](session& s, const float* v, std::uint32_t) {
              s.machine.settings.size = {whole(v[0]), 0};
-         }},
+         },
+         0,
+         nullptr,
+         1},
         {"interval",
          "Quality",
          "Interval",
@@ -210,7 +220,10 @@ inline std::span<const control> image_controls() {
          nullptr,
          false,
          {},
-         [](session& s, const float* v, std::uint32_t) { s.ticks = whole(v[0]); }}};
+         [](session& s, const float* v, std::uint32_t) { s.ticks = whole(v[0]); },
+         0,
+         nullptr,
+         1}};
     return all;
 }
 

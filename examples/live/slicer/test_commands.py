@@ -14,7 +14,7 @@ LISTS = {"slide": 2, "entry": 2, "measure": 4, "area": 8, "hold_probe": 12, "hol
 
 
 def events_of(text):
-    """Name, and the range of each number, of all events that --help lists."""
+    """Name, range and step of each number, of all events that --help lists; 0: no steps."""
     events = {}
     for line in text.splitlines():
         found = re.match(r"([a-z_]+): ", line)
@@ -24,6 +24,9 @@ def events_of(text):
         ranges = [tuple(map(float, pair)) for pair in re.findall(NUMBER + " to " + NUMBER, line.split(" (")[-1])]
         count = LISTS.get(name, len(ranges))
         assert (count == 0) == (not ranges), line
+        step = re.search(r", in steps of (\d+)\)", line)
+        steps = [float(step.group(1)) if step else 0] if len(ranges) == 1 else [1, 0] if name == "slider" else [0] * len(ranges)
+        ranges = [(low, high, each) for (low, high), each in zip(ranges, steps)]
         events[name] = ranges * count if len(ranges) == 1 else ranges
     return events
 
@@ -76,14 +79,14 @@ def test_events(commands, events):
             commands.refused(line_of(name, [1] * 12), "do not form a rigid transform")
             commands.accepted("release")
             continue
-        commands.accepted(line_of(name, [0.5 * (low + high) for low, high in ranges]))
+        commands.accepted(line_of(name, [low + (0.5 * (high - low) if step == 0 else step * (0.5 * (high - low) // step)) for low, high, step in ranges]))
         commands.client.until("IMAGE", check=False)
         for end in (0, 1):
             commands.accepted(line_of(name, [ends[end] for ends in ranges]))
             commands.client.until("IMAGE", check=False)
         commands.accepted(small)
-        for beyond in ([ends[0] for ends in ranges[:-1]] + [high + 1 for _, high in ranges[-1:]],
-                       [low - 1 for low, _ in ranges[:1]] + [ends[1] for ends in ranges[1:]]):
+        for beyond in ([ends[0] for ends in ranges[:-1]] + [high + 1 for _, high, _ in ranges[-1:]],
+                       [low - 1 for low, *_ in ranges[:1]] + [ends[1] for ends in ranges[1:]]):
             if beyond:
                 commands.refused(line_of(name, beyond), f"{name}: .* is not .* to ")
         commands.refused(line_of(name, [0] * (len(ranges) + 1)), f"{name} takes ")
@@ -103,6 +106,13 @@ def test_us_parameters(commands):
         commands.accepted(xml % (name, extreme))
         commands.refused(xml % (name, beyond), " is not .* to ")
     commands.refused('<Command Name="SetUsParameter"><Parameter Name="Power" Value="1"/></Command>', "there is no parameter 'Power'")
+
+
+def test_whole_numbers(commands):
+    for event, sentence in (("case 3.5", "case: 3.5 is not a whole number from 0 to "), ("mode 2.6", "; 0 B, 1 M, 2 Colour"), ("patient 7.4", "whole number"),
+                            ("labels 0.5", "labels: 0.5 is not a whole number from 0 to 1; 0 Off, 1 On"), ("planes 2", "planes: 2 is not 1 to 7, in steps of 2"),
+                            ("slider 7.5 3", r"slider: 7.5 is not a whole number from 0 to 7$"), ("slider 3 3.5", None), ("planes 3", None)):
+        commands.accepted(event) if sentence is None else commands.refused(event, sentence)
 
 
 def test_all_or_nothing(commands):
@@ -167,6 +177,7 @@ def main():
         test_events(commands, events)
         commands.accepted("release\nunfreeze\nwidth 64\nlines 24\nplanes 1\nmode 0")
         test_us_parameters(commands)
+        test_whole_numbers(commands)
         test_all_or_nothing(commands)
         test_without_effect(commands)
         test_cases(commands)

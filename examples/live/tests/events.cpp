@@ -92,6 +92,10 @@ bool refuses() {
         if (!values.empty()) {
             for (const float share : {-1.0F, 2.0F})
                 if (knob.values != 12) ask({knob.event, numbers(knob, share)}, live::check_range);
+            if (knob.grid_of(0) > 0 && knob.values != 12) {
+                values[0] = knob.lowest(0) + 0.5F * knob.grid_of(0);
+                ask({knob.event, values}, live::check_range);
+            }
             values[0] = std::numeric_limits<float>::quiet_NaN();
             ask({knob.event, values}, [&](const live::event& what) { one.apply(what); });
         }
