@@ -120,7 +120,9 @@ inline region_parameters parse_parameters(const std::string& line) {
         const std::size_t equals = word.find('=');
         if (equals == std::string::npos)
             throw std::invalid_argument{"parameters: '" + word + "' is not a name and its value, such as fat=0.006"};
-        values[word.substr(0, equals)] = parse_number("parameters", word.substr(equals + 1));
+        const std::string name = word.substr(0, equals);
+        if (!values.emplace(name, parse_number("parameters", word.substr(equals + 1))).second)
+            throw std::invalid_argument{"parameters: `" + name + "` is given twice"};
     }
     return checked(region, values);
 }
@@ -133,12 +135,25 @@ struct recording {
     std::vector<step> steps{};
 };
 
-/// Reads a file. @throws std::runtime_error  for a file that cannot be opened or has no event, or naming the line that is wrong
+/// A message without bytes that are no letters, of a file that may be no text.
+inline std::string printable(std::string text) {
+    constexpr std::size_t longest = 200;
+    if (text.size() > longest) text = text.substr(0, longest) + "...";
+    for (char& letter : text)
+        if (letter < ' ' || letter > '~') letter = '?';
+    return text;
+}
+
+/// Reads a file.
+/// @throws std::runtime_error  for a file that cannot be opened or has no event, or naming the line that is wrong: that is
+/// unknown, or measures where there is no picture yet
 inline recording load_recording(const std::string& path) {
+    if (std::filesystem::is_directory(path)) throw std::runtime_error{path + ": this is a folder, not a recording"};
     std::ifstream file{path};
     if (!file) throw std::runtime_error{path + ": the recording cannot be opened"};
     recording read;
     std::size_t number = 0;
+    bool has_picture = false;
     for (std::string line; std::getline(file, line);) try {
             ++number;
             if (!line.empty() && line.back() == '\r') line.pop_back();
@@ -152,10 +167,15 @@ inline recording load_recording(const std::string& path) {
             }
             const std::optional<step> one = parse_step(line);
             if (!one) continue;
-            if (one->what) control_of(*one->what);
+            if (one->what) {
+                const control& known = control_of(*one->what);
+                if (measures(known) && !has_picture) throw std::invalid_argument{one->what->name + ": " + no_picture};
+                if (known.group == "Case") has_picture = false;
+            }
+            has_picture = has_picture || one->frames > 0;
             read.steps.push_back(*one);
         } catch (const std::logic_error& fault) {
-            throw std::runtime_error{path + ":" + std::to_string(number) + ": " + fault.what()};
+            throw std::runtime_error{path + ":" + std::to_string(number) + ": " + printable(fault.what())};
         }
     if (file.bad() || read.steps.empty())
         throw std::runtime_error{path + ": there is no event in it; a recorded session has lines such as: frames 30"};
