@@ -87,6 +87,8 @@ struct description {
         counted("--part", part, 1, 8192); // they are in memory until they are written
         if (!channels.empty() && format == "png")
             throw usage_error{"--channels: PNG files have no place for them; use --format hdf5"};
+        if (channels.empty() && transmits != description{}.transmits)
+            throw usage_error{"--transmits: there are no channel data; choose an array, such as --channels l11_5v"};
         counted("--lines", lines, 8, 1024);
         counted("--looks", looks, 1, 31);
         within("--skin", {skin, skin}, 0, 20);
@@ -119,6 +121,9 @@ struct description {
         if (!tissue::find(background)) throw usage_error{"--background: there is no tissue '" + background + "'"};
         if (planes != 1 && planes != 3 && planes != 5 && planes != 7)
             throw usage_error{"--planes: must be 1, 3, 5 or 7"};
+    }
+    /// Those of OBJ files. @throws usage_error  as `check`
+    void check_directions() const {
         const vec3 towards{from[0], from[1], from[2]}, array{lateral[0], lateral[1], lateral[2]};
         for (const auto& [name, one] : {std::pair{"--from", towards}, std::pair{"--lateral", array}})
             if (!(length(one) >= 1e-6F && length(one) <= 1e6F))

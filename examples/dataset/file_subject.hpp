@@ -17,6 +17,7 @@ class file_subject : public subject {
     /// @throws io_error, usage_error, geometry_error  for a file that cannot be used, or without the object of `around`
     file_subject(const description& d, const std::string& file)
         : name_{as_utf8(std::filesystem::path{file}.filename().string())} {
+        d.check_directions();
         const float unit = d.unit * 1_mm;
         std::vector<std::string> notes;
         scene& body = body_.anatomy;

@@ -45,6 +45,8 @@ class configuration : public CLI::Config {
             const auto fail = [&, number](const std::string& what) {
                 throw usage_error{"--config: line " + std::to_string(number) + ": " + what};
             };
+            constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
+            if (number == 1 && line.starts_with(byte_order_mark)) line.erase(0, byte_order_mark.size());
             const std::string content = CLI::detail::trim_copy(line);
             if (content.empty() || content[0] == '#' || content[0] == ';') continue;
             const std::size_t sign = content.find('=');

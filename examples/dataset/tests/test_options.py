@@ -139,6 +139,7 @@ def test_anatomy_and_place(tmp_path):
         ("--lateral", "0,0,-3", "--lateral: must not be parallel to --from"),
         ("--lateral", "nan,0,0", "--lateral: must be a direction"),
         ("--from", "1e9,0,0", "--from: must be a direction"),
+        ("--transmits", "fsa", "--transmits: there are no channel data; choose an array, such as --channels l11_5v"),
     ):
         start = [] if option == "--anatomy" else ["--anatomy", "metres.obj"]
         done = run(tmp_path, *TINY, *start, *([] if option == "--unit" else ["--unit", "1m"]), f"{option}={value}", check=False, output="no")
@@ -146,7 +147,7 @@ def test_anatomy_and_place(tmp_path):
         assert not (tmp_path / "no").exists()
     done = run(tmp_path, *TINY, "--around", "knee", check=False, output="no")
     assert done.returncode != 0 and "--around is for OBJ files; in a region the probe is placed by --view" in done.stderr
-    for option, value in (("--from", "0,-1,0"), ("--lateral", "0,1,0"), ("--unit", "2mm"), ("--background", "muscle"), ("--skin", "0"), ("--pennation", "9")):
+    for option, value in (("--from", "0,-1,0"), ("--from", "1,0,0"), ("--lateral", "0,1,0"), ("--unit", "2mm"), ("--background", "muscle"), ("--skin", "0"), ("--pennation", "9")):
         done = run(tmp_path, *TINY, "--anatomy", "nerve_block", option, value, check=False, output="no")
         assert done.returncode != 0 and f"{option} is for OBJ files" in done.stderr
 
@@ -213,7 +214,7 @@ def test_no_option_is_without_a_test():
 
 
 def test_what_a_file_may_contain(tmp_path):
-    (tmp_path / "what.ini").write_text("""# a comment
+    (tmp_path / "what.ini").write_text("""\ufeff# a comment
 ; another one
 
 samples = 2   # two
