@@ -33,9 +33,9 @@ pose pose_of(const channels::options& chosen, const pose& usual) {
     return look_at(1_mm * as_vector(*chosen.from), 1_mm * as_vector(*chosen.towards), as_vector(chosen.lateral));
 }
 
-/// Nine point scatterers in water, which scatter as much as a surface of some square millimetres.
+/// Nine point scatterers in a fluid, which scatter as much as a surface of some square millimetres.
 subject make_points() {
-    subject one{.title = "nine point scatterers in water",
+    subject one{.title = "nine point scatterers in a fluid of 1540 m/s",
                 .body = scene{medium{.density = 1000, .sound_speed = 1540}}.build(exec::par)};
     for (const float z : {10_mm, 20_mm, 30_mm})
         for (const float x : {-10_mm, 0.0F, 10_mm}) one.points.push_back({{x, 0, z}, 1_mm});

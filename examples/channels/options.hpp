@@ -59,7 +59,7 @@ inline void add_options(CLI::App& app, options& into) {
         ->needs(file);
     add_mesh_options(app, into.repair, into.pennation, file);
     add(app, "--phantom", into.phantom, "NAME",
-        "without a file: nerve_block, a limb; points, nine point scatterers in water (nerve_block)")
+        "without a file: nerve_block, a limb; points, nine point scatterers in a fluid of 1540 m/s (nerve_block)")
         ->check(CLI::IsMember({"nerve_block", "points"}))
         ->excludes(file);
     auto* const from = add_list<3, float>(app, "--from", into.from, ',', length(), "X,Y,Z",
@@ -84,9 +84,9 @@ inline void add_options(CLI::App& app, options& into) {
         ->check(positive_number(1000));
     add_whole_number(app, "--frames", into.frames, "COUNT", "frames, which differ in flowing media and noise", 1, 1000);
     add(app, "--sampling-frequency", into.sampling_frequency, "FREQUENCY",
-        "of RF, at most 1000MHz (four times the carrier)")
+        "of RF, at most 1000MHz; 0: four times the carrier (0)")
         ->transform(frequency())
-        ->check(positive_number(1000));
+        ->check(number(0, 1000));
     add(app, "--noise", into.noise, "NUMBER",
         "electronic noise of an element, dB relative to the echo of a perfect mirror, -200 to 0 (none)")
         ->check(number(-200, 0));
@@ -128,9 +128,10 @@ std::vector<transmit> transmits_named(const std::string& text, const Array& arra
     const auto fail = [&](const std::string& what) -> usage_error {
         return usage_error{"--transmits: '" + text + "': " + what};
     };
-    if (kind == "fsa" && words.size() == 1) return full_synthetic_aperture(array);
-    const bool is_complete = (kind == "plane" && words.size() == 3) || (kind == "diverging" && words.size() == 4) ||
-                             (kind == "focused" && (words.size() == 3 || words.size() == 4));
+    if (text == "fsa") return full_synthetic_aperture(array);
+    const bool is_complete =
+        !text.ends_with(':') && ((kind == "plane" && words.size() == 3) || (kind == "diverging" && words.size() == 4) ||
+                               (kind == "focused" && (words.size() == 3 || words.size() == 4)));
     if (!is_complete)
         throw fail("it must be plane:COUNT:ANGLE, diverging:COUNT:ANGLE:LENGTH, focused:COUNT:DEPTH, "
                    "focused:COUNT:DEPTH:ANGLE or fsa");

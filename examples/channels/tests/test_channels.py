@@ -208,7 +208,7 @@ def test_uff(tmp_path, array, transmits, options):
     assert data["probe"]["geometry"].shape == (elements, 7) and data["data"].shape[1] == elements
     assert data["data"].shape[2] == len(data["sequence"]) and data["data"].shape[3] == (2 if "--frames" in options else 1)
     assert np.iscomplexobj(data["data"]) == ("--iq" in options) == (scalar(data["modulation_frequency"]) > 0)
-    assert data["phantom"]["points"].shape == (9, 4) and data["name"] == "nine point scatterers in water"
+    assert data["phantom"]["points"].shape == (9, 4) and data["name"] == "nine point scatterers in a fluid of 1540 m/s"
     found = peak_near((0, 0, 20e-3), lambda x, z: beamform_uff(data, x, z))
     wavelength = 1540 / scalar(data["pulse"]["center_frequency"])
     assert abs(found[0]) < wavelength / 2 and abs(found[1] - 20e-3) < wavelength / 4, found
