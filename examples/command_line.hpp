@@ -84,6 +84,15 @@ inline CLI::Validator name() {
     return {std::function<std::string(const std::string&)>{check}, "", "name"};
 }
 
+/// Accepts names of PNG files.
+inline CLI::Validator png_name() {
+    const auto check = [](const std::string& given) {
+        return CLI::detail::to_lower(given).ends_with(".png") ? std::string{}
+                                                              : given + " is not the name of a PNG file: x.png";
+    };
+    return {std::function<std::string(const std::string&)>{check}, "", "png_name"};
+}
+
 /// Declares an option with one value.
 /// @param shown  what its value is, as --help shows it
 template <class Value>

@@ -86,11 +86,11 @@ void write_screenshot(const std::string& path, int width, int height) {
 class application {
   public:
     explicit application(const options& asked) : asked_{asked} {
-        if (glfwInit() == 0) throw std::runtime_error{"viewer: there is no display; use xvfb-run"};
+        if (glfwInit() == 0) throw std::runtime_error{"there is no display; use xvfb-run"};
         glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 2);
         glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 1);
         window_ = glfwCreateWindow(1280, 800, "insonify", nullptr, nullptr);
-        if (window_ == nullptr) throw std::runtime_error{"viewer: OpenGL 2.1 is not available"};
+        if (window_ == nullptr) throw std::runtime_error{"OpenGL 2.1 is not available"};
         glfwMakeContextCurrent(window_);
         glfwSwapInterval(asked.screenshot.empty() ? 1 : 0);
         ImGui::CreateContext();
@@ -219,6 +219,7 @@ void add_options(CLI::App& app, options& into) {
         add_whole_number(app, "--frames", into.frames, "COUNT", "ends after so many frames", 1, live::max_frames);
     add(app, "--screenshot", into.screenshot, "PICTURE", "writes the window then to this PNG file")
         ->check(name())
+        ->check(png_name())
         ->needs(frames);
     app.footer("Without --obj and --anatomy, a session is played on the anatomy that it was recorded with. Events of a "
                "session:\n" +
