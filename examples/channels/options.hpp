@@ -131,7 +131,7 @@ std::vector<transmit> transmits_named(const std::string& text, const Array& arra
     if (text == "fsa") return full_synthetic_aperture(array);
     const bool is_complete =
         !text.ends_with(':') && ((kind == "plane" && words.size() == 3) || (kind == "diverging" && words.size() == 4) ||
-                               (kind == "focused" && (words.size() == 3 || words.size() == 4)));
+                                 (kind == "focused" && (words.size() == 3 || words.size() == 4)));
     if (!is_complete)
         throw fail("it must be plane:COUNT:ANGLE, diverging:COUNT:ANGLE:LENGTH, focused:COUNT:DEPTH, "
                    "focused:COUNT:DEPTH:ANGLE or fsa");
