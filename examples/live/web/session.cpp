@@ -55,7 +55,10 @@ const char* shown(const object& one, float opacity, const pose& at) {
     shape = one.surface;
     for (vec3& point : shape.positions) point = at.point(point);
     live::json_object part;
-    part.add("name", one.name).add("opacity", opacity).add("cut", live::is_cut(one)).add("colour", std::array{live::colour_of(one)});
+    part.add("name", one.name)
+        .add("opacity", opacity)
+        .add("cut", live::is_cut(one))
+        .add("colour", std::array{live::colour_of(one)});
     part.add("positions", reinterpret_cast<std::uintptr_t>(shape.positions.data()))
         .add("points", shape.positions.size());
     part.add("faces", reinterpret_cast<std::uintptr_t>(shape.faces.data())).add("triangles", shape.faces.size());
