@@ -25750,8 +25750,9 @@ struct pressed_face {
 
     /// Four points of the grid: of this row and column, and of the next ones.
     struct cell {
-        std::size_t row, column; ///< of its first point
-        vec2 part;               ///< of the way to the next column and row, 0 to 1
+        std::size_t row;    ///< of its first point
+        std::size_t column; ///< of its first point
+        vec2 part;          ///< of the way to the next column and row, 0 to 1
     };
     /// The cell where a place is, or the one nearest to it.
     cell cell_of(vec2 place) const {
