@@ -16739,12 +16739,12 @@ struct moving_scatterers {
     // renewed: one generation of scatterers is alone for `stay` pulses, and fades into the next one during as many.
     //
     // What passes from piece to piece changes its phase by as much as these have slid past each other since their
-    // generation began. At 0.6 of a piece, the spectrum of Poiseuille flow reaches 8 % beyond that of plug flow at -20 dB
-    // (2.5 times as far where generations are ten times as long). A power of two, so that neighbouring lines have the same generations.
+    // generation began. At 0.6 of a piece, the spectrum of Poiseuille flow reaches 8 % beyond that of plug flow at -20 dB,
+    // and 50 % where generations are four times as long. A power of two, so that neighbouring lines have the same ones.
     // @return  `stay`, from velocities over a second
     INSONIFY_FN std::uint32_t generation_of(const material_line& line, std::uint32_t first, std::uint32_t last) const {
-        constexpr std::uint32_t shortest = 8, longest = 64, times = 10;
-        const float most = 0.6F * piece; // that they slide
+        constexpr std::uint32_t shortest = 16, longest = 64, times = 10; // an ensemble of colour is one generation
+        const float most = 0.6F * piece;                                 // that they slide
         if (pulses.end() <= shortest) return longest;
         float fastest = 0, before[times] = {}; // m/s along the line
         for (std::uint32_t i = first; i <= last; ++i) {
