@@ -103,7 +103,7 @@ struct parameter_unit {
 /// What varies from body to body: a size, or a choice.
 struct parameter {
     const char* name = "";        ///< such as "fat"
-    const char* unit = "";        ///< "m", "rad", "m/s"; "" for a ratio or a choice
+    const char* unit = "";        ///< "m", "rad"; "" for a ratio or a choice
     const char* description = ""; ///< in words; those of a choice list the numbers
     float smallest = 0;
     float largest = 1;

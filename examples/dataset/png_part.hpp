@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <set>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -84,19 +86,16 @@ inline void write_files(const std::filesystem::path& folder, const layout& array
     std::string checksums;
     for (const record& one : records) {
         const std::string stem = stem_of(one.numbers.number);
-        const auto add_checksum = [&](const char* kind) {
-            checksums += checksum_line(stem + kind, read_file(folder / (stem + kind)));
-        };
         const auto write = [&](const char* kind, const std::string& bytes) {
             write_file(folder / (stem + kind), bytes);
-            add_checksum(kind);
+            checksums += checksum_line(stem + kind, bytes);
         };
         const auto png = [&](const char* kind, const std::vector<std::uint8_t>& levels) {
             image picture{uvec2{size, size}};
             std::transform(levels.begin(), levels.end(), picture.pixels.begin(),
                            [](std::uint8_t byte) { return static_cast<float>(byte) / 255; });
             write_png((folder / (stem + kind)).string(), picture);
-            add_checksum(kind);
+            checksums += checksum_line(stem + kind, read_file(folder / (stem + kind)));
         };
         png(".png", one.image);
         png("_label.png", one.label);
@@ -132,12 +131,14 @@ inline std::string fault_of_files(const std::filesystem::path& folder, const des
     const auto content = [&](const std::string& name) {
         return std::filesystem::is_regular_file(folder / name) ? read_file(folder / name) : std::string{};
     };
-    const std::string checksums = content(checksums_name);
+    std::set<std::string> checksums;
+    std::istringstream lines{content(checksums_name)};
+    for (std::string line; std::getline(lines, line);) checksums.insert(line + "\n");
     for (std::uint32_t i = first; i < last; ++i)
         for (const char* kind : {".png", "_label.png", ".json", "_iq.npy"}) {
             if (!d.iq && kind == std::string{"_iq.npy"}) continue;
             const std::string name = stem_of(i) + kind;
-            if (checksums.find(checksum_line(name, content(name))) == std::string::npos)
+            if (!checksums.contains(checksum_line(name, content(name))))
                 return name + " is missing or damaged, or " + checksums_name + " is";
         }
     return "";

@@ -257,13 +257,17 @@ inline bool is_in_bone(const placement& made, const specimen& of, const sample& 
     return bone.has_value();
 }
 
-/// Keeps a needle out of bone: its tip is less deep, and its path flatter where it would begin under the face. A sample
-/// with bone in the way at every depth has none.
-inline void keep_out_of_bone(const description& d, const placement& made, const specimen& of, sample& s) {
+/// Keeps the tip of a needle in the image and the needle out of bone: its tip is less deep, and its path flatter where it
+/// would begin under the face. A sample with bone in the way at every depth has none.
+template <transducer Probe>
+void keep_visible(const description& d, const placement& made, const specimen& of, const Probe& probe, sample& s) {
     constexpr std::uint32_t depths = 12;
-    const float drawn = s.needle_depth, angle = s.needle_angle, least = d.needle_depth ? d.needle_depth->from : 1;
+    const float drawn = s.needle_depth, lateral = s.needle_lateral, angle = s.needle_angle,
+                least = d.needle_depth ? d.needle_depth->from : 1;
     for (std::uint32_t part = depths; part > 0; --part) {
         s.needle_depth = max(drawn * static_cast<float>(part) / depths, least);
+        s.needle_lateral = lateral;
+        keep_in_image(d, probe, s);
         if (!d.needle_angle)
             s.needle_angle = min(angle, angle_beside_face(s, of.views[s.at.view], about_view::beside_face.from));
         if (!is_in_bone(made, of, s)) return;
@@ -290,10 +294,7 @@ placement place(const description& d, const anatomies& all, const specimen& of, 
         s.needle_lateral += (now.x - usual.x) / 1_mm;
         if (!d.needle_depth) s.needle_depth = max(s.needle_depth + (now.z - usual.z) / 1_mm, 1);
     }
-    if (s.needle) {
-        detail::keep_in_image(d, probe, s);
-        detail::keep_out_of_bone(d, made, of, s);
-    }
+    if (s.needle) detail::keep_visible(d, made, of, probe, s);
     // In the plane of the image; a sample without a needle has it behind the probe.
     const vec3 tip = s.needle ? vec3{s.needle_lateral, 0, s.needle_depth} * 1_mm : vec3{0, 0, -300_mm};
     made.body.place(*of.needle, needle_pose(made.at.point(tip), made.at.direction(detail::direction_of_needle(s)),

@@ -85,7 +85,8 @@ inline examined examine(scene body) {
     examined made{.vessels = find_vessels(body)};
     if (!body.is_built()) body.build(exec::par);
     if (const aabb whole = body.box(); !whole.empty() && !body.find("nerve")) {
-        made.hand.on_skin = {0.5F * (whole.lower.x + whole.upper.x), 0.5F * (whole.lower.y + whole.upper.y)};
+        made.hand.from =
+            made.hand.on_skin = {0.5F * (whole.lower.x + whole.upper.x), 0.5F * (whole.lower.y + whole.upper.y)};
         made.needle.entry = {made.hand.on_skin.x - 24_mm, made.hand.on_skin.y, 0};
     }
     made.body = std::move(body);

@@ -44,6 +44,7 @@ struct needle_state {
 /// The hand on the probe.
 struct hand_state {
     vec2 on_skin{0, 0};         ///< x, y in the world
+    vec2 from{0, 0};            ///< where it began: the skin there is what `tilt` and `rock` are relative to
     float tilt = 0;             ///< about the array: the slice sweeps along y
     float rock = 0;             ///< in the slice plane
     float rotate = 0;           ///< about the axis of the probe

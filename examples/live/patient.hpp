@@ -76,8 +76,9 @@ class patient {
     /// The probe on the skin, at most `max_press` deep at any point of its face. Where it slides, it turns with the skin.
     pose probe_pose(const hand_state& hand, const array_probe& probe) const {
         const float reach = 0.5F * probe.face_width();
-        const vec2 turned = inclination_at({0, 0}, reach) - inclination_at(hand.on_skin, reach);
-        const float rock = hand.rock + turned.x, tilt = hand.tilt + turned.y;
+        constexpr float most = 80_deg; // else it would look out of the body
+        const vec2 turned = inclination_at(hand.from, reach) - inclination_at(hand.on_skin, reach);
+        const float rock = clamp(hand.rock + turned.x, -most, most), tilt = clamp(hand.tilt + turned.y, -most, most);
         const vec3 down{std::sin(rock), std::sin(tilt), std::cos(rock) * std::cos(tilt)};
         const vec3 from{hand.on_skin, skin_at(hand.on_skin) - hand.gel};
         pose at =
@@ -121,8 +122,14 @@ class patient {
         const std::optional<surface_point> skin = first_surface(at_rest_, {.origin = above, .direction = {0, 0, 1}});
         return skin ? std::optional{skin->point.z} : std::nullopt;
     }
-    // By how much the skin falls off along x and y, radians: over `reach` to both sides, or to where the body ends.
+    // By how much the skin falls off along x and y, radians, over `reach` to both sides; nearer to the edge of the body what
+    // it is there.
     vec2 inclination_at(vec2 place, float reach) const {
+        const aabb box = at_rest_.box();
+        for (int i = 0; i < 2; ++i) {
+            const float inside = min(reach, 0.5F * box.size()[i]);
+            place[i] = clamp(place[i], box.lower[i] + inside, box.upper[i] - inside);
+        }
         const auto along = [&](vec2 step) {
             const std::optional<float> here = depth_of_skin(place), before = depth_of_skin(place - step),
                                        behind = depth_of_skin(place + step);

@@ -153,12 +153,13 @@ inline recording load_recording(const std::string& path) {
     if (!file) throw std::runtime_error{path + ": the recording cannot be opened"};
     recording read;
     std::size_t number = 0;
-    bool has_picture = false;
+    bool has_picture = false, in_case = true;
     for (std::string line; std::getline(file, line);) try {
             ++number;
             if (!line.empty() && line.back() == '\r') line.pop_back();
             if (line.rfind("anatomy ", 0) == 0) {
                 read.body = parse_anatomy(line, std::filesystem::path{path}.parent_path());
+                in_case = false;
                 continue;
             }
             if (line.rfind("parameters ", 0) == 0) {
@@ -170,7 +171,10 @@ inline recording load_recording(const std::string& path) {
             if (one->what) {
                 const control& known = control_of(*one->what);
                 if (measures(known) && !has_picture) throw std::invalid_argument{one->what->name + ": " + no_picture};
-                if (known.group == "Case") has_picture = false;
+                if (known.group == "Case") { // of a mesh of one's own there is no other patient
+                    in_case = in_case || one->what->name == "case";
+                    has_picture = has_picture && !in_case;
+                }
             }
             has_picture = has_picture || one->frames > 0;
             read.steps.push_back(*one);

@@ -6695,8 +6695,7 @@ struct layer {
     /// Cosines of the angles of incidence on the surfaces at `begin` and `end`, where these are the object's own; 0
     /// where there is none, or where it belongs to the object on its other side.
     vec2 own_surfaces{0, 0};
-    float moved =
-        0; ///< how far the surface at `begin` has moved along the line since the first pulse of a train, metres
+    float moved = 0; ///< of the surface at `begin` along the line since the first pulse of a train, metres
 };
 
 /// The coordinate frame of a line in the world; axes of length 1.
@@ -16739,8 +16738,8 @@ struct moving_scatterers {
     // renewed: one generation of scatterers is alone for `stay` pulses, and fades into the next one during as many.
     //
     // What passes from piece to piece changes its phase by as much as these have slid past each other since their
-    // generation began. At 0.6 of a piece, the spectrum of Poiseuille flow reaches 8 % beyond that of plug flow at -20 dB,
-    // and 50 % where generations are four times as long. A power of two, so that neighbouring lines have the same ones.
+    // generation began. Up to 0.6 of a piece, the spectrum of Poiseuille flow ends where that of plug flow does
+    // (tests/doppler/pulsed_doppler.cpp). A power of two, so that most neighbouring lines have the same generations.
     // @return  `stay`, from velocities over a second
     INSONIFY_FN std::uint32_t generation_of(const material_line& line, std::uint32_t first, std::uint32_t last) const {
         constexpr std::uint32_t shortest = 16, longest = 64, times = 10; // an ensemble of colour is one generation
@@ -16980,8 +16979,9 @@ class ensemble_scanner {
             settings.samples != 0 ? settings.samples : samples_for(settings.depth, sent.sigma_z(probe.frequency));
         const std::uint32_t frame =
             mix_bits(__builtin_bit_cast(std::uint32_t, settings.time)) | 1U; // not 0: blood flows
-        float slowest = 1; // over c0: the echoes of slow media are displayed deeper than they lie
-        for (const medium& each : body.media()) slowest = min(slowest, each.sound_speed / display_speed);
+        float slowest = 1; // over c0: the echoes behind slow media are displayed deeper than they lie
+        for (const medium& each : body.media())
+            if (!detail::blocks_sound(each)) slowest = min(slowest, each.sound_speed / display_speed);
         trace(detail::any_policy{policy}, body, probe, at, model, field,
               {.depth = settings.depth, .samples = samples, .planes = settings.planes, .frame = frame},
               {.start = settings.time,
@@ -22547,7 +22547,8 @@ class reflector_search {
         const float power = reflected * reflected * rough *
                             scattered_back(is_hard(before) || is_hard(after), met.cosine) / pi * size *
                             field.tissue(distance);
-        // Random numbers that stay where they are on the object, wherever the array is.
+        // Random numbers that stay where they are on the object, wherever the array is. Cells have their middle at 0, so
+        // that rounding does not decide between two for a slice through the origin of the object.
         const object_view& owner = seen.objects[segment.object];
         const vec3 on_object =
             at_rest(owner, segment.primitive, owner.at.local_point(at_.point({piece.place.x, 0, piece.place.y}))) /
@@ -25696,10 +25697,11 @@ struct indentation {
 
     /// @throws usage_error  if a setting is out of range
     void check() const {
-        if (!is_rigid(at) || !(depth >= 0) || !(face.x > 0) || !(face.y > 0) || !(decay > depth) || !(recovery > 0))
+        if (!is_rigid(at) || !(depth >= 0) || !(face.x > 0) || !(face.y > 0) || !(decay > depth) || !(recovery > 0) ||
+            !is_finite(recovery))
             throw usage_error{
                 "indentation: `depth` must be at least 0 and less than `decay`, the sizes of the face and "
-                "`recovery` above 0, and `at` a rigid pose"};
+                "`recovery` above 0 and finite, and `at` a rigid pose"};
     }
 
     friend bool operator==(const indentation&, const indentation&) = default;
@@ -25807,7 +25809,8 @@ struct pressed_face {
 
     /// @throws usage_error  if a setting is out of range
     void check() const {
-        bool valid = is_rigid(at) && is_finite(left) && is_finite(right) && elevation > 0 && decay > 0 && recovery > 0;
+        bool valid = is_rigid(at) && is_finite(left) && is_finite(right) && elevation > 0 && decay > 0 &&
+                     recovery > 0 && is_finite(recovery);
         for (std::size_t k = 0; k < rows; ++k)
             for (std::size_t i = 0; i < columns; ++i)
                 valid = valid && is_finite(skin[k][i]) && stop[k][i] >= 0 &&
@@ -25816,7 +25819,7 @@ struct pressed_face {
             throw usage_error{
                 "pressed_face: `depth` must be at least 0 and less than `decay` at each point of the grid, or than "
                 "`decay` (1 - `stop`) above what is stiff, `left`, `right` and `skin` finite, `elevation` and "
-                "`recovery` above 0, and `at` a rigid pose"};
+                "`recovery` above 0 and finite, and `at` a rigid pose"};
     }
 
     friend bool operator==(const pressed_face&, const pressed_face&) = default;
@@ -25989,8 +25992,10 @@ class presser {
         probe.check();
         body.require_built();
         detail::check_rigid(at, "press");
-        if (!(settings.stiffness >= 0) || !(settings.gel >= 0) || !(settings.decay > 0) || !(settings.recovery > 0))
-            throw usage_error{"press: `stiffness` and `gel` must be at least 0, `decay` and `recovery` above 0"};
+        if (!(settings.stiffness >= 0) || !(settings.gel >= 0) || !(settings.decay > 0) || !(settings.recovery > 0) ||
+            !is_finite(settings.recovery))
+            throw usage_error{"press: `stiffness` and `gel` must be at least 0, `decay` and `recovery` above 0, and "
+                              "`recovery` finite"};
         if (is_full_circle(probe))
             throw usage_error{
                 "press: the lines of the probe run all around it, so it has no face that presses; use a linear, "

@@ -170,7 +170,7 @@ TEST_CASE("pressed_face: a depth that folds tissue over is an error") {
     CHECK_THROWS_WITH_AS(face.check(),
                          "pressed_face: `depth` must be at least 0 and less than `decay` at each point of the grid, or "
                          "than `decay` (1 - `stop`) above what is stiff, `left`, `right` and `skin` finite, "
-                         "`elevation` and `recovery` above 0, and `at` a rigid pose",
+                         "`elevation` and `recovery` above 0 and finite, and `at` a rigid pose",
                          usage_error);
     face.depth[2][7] = 0.99F * face.decay;
     face.check();

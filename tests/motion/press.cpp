@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <doctest/doctest.h>
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -177,6 +178,7 @@ TEST_CASE("press: a curved face, and objects that do not belong to the body") {
     CHECK(touch.lines[probe.lines / 2] == 1);
     CHECK(touch.lines[0] == 0);
     CHECK_THROWS_AS(press(body, probe, {}, {.decay = 0}), usage_error);
+    CHECK_THROWS_AS(press(body, probe, {}, {.recovery = std::numeric_limits<float>::infinity()}), usage_error);
 }
 
 TEST_CASE("what a probe touches stays in touch, whatever else deforms and in whatever order") {

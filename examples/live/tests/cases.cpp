@@ -124,6 +124,26 @@ bool follows_skin(live::session& one, std::uint32_t number) {
                      text_of(100 * touching) + " % of its lines touch");
 }
 
+// A body of its own begins with the probe straight above its middle, wherever that is, and slid to its edge within reach of the hand.
+bool follows_own_mesh() {
+    scene body{tissue::air};
+    body.add(make_cylinder({35_mm, -60_mm, 40_mm}, {35_mm, 60_mm, 40_mm}, 40_mm, 64), tissue::muscle, {.name = "skin"});
+    live::session one{std::move(body)};
+    const auto down = [&] { return one.probe_pose().direction({0, 0, 1}); };
+    const float begins = std::acos(clamp(down().z, -1, 1));
+    float steepest = 0;
+    for (const float rock : {-30.0F, 60.0F}) {
+        one.apply({"rock", {rock}});
+        for (const float step : {100.0F, -200.0F, 100.0F}) {
+            one.apply({"slide", {step, 0}});
+            steepest = std::max(steepest, std::acos(clamp(down().z, -1, 1)));
+        }
+    }
+    return check(begins < 1_deg && steepest < 85_deg,
+                 "a mesh off the origin: the probe begins " + text_of(begins / 1_deg) +
+                     " degrees from straight down, and is never more than " + text_of(steepest / 1_deg) + " from it");
+}
+
 // The needle enters at the skin, and reaches the target of the view.
 bool pierces(live::session& one, std::uint32_t number) {
     const live::case_entry& entry = live::cases[number];
@@ -265,6 +285,7 @@ int run() {
     make_small(one);
     for (std::uint32_t i = 0; i < std::size(live::cases); ++i) holds = opens(one, i) && holds;
     for (std::uint32_t i = 0; i < std::size(live::cases); ++i) holds = pierces(one, i) && holds;
+    holds = follows_own_mesh() && holds;
     for (const std::uint32_t i : {1U, 8U}) holds = follows_skin(one, i) && holds;
     for (std::uint32_t i = 0; i < std::size(live::cases); ++i) holds = flows(one, i) && holds;
     holds = moves_vessels() && holds;

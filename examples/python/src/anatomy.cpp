@@ -112,7 +112,7 @@ void bind_parts(py::module_& module) {
     py::class_<parameter>(module, "parameter", "What varies from body to body: a size, or a choice.")
         .def_property_readonly("name", [](const parameter& self) { return self.name; })
         .def_property_readonly(
-            "unit", [](const parameter& self) { return self.unit; }, "m, rad, m/s; empty for a ratio or a choice")
+            "unit", [](const parameter& self) { return self.unit; }, "m or rad; empty for a ratio or a choice")
         .def_property_readonly(
             "description", [](const parameter& self) { return self.description; },
             "in words; those of a choice list the numbers")

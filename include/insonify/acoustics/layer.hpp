@@ -32,8 +32,7 @@ struct layer {
     /// Cosines of the angles of incidence on the surfaces at `begin` and `end`, where these are the object's own; 0
     /// where there is none, or where it belongs to the object on its other side.
     vec2 own_surfaces{0, 0};
-    float moved =
-        0; ///< how far the surface at `begin` has moved along the line since the first pulse of a train, metres
+    float moved = 0; ///< of the surface at `begin` along the line since the first pulse of a train, metres
 };
 
 /// The coordinate frame of a line in the world; axes of length 1.

@@ -299,7 +299,8 @@ class reflector_search {
         const float power = reflected * reflected * rough *
                             scattered_back(is_hard(before) || is_hard(after), met.cosine) / pi * size *
                             field.tissue(distance);
-        // Random numbers that stay where they are on the object, wherever the array is.
+        // Random numbers that stay where they are on the object, wherever the array is. Cells have their middle at 0, so
+        // that rounding does not decide between two for a slice through the origin of the object.
         const object_view& owner = seen.objects[segment.object];
         const vec3 on_object =
             at_rest(owner, segment.primitive, owner.at.local_point(at_.point({piece.place.x, 0, piece.place.y}))) /

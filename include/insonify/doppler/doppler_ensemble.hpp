@@ -116,8 +116,8 @@ struct moving_scatterers {
     // renewed: one generation of scatterers is alone for `stay` pulses, and fades into the next one during as many.
     //
     // What passes from piece to piece changes its phase by as much as these have slid past each other since their
-    // generation began. At 0.6 of a piece, the spectrum of Poiseuille flow reaches 8 % beyond that of plug flow at -20 dB,
-    // and 50 % where generations are four times as long. A power of two, so that neighbouring lines have the same ones.
+    // generation began. Up to 0.6 of a piece, the spectrum of Poiseuille flow ends where that of plug flow does
+    // (tests/doppler/pulsed_doppler.cpp). A power of two, so that most neighbouring lines have the same generations.
     // @return  `stay`, from velocities over a second
     INSONIFY_FN std::uint32_t generation_of(const material_line& line, std::uint32_t first, std::uint32_t last) const {
         constexpr std::uint32_t shortest = 16, longest = 64, times = 10; // an ensemble of colour is one generation
@@ -357,8 +357,9 @@ class ensemble_scanner {
             settings.samples != 0 ? settings.samples : samples_for(settings.depth, sent.sigma_z(probe.frequency));
         const std::uint32_t frame =
             mix_bits(__builtin_bit_cast(std::uint32_t, settings.time)) | 1U; // not 0: blood flows
-        float slowest = 1; // over c0: the echoes of slow media are displayed deeper than they lie
-        for (const medium& each : body.media()) slowest = min(slowest, each.sound_speed / display_speed);
+        float slowest = 1; // over c0: the echoes behind slow media are displayed deeper than they lie
+        for (const medium& each : body.media())
+            if (!detail::blocks_sound(each)) slowest = min(slowest, each.sound_speed / display_speed);
         trace(detail::any_policy{policy}, body, probe, at, model, field,
               {.depth = settings.depth, .samples = samples, .planes = settings.planes, .frame = frame},
               {.start = settings.time,

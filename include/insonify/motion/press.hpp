@@ -59,10 +59,11 @@ struct indentation {
 
     /// @throws usage_error  if a setting is out of range
     void check() const {
-        if (!is_rigid(at) || !(depth >= 0) || !(face.x > 0) || !(face.y > 0) || !(decay > depth) || !(recovery > 0))
+        if (!is_rigid(at) || !(depth >= 0) || !(face.x > 0) || !(face.y > 0) || !(decay > depth) || !(recovery > 0) ||
+            !is_finite(recovery))
             throw usage_error{
                 "indentation: `depth` must be at least 0 and less than `decay`, the sizes of the face and "
-                "`recovery` above 0, and `at` a rigid pose"};
+                "`recovery` above 0 and finite, and `at` a rigid pose"};
     }
 
     friend bool operator==(const indentation&, const indentation&) = default;
@@ -170,7 +171,8 @@ struct pressed_face {
 
     /// @throws usage_error  if a setting is out of range
     void check() const {
-        bool valid = is_rigid(at) && is_finite(left) && is_finite(right) && elevation > 0 && decay > 0 && recovery > 0;
+        bool valid = is_rigid(at) && is_finite(left) && is_finite(right) && elevation > 0 && decay > 0 &&
+                     recovery > 0 && is_finite(recovery);
         for (std::size_t k = 0; k < rows; ++k)
             for (std::size_t i = 0; i < columns; ++i)
                 valid = valid && is_finite(skin[k][i]) && stop[k][i] >= 0 &&
@@ -179,7 +181,7 @@ struct pressed_face {
             throw usage_error{
                 "pressed_face: `depth` must be at least 0 and less than `decay` at each point of the grid, or than "
                 "`decay` (1 - `stop`) above what is stiff, `left`, `right` and `skin` finite, `elevation` and "
-                "`recovery` above 0, and `at` a rigid pose"};
+                "`recovery` above 0 and finite, and `at` a rigid pose"};
     }
 
     friend bool operator==(const pressed_face&, const pressed_face&) = default;
@@ -352,8 +354,10 @@ class presser {
         probe.check();
         body.require_built();
         detail::check_rigid(at, "press");
-        if (!(settings.stiffness >= 0) || !(settings.gel >= 0) || !(settings.decay > 0) || !(settings.recovery > 0))
-            throw usage_error{"press: `stiffness` and `gel` must be at least 0, `decay` and `recovery` above 0"};
+        if (!(settings.stiffness >= 0) || !(settings.gel >= 0) || !(settings.decay > 0) || !(settings.recovery > 0) ||
+            !is_finite(settings.recovery))
+            throw usage_error{"press: `stiffness` and `gel` must be at least 0, `decay` and `recovery` above 0, and "
+                              "`recovery` finite"};
         if (is_full_circle(probe))
             throw usage_error{
                 "press: the lines of the probe run all around it, so it has no face that presses; use a linear, "
