@@ -26047,7 +26047,7 @@ class presser {
         const float area = (face.right - face.left) * face.elevation * pressed / points;
         found.pressure = area > 0 ? found.force / area : 0;
         for (std::uint32_t line = 0; line < probe.lines; ++line) {
-            const pressed_face::cell at_line = face.cell_of({probe.beam(static_cast<float>(line)).origin.x, 0});
+            const pressed_face::cell at_line = face.cell_of(vec2(probe.beam(static_cast<float>(line)).origin.x, 0));
             const float* const depth = &skin_.depth[pressed_face::rows / 2][at_line.column];
             const bool touches = depth[0] + at_line.part.x * (depth[1] - depth[0]) >= -settings.gel;
             found.lines.push_back(touches ? 1 : 0);
