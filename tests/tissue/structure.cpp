@@ -1,5 +1,6 @@
 #include <insonify/acoustics/scatterers/cell_field.hpp>
 #include <insonify/acoustics/tissue.hpp>
+#include <algorithm>
 #include <cmath>
 #include <doctest/doctest.h>
 #include <string>
@@ -73,6 +74,48 @@ TEST_CASE("structure: lines in opposite directions through the same points see t
     for (std::size_t i = 0; i < 401; ++i) { // slow variation is interpolated between other points
         CHECK(std::fabs(forth[i] - back[400 - i]) < 0.05F * forth[i]);
     }
+}
+
+TEST_CASE(
+    "structure: bent sheets are arcs across the fibres, of the curvatures that were asked for, and keep the power") {
+    constexpr float bend = 0.5F, width = 10_mm, step = 0.2_mm;
+    const structure bent{.sheets = {.fill = 1,
+                                    .cell = {0.5F, width, 10_mm},
+                                    .level_db = 40,
+                                    .spread_db = 0,
+                                    .turn = 0,
+                                    .bend = bend,
+                                    .tilt = 0,
+                                    .waviness = 0.5F,
+                                    .diffuse_db = -30}};
+    CHECK(std::fabs(structure_test::level(bent, 0)) < 0.5);
+    const placed_structure tissue{bent, mat3{1}};
+    // Depth of the brightest point of a line, or 0 where no sheet is.
+    const auto depth_at = [&](float y) {
+        const std::vector<float> gains = structure_test::gains_along(tissue, {1_mm, y, 0}, {0, 0, 1}, 100);
+        const std::size_t k = static_cast<std::size_t>(std::max_element(gains.begin(), gains.end()) - gains.begin());
+        if (k == 0 || k + 1 == gains.size() || gains[k] < 5) return 0.0F;
+        const float before = std::log(gains[k - 1]), here = std::log(gains[k]), behind = std::log(gains[k + 1]);
+        return 0.1_mm * (static_cast<float>(k) + 0.5F * (before - behind) / (before - 2 * here + behind));
+    };
+    // Second differences of neighbours within one sheet: each sheet has one curvature, up to bend / half width.
+    float smallest = 0, largest = 0;
+    int points = 0;
+    for (int i = 0; i < 2000; ++i) {
+        const float y = step * static_cast<float>(i), a = depth_at(y - 3 * step), b = depth_at(y),
+                    c = depth_at(y + 3 * step);
+        if (a == 0 || b == 0 || c == 0 || std::fabs(a - b) > 0.5_mm || std::fabs(c - b) > 0.5_mm) continue;
+        const float curvature = (a - 2 * b + c) / (9 * step * step);
+        smallest = std::fmin(smallest, curvature);
+        largest = std::fmax(largest, curvature);
+        ++points;
+    }
+    const float limit = bend / (0.6F * 0.4F * width); // of the narrowest sheet
+    MESSAGE(points << " points, curvatures " << smallest << " to " << largest << " 1/m, limit " << limit);
+    CHECK(points > 500);
+    CHECK(smallest < -0.4F * limit);
+    CHECK(largest > 0.4F * limit);
+    CHECK(std::fmax(-smallest, largest) < 1.1F * limit);
 }
 
 TEST_CASE("structure: along the fibres brightness persists for millimetres, across them it does not") {

@@ -38,14 +38,14 @@ namespace tissue {
 // clang-format off
 
 /// Skeletal muscle: the walls of its fascicles, the perimysium, are short bright sheets along the fibres, 2 to 3 mm
-/// apart, and curved lines across them; longer and stronger ones divide it. Brightness varies over 3 to 10 mm. Epimysium
+/// apart, and bent across them; longer and stronger ones divide it. Brightness varies over 3 to 10 mm. Epimysium
 /// and aponeuroses are 0.7 to 1.5 mm thick.
 inline constexpr structure muscle_structure{
     .mottling = {3.5F, {8_mm, 4_mm, 4_mm}}, .grain = {1.8F, {4_mm, 1.5_mm, 1.5_mm}}, .wave = 0.2_mm,
-    .sheets = {.fill = 0.5F, .lattices = 5, .cell = {22_mm, 4.5_mm, 2_mm}, .thickness = 0.12_mm, .level_db = 24,
-               .spread_db = 7.8F, .turn = 0.9F, .waviness = 0.4F},
-    .septa = {.fill = 0.7F, .lattices = 2, .cell = {40_mm, 16_mm, 7_mm}, .thickness = 0.14_mm, .level_db = 22,
-              .spread_db = 6, .turn = 0.9F, .tilt = 0.05F, .waviness = 0.3F, .diffuse_db = -16},
+    .sheets = {.fill = 0.64F, .lattices = 5, .cell = {18_mm, 5.5_mm, 2.1_mm}, .thickness = 0.1_mm, .level_db = 23.5F,
+               .spread_db = 8.5F, .turn = 0.8F, .bend = 0.5F, .waviness = 0.4F},
+    .septa = {.fill = 0.6F, .lattices = 2, .cell = {45_mm, 18_mm, 9_mm}, .thickness = 0.14_mm, .level_db = 28,
+              .spread_db = 5, .turn = 0.5F, .bend = 0.5F, .tilt = 0.05F, .waviness = 0.4F, .diffuse_db = -16},
     .sheath = {.thickness = 1_mm}};
 
 /// A muscle of a few millimetres, as those of the neck, between the fingers or of the abdominal wall: fascicles are
@@ -53,7 +53,7 @@ inline constexpr structure muscle_structure{
 inline constexpr structure thin_muscle_structure{
     .mottling = {2.5F, {8_mm, 4_mm, 2.5_mm}}, .grain = {1.8F, {4_mm, 1.2_mm, 1.2_mm}}, .wave = 0.15_mm,
     .sheets = {.fill = 0.6F, .lattices = 5, .cell = {18_mm, 4.2_mm, 1.7_mm}, .thickness = 0.11_mm, .level_db = 21,
-               .spread_db = 7, .turn = 0.6F, .waviness = 0.3F},
+               .spread_db = 7, .turn = 0.6F, .bend = 0.5F, .waviness = 0.3F},
     .sheath = {.thickness = 0.45_mm, .level_db = 15, .diffuse_db = -18}};
 
 /// Loose connective tissue: a few wavy lamellae of unequal strength. Convention.

@@ -343,7 +343,9 @@ class sheet_crossings {
             const floats e = min(extent, half);
             return {(at.first - multiply_add(one - (e + e), random, e)) * unit, at.step * unit};
         };
-        const floats margin(1.5F * of_.thickness); // so that little of the profile is cut off at the sides of the cell
+        const floats bend = between(b, 3, -of_.bend, of_.bend), rise = half * half_width * bend; // of its edges
+        // So that little of the profile is cut off at the sides of the cell.
+        const floats margin = multiply_add(half, abs(rise), floats(1.5F * of_.thickness));
         const floats y_extent = half_width * cosine + margin * abs(sine),
                      z_extent = half_width * abs(sine) + margin * cosine;
         const linear_lanes x = from_centre(in.x, half_length, fraction_of_bits(a, 24, 8), one / half_length),
@@ -355,8 +357,9 @@ class sheet_crossings {
         const linear_lanes across{(y.first * sine + z.first * cosine) * thicknesses,
                                   (y.step * sine + z.step * cosine) * thicknesses},
             within{(y.first * cosine - z.first * sine) * per_width, (y.step * cosine - z.step * sine) * per_width};
+        const floats risen = rise * thicknesses, beyond = multiply_add(half, abs(risen), floats(4.0F));
         floats begin = in.begin, end = in.end;
-        across.clip(floats(-4.0F), floats(4.0F), begin, end);
+        across.clip(-beyond, beyond, begin, end);
         within.clip(-one, one, begin, end);
         x.clip(-one, one, begin, end);
         const floats per_point(1 / points.spacing);
@@ -374,31 +377,39 @@ class sheet_crossings {
         const floats level_number =
             multiply_add(steps, floats(max_level_number / 32), floats(-max_level_number * 31 / 32));
         const floats level = decibels(level_number, of_.spread_db, of_.level_db);
+        // Cosine of the angle between the beam and the normal, which turns with the place w across a bent sheet: to the
+        // second order in w bend, facing + w turning - w^2 falling.
         const floats facing = sine * floats(facing_y_) + cosine * floats(facing_z_);
-        const floats turned = (facing * facing - one) * floats(per_lobe_);
-        const floats echo = multiply_add(power_of_two<wide_lanes>(turned), floats(1 - diffuse_), floats(diffuse_));
+        const floats turning = bend * (cosine * floats(facing_y_) - sine * floats(facing_z_)),
+                     falling = half * bend * bend * facing;
 
         std::uint32_t from[wide_lanes], to[wide_lanes];
         store_bits<wide_lanes>(first, from);
         store_bits<wide_lanes>(behind, to);
-        float sheet[7][wide_lanes];
+        float sheet[11][wide_lanes]; // three coordinates, and five values below
         const linear_lanes* const coordinates[] = {&across, &within, &x};
         for (std::size_t k = 0; k < 3; ++k) {
             store(coordinates[k]->first, sheet[2 * k]);
             store(coordinates[k]->step, sheet[2 * k + 1]);
         }
-        store(level * echo, sheet[6]);
+        const floats* const values[] = {&level, &risen, &facing, &turning, &falling};
+        for (std::size_t k = 0; k < 5; ++k) store(*values[k], sheet[6 + k]);
         for (std::uint32_t k = 0; met != 0; ++k, met >>= 1) {
             if ((met & 1U) == 0) continue;
             const auto at = [&](int which, const floats& distance) {
                 return multiply_add(distance, floats(sheet[which + 1][k]), floats(sheet[which][k]));
             };
-            const floats amplitude(sheet[6][k]), zero(0.0F), end_point(static_cast<float>(to[k]));
+            const auto value = [&](int which) { return floats(sheet[6 + which][k]); };
+            const floats zero(0.0F), end_point(static_cast<float>(to[k]));
             for (std::uint32_t i = from[k]; i < to[k] && i < points.count; i += wide_lanes) {
-                const floats distance = points.distances(i), offset = at(0, distance), w = at(2, distance),
-                             l = at(4, distance);
-                const floats outline = max(one - l * l, zero) * max(one - w * w, zero);
-                const floats here = gaussian(offset) * sqrt(outline) * amplitude;
+                const floats distance = points.distances(i), w = at(2, distance), l = at(4, distance), ww = w * w,
+                             offset = at(0, distance) - value(1) * (ww - half);
+                const floats cosine_here = value(2) + w * value(3) - ww * value(4);
+                const floats turned = (cosine_here * cosine_here - one) * floats(per_lobe_);
+                const floats echo =
+                    multiply_add(power_of_two<wide_lanes>(turned), floats(1 - diffuse_), floats(diffuse_));
+                const floats outline = max(one - l * l, zero) * max(one - ww, zero);
+                const floats here = gaussian(offset) * sqrt(outline) * echo * value(0);
                 const auto inside = whole_numbers(i) < end_point;
                 store(load<wide_lanes>(points.gain + i) + select(inside, here, zero), points.gain + i);
             }
