@@ -44,7 +44,7 @@ image by_stages(const scene& body, const Probe& probe, const pose& at, const b_m
                            .frame = knobs.frame};
     line_tracer<> tracer; // has the layers that it found
     iq_lines echoes = tracer.trace(policy, body, traced, at, physical{}, scan);
-    echoes = add_gas_reverberation(policy, std::move(echoes), tracer.layers(), traced, physical{}, knobs.gas);
+    echoes = add_reverberation(policy, std::move(echoes), tracer.layers(), traced, physical{}, knobs.reverberation);
     echoes = add_near_field(policy, std::move(echoes), tracer.layers(), traced, knobs.near_field);
     echoes = convolve(policy, std::move(echoes), sent, traced);
     if (traced.lines != fine.lines) echoes = resample_lines(policy, echoes, traced, fine);

@@ -743,10 +743,11 @@ class near_field_settings:
     ring_down_db: float
     shown: str
 
-class gas_reverberation:
-    """Echoes that appear behind gas."""
-    def __init__(self, *, mirror: float = ..., face: float = ...) -> None: ...
+class reverberation_settings:
+    """Echoes that appear behind gas and bone."""
+    def __init__(self, *, mirror: float = ..., face: float = ..., haze: float = ...) -> None: ...
     face: float
+    haze: float
     mirror: float
 
 class compound_settings:
@@ -758,14 +759,14 @@ class compound_settings:
 
 class b_mode_settings:
     """Settings of a B-mode image, as on a scanner."""
-    def __init__(self, *, depth: float = ..., samples: int = ..., size: Vector = ..., dynamic_range_db: float = ..., reference_db: float = ..., gain_db: float = ..., tgc: float = ..., planes: int = ..., background: float = ..., time_gain: time_gain_settings = ..., reject_db: float = ..., grey: grey_map = ..., persistence: float = ..., noise: noise_level = ..., frame: int = ..., near_field: near_field_settings = ..., gas: gas_reverberation = ..., compound: compound_settings = ..., max_motion: float = ..., interpolates_lines: bool = ..., quality: str = ..., ring_down_db: float = ...) -> None: ...
+    def __init__(self, *, depth: float = ..., samples: int = ..., size: Vector = ..., dynamic_range_db: float = ..., reference_db: float = ..., gain_db: float = ..., tgc: float = ..., planes: int = ..., background: float = ..., time_gain: time_gain_settings = ..., reject_db: float = ..., grey: grey_map = ..., persistence: float = ..., noise: noise_level = ..., frame: int = ..., near_field: near_field_settings = ..., reverberation: reverberation_settings = ..., compound: compound_settings = ..., max_motion: float = ..., interpolates_lines: bool = ..., quality: str = ..., ring_down_db: float = ...) -> None: ...
     background: float
     compound: compound_settings
     depth: float
     dynamic_range_db: float
     frame: int
     gain_db: float
-    gas: gas_reverberation
+    reverberation: reverberation_settings
     grey: grey_map
     interpolates_lines: bool
     max_motion: float

@@ -10,7 +10,7 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// Simulates a B-mode image: the whole chain in one call, the first picture of a `scanner`, which a clip is made by.
 ///
-///     trace (physical) -> add_gas_reverberation -> add_near_field -> convolve (the probe's pulse and beam)
+///     trace (physical) -> add_reverberation -> add_near_field -> convolve (the probe's pulse and beam)
 ///         -> resample_lines -> add_electronic_noise -> envelope -> tgc -> compounding -> log_compress -> persistence
 ///         -> map_grey -> scan_convert
 ///

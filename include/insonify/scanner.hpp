@@ -16,7 +16,7 @@
 #include <insonify/signal/pulse.hpp>
 #include <insonify/signal/resample_lines.hpp>
 #include <insonify/tracing/read/automatic_tgc.hpp>
-#include <insonify/tracing/read/gas_reverberation.hpp>
+#include <insonify/tracing/read/reverberation.hpp>
 #include <insonify/tracing/read/label.hpp>
 #include <insonify/tracing/read/near_field.hpp>
 #include <insonify/tracing/trace.hpp>
@@ -76,7 +76,7 @@ struct b_mode_settings {
     noise_level noise{};            ///< electronic noise
     std::uint32_t frame = 0;        ///< number of the frame: noise and the speckle of blood differ from frame to frame
     near_field_settings near_field{}; ///< echoes of the probe itself
-    gas_reverberation gas{};          ///< echoes that appear behind gas, on straight lines
+    reverberation_settings reverberation{};          ///< echoes that appear behind gas, on straight lines
     compound_settings compound{};     ///< looks at several angles, averaged; none by default
     /// Movement of the probe from frame to frame, metres, at any corner of the field of view, above which `persistence`
     /// and compounding with `update_mode::one` start anew; 0: at every movement.
@@ -489,7 +489,7 @@ class scanner {
         if (!gain) gain = choose_time_gain(policy, body, at, look.steering == 0 && found.lines > 0 ? &found : nullptr);
         times_.trace += clock.lap();
         if constexpr (finds_layers) {
-            echoes = add_gas_reverberation(policy, std::move(echoes), found, traced, model, settings.gas);
+            echoes = add_reverberation(policy, std::move(echoes), found, traced, model, settings.reverberation);
             echoes = add_near_field(policy, std::move(echoes), found, straight, settings.near_field);
         } else {
             echoes = add_near_field(policy, std::move(echoes), body, straight, at, settings.near_field);

@@ -954,6 +954,9 @@ INSONIFY_FN inline bool is_gas(const medium& m) { return m.impedance() < 3e5F; }
 inline bool has_gas(view<const medium> media) { return std::any_of(media.begin(), media.end(), is_gas); }
 /// Whether almost no sound passes between tissue and this medium: gas, bone, metal.
 INSONIFY_FN inline bool blocks_sound(const medium& m) { return m.impedance() > 3e6F || is_gas(m); }
+inline constexpr float max_loss_of_tissue = 200; ///< dB/m at 1 MHz: tendon, the most absorbing soft tissue, has 180
+/// Whether a medium reflects much and absorbs the rest.
+INSONIFY_FN inline bool is_bone(const medium& m) { return m.impedance() > 3e6F && m.attenuation > max_loss_of_tissue; }
 /// Whether a medium is none of soft tissue: tendon, the hardest one, has an impedance of 2.0e6, trabecular bone 2.5e6.
 INSONIFY_FN inline bool is_hard(const medium& m) { return m.impedance() > 2.2e6F || is_gas(m); }
 
@@ -11871,8 +11874,7 @@ INSONIFY_FN void follow_sound(const Model& model, const traced_line& line, const
                 entered.gains.at_steps.empty())
                 entered.gains.before = {}; // the gains within an obstacle do not hold for what passes beside it
         }
-        constexpr float max_of_tissue = 200; // dB/m at 1 MHz: tendon, the most absorbing soft tissue, has 180
-        if (const medium& m = line.media[here.medium]; !blocks_sound(m) && m.attenuation < max_of_tissue)
+        if (const medium& m = line.media[here.medium]; !blocks_sound(m) && m.attenuation < max_loss_of_tissue)
             entered.tissue_per_metre = model.attenuation(m, line.frequency);
         above = path;
         path = entered;
@@ -19009,8 +19011,8 @@ float automatic_tgc(const Policy& policy, const scene& body, const Probe& probe,
 
 
 #endif
-#ifndef INSONIFY_TRACING_READ_GAS_REVERBERATION_HPP
-#define INSONIFY_TRACING_READ_GAS_REVERBERATION_HPP
+#ifndef INSONIFY_TRACING_READ_REVERBERATION_HPP
+#define INSONIFY_TRACING_READ_REVERBERATION_HPP
 
 
 #ifndef INSONIFY_ACOUSTICS_TISSUE_HPP
@@ -19325,66 +19327,76 @@ constexpr std::optional<medium> find(std::string_view name) {
 
 
 #endif
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Echoes that appear behind gas, of sound that it reflects: the mirror image of the tissue in front of it, and the
-/// reverberation between gas and the face of the probe.
-struct gas_reverberation {
+/// Echoes that appear behind gas and bone, of sound that they reflect. Gas shows the mirror image of the tissue in front of
+/// it, and the reverberation between gas and the face of the probe; bone is rough, and fills its shadow with haze.
+struct reverberation_settings {
     float mirror = 1; ///< part of the amplitude of the mirror image that is drawn, 0 (none) to 1
     float face = 1;   ///< the same of the reverberation with the face
+    float haze =
+        0.4F; ///< the same of the haze behind bone: -17 dB of muscle, as in a wave simulation of a block of bone
 
     /// @throws usage_error  for a setting that is out of range
     void check() const {
-        if (!(mirror >= 0 && mirror <= 1) || !(face >= 0 && face <= 1))
-            throw usage_error{"gas_reverberation: `mirror` and `face` must be 0 (not drawn) to 1"};
+        for (const float part : {mirror, face, haze})
+            if (!(part >= 0 && part <= 1))
+                throw usage_error{"reverberation: `mirror`, `face` and `haze` must be 0 (not drawn) to 1"};
     }
 
-    friend bool operator==(const gas_reverberation&, const gas_reverberation&) = default;
+    friend bool operator==(const reverberation_settings&, const reverberation_settings&) = default;
 };
 
 namespace detail {
 
-/// The first surface of gas on a line, and what sound loses on the way back from it. Models without `timing`, `loss` or
+/// Whether a medium fills what lies behind it with sound that it reflects.
+INSONIFY_FN inline bool is_mirror(const medium& m) { return is_gas(m) || is_bone(m); }
+
+/// The first surface of gas or bone on a line, and what sound loses on the way back from it. Models without `timing`, `loss` or
 /// `pulse_loss` have those of `physical`.
 template <class Model>
-class gas_surface {
+class mirror_surface {
   public:
-    gas_surface(view<const layer> layers, view<const medium> media, const traced_line& pulse, const Model& model)
+    mirror_surface(view<const layer> layers, view<const medium> media, const traced_line& pulse, const Model& model)
         : layers_{layers}, media_{media}, pulse_{pulse}, model_{model} {
-        for (; next_ < layers.size() && !is_gas(medium_of(next_)); ++next_) {
+        for (; next_ < layers.size() && !is_mirror(medium_of(next_)); ++next_) {
             crossed_db_ += crossed_db(next_);
             shown_ += stretch();
             lost_db_ += lost_db();
         }
         if (next_ == 0 || next_ == layers.size()) return;
         below = &layers[next_];
+        is_rough = !is_gas(medium_of(next_));
         shown = shown_;
         reflected = reflection(medium_of(next_ - 1), medium_of(next_));
         lens_reflected = reflection(medium_of(0), tissue::lens);
-        lost_at_gas_ = lost_db_;
-        crossed_at_gas_ = crossed_db_;
+        lost_there_ = lost_db_;
+        crossed_there_ = crossed_db_;
     }
 
-    const layer* below = nullptr; ///< the layer of gas; null: there is none, or the line starts in it
+    const layer* below = nullptr; ///< behind it; null: there is none, or the line starts in it
+    bool is_rough = false;        ///< whether it is that of bone
     float shown = 0;              ///< its displayed depth, metres
     float reflected = 0;          ///< amplitude, by its surface
     float lens_reflected = 0;     ///< amplitude, of sound that returns to the face
 
-    /// What an echo loses that goes to the gas and back once more, dB.
-    float once_more_db() const { return loss_db(2 * lost_at_gas_) - loss_db(lost_at_gas_) + crossed_at_gas_; }
-    /// The same from a displayed depth to the gas and back, twice, dB. From call to call less deep.
+    /// What an echo loses that goes there and back once more, dB.
+    float once_more_db() const { return loss_db(2 * lost_there_) - loss_db(lost_there_) + crossed_there_; }
+    /// The same from a displayed depth to the surface and back, twice, dB. From call to call less deep.
     float twice_from_db(float depth) {
         while (next_ > 0 && depth < shown_) {
-            if (next_ < layers_.size() && !is_gas(medium_of(next_))) crossed_db_ -= crossed_db(next_);
+            if (next_ < layers_.size() && !is_mirror(medium_of(next_))) crossed_db_ -= crossed_db(next_);
             --next_;
             shown_ -= stretch();
             lost_db_ -= lost_db();
         }
         const float lost = lost_db_ + max(depth - shown_, 0) * (lost_db() / max(stretch(), 1e-9F));
-        return loss_db(2 * lost_at_gas_ - lost) - loss_db(lost) + 2 * (crossed_at_gas_ - crossed_db_);
+        return loss_db(2 * lost_there_ - lost) - loss_db(lost) + 2 * (crossed_there_ - crossed_db_);
     }
 
   private:
@@ -19419,33 +19431,82 @@ class gas_surface {
     const Model& model_;
     std::size_t next_ = 0; // the layer that begins at `shown_`
     float shown_ = 0, lost_db_ = 0, crossed_db_ = 0;
-    float lost_at_gas_ = 0, crossed_at_gas_ = 0;
+    float lost_there_ = 0, crossed_there_ = 0;
+};
+
+/// What a rough surface returns of the echoes in front of it: each is one of those within 5 mm, drawn by lot, and bright
+/// surfaces among them, which it does not show as lines, count little more than the tissue around.
+class mixed_echoes {
+  public:
+    /// @param echoes  of the line, up to the surface
+    mixed_echoes(view<const vec2> echoes, float spacing, std::uint32_t key)
+        : echoes_{echoes}, range_{5e-3F / spacing}, key_{key} {
+        const auto shortest = static_cast<std::size_t>(0.5e-3F / spacing) + 1; // about a pulse
+        block_ = std::max(shortest, echoes.size() / max_blocks + 1);
+        const auto blocks = static_cast<int>((echoes.size() + block_ - 1) / block_),
+                   around = static_cast<int>(range_ / static_cast<float>(block_)) + 1;
+        float root[max_blocks], power[max_blocks];
+        for (int i = 0; i < blocks; ++i) {
+            const std::size_t first = static_cast<std::size_t>(i) * block_,
+                              last = std::min(first + block_, echoes.size());
+            power[i] = 0;
+            for (std::size_t k = first; k < last; ++k)
+                power[i] += dot(echoes[k], echoes[k]) / static_cast<float>(last - first);
+            root[i] = std::sqrt(std::sqrt(power[i]));
+        }
+        for (int i = 0; i < blocks; ++i) {
+            const int first = std::max(i - around, 0), last = std::min(i + around + 1, blocks);
+            float mean = 0; // of the fourth roots, which hardly feels few that are strong
+            for (int k = first; k < last; ++k) mean += root[k] / static_cast<float>(last - first);
+            const float largest = 3 * mean * mean * mean * mean;
+            part_[i] = power[i] > largest ? std::sqrt(largest / power[i]) : 1.0F;
+        }
+    }
+
+    /// @param from  of the echo that a smooth surface would return
+    vec2 operator()(std::int64_t from) const {
+        const std::uint32_t random = mix_bits(key_ + static_cast<std::uint32_t>(from));
+        const auto aside = static_cast<std::int64_t>(range_ * (static_cast<float>(random >> 16) * 0x1p-15F - 1));
+        const auto last = static_cast<std::int64_t>(echoes_.size()) - 1;
+        const auto k = static_cast<std::size_t>(std::max(last - std::abs(last - from - aside), std::int64_t{0}));
+        return part_[k / block_] * echoes_[k];
+    }
+
+  private:
+    static constexpr std::size_t max_blocks = 256;
+
+    view<const vec2> echoes_;
+    float range_; // samples
+    std::uint32_t key_;
+    std::size_t block_ = 1;    // samples
+    float part_[max_blocks]{}; // of the amplitude, of each block
 };
 
 } // namespace detail
 
-/// Adds the echoes that appear behind gas to traced echoes: straight lines end at its surface. Call it between `trace`
-/// and `convolve`.
+/// Adds the echoes that appear behind gas and bone to traced echoes: straight lines end at their surfaces. Call it between
+/// `trace` and `convolve`.
 ///
 ///     at 2 D - z:  r^2 10^(-A(z) / 20) / sqrt(|1 + 2 h k_x| |1 + 2 h k_y|) of the conjugate echo at z < D
 ///     at D + z:    n r f c 10^(-B / 20) of the echo at z, n = 2 for z < D, else 1
 ///
-/// with D the displayed depth of the gas, A(z) what sound loses from z to the gas and back, twice, and B from the face
-/// to the gas and back (attenuation of the pulse and interfaces, dB), r what gas reflects, f what the lens of the probe
+/// with D the displayed depth of the first such surface, A(z) what sound loses from z to it and back, twice, and B from the
+/// face to it and back (attenuation of the pulse and interfaces, dB), r what it reflects, f what the lens of the probe
 /// does (from the impedances of `tissue::lens` and of the first medium), h = D - z, k the curvatures of the surface,
 /// behind which sound diverges, and c the part of the amplitude that returns to the aperture: by the law of specular
 /// echoes, for the slope of the surface and the angle of the line to the face. The image is that of the line itself;
-/// `paths` follows the sound to where it goes.
+/// `paths` follows the sound to where it goes. Bone mixes the echoes within some millimetres of z, and none of them returns
+/// from the face.
 /// @param found  what lies along the lines of the probe
 /// @throws usage_error  for lines that are not those of the probe, or a setting out of range
 template <exec::policy Policy, transducer Probe, class Model>
-iq_lines add_gas_reverberation(const Policy& policy, iq_lines echoes, const line_layers& found, const Probe& probe,
-                               const Model& model, const gas_reverberation& settings = {}) {
+iq_lines add_reverberation(const Policy& policy, iq_lines echoes, const line_layers& found, const Probe& probe,
+                           const Model& model, const reverberation_settings& settings = {}) {
     settings.check();
     probe.check();
-    detail::check_layers(found, probe.lines, "add_gas_reverberation");
-    detail::check_echoes(echoes, probe.lines, "add_gas_reverberation");
-    if (!detail::has_gas(found.media)) return echoes;
+    detail::check_layers(found, probe.lines, "add_reverberation");
+    detail::check_echoes(echoes, probe.lines, "add_reverberation");
+    if (std::none_of(found.media.begin(), found.media.end(), detail::is_mirror)) return echoes;
     constexpr float min_spread = 0.5F; // in the focus of a hollow surface, which is not sharp: as `paths`
     const detail::stated_settings stated{probe};
     const traced_line pulse{.frequency = stated.frequency, .bandwidth = stated.bandwidth};
@@ -19455,37 +19516,53 @@ iq_lines add_gas_reverberation(const Policy& policy, iq_lines echoes, const line
         return vec2{forwards.x, -forwards.y};
     };
     exec::for_each_in_blocks(policy, echoes.count, 8, 2e4F, [&](std::size_t i) {
-        detail::gas_surface<Model> gas{found(static_cast<std::uint32_t>(i)), found.media, pulse, model};
-        if (gas.below == nullptr || gas.shown <= spacing || gas.shown >= echoes.depth) return;
-        const vec2 curvature{gas.below->curvature.x, gas.below->curvature.y};
+        detail::mirror_surface<Model> surface{found(static_cast<std::uint32_t>(i)), found.media, pulse, model};
+        if (surface.below == nullptr || surface.shown <= spacing || surface.shown >= echoes.depth) return;
+        const vec2 curvature{surface.below->curvature.x, surface.below->curvature.y};
         vec2* const line = echoes.values.data() + i * echoes.samples;
         const auto samples = static_cast<std::int64_t>(echoes.samples),
-                   surface = static_cast<std::int64_t>(std::lround(gas.shown / spacing)),
-                   twice = static_cast<std::int64_t>(std::lround(2 * gas.shown / spacing)) - 1;
-        const std::int64_t above = surface - 2; // the echo of the gas itself is divided between two samples
-        const vec2 once_deeper = rotation(gas.shown), twice_deeper = rotation(2 * gas.shown);
-        const float wavelengths = gas.shown * stated.frequency / display_speed;
+                   middle = static_cast<std::int64_t>(std::lround(surface.shown / spacing)),
+                   twice = static_cast<std::int64_t>(std::lround(2 * surface.shown / spacing)) - 1;
+        // The echo of the surface itself is divided between two samples; that of a rough one reaches half a millimetre.
+        const std::int64_t above = std::max(
+            middle - (surface.is_rough ? static_cast<std::int64_t>(0.5e-3F / spacing) : 0) - 2, std::int64_t{0});
+        const vec2 twice_deeper = rotation(2 * surface.shown);
+        const auto add_image = [&](float part, auto&& echo_at) {
+            for (std::int64_t k = middle + 1; k < std::min(samples, twice + 1); ++k) {
+                const std::int64_t from = twice - k;
+                if (from >= above) continue;
+                const float depth = (static_cast<float>(from) + 0.5F) * spacing;
+                const vec2 spread = max(abs(vec2{1, 1} + 2 * (surface.shown - depth) * curvature), vec2{min_spread});
+                const float level = part * surface.reflected * surface.reflected *
+                                    amplitude_of_decibels(-surface.twice_from_db(depth)) /
+                                    std::sqrt(spread.x * spread.y);
+                const vec2 echo = echo_at(from);
+                line[k] += level * detail::complex_product(vec2{echo.x, -echo.y}, twice_deeper);
+            }
+        };
+        if (surface.is_rough) {
+            if (settings.haze > 0)
+                add_image(settings.haze, detail::mixed_echoes{{line, static_cast<std::size_t>(above)},
+                                                              spacing,
+                                                              mix_bits(static_cast<std::uint32_t>(i))});
+            return;
+        }
+        add_image(settings.mirror, [&](std::int64_t from) { return line[from]; });
+        const vec2 once_deeper = rotation(surface.shown);
+        const float wavelengths = surface.shown * stated.frequency / display_speed;
         const auto number = static_cast<float>(i);
         const vec3 face = probe.beam(number + 0.5F).origin - probe.beam(number - 0.5F).origin;
         const float width = length(face); // 0: lines from one point of a plane face
         const vec3 along = probe.beam(number).direction;
         const float sine = width > 0 ? dot(along, face) / width : along.x; // of the angle to the normal of the face
-        const float tilt = length(vec2{gas.below->slope.x, sine});
+        const float tilt = length(vec2{surface.below->slope.x, sine});
         const float returned =
             specular_return{}(std::atan(tilt), stated.fnumber, wavelengths) *
-            specular_return{}(std::atan(gas.below->slope.y), gas.shown / stated.elevation_height, wavelengths);
-        const float mirrored = settings.mirror * gas.reflected * gas.reflected,
-                    repeated = settings.face * gas.reflected * gas.lens_reflected * returned *
-                               amplitude_of_decibels(-gas.once_more_db());
-        for (std::int64_t k = surface + 1; k < samples; ++k) {
-            if (const std::int64_t from = twice - k; from >= 0 && from < above) {
-                const float depth = (static_cast<float>(from) + 0.5F) * spacing;
-                const vec2 spread = max(abs(vec2{1, 1} + 2 * (gas.shown - depth) * curvature), vec2{min_spread});
-                const float level =
-                    mirrored * amplitude_of_decibels(-gas.twice_from_db(depth)) / std::sqrt(spread.x * spread.y);
-                line[k] += level * detail::complex_product(vec2{line[from].x, -line[from].y}, twice_deeper);
-            }
-            const std::int64_t from = k - surface;
+            specular_return{}(std::atan(surface.below->slope.y), surface.shown / stated.elevation_height, wavelengths);
+        const float repeated = settings.face * surface.reflected * surface.lens_reflected * returned *
+                               amplitude_of_decibels(-surface.once_more_db());
+        for (std::int64_t k = middle + 1; k < samples; ++k) {
+            const std::int64_t from = k - middle;
             line[k] += (from < above ? 2 : 1) * repeated * detail::complex_product(line[from], once_deeper);
         }
     });
@@ -19797,7 +19874,7 @@ struct b_mode_settings {
     noise_level noise{};            ///< electronic noise
     std::uint32_t frame = 0;        ///< number of the frame: noise and the speckle of blood differ from frame to frame
     near_field_settings near_field{}; ///< echoes of the probe itself
-    gas_reverberation gas{};          ///< echoes that appear behind gas, on straight lines
+    reverberation_settings reverberation{};          ///< echoes that appear behind gas, on straight lines
     compound_settings compound{};     ///< looks at several angles, averaged; none by default
     /// Movement of the probe from frame to frame, metres, at any corner of the field of view, above which `persistence`
     /// and compounding with `update_mode::one` start anew; 0: at every movement.
@@ -20210,7 +20287,7 @@ class scanner {
         if (!gain) gain = choose_time_gain(policy, body, at, look.steering == 0 && found.lines > 0 ? &found : nullptr);
         times_.trace += clock.lap();
         if constexpr (finds_layers) {
-            echoes = add_gas_reverberation(policy, std::move(echoes), found, traced, model, settings.gas);
+            echoes = add_reverberation(policy, std::move(echoes), found, traced, model, settings.reverberation);
             echoes = add_near_field(policy, std::move(echoes), found, straight, settings.near_field);
         } else {
             echoes = add_near_field(policy, std::move(echoes), body, straight, at, settings.near_field);
@@ -20359,7 +20436,7 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// Simulates a B-mode image: the whole chain in one call, the first picture of a `scanner`, which a clip is made by.
 ///
-///     trace (physical) -> add_gas_reverberation -> add_near_field -> convolve (the probe's pulse and beam)
+///     trace (physical) -> add_reverberation -> add_near_field -> convolve (the probe's pulse and beam)
 ///         -> resample_lines -> add_electronic_noise -> envelope -> tgc -> compounding -> log_compress -> persistence
 ///         -> map_grey -> scan_convert
 ///

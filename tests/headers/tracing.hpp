@@ -22,9 +22,9 @@ label_lines call(const scene& body) { return label(exec::par, body, pencil{}, po
 #ifdef CALL_tracing_read_ground_truth
 ground_truth_lines call(const scene& body) { return ground_truth(exec::par, body, pencil{}, pose{}, {.depth = 0.04F}); }
 #endif
-#ifdef CALL_tracing_read_gas_reverberation
+#ifdef CALL_tracing_read_reverberation
 iq_lines call(iq_lines echoes, const line_layers& found) {
-    return add_gas_reverberation(exec::par, std::move(echoes), found, pencil{}, physical{});
+    return add_reverberation(exec::par, std::move(echoes), found, pencil{}, physical{});
 }
 #endif
 #ifdef CALL_tracing_read_near_field

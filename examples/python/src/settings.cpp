@@ -73,9 +73,10 @@ void bind_settings(py::module_& module) {
                 "amplitude that the back of the lens reflects")
         .member("ring_down_db", &near_field_settings::ring_down_db, "level of the ringing at the face")
         .member("ring_down", &near_field_settings::ring_down, "depth at which the ringing has lost 60 dB, metres");
-    settings_class<gas_reverberation>(module, "gas_reverberation", "Echoes that appear behind gas.")
-        .member("mirror", &gas_reverberation::mirror, "part of the amplitude of the mirror image that is drawn")
-        .member("face", &gas_reverberation::face, "the same of the reverberation with the face");
+    settings_class<reverberation_settings>(module, "reverberation_settings", "Echoes that appear behind gas and bone.")
+        .member("mirror", &reverberation_settings::mirror, "part of the amplitude of the mirror image that is drawn")
+        .member("face", &reverberation_settings::face, "the same of the reverberation with the face")
+        .member("haze", &reverberation_settings::haze, "the same of the haze behind bone");
     settings_class<compound_settings>(module, "compound_settings", "Looks at several angles, averaged.")
         .member("angles", &compound_settings::angles, "number of looks; 1: no compounding")
         .member("spread", &compound_settings::spread, "angle between the outermost looks, radians")
@@ -99,7 +100,7 @@ void bind_settings(py::module_& module) {
         .member("noise", &b_mode_settings::noise, "electronic noise")
         .member("frame", &b_mode_settings::frame, "number of the frame")
         .member("near_field", &b_mode_settings::near_field, "echoes of the probe itself")
-        .member("gas", &b_mode_settings::gas, "echoes that appear behind gas")
+        .member("reverberation", &b_mode_settings::reverberation, "echoes that appear behind gas and bone")
         .member("compound", &b_mode_settings::compound, "looks at several angles")
         .member("max_motion", &b_mode_settings::max_motion,
                 "metres from frame to frame above which persistence and rolling compounding start anew")

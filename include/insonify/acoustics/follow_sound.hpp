@@ -225,8 +225,7 @@ INSONIFY_FN void follow_sound(const Model& model, const traced_line& line, const
                 entered.gains.at_steps.empty())
                 entered.gains.before = {}; // the gains within an obstacle do not hold for what passes beside it
         }
-        constexpr float max_of_tissue = 200; // dB/m at 1 MHz: tendon, the most absorbing soft tissue, has 180
-        if (const medium& m = line.media[here.medium]; !blocks_sound(m) && m.attenuation < max_of_tissue)
+        if (const medium& m = line.media[here.medium]; !blocks_sound(m) && m.attenuation < max_loss_of_tissue)
             entered.tissue_per_metre = model.attenuation(m, line.frequency);
         above = path;
         path = entered;

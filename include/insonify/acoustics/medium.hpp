@@ -73,6 +73,9 @@ INSONIFY_FN inline bool is_gas(const medium& m) { return m.impedance() < 3e5F; }
 inline bool has_gas(view<const medium> media) { return std::any_of(media.begin(), media.end(), is_gas); }
 /// Whether almost no sound passes between tissue and this medium: gas, bone, metal.
 INSONIFY_FN inline bool blocks_sound(const medium& m) { return m.impedance() > 3e6F || is_gas(m); }
+inline constexpr float max_loss_of_tissue = 200; ///< dB/m at 1 MHz: tendon, the most absorbing soft tissue, has 180
+/// Whether a medium reflects much and absorbs the rest.
+INSONIFY_FN inline bool is_bone(const medium& m) { return m.impedance() > 3e6F && m.attenuation > max_loss_of_tissue; }
 /// Whether a medium is none of soft tissue: tendon, the hardest one, has an impedance of 2.0e6, trabecular bone 2.5e6.
 INSONIFY_FN inline bool is_hard(const medium& m) { return m.impedance() > 2.2e6F || is_gas(m); }
 
