@@ -16,9 +16,9 @@
 #include <insonify/signal/pulse.hpp>
 #include <insonify/signal/resample_lines.hpp>
 #include <insonify/tracing/read/automatic_tgc.hpp>
-#include <insonify/tracing/read/reverberation.hpp>
 #include <insonify/tracing/read/label.hpp>
 #include <insonify/tracing/read/near_field.hpp>
+#include <insonify/tracing/read/reverberation.hpp>
 #include <insonify/tracing/trace.hpp>
 #include <algorithm>
 #include <array>
@@ -75,9 +75,9 @@ struct b_mode_settings {
     float persistence = 0;          ///< weight of the previous frames, 0 to below 1; needs a `scanner`
     noise_level noise{};            ///< electronic noise
     std::uint32_t frame = 0;        ///< number of the frame: noise and the speckle of blood differ from frame to frame
-    near_field_settings near_field{}; ///< echoes of the probe itself
-    reverberation_settings reverberation{};          ///< echoes that appear behind gas, on straight lines
-    compound_settings compound{};     ///< looks at several angles, averaged; none by default
+    near_field_settings near_field{};       ///< echoes of the probe itself
+    reverberation_settings reverberation{}; ///< echoes that appear behind gas, on straight lines
+    compound_settings compound{};           ///< looks at several angles, averaged; none by default
     /// Movement of the probe from frame to frame, metres, at any corner of the field of view, above which `persistence`
     /// and compounding with `update_mode::one` start anew; 0: at every movement.
     float max_motion = 0.001F;

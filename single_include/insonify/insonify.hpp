@@ -19011,8 +19011,139 @@ float automatic_tgc(const Policy& policy, const scene& body, const Probe& probe,
 
 
 #endif
-#ifndef INSONIFY_TRACING_READ_REVERBERATION_HPP
-#define INSONIFY_TRACING_READ_REVERBERATION_HPP
+#ifndef INSONIFY_TRACING_READ_LABEL_HPP
+#define INSONIFY_TRACING_READ_LABEL_HPP
+
+
+#include <algorithm>
+#include <cstddef>
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Depth and sampling of labels, and the meaning of depth.
+struct label_settings {
+    /// What the depth of a sample means.
+    enum class depth_grid {
+        geometric, ///< metres along the line: where things are
+        displayed, ///< c0 t / 2, where t is the travel time there and back: where a picture by `physical` shows them
+    };
+    float depth = 0.08F;                     ///< metres, of the grid
+    std::uint32_t samples = 0;               ///< along each line; 0: as many as a picture by `physical` has
+    depth_grid grid = depth_grid::geometric; ///< what a depth means
+};
+
+namespace detail {
+
+/// The samples of a line that lie in one of its layers: `first` up to, but without, `last`.
+struct label_stretch {
+    float begin = 0;       ///< of the layer, in metres of the grid
+    float scale = 1;       ///< metres of the grid a metre of the layer
+    std::size_t first = 0; ///< sample
+    std::size_t last = 0;  ///< sample after the last one
+};
+
+/// Checks the arguments of `label`.
+/// @return the number of samples of the grid: by default two for each standard deviation of the pulse, a multiple of 64
+inline std::uint32_t check_labels(const scene& body, const probe_settings& probe, const pose& at,
+                                  const label_settings& settings, const char* caller) {
+    check_lines(body, probe.frequency, at, settings.depth, caller);
+    const float sigma = pulse{}.sigma_z(probe.frequency);
+    return checked_samples(probe.lines, settings.samples != 0 ? settings.samples : samples_for(settings.depth, sigma),
+                           caller);
+}
+
+/// How far lines are followed, metres: fast media below `depth` are displayed above it.
+inline float max_depth_of(const label_settings& settings, view<const medium> media) {
+    float fastest = display_speed;
+    for (const medium& m : media) fastest = max(fastest, m.sound_speed);
+    return settings.grid == label_settings::depth_grid::displayed ? settings.depth * (fastest / display_speed)
+                                                                  : settings.depth;
+}
+
+/// Maps the layers of a line to a grid: calls visit(i, stretch) for layer i, starting at the face.
+///
+/// Each sample, at (k + 1/2) * spacing metres, is in one stretch; the last layer takes all that are left.
+template <class Visit>
+void for_each_stretch(view<const layer> layers, view<const medium> media, label_settings::depth_grid grid,
+                      std::size_t samples, float spacing, const Visit& visit) {
+    std::size_t next = 0;
+    float begin = 0;
+    for (std::size_t i = 0; i < layers.size(); ++i) {
+        const layer& here = layers[i];
+        const bool displayed = grid == label_settings::depth_grid::displayed;
+        const float scale = displayed ? displayed_stretch(media[here.medium]) : 1.0F;
+        const float end = begin + scale * (here.end - here.begin);
+        const float before_end = clamp(std::ceil(end / spacing - 0.5F), 0, static_cast<float>(samples));
+        const std::size_t last = i + 1 == layers.size() ? samples : static_cast<std::size_t>(before_end);
+        visit(i, label_stretch{begin, scale, next, last});
+        next = last;
+        begin = end;
+    }
+}
+
+/// The layers that labels are read from: of one plane.
+template <exec::policy Policy, transducer Probe>
+const line_layers& layers_for_labels(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                                     const label_settings& settings, bool incident, layer_search& search) {
+    return search(policy, body, probe, at, {.depth = settings.depth}, max_depth_of(settings, body.media()), incident);
+}
+
+} // namespace detail
+
+/// The object that each sample of lines lies in, whose layers have been found.
+/// @param found     layers; those of the slice plane are read. The last layer of a line is taken to go on for ever:
+///                  they must reach as deep as `settings` displays
+/// @param settings  `samples` must not be 0
+/// @param recycled  labels whose memory is reused
+/// @throws usage_error  for a depth or a number of samples out of range
+template <exec::policy Policy>
+label_lines label(const Policy& policy, const line_layers& found, const label_settings& settings,
+                  label_lines recycled = {}) {
+    check_depth(settings.depth, "label");
+    if (settings.samples == 0)
+        throw usage_error{"label: `samples` is 0; give the number along each line of the layers"};
+    const std::uint32_t samples = detail::checked_samples(found.lines, settings.samples, "label");
+    recycled.reshape(found.lines, samples, settings.depth);
+    const float spacing = settings.depth / static_cast<float>(samples);
+    const auto line_time = 0.2F * static_cast<float>(samples);
+    exec::for_each_in_blocks(policy, found.lines, detail::lines_per_block, line_time, [&](std::size_t line) {
+        const view<const layer> layers = found(static_cast<std::uint32_t>(line));
+        label_id* const out = recycled.values.data() + line * samples;
+        const auto fill = [&](std::size_t i, const detail::label_stretch& part) {
+            std::fill(out + part.first, out + part.last, layers[i].object);
+        };
+        detail::for_each_stretch(layers, found.media, settings.grid, samples, spacing, fill);
+    });
+    return recycled;
+}
+
+/// The object that each sample lies in: its id, and `background_label` outside all.
+///
+///     label_lines truth = label(exec::par, body, probe, at, {.depth = 40_mm, .samples = 400});
+///     bool in_bone = truth(line, sample) == static_cast<label_id>(bone);
+///
+/// Of nested and overlapping objects the one that gives the medium, as `scene` says. Lines are straight and without
+/// thickness: those of the middle plane.
+/// @param at  probe to world: x lateral, y elevation, z depth
+/// @return `probe.lines` lines of `settings.samples` samples
+/// @throws usage_error     for a scene that was not built, or settings out of range
+/// @throws geometry_error  for a pose that is not rigid
+template <exec::policy Policy, transducer Probe>
+label_lines label(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
+                  const label_settings& settings) {
+    const detail::any_policy<false> any{policy};
+    const std::uint32_t samples = detail::check_labels(body, probe, at, settings, "label");
+    detail::layer_search search;
+    return label(any, detail::layers_for_labels(any, body, probe, at, settings, false, search),
+                 {settings.depth, samples, settings.grid});
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#ifndef INSONIFY_TRACING_READ_NEAR_FIELD_HPP
+#define INSONIFY_TRACING_READ_NEAR_FIELD_HPP
 
 
 #ifndef INSONIFY_ACOUSTICS_TISSUE_HPP
@@ -19327,6 +19458,120 @@ constexpr std::optional<medium> find(std::string_view name) {
 
 
 #endif
+
+namespace insonify::inline INSONIFY_ABI {
+
+/// Echoes of the probe itself, at the top of a picture: reverberation between the face of the lens and its back, and
+/// the ringing of the transducer.
+struct near_field_settings {
+    /// Which lines have these echoes.
+    enum class lines {
+        none,
+        in_gas, ///< lines that start in gas: the reverberation alone, and nothing below it
+        all     ///< the same, and on all lines ringing and the echo of the skin, which repeats once or twice
+    };
+    lines shown = lines::in_gas;    ///< which lines have them
+    float lens_thickness = 0.6e-3F; ///< metres; the lines are 1540/1020 times as far apart. Convention: 0.5 to 1 mm
+    float back_reflection = 0.5F;   ///< amplitude that the back of the lens reflects, 0 to below 1. Convention
+    float ring_down_db = -30;       ///< level of the ringing at the face, `no_level_db`: none. Convention
+    float ring_down = 1.5e-3F;      ///< displayed depth at which the ringing has lost 60 dB, metres. Convention
+
+    /// @throws usage_error  naming a setting that is out of range
+    void check() const {
+        check_length(lens_thickness, "lens_thickness", max_aperture, "near_field");
+        check_length(ring_down, "ring_down", max_scan_depth, "near_field");
+        if (!(back_reflection >= 0 && back_reflection < 1))
+            throw usage_error{"near_field: `back_reflection` must be at least 0 and below 1"};
+        if (!is_finite(ring_down_db)) throw usage_error{"near_field: `ring_down_db` must be finite"};
+    }
+
+    friend bool operator==(const near_field_settings&, const near_field_settings&) = default;
+};
+
+namespace detail {
+
+/// Where it is decided what the face touches, metres: thinner films do not count.
+inline constexpr float below_face = 10e-6F;
+
+} // namespace detail
+
+/// Adds the echoes of the face of the probe to traced echoes, and removes the other echoes of lines that start in gas.
+/// Call it between `trace` and `convolve`.
+///
+///     echo k = r (r b)^k 10^(-k loss/20)   at the displayed depth k d c0 / c,   k = 0, 1, 2, ...
+///
+/// with r the amplitude that the face reflects into the lens (from the impedances of `tissue::lens` and of the medium
+/// 10 um below the face; 1 in gas), b = `back_reflection`, d and c the thickness and sound speed of the lens, c0 = 1540
+/// m/s, and `loss` the attenuation in the lens, there and back, dB. Echoes below -120 dB are left out. The ringing is
+/// `ring_down_db` - 60 dB z / `ring_down` at depth z, after `convolve` with the nominal pulse.
+/// @param echoes  of the lines of the probe, at baseband
+/// @param found   what lies along these lines
+/// @throws usage_error  for lines that are not those of the probe, or a setting out of range
+template <exec::policy Policy, transducer Probe>
+iq_lines add_near_field(const Policy& policy, iq_lines echoes, const line_layers& found, const Probe& probe,
+                        const near_field_settings& settings = {}) {
+    using lines = near_field_settings::lines;
+    settings.check();
+    detail::check_layers(found, probe.lines, "add_near_field");
+    detail::check_echoes(echoes, probe.lines, "add_near_field");
+    if (settings.shown == lines::none || (settings.shown == lines::in_gas && !detail::has_gas(found.media)))
+        return echoes;
+
+    constexpr float faintest = 1e-6F;
+    constexpr medium lens = tissue::lens;
+    const float spacing = echoes.depth / static_cast<float>(echoes.samples);
+    const float step = settings.lens_thickness * display_speed / lens.sound_speed;
+    const float round_trip =
+        settings.back_reflection * amplitude_of_decibels(-settings.lens_thickness * echo_loss(lens, probe.frequency));
+    // Of a constant signal, `convolve` makes the sum of the pulse's samples times as much.
+    const float sigma = nominal_pulse(probe).sigma_z(probe.frequency);
+    const float ringing = amplitude_of_decibels(settings.ring_down_db) * spacing / (std::sqrt(2 * pi) * sigma);
+    exec::for_each_in_blocks(policy, echoes.count, 8, 1000, [&](std::size_t i) {
+        const view<vec2> line{echoes.values.data() + i * echoes.samples, echoes.samples};
+        const view<const layer> layers = found(static_cast<std::uint32_t>(i));
+        std::size_t touched = 0;
+        while (touched + 1 < layers.size() && layers[touched].end <= detail::below_face) ++touched;
+        const medium& below = found.media[layers[touched].medium];
+        if (detail::is_gas(below))
+            for (vec2& sample : line) sample = {0, 0};
+        else if (settings.shown == lines::in_gas)
+            return;
+        const float face = detail::reflection(lens, below);
+        const echo_line echo{line, spacing, probe.frequency};
+        float amplitude = face;
+        for (int k = 0; std::fabs(amplitude) > faintest && static_cast<float>(k) * step < echoes.depth; ++k) {
+            echo.add(static_cast<float>(k) * step, {amplitude, 0});
+            amplitude *= face * round_trip;
+        }
+        if (settings.shown != lines::all) return;
+        for (std::uint32_t k = 0; k < echoes.samples; ++k) {
+            const float depth = (static_cast<float>(k) + 0.5F) * spacing;
+            if (depth > 2 * settings.ring_down) break;
+            line[k] += vec2{ringing * amplitude_of_decibels(-60 * depth / settings.ring_down), 0};
+        }
+    });
+    return echoes;
+}
+/// The same in a scene, whose layers are found.
+/// @param at  probe to world
+/// @throws usage_error, geometry_error  as above, and as `find_layers`
+template <exec::policy Policy, transducer Probe>
+iq_lines add_near_field(const Policy& policy, iq_lines echoes, const scene& body, const Probe& probe, const pose& at,
+                        const near_field_settings& settings = {}) {
+    settings.check();
+    if (settings.shown == near_field_settings::lines::none) return echoes;
+    return add_near_field(policy, std::move(echoes),
+                          find_layers(policy, body, probe, at, {.depth = 2 * detail::below_face}), probe, settings);
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
+#ifndef INSONIFY_TRACING_READ_REVERBERATION_HPP
+#define INSONIFY_TRACING_READ_REVERBERATION_HPP
+
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -19573,251 +19818,6 @@ iq_lines add_reverberation(const Policy& policy, iq_lines echoes, const line_lay
 
 
 #endif
-#ifndef INSONIFY_TRACING_READ_LABEL_HPP
-#define INSONIFY_TRACING_READ_LABEL_HPP
-
-
-#include <algorithm>
-#include <cstddef>
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Depth and sampling of labels, and the meaning of depth.
-struct label_settings {
-    /// What the depth of a sample means.
-    enum class depth_grid {
-        geometric, ///< metres along the line: where things are
-        displayed, ///< c0 t / 2, where t is the travel time there and back: where a picture by `physical` shows them
-    };
-    float depth = 0.08F;                     ///< metres, of the grid
-    std::uint32_t samples = 0;               ///< along each line; 0: as many as a picture by `physical` has
-    depth_grid grid = depth_grid::geometric; ///< what a depth means
-};
-
-namespace detail {
-
-/// The samples of a line that lie in one of its layers: `first` up to, but without, `last`.
-struct label_stretch {
-    float begin = 0;       ///< of the layer, in metres of the grid
-    float scale = 1;       ///< metres of the grid a metre of the layer
-    std::size_t first = 0; ///< sample
-    std::size_t last = 0;  ///< sample after the last one
-};
-
-/// Checks the arguments of `label`.
-/// @return the number of samples of the grid: by default two for each standard deviation of the pulse, a multiple of 64
-inline std::uint32_t check_labels(const scene& body, const probe_settings& probe, const pose& at,
-                                  const label_settings& settings, const char* caller) {
-    check_lines(body, probe.frequency, at, settings.depth, caller);
-    const float sigma = pulse{}.sigma_z(probe.frequency);
-    return checked_samples(probe.lines, settings.samples != 0 ? settings.samples : samples_for(settings.depth, sigma),
-                           caller);
-}
-
-/// How far lines are followed, metres: fast media below `depth` are displayed above it.
-inline float max_depth_of(const label_settings& settings, view<const medium> media) {
-    float fastest = display_speed;
-    for (const medium& m : media) fastest = max(fastest, m.sound_speed);
-    return settings.grid == label_settings::depth_grid::displayed ? settings.depth * (fastest / display_speed)
-                                                                  : settings.depth;
-}
-
-/// Maps the layers of a line to a grid: calls visit(i, stretch) for layer i, starting at the face.
-///
-/// Each sample, at (k + 1/2) * spacing metres, is in one stretch; the last layer takes all that are left.
-template <class Visit>
-void for_each_stretch(view<const layer> layers, view<const medium> media, label_settings::depth_grid grid,
-                      std::size_t samples, float spacing, const Visit& visit) {
-    std::size_t next = 0;
-    float begin = 0;
-    for (std::size_t i = 0; i < layers.size(); ++i) {
-        const layer& here = layers[i];
-        const bool displayed = grid == label_settings::depth_grid::displayed;
-        const float scale = displayed ? displayed_stretch(media[here.medium]) : 1.0F;
-        const float end = begin + scale * (here.end - here.begin);
-        const float before_end = clamp(std::ceil(end / spacing - 0.5F), 0, static_cast<float>(samples));
-        const std::size_t last = i + 1 == layers.size() ? samples : static_cast<std::size_t>(before_end);
-        visit(i, label_stretch{begin, scale, next, last});
-        next = last;
-        begin = end;
-    }
-}
-
-/// The layers that labels are read from: of one plane.
-template <exec::policy Policy, transducer Probe>
-const line_layers& layers_for_labels(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                                     const label_settings& settings, bool incident, layer_search& search) {
-    return search(policy, body, probe, at, {.depth = settings.depth}, max_depth_of(settings, body.media()), incident);
-}
-
-} // namespace detail
-
-/// The object that each sample of lines lies in, whose layers have been found.
-/// @param found     layers; those of the slice plane are read. The last layer of a line is taken to go on for ever:
-///                  they must reach as deep as `settings` displays
-/// @param settings  `samples` must not be 0
-/// @param recycled  labels whose memory is reused
-/// @throws usage_error  for a depth or a number of samples out of range
-template <exec::policy Policy>
-label_lines label(const Policy& policy, const line_layers& found, const label_settings& settings,
-                  label_lines recycled = {}) {
-    check_depth(settings.depth, "label");
-    if (settings.samples == 0)
-        throw usage_error{"label: `samples` is 0; give the number along each line of the layers"};
-    const std::uint32_t samples = detail::checked_samples(found.lines, settings.samples, "label");
-    recycled.reshape(found.lines, samples, settings.depth);
-    const float spacing = settings.depth / static_cast<float>(samples);
-    const auto line_time = 0.2F * static_cast<float>(samples);
-    exec::for_each_in_blocks(policy, found.lines, detail::lines_per_block, line_time, [&](std::size_t line) {
-        const view<const layer> layers = found(static_cast<std::uint32_t>(line));
-        label_id* const out = recycled.values.data() + line * samples;
-        const auto fill = [&](std::size_t i, const detail::label_stretch& part) {
-            std::fill(out + part.first, out + part.last, layers[i].object);
-        };
-        detail::for_each_stretch(layers, found.media, settings.grid, samples, spacing, fill);
-    });
-    return recycled;
-}
-
-/// The object that each sample lies in: its id, and `background_label` outside all.
-///
-///     label_lines truth = label(exec::par, body, probe, at, {.depth = 40_mm, .samples = 400});
-///     bool in_bone = truth(line, sample) == static_cast<label_id>(bone);
-///
-/// Of nested and overlapping objects the one that gives the medium, as `scene` says. Lines are straight and without
-/// thickness: those of the middle plane.
-/// @param at  probe to world: x lateral, y elevation, z depth
-/// @return `probe.lines` lines of `settings.samples` samples
-/// @throws usage_error     for a scene that was not built, or settings out of range
-/// @throws geometry_error  for a pose that is not rigid
-template <exec::policy Policy, transducer Probe>
-label_lines label(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
-                  const label_settings& settings) {
-    const detail::any_policy<false> any{policy};
-    const std::uint32_t samples = detail::check_labels(body, probe, at, settings, "label");
-    detail::layer_search search;
-    return label(any, detail::layers_for_labels(any, body, probe, at, settings, false, search),
-                 {settings.depth, samples, settings.grid});
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
-#ifndef INSONIFY_TRACING_READ_NEAR_FIELD_HPP
-#define INSONIFY_TRACING_READ_NEAR_FIELD_HPP
-
-
-
-namespace insonify::inline INSONIFY_ABI {
-
-/// Echoes of the probe itself, at the top of a picture: reverberation between the face of the lens and its back, and
-/// the ringing of the transducer.
-struct near_field_settings {
-    /// Which lines have these echoes.
-    enum class lines {
-        none,
-        in_gas, ///< lines that start in gas: the reverberation alone, and nothing below it
-        all     ///< the same, and on all lines ringing and the echo of the skin, which repeats once or twice
-    };
-    lines shown = lines::in_gas;    ///< which lines have them
-    float lens_thickness = 0.6e-3F; ///< metres; the lines are 1540/1020 times as far apart. Convention: 0.5 to 1 mm
-    float back_reflection = 0.5F;   ///< amplitude that the back of the lens reflects, 0 to below 1. Convention
-    float ring_down_db = -30;       ///< level of the ringing at the face, `no_level_db`: none. Convention
-    float ring_down = 1.5e-3F;      ///< displayed depth at which the ringing has lost 60 dB, metres. Convention
-
-    /// @throws usage_error  naming a setting that is out of range
-    void check() const {
-        check_length(lens_thickness, "lens_thickness", max_aperture, "near_field");
-        check_length(ring_down, "ring_down", max_scan_depth, "near_field");
-        if (!(back_reflection >= 0 && back_reflection < 1))
-            throw usage_error{"near_field: `back_reflection` must be at least 0 and below 1"};
-        if (!is_finite(ring_down_db)) throw usage_error{"near_field: `ring_down_db` must be finite"};
-    }
-
-    friend bool operator==(const near_field_settings&, const near_field_settings&) = default;
-};
-
-namespace detail {
-
-/// Where it is decided what the face touches, metres: thinner films do not count.
-inline constexpr float below_face = 10e-6F;
-
-} // namespace detail
-
-/// Adds the echoes of the face of the probe to traced echoes, and removes the other echoes of lines that start in gas.
-/// Call it between `trace` and `convolve`.
-///
-///     echo k = r (r b)^k 10^(-k loss/20)   at the displayed depth k d c0 / c,   k = 0, 1, 2, ...
-///
-/// with r the amplitude that the face reflects into the lens (from the impedances of `tissue::lens` and of the medium
-/// 10 um below the face; 1 in gas), b = `back_reflection`, d and c the thickness and sound speed of the lens, c0 = 1540
-/// m/s, and `loss` the attenuation in the lens, there and back, dB. Echoes below -120 dB are left out. The ringing is
-/// `ring_down_db` - 60 dB z / `ring_down` at depth z, after `convolve` with the nominal pulse.
-/// @param echoes  of the lines of the probe, at baseband
-/// @param found   what lies along these lines
-/// @throws usage_error  for lines that are not those of the probe, or a setting out of range
-template <exec::policy Policy, transducer Probe>
-iq_lines add_near_field(const Policy& policy, iq_lines echoes, const line_layers& found, const Probe& probe,
-                        const near_field_settings& settings = {}) {
-    using lines = near_field_settings::lines;
-    settings.check();
-    detail::check_layers(found, probe.lines, "add_near_field");
-    detail::check_echoes(echoes, probe.lines, "add_near_field");
-    if (settings.shown == lines::none || (settings.shown == lines::in_gas && !detail::has_gas(found.media)))
-        return echoes;
-
-    constexpr float faintest = 1e-6F;
-    constexpr medium lens = tissue::lens;
-    const float spacing = echoes.depth / static_cast<float>(echoes.samples);
-    const float step = settings.lens_thickness * display_speed / lens.sound_speed;
-    const float round_trip =
-        settings.back_reflection * amplitude_of_decibels(-settings.lens_thickness * echo_loss(lens, probe.frequency));
-    // Of a constant signal, `convolve` makes the sum of the pulse's samples times as much.
-    const float sigma = nominal_pulse(probe).sigma_z(probe.frequency);
-    const float ringing = amplitude_of_decibels(settings.ring_down_db) * spacing / (std::sqrt(2 * pi) * sigma);
-    exec::for_each_in_blocks(policy, echoes.count, 8, 1000, [&](std::size_t i) {
-        const view<vec2> line{echoes.values.data() + i * echoes.samples, echoes.samples};
-        const view<const layer> layers = found(static_cast<std::uint32_t>(i));
-        std::size_t touched = 0;
-        while (touched + 1 < layers.size() && layers[touched].end <= detail::below_face) ++touched;
-        const medium& below = found.media[layers[touched].medium];
-        if (detail::is_gas(below))
-            for (vec2& sample : line) sample = {0, 0};
-        else if (settings.shown == lines::in_gas)
-            return;
-        const float face = detail::reflection(lens, below);
-        const echo_line echo{line, spacing, probe.frequency};
-        float amplitude = face;
-        for (int k = 0; std::fabs(amplitude) > faintest && static_cast<float>(k) * step < echoes.depth; ++k) {
-            echo.add(static_cast<float>(k) * step, {amplitude, 0});
-            amplitude *= face * round_trip;
-        }
-        if (settings.shown != lines::all) return;
-        for (std::uint32_t k = 0; k < echoes.samples; ++k) {
-            const float depth = (static_cast<float>(k) + 0.5F) * spacing;
-            if (depth > 2 * settings.ring_down) break;
-            line[k] += vec2{ringing * amplitude_of_decibels(-60 * depth / settings.ring_down), 0};
-        }
-    });
-    return echoes;
-}
-/// The same in a scene, whose layers are found.
-/// @param at  probe to world
-/// @throws usage_error, geometry_error  as above, and as `find_layers`
-template <exec::policy Policy, transducer Probe>
-iq_lines add_near_field(const Policy& policy, iq_lines echoes, const scene& body, const Probe& probe, const pose& at,
-                        const near_field_settings& settings = {}) {
-    settings.check();
-    if (settings.shown == near_field_settings::lines::none) return echoes;
-    return add_near_field(policy, std::move(echoes),
-                          find_layers(policy, body, probe, at, {.depth = 2 * detail::below_face}), probe, settings);
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
 #include <algorithm>
 #include <array>
 #include <concepts>
@@ -19873,9 +19873,9 @@ struct b_mode_settings {
     float persistence = 0;          ///< weight of the previous frames, 0 to below 1; needs a `scanner`
     noise_level noise{};            ///< electronic noise
     std::uint32_t frame = 0;        ///< number of the frame: noise and the speckle of blood differ from frame to frame
-    near_field_settings near_field{}; ///< echoes of the probe itself
-    reverberation_settings reverberation{};          ///< echoes that appear behind gas, on straight lines
-    compound_settings compound{};     ///< looks at several angles, averaged; none by default
+    near_field_settings near_field{};       ///< echoes of the probe itself
+    reverberation_settings reverberation{}; ///< echoes that appear behind gas, on straight lines
+    compound_settings compound{};           ///< looks at several angles, averaged; none by default
     /// Movement of the probe from frame to frame, metres, at any corner of the field of view, above which `persistence`
     /// and compounding with `update_mode::one` start anew; 0: at every movement.
     float max_motion = 0.001F;
