@@ -107,7 +107,7 @@ TEST_CASE("b_mode: the stages by hand draw the same picture to the bit, whatever
     with_gas.add(make_sphere({-9_mm, 0, 14_mm}, 4_mm, 4), tissue::air);
     with_gas.build(exec::par);
     b_mode_settings half = usual;
-    half.gas = {.mirror = 0.5F};
+    half.reverberation = {.mirror = 0.5F};
     const auto compare_gas = [&](const auto& seen_by) {
         persistence none{};
         const image seen = b_mode(exec::par_unseq, with_gas, seen_by, pose{}, half);

@@ -70,11 +70,11 @@ void bind_line_grid(py::module_& module, const char* name, const char* page) {
         });
 }
 
-/// @throws usage_error  for a brightness that is not finite
+/// @throws usage_error  for a brightness beyond 0 to 1, or NaN
 void check_brightness(const float* numbers, std::size_t count) {
     for (std::size_t i = 0; i < count; ++i)
-        if (!is_finite(numbers[i]))
-            throw usage_error{"an image must be of finite numbers from 0 to 1, not NaN or infinite"};
+        if (!(numbers[i] >= 0 && numbers[i] <= 1))
+            throw usage_error{"an image must be of numbers from 0 to 1; divide grey values by 255, or clip them"};
 }
 template <class Picture>
 void write_checked(const std::filesystem::path& file, const Picture& picture) {
