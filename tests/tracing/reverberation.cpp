@@ -175,10 +175,13 @@ TEST_CASE(
     constexpr medium speckled{.density = 1050, .sound_speed = 1540, .backscatter = 1};
     constexpr acquisition image{.depth = 45_mm, .samples = 3000, .planes = 1};
     // Mean power of a displayed depth, of the lines in the middle.
+    const auto slot = [&](float depth) {
+        return static_cast<std::uint32_t>(depth / image.depth * static_cast<float>(image.samples));
+    };
     const auto power = [&](const iq_lines& echoes, float from, float to) {
         double sum = 0, count = 0;
         for (std::uint32_t line = 40; line < 56; ++line)
-            for (auto k = static_cast<std::uint32_t>(from / echoes.depth * 3000); k < to / echoes.depth * 3000; ++k) {
+            for (auto k = slot(from); k < slot(to); ++k) {
                 sum += static_cast<double>(dot(echoes(line, k), echoes(line, k)));
                 ++count;
             }
