@@ -78,7 +78,6 @@ inline constexpr medium muscle = [] {
     made.roughness = 6_um;
     made.structure.sheath = {.thickness = 0.8_mm, .level_db = 21, .diffuse_db = -16};
     made.structure.sheets.cell = {21_mm, 3.6_mm, 2_mm};
-    made.structure.sheets.turn = 0.8F;
     return made;
 }();
 /// Subcutaneous.

@@ -29,7 +29,7 @@ void bind_media(py::module_& module) {
         .member("spread_db", &sheet_layer::spread_db, "standard deviation of that level from sheet to sheet")
         .member("turn", &sheet_layer::turn, "normals are turned about the fibres by at most this, radians")
         .member("bend", &sheet_layer::bend,
-                "largest angle between edge and middle of a sheet, across the fibres, radians")
+                "largest slope of the edge of a sheet against its middle, across the fibres")
         .member("tilt", &sheet_layer::tilt, "lattices are tilted against the fibres by up to this, radians")
         .member("waviness", &sheet_layer::waviness, "standard deviation of the angle of the facets, radians")
         .member("diffuse_db", &sheet_layer::diffuse_db,

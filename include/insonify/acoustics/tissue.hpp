@@ -42,9 +42,9 @@ namespace tissue {
 /// and aponeuroses are 0.7 to 1.5 mm thick.
 inline constexpr structure muscle_structure{
     .mottling = {3.5F, {8_mm, 4_mm, 4_mm}}, .grain = {1.8F, {4_mm, 1.5_mm, 1.5_mm}}, .wave = 0.2_mm,
-    .sheets = {.fill = 0.64F, .lattices = 5, .cell = {18_mm, 5.5_mm, 2.1_mm}, .thickness = 0.1_mm, .level_db = 23.5F,
+    .sheets = {.fill = 0.64F, .lattices = 5, .cell = {17_mm, 5.5_mm, 2_mm}, .thickness = 0.1_mm, .level_db = 21,
                .spread_db = 8.5F, .turn = 0.8F, .bend = 0.5F, .waviness = 0.4F},
-    .septa = {.fill = 0.6F, .lattices = 2, .cell = {45_mm, 18_mm, 9_mm}, .thickness = 0.14_mm, .level_db = 28,
+    .septa = {.fill = 0.6F, .lattices = 2, .cell = {45_mm, 18_mm, 9_mm}, .thickness = 0.14_mm, .level_db = 26,
               .spread_db = 5, .turn = 0.5F, .bend = 0.5F, .tilt = 0.05F, .waviness = 0.4F, .diffuse_db = -16},
     .sheath = {.thickness = 1_mm}};
 

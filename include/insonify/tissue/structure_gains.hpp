@@ -343,6 +343,7 @@ class sheet_crossings {
             const floats e = min(extent, half);
             return {(at.first - multiply_add(one - (e + e), random, e)) * unit, at.step * unit};
         };
+        // The bend shares bits with places within the cell, which does not show.
         const floats bend = between(b, 3, -of_.bend, of_.bend), rise = half * half_width * bend; // of its edges
         // So that little of the profile is cut off at the sides of the cell.
         const floats margin = multiply_add(half, abs(rise), floats(1.5F * of_.thickness));
@@ -377,22 +378,21 @@ class sheet_crossings {
         const floats level_number =
             multiply_add(steps, floats(max_level_number / 32), floats(-max_level_number * 31 / 32));
         const floats level = decibels(level_number, of_.spread_db, of_.level_db);
-        // Cosine of the angle between the beam and the normal, which turns with the place w across a bent sheet: to the
-        // second order in w bend, facing + w turning - w^2 falling.
-        const floats facing = sine * floats(facing_y_) + cosine * floats(facing_z_);
-        const floats turning = bend * (cosine * floats(facing_y_) - sine * floats(facing_z_)),
-                     falling = half * bend * bend * facing;
+        // The normal of a bent sheet leans against w, the place across it, by the slope w bend: its cosine to the beam is
+        // (facing - w bend leaning) / sqrt(1 + (w bend)^2).
+        const floats facing = sine * floats(facing_y_) + cosine * floats(facing_z_),
+                     leaning = cosine * floats(facing_y_) - sine * floats(facing_z_);
 
         std::uint32_t from[wide_lanes], to[wide_lanes];
         store_bits<wide_lanes>(first, from);
         store_bits<wide_lanes>(behind, to);
-        float sheet[11][wide_lanes]; // three coordinates, and five values below
+        float sheet[11][wide_lanes]; // three coordinates, and the five values below
         const linear_lanes* const coordinates[] = {&across, &within, &x};
         for (std::size_t k = 0; k < 3; ++k) {
             store(coordinates[k]->first, sheet[2 * k]);
             store(coordinates[k]->step, sheet[2 * k + 1]);
         }
-        const floats* const values[] = {&level, &risen, &facing, &turning, &falling};
+        const floats* const values[] = {&level, &risen, &bend, &facing, &leaning};
         for (std::size_t k = 0; k < 5; ++k) store(*values[k], sheet[6 + k]);
         for (std::uint32_t k = 0; met != 0; ++k, met >>= 1) {
             if ((met & 1U) == 0) continue;
@@ -404,8 +404,8 @@ class sheet_crossings {
             for (std::uint32_t i = from[k]; i < to[k] && i < points.count; i += wide_lanes) {
                 const floats distance = points.distances(i), w = at(2, distance), l = at(4, distance), ww = w * w,
                              offset = at(0, distance) - value(1) * (ww - half);
-                const floats cosine_here = value(2) + w * value(3) - ww * value(4);
-                const floats turned = (cosine_here * cosine_here - one) * floats(per_lobe_);
+                const floats slope = w * value(2), cosine_here = value(3) - slope * value(4);
+                const floats turned = (cosine_here * cosine_here / (one + slope * slope) - one) * floats(per_lobe_);
                 const floats echo =
                     multiply_add(power_of_two<wide_lanes>(turned), floats(1 - diffuse_), floats(diffuse_));
                 const floats outline = max(one - l * l, zero) * max(one - ww, zero);
