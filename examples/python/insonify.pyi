@@ -51,7 +51,8 @@ class variation:
 
 class sheet_layer:
     """Thin bright sheets of finite size, such as the perimysium."""
-    def __init__(self, *, fill: float = ..., lattices: int = ..., cell: Vector = ..., thickness: float = ..., level_db: float = ..., spread_db: float = ..., turn: float = ..., tilt: float = ..., waviness: float = ..., diffuse_db: float = ...) -> None: ...
+    def __init__(self, *, fill: float = ..., lattices: int = ..., cell: Vector = ..., thickness: float = ..., level_db: float = ..., spread_db: float = ..., turn: float = ..., bend: float = ..., tilt: float = ..., waviness: float = ..., diffuse_db: float = ...) -> None: ...
+    bend: float
     cell: Vector
     diffuse_db: float
     fill: float
@@ -766,7 +767,6 @@ class b_mode_settings:
     dynamic_range_db: float
     frame: int
     gain_db: float
-    reverberation: reverberation_settings
     grey: grey_map
     interpolates_lines: bool
     max_motion: float
@@ -777,6 +777,7 @@ class b_mode_settings:
     quality: str
     reference_db: float
     reject_db: float
+    reverberation: reverberation_settings
     ring_down_db: float
     samples: int
     size: Vector

@@ -76,7 +76,7 @@ struct b_mode_settings {
     noise_level noise{};            ///< electronic noise
     std::uint32_t frame = 0;        ///< number of the frame: noise and the speckle of blood differ from frame to frame
     near_field_settings near_field{};       ///< echoes of the probe itself
-    reverberation_settings reverberation{}; ///< echoes that appear behind gas, on straight lines
+    reverberation_settings reverberation{}; ///< echoes that appear behind gas and bone, on straight lines
     compound_settings compound{};           ///< looks at several angles, averaged; none by default
     /// Movement of the probe from frame to frame, metres, at any corner of the field of view, above which `persistence`
     /// and compounding with `update_mode::one` start anew; 0: at every movement.

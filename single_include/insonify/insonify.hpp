@@ -626,11 +626,11 @@ struct structure {
         float thickness = 0.13e-3F;          ///< standard deviation of a sheet's profile, metres
         float level_db =
             18; ///< amplitude in the middle of a sheet that faces the beam, relative to the speckle around it
-        float spread_db = 8;   ///< standard deviation of that level from sheet to sheet
-        float turn = pi / 2;   ///< normals are turned about the fibres by at most this, from z; radians
-        float bend = 0;        ///< largest angle between the edge of a sheet and its middle, across the fibres; radians
-        float tilt = 0.04F;    ///< lattices are tilted against the fibres by up to this, radians
-        float waviness = 0.1F; ///< standard deviation of the angle of the sheet's facets, radians
+        float spread_db = 8;    ///< standard deviation of that level from sheet to sheet
+        float turn = pi / 2;    ///< normals are turned about the fibres by at most this, from z; radians
+        float bend = 0;         ///< largest slope of the edge of a sheet against its middle, across the fibres
+        float tilt = 0.04F;     ///< lattices are tilted against the fibres by up to this, radians
+        float waviness = 0.1F;  ///< standard deviation of the angle of the sheet's facets, radians
         float diffuse_db = -12; ///< amplitude that remains at any angle, relative to that at normal incidence
 
         friend bool operator==(const sheet_layer&, const sheet_layer&) = default;
@@ -749,16 +749,16 @@ INSONIFY_FN inline two_moments moments_of(const structure::sheet_layer& of, floa
         return std::exp(neper * of.level_db) * spread * spread;
     };
     const float lobe = lobe_of(of.waviness, fnumber), diffuse = amplitude_of_decibels(of.diffuse_db);
-    // Over the angles of the normals, in a lattice that is tilted. Those of the middle of a sheet are even, how far it is
-    // bent and the place across it are from the R2 sequence (Roberts 2018), within 0.8 of the half width: the mean square
-    // of that is what outlines weigh it with, 1/4 for the mean and 1/5 for the mean square.
+    // Over the angles of the normals, in a lattice that is tilted: even steps of `turn`, and with each a bend and a place
+    // across the sheet from the R2 sequence (Roberts 2018). Places lie within 0.8 of the half width, with a mean square of
+    // 0.21: the outline weighs the mean with 1/4 and the mean square with 1/5.
     const auto echo_of = [&](float tilt) {
         constexpr int angles = 32;
         two_moments echo{0, 0};
         for (int i = 0; i < angles; ++i) {
             const float n = static_cast<float>(i) + 0.5F, bend = 0.75487767F * n, across = 0.56984029F * n;
-            const float turned = 0.8F * (2 * (across - std::floor(across)) - 1) * (bend - std::floor(bend)) * of.bend;
-            const float facing = std::cos(n / angles * of.turn + turned) * std::cos(tilt);
+            const float slope = 0.8F * (2 * (across - std::floor(across)) - 1) * (bend - std::floor(bend)) * of.bend;
+            const float facing = std::cos(n / angles * of.turn + std::atan(slope)) * std::cos(tilt);
             const float one = diffuse + (1 - diffuse) * std::exp2((facing * facing - 1) / (lobe * lobe));
             echo = {echo.mean + one / angles, echo.square + one * one / angles};
         }
@@ -955,10 +955,12 @@ inline bool has_gas(view<const medium> media) { return std::any_of(media.begin()
 /// Whether almost no sound passes between tissue and this medium: gas, bone, metal.
 INSONIFY_FN inline bool blocks_sound(const medium& m) { return m.impedance() > 3e6F || is_gas(m); }
 inline constexpr float max_loss_of_tissue = 200; ///< dB/m at 1 MHz: tendon, the most absorbing soft tissue, has 180
-/// Whether a medium reflects much and absorbs the rest.
-INSONIFY_FN inline bool is_bone(const medium& m) { return m.impedance() > 3e6F && m.attenuation > max_loss_of_tissue; }
 /// Whether a medium is none of soft tissue: tendon, the hardest one, has an impedance of 2.0e6, trabecular bone 2.5e6.
 INSONIFY_FN inline bool is_hard(const medium& m) { return m.impedance() > 2.2e6F || is_gas(m); }
+/// Whether a medium is hard and absorbs what it does not reflect, as bone does and metal does not.
+INSONIFY_FN inline bool is_bone(const medium& m) {
+    return is_hard(m) && !is_gas(m) && m.attenuation > max_loss_of_tissue;
+}
 
 /// Distance at which the diffuse echoes of a rough surface are independent, metres along the line: an eighth of the
 /// wavelength c0 / f0. Convention.
@@ -12345,6 +12347,7 @@ class sheet_crossings {
             const floats e = min(extent, half);
             return {(at.first - multiply_add(one - (e + e), random, e)) * unit, at.step * unit};
         };
+        // The bend shares bits with places within the cell, which does not show.
         const floats bend = between(b, 3, -of_.bend, of_.bend), rise = half * half_width * bend; // of its edges
         // So that little of the profile is cut off at the sides of the cell.
         const floats margin = multiply_add(half, abs(rise), floats(1.5F * of_.thickness));
@@ -12379,22 +12382,21 @@ class sheet_crossings {
         const floats level_number =
             multiply_add(steps, floats(max_level_number / 32), floats(-max_level_number * 31 / 32));
         const floats level = decibels(level_number, of_.spread_db, of_.level_db);
-        // Cosine of the angle between the beam and the normal, which turns with the place w across a bent sheet: to the
-        // second order in w bend, facing + w turning - w^2 falling.
-        const floats facing = sine * floats(facing_y_) + cosine * floats(facing_z_);
-        const floats turning = bend * (cosine * floats(facing_y_) - sine * floats(facing_z_)),
-                     falling = half * bend * bend * facing;
+        // The normal of a bent sheet leans against w, the place across it, by the slope w bend: its cosine to the beam is
+        // (facing - w bend leaning) / sqrt(1 + (w bend)^2).
+        const floats facing = sine * floats(facing_y_) + cosine * floats(facing_z_),
+                     leaning = cosine * floats(facing_y_) - sine * floats(facing_z_);
 
         std::uint32_t from[wide_lanes], to[wide_lanes];
         store_bits<wide_lanes>(first, from);
         store_bits<wide_lanes>(behind, to);
-        float sheet[11][wide_lanes]; // three coordinates, and five values below
+        float sheet[11][wide_lanes]; // three coordinates, and the five values below
         const linear_lanes* const coordinates[] = {&across, &within, &x};
         for (std::size_t k = 0; k < 3; ++k) {
             store(coordinates[k]->first, sheet[2 * k]);
             store(coordinates[k]->step, sheet[2 * k + 1]);
         }
-        const floats* const values[] = {&level, &risen, &facing, &turning, &falling};
+        const floats* const values[] = {&level, &risen, &bend, &facing, &leaning};
         for (std::size_t k = 0; k < 5; ++k) store(*values[k], sheet[6 + k]);
         for (std::uint32_t k = 0; met != 0; ++k, met >>= 1) {
             if ((met & 1U) == 0) continue;
@@ -12406,8 +12408,8 @@ class sheet_crossings {
             for (std::uint32_t i = from[k]; i < to[k] && i < points.count; i += wide_lanes) {
                 const floats distance = points.distances(i), w = at(2, distance), l = at(4, distance), ww = w * w,
                              offset = at(0, distance) - value(1) * (ww - half);
-                const floats cosine_here = value(2) + w * value(3) - ww * value(4);
-                const floats turned = (cosine_here * cosine_here - one) * floats(per_lobe_);
+                const floats slope = w * value(2), cosine_here = value(3) - slope * value(4);
+                const floats turned = (cosine_here * cosine_here / (one + slope * slope) - one) * floats(per_lobe_);
                 const floats echo =
                     multiply_add(power_of_two<wide_lanes>(turned), floats(1 - diffuse_), floats(diffuse_));
                 const floats outline = max(one - l * l, zero) * max(one - ww, zero);
@@ -19186,9 +19188,9 @@ namespace tissue {
 /// and aponeuroses are 0.7 to 1.5 mm thick.
 inline constexpr structure muscle_structure{
     .mottling = {3.5F, {8_mm, 4_mm, 4_mm}}, .grain = {1.8F, {4_mm, 1.5_mm, 1.5_mm}}, .wave = 0.2_mm,
-    .sheets = {.fill = 0.64F, .lattices = 5, .cell = {18_mm, 5.5_mm, 2.1_mm}, .thickness = 0.1_mm, .level_db = 23.5F,
+    .sheets = {.fill = 0.64F, .lattices = 5, .cell = {17_mm, 5.5_mm, 2_mm}, .thickness = 0.1_mm, .level_db = 21,
                .spread_db = 8.5F, .turn = 0.8F, .bend = 0.5F, .waviness = 0.4F},
-    .septa = {.fill = 0.6F, .lattices = 2, .cell = {45_mm, 18_mm, 9_mm}, .thickness = 0.14_mm, .level_db = 28,
+    .septa = {.fill = 0.6F, .lattices = 2, .cell = {45_mm, 18_mm, 9_mm}, .thickness = 0.14_mm, .level_db = 26,
               .spread_db = 5, .turn = 0.5F, .bend = 0.5F, .tilt = 0.05F, .waviness = 0.4F, .diffuse_db = -16},
     .sheath = {.thickness = 1_mm}};
 
@@ -19582,10 +19584,9 @@ namespace insonify::inline INSONIFY_ABI {
 /// Echoes that appear behind gas and bone, of sound that they reflect. Gas shows the mirror image of the tissue in front of
 /// it, and the reverberation between gas and the face of the probe; bone is rough, and fills its shadow with haze.
 struct reverberation_settings {
-    float mirror = 1; ///< part of the amplitude of the mirror image that is drawn, 0 (none) to 1
+    float mirror = 1; ///< fraction of the amplitude of the mirror image that is drawn, 0 (none) to 1
     float face = 1;   ///< the same of the reverberation with the face
-    float haze =
-        0.4F; ///< the same of the haze behind bone: -17 dB of muscle, as in a wave simulation of a block of bone
+    float haze = 1;   ///< the same of the haze behind bone
 
     /// @throws usage_error  for a setting that is out of range
     void check() const {
@@ -19599,24 +19600,39 @@ struct reverberation_settings {
 
 namespace detail {
 
-/// Whether a medium fills what lies behind it with sound that it reflects.
-INSONIFY_FN inline bool is_mirror(const medium& m) { return is_gas(m) || is_bone(m); }
+/// Size of the parts of tissue that rough bone reflects in phase, metres: speckle cells. Convention.
+inline constexpr float haze_grain = 0.5e-3F;
+/// Random bits of the cell of the unit lattice in which a point lies.
+inline std::uint32_t bits_of_cell(vec3 point) {
+    std::uint32_t bits = 0;
+    for (int i = 0; i < 3; ++i)
+        bits = mix_bits(bits + static_cast<std::uint32_t>(static_cast<std::int64_t>(std::floor(point[i]))));
+    return bits;
+}
+
+/// Whether lines behind a medium have echoes of what it reflects.
+INSONIFY_FN inline bool is_reflector(const medium& m) { return is_gas(m) || is_bone(m); }
+
+/// Distance over which rough bone spreads each echo that it reflects, to either side, metres. Convention.
+inline constexpr float haze_range = 5e-3F;
+/// Distance from the bone at which sound that it reflects has spread to twice the width of the beam, metres. Convention.
+inline constexpr float haze_decay = 10e-3F;
 
 /// The first surface of gas or bone on a line, and what sound loses on the way back from it. Models without `timing`, `loss` or
 /// `pulse_loss` have those of `physical`.
 template <class Model>
-class mirror_surface {
+class reflecting_surface {
   public:
-    mirror_surface(view<const layer> layers, view<const medium> media, const traced_line& pulse, const Model& model)
+    reflecting_surface(view<const layer> layers, view<const medium> media, const traced_line& pulse, const Model& model)
         : layers_{layers}, media_{media}, pulse_{pulse}, model_{model} {
-        for (; next_ < layers.size() && !is_mirror(medium_of(next_)); ++next_) {
+        for (; next_ < layers.size() && !is_reflector(medium_of(next_)); ++next_) {
             crossed_db_ += crossed_db(next_);
             shown_ += stretch();
             lost_db_ += lost_db();
         }
         if (next_ == 0 || next_ == layers.size()) return;
         below = &layers[next_];
-        is_rough = !is_gas(medium_of(next_));
+        is_bone = detail::is_bone(medium_of(next_));
         shown = shown_;
         reflected = reflection(medium_of(next_ - 1), medium_of(next_));
         lens_reflected = reflection(medium_of(0), tissue::lens);
@@ -19625,17 +19641,19 @@ class mirror_surface {
     }
 
     const layer* below = nullptr; ///< behind it; null: there is none, or the line starts in it
-    bool is_rough = false;        ///< whether it is that of bone
+    bool is_bone = false;         ///< whether it is that of bone
     float shown = 0;              ///< its displayed depth, metres
     float reflected = 0;          ///< amplitude, by its surface
     float lens_reflected = 0;     ///< amplitude, of sound that returns to the face
 
+    /// Attenuation in front of the surface, there and back, dB per displayed metre.
+    float lost_db_per_metre() const { return loss_db(lost_there_) / max(shown, 1e-9F); }
     /// What an echo loses that goes there and back once more, dB.
     float once_more_db() const { return loss_db(2 * lost_there_) - loss_db(lost_there_) + crossed_there_; }
     /// The same from a displayed depth to the surface and back, twice, dB. From call to call less deep.
     float twice_from_db(float depth) {
         while (next_ > 0 && depth < shown_) {
-            if (next_ < layers_.size() && !is_mirror(medium_of(next_))) crossed_db_ -= crossed_db(next_);
+            if (next_ < layers_.size() && !is_reflector(medium_of(next_))) crossed_db_ -= crossed_db(next_);
             --next_;
             shown_ -= stretch();
             lost_db_ -= lost_db();
@@ -19679,17 +19697,15 @@ class mirror_surface {
     float lost_there_ = 0, crossed_there_ = 0;
 };
 
-/// What a rough surface returns of the echoes in front of it: each is one of those within 5 mm, drawn by lot, and bright
-/// surfaces among them, which it does not show as lines, count little more than the tissue around.
-class mixed_echoes {
+/// Fractions of the amplitudes of echoes with which they contribute to the haze behind bone: bright surfaces, which would
+/// show as dots, count little more than the tissue around them.
+class haze_parts {
   public:
-    /// @param echoes  of the line, up to the surface
-    mixed_echoes(view<const vec2> echoes, float spacing, std::uint32_t key)
-        : echoes_{echoes}, range_{5e-3F / spacing}, key_{key} {
-        const auto shortest = static_cast<std::size_t>(0.5e-3F / spacing) + 1; // about a pulse
-        block_ = std::max(shortest, echoes.size() / max_blocks + 1);
+    /// @param echoes  of the line, up to the bone
+    haze_parts(view<const vec2> echoes, float spacing) {
+        block_ = std::max(static_cast<std::size_t>(block_length / spacing) + 1, echoes.size() / max_blocks + 1);
         const auto blocks = static_cast<int>((echoes.size() + block_ - 1) / block_),
-                   around = static_cast<int>(range_ / static_cast<float>(block_)) + 1;
+                   around = static_cast<int>(haze_range / spacing / static_cast<float>(block_)) + 1;
         float root[max_blocks], power[max_blocks];
         for (int i = 0; i < blocks; ++i) {
             const std::size_t first = static_cast<std::size_t>(i) * block_,
@@ -19701,30 +19717,22 @@ class mixed_echoes {
         }
         for (int i = 0; i < blocks; ++i) {
             const int first = std::max(i - around, 0), last = std::min(i + around + 1, blocks);
-            float mean = 0; // of the fourth roots, which hardly feels few that are strong
+            float mean = 0; // of the fourth roots, which a few bright surfaces hardly change
             for (int k = first; k < last; ++k) mean += root[k] / static_cast<float>(last - first);
-            const float largest = 3 * mean * mean * mean * mean;
+            const float largest = max_ratio * mean * mean * mean * mean;
             part_[i] = power[i] > largest ? std::sqrt(largest / power[i]) : 1.0F;
         }
     }
 
-    /// @param from  of the echo that a smooth surface would return
-    vec2 operator()(std::int64_t from) const {
-        const std::uint32_t random = mix_bits(key_ + static_cast<std::uint32_t>(from));
-        const auto aside = static_cast<std::int64_t>(range_ * (static_cast<float>(random >> 16) * 0x1p-15F - 1));
-        const auto last = static_cast<std::int64_t>(echoes_.size()) - 1;
-        const auto k = static_cast<std::size_t>(std::max(last - std::abs(last - from - aside), std::int64_t{0}));
-        return part_[k / block_] * echoes_[k];
-    }
+    float operator()(std::int64_t k) const { return part_[static_cast<std::size_t>(k) / block_]; }
 
   private:
     static constexpr std::size_t max_blocks = 256;
+    static constexpr float block_length = 0.5e-3F; // metres: about a pulse
+    static constexpr float max_ratio = 3;          // of the power of a block to that of the tissue around. Convention
 
-    view<const vec2> echoes_;
-    float range_; // samples
-    std::uint32_t key_;
-    std::size_t block_ = 1;    // samples
-    float part_[max_blocks]{}; // of the amplitude, of each block
+    std::size_t block_ = 1; // samples
+    float part_[max_blocks]{};
 };
 
 } // namespace detail
@@ -19732,16 +19740,17 @@ class mixed_echoes {
 /// Adds the echoes that appear behind gas and bone to traced echoes: straight lines end at their surfaces. Call it between
 /// `trace` and `convolve`.
 ///
-///     at 2 D - z:  r^2 10^(-A(z) / 20) / sqrt(|1 + 2 h k_x| |1 + 2 h k_y|) of the conjugate echo at z < D
-///     at D + z:    n r f c 10^(-B / 20) of the echo at z, n = 2 for z < D, else 1
+///     gas, at 2 D - z:   mirror r^2 10^(-A(z) / 20) / sqrt(|1 + 2 h k_x| |1 + 2 h k_y|) of the conjugate echo at z < D
+///          at D + z:     face n r f c 10^(-B / 20) of the echo at z, n = 2 for z < D, else 1
+///     bone, at 2 D - z:  haze r^2 10^(-A(z) / 20) / (sqrt((1 + 2 h k_x) (1 + 2 h k_y)) (1 + h / 10 mm)), k >= 0
 ///
 /// with D the displayed depth of the first such surface, A(z) what sound loses from z to it and back, twice, and B from the
 /// face to it and back (attenuation of the pulse and interfaces, dB), r what it reflects, f what the lens of the probe
 /// does (from the impedances of `tissue::lens` and of the first medium), h = D - z, k the curvatures of the surface,
 /// behind which sound diverges, and c the part of the amplitude that returns to the aperture: by the law of specular
 /// echoes, for the slope of the surface and the angle of the line to the face. The image is that of the line itself;
-/// `paths` follows the sound to where it goes. Bone mixes the echoes within some millimetres of z, and none of them returns
-/// from the face.
+/// `paths` follows the sound to where it goes. Bone is taken as rough, whatever its `roughness`: it divides each echo among
+/// random places within 5 mm, which belong to its own place in the world, so that no image is seen.
 /// @param found  what lies along the lines of the probe
 /// @throws usage_error  for lines that are not those of the probe, or a setting out of range
 template <exec::policy Policy, transducer Probe, class Model>
@@ -19751,7 +19760,7 @@ iq_lines add_reverberation(const Policy& policy, iq_lines echoes, const line_lay
     probe.check();
     detail::check_layers(found, probe.lines, "add_reverberation");
     detail::check_echoes(echoes, probe.lines, "add_reverberation");
-    if (std::none_of(found.media.begin(), found.media.end(), detail::is_mirror)) return echoes;
+    if (std::none_of(found.media.begin(), found.media.end(), detail::is_reflector)) return echoes;
     constexpr float min_spread = 0.5F; // in the focus of a hollow surface, which is not sharp: as `paths`
     const detail::stated_settings stated{probe};
     const traced_line pulse{.frequency = stated.frequency, .bandwidth = stated.bandwidth};
@@ -19761,38 +19770,57 @@ iq_lines add_reverberation(const Policy& policy, iq_lines echoes, const line_lay
         return vec2{forwards.x, -forwards.y};
     };
     exec::for_each_in_blocks(policy, echoes.count, 8, 2e4F, [&](std::size_t i) {
-        detail::mirror_surface<Model> surface{found(static_cast<std::uint32_t>(i)), found.media, pulse, model};
+        detail::reflecting_surface<Model> surface{found(static_cast<std::uint32_t>(i)), found.media, pulse, model};
         if (surface.below == nullptr || surface.shown <= spacing || surface.shown >= echoes.depth) return;
         const vec2 curvature{surface.below->curvature.x, surface.below->curvature.y};
         vec2* const line = echoes.values.data() + i * echoes.samples;
         const auto samples = static_cast<std::int64_t>(echoes.samples),
                    middle = static_cast<std::int64_t>(std::lround(surface.shown / spacing)),
                    twice = static_cast<std::int64_t>(std::lround(2 * surface.shown / spacing)) - 1;
-        // The echo of the surface itself is divided between two samples; that of a rough one reaches half a millimetre.
-        const std::int64_t above = std::max(
-            middle - (surface.is_rough ? static_cast<std::int64_t>(0.5e-3F / spacing) : 0) - 2, std::int64_t{0});
+        // The echo of the surface itself is divided between two samples; that of bone reaches half a millimetre.
+        const std::int64_t own = 2 + (surface.is_bone ? static_cast<std::int64_t>(0.5e-3F / spacing) : 0),
+                           above = std::max(middle - own, std::int64_t{0});
         const vec2 twice_deeper = rotation(2 * surface.shown);
-        const auto add_image = [&](float part, auto&& echo_at) {
-            for (std::int64_t k = middle + 1; k < std::min(samples, twice + 1); ++k) {
-                const std::int64_t from = twice - k;
-                if (from >= above) continue;
+        // Calls add(from, k, echo) for each echo in front of the surface, from it on, and its image at k.
+        const auto for_each_image = [&](float part, float smallest, const auto& add) {
+            for (std::int64_t from = above - 1; from >= 0; --from) {
                 const float depth = (static_cast<float>(from) + 0.5F) * spacing;
-                const vec2 spread = max(abs(vec2{1, 1} + 2 * (surface.shown - depth) * curvature), vec2{min_spread});
+                const vec2 spread = max(abs(vec2{1, 1} + 2 * (surface.shown - depth) * curvature), vec2{smallest});
                 const float level = part * surface.reflected * surface.reflected *
                                     amplitude_of_decibels(-surface.twice_from_db(depth)) /
                                     std::sqrt(spread.x * spread.y);
-                const vec2 echo = echo_at(from);
-                line[k] += level * detail::complex_product(vec2{echo.x, -echo.y}, twice_deeper);
+                add(from, twice - from,
+                    level * detail::complex_product(vec2{line[from].x, -line[from].y}, twice_deeper));
             }
         };
-        if (surface.is_rough) {
-            if (settings.haze > 0)
-                add_image(settings.haze, detail::mixed_echoes{{line, static_cast<std::size_t>(above)},
-                                                              spacing,
-                                                              mix_bits(static_cast<std::uint32_t>(i))});
+        if (surface.is_bone) {
+            // Each grain goes to `copies` of `places`, which are as much attenuated as what is there.
+            constexpr std::uint32_t copies = 4, places = 64;
+            std::int64_t steps[places];
+            float weights[places];
+            for (std::uint32_t j = 0; j < places; ++j) {
+                const float apart = (2 * static_cast<float>(j) / (places - 1) - 1) * detail::haze_range;
+                steps[j] = static_cast<std::int64_t>(std::lround(apart / spacing));
+                weights[j] = amplitude_of_decibels(-surface.lost_db_per_metre() * apart) / std::sqrt(float{copies});
+            }
+            const line_frame& frame = found.frame(static_cast<std::uint32_t>(i));
+            const detail::haze_parts parts{{line, static_cast<std::size_t>(above)}, spacing};
+            for_each_image(settings.haze, 1, [&](std::int64_t from, std::int64_t mirrored, vec2 echo) {
+                const float depth = (static_cast<float>(from) + 0.5F) * spacing;
+                echo *= parts(from) / (1 + (surface.shown - depth) / detail::haze_decay);
+                std::uint32_t random = detail::bits_of_cell(frame.at(depth) / detail::haze_grain);
+                for (std::uint32_t j = 0; j < copies; ++j, random >>= 7) {
+                    const std::uint32_t place = random & 63U;
+                    const std::int64_t k = mirrored + steps[place], behind = k > middle ? k : 2 * middle + 1 - k;
+                    if (behind < samples)
+                        line[behind] += ((random & 64U) != 0 ? weights[place] : -weights[place]) * echo;
+                }
+            });
             return;
         }
-        add_image(settings.mirror, [&](std::int64_t from) { return line[from]; });
+        for_each_image(settings.mirror, min_spread, [&](std::int64_t, std::int64_t k, vec2 echo) {
+            if (k < samples) line[k] += echo;
+        });
         const vec2 once_deeper = rotation(surface.shown);
         const float wavelengths = surface.shown * stated.frequency / display_speed;
         const auto number = static_cast<float>(i);
@@ -19874,7 +19902,7 @@ struct b_mode_settings {
     noise_level noise{};            ///< electronic noise
     std::uint32_t frame = 0;        ///< number of the frame: noise and the speckle of blood differ from frame to frame
     near_field_settings near_field{};       ///< echoes of the probe itself
-    reverberation_settings reverberation{}; ///< echoes that appear behind gas, on straight lines
+    reverberation_settings reverberation{}; ///< echoes that appear behind gas and bone, on straight lines
     compound_settings compound{};           ///< looks at several angles, averaged; none by default
     /// Movement of the probe from frame to frame, metres, at any corner of the field of view, above which `persistence`
     /// and compounding with `update_mode::one` start anew; 0: at every movement.

@@ -74,10 +74,12 @@ inline bool has_gas(view<const medium> media) { return std::any_of(media.begin()
 /// Whether almost no sound passes between tissue and this medium: gas, bone, metal.
 INSONIFY_FN inline bool blocks_sound(const medium& m) { return m.impedance() > 3e6F || is_gas(m); }
 inline constexpr float max_loss_of_tissue = 200; ///< dB/m at 1 MHz: tendon, the most absorbing soft tissue, has 180
-/// Whether a medium reflects much and absorbs the rest.
-INSONIFY_FN inline bool is_bone(const medium& m) { return m.impedance() > 3e6F && m.attenuation > max_loss_of_tissue; }
 /// Whether a medium is none of soft tissue: tendon, the hardest one, has an impedance of 2.0e6, trabecular bone 2.5e6.
 INSONIFY_FN inline bool is_hard(const medium& m) { return m.impedance() > 2.2e6F || is_gas(m); }
+/// Whether a medium is hard and absorbs what it does not reflect, as bone does and metal does not.
+INSONIFY_FN inline bool is_bone(const medium& m) {
+    return is_hard(m) && !is_gas(m) && m.attenuation > max_loss_of_tissue;
+}
 
 /// Distance at which the diffuse echoes of a rough surface are independent, metres along the line: an eighth of the
 /// wavelength c0 / f0. Convention.

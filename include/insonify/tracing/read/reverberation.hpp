@@ -22,10 +22,9 @@ namespace insonify::inline INSONIFY_ABI {
 /// Echoes that appear behind gas and bone, of sound that they reflect. Gas shows the mirror image of the tissue in front of
 /// it, and the reverberation between gas and the face of the probe; bone is rough, and fills its shadow with haze.
 struct reverberation_settings {
-    float mirror = 1; ///< part of the amplitude of the mirror image that is drawn, 0 (none) to 1
+    float mirror = 1; ///< fraction of the amplitude of the mirror image that is drawn, 0 (none) to 1
     float face = 1;   ///< the same of the reverberation with the face
-    float haze =
-        0.4F; ///< the same of the haze behind bone: -17 dB of muscle, as in a wave simulation of a block of bone
+    float haze = 1;   ///< the same of the haze behind bone
 
     /// @throws usage_error  for a setting that is out of range
     void check() const {
@@ -39,24 +38,39 @@ struct reverberation_settings {
 
 namespace detail {
 
-/// Whether a medium fills what lies behind it with sound that it reflects.
-INSONIFY_FN inline bool is_mirror(const medium& m) { return is_gas(m) || is_bone(m); }
+/// Size of the parts of tissue that rough bone reflects in phase, metres: speckle cells. Convention.
+inline constexpr float haze_grain = 0.5e-3F;
+/// Random bits of the cell of the unit lattice in which a point lies.
+inline std::uint32_t bits_of_cell(vec3 point) {
+    std::uint32_t bits = 0;
+    for (int i = 0; i < 3; ++i)
+        bits = mix_bits(bits + static_cast<std::uint32_t>(static_cast<std::int64_t>(std::floor(point[i]))));
+    return bits;
+}
+
+/// Whether lines behind a medium have echoes of what it reflects.
+INSONIFY_FN inline bool is_reflector(const medium& m) { return is_gas(m) || is_bone(m); }
+
+/// Distance over which rough bone spreads each echo that it reflects, to either side, metres. Convention.
+inline constexpr float haze_range = 5e-3F;
+/// Distance from the bone at which sound that it reflects has spread to twice the width of the beam, metres. Convention.
+inline constexpr float haze_decay = 10e-3F;
 
 /// The first surface of gas or bone on a line, and what sound loses on the way back from it. Models without `timing`, `loss` or
 /// `pulse_loss` have those of `physical`.
 template <class Model>
-class mirror_surface {
+class reflecting_surface {
   public:
-    mirror_surface(view<const layer> layers, view<const medium> media, const traced_line& pulse, const Model& model)
+    reflecting_surface(view<const layer> layers, view<const medium> media, const traced_line& pulse, const Model& model)
         : layers_{layers}, media_{media}, pulse_{pulse}, model_{model} {
-        for (; next_ < layers.size() && !is_mirror(medium_of(next_)); ++next_) {
+        for (; next_ < layers.size() && !is_reflector(medium_of(next_)); ++next_) {
             crossed_db_ += crossed_db(next_);
             shown_ += stretch();
             lost_db_ += lost_db();
         }
         if (next_ == 0 || next_ == layers.size()) return;
         below = &layers[next_];
-        is_rough = !is_gas(medium_of(next_));
+        is_bone = detail::is_bone(medium_of(next_));
         shown = shown_;
         reflected = reflection(medium_of(next_ - 1), medium_of(next_));
         lens_reflected = reflection(medium_of(0), tissue::lens);
@@ -65,17 +79,19 @@ class mirror_surface {
     }
 
     const layer* below = nullptr; ///< behind it; null: there is none, or the line starts in it
-    bool is_rough = false;        ///< whether it is that of bone
+    bool is_bone = false;         ///< whether it is that of bone
     float shown = 0;              ///< its displayed depth, metres
     float reflected = 0;          ///< amplitude, by its surface
     float lens_reflected = 0;     ///< amplitude, of sound that returns to the face
 
+    /// Attenuation in front of the surface, there and back, dB per displayed metre.
+    float lost_db_per_metre() const { return loss_db(lost_there_) / max(shown, 1e-9F); }
     /// What an echo loses that goes there and back once more, dB.
     float once_more_db() const { return loss_db(2 * lost_there_) - loss_db(lost_there_) + crossed_there_; }
     /// The same from a displayed depth to the surface and back, twice, dB. From call to call less deep.
     float twice_from_db(float depth) {
         while (next_ > 0 && depth < shown_) {
-            if (next_ < layers_.size() && !is_mirror(medium_of(next_))) crossed_db_ -= crossed_db(next_);
+            if (next_ < layers_.size() && !is_reflector(medium_of(next_))) crossed_db_ -= crossed_db(next_);
             --next_;
             shown_ -= stretch();
             lost_db_ -= lost_db();
@@ -119,17 +135,15 @@ class mirror_surface {
     float lost_there_ = 0, crossed_there_ = 0;
 };
 
-/// What a rough surface returns of the echoes in front of it: each is one of those within 5 mm, drawn by lot, and bright
-/// surfaces among them, which it does not show as lines, count little more than the tissue around.
-class mixed_echoes {
+/// Fractions of the amplitudes of echoes with which they contribute to the haze behind bone: bright surfaces, which would
+/// show as dots, count little more than the tissue around them.
+class haze_parts {
   public:
-    /// @param echoes  of the line, up to the surface
-    mixed_echoes(view<const vec2> echoes, float spacing, std::uint32_t key)
-        : echoes_{echoes}, range_{5e-3F / spacing}, key_{key} {
-        const auto shortest = static_cast<std::size_t>(0.5e-3F / spacing) + 1; // about a pulse
-        block_ = std::max(shortest, echoes.size() / max_blocks + 1);
+    /// @param echoes  of the line, up to the bone
+    haze_parts(view<const vec2> echoes, float spacing) {
+        block_ = std::max(static_cast<std::size_t>(block_length / spacing) + 1, echoes.size() / max_blocks + 1);
         const auto blocks = static_cast<int>((echoes.size() + block_ - 1) / block_),
-                   around = static_cast<int>(range_ / static_cast<float>(block_)) + 1;
+                   around = static_cast<int>(haze_range / spacing / static_cast<float>(block_)) + 1;
         float root[max_blocks], power[max_blocks];
         for (int i = 0; i < blocks; ++i) {
             const std::size_t first = static_cast<std::size_t>(i) * block_,
@@ -141,30 +155,22 @@ class mixed_echoes {
         }
         for (int i = 0; i < blocks; ++i) {
             const int first = std::max(i - around, 0), last = std::min(i + around + 1, blocks);
-            float mean = 0; // of the fourth roots, which hardly feels few that are strong
+            float mean = 0; // of the fourth roots, which a few bright surfaces hardly change
             for (int k = first; k < last; ++k) mean += root[k] / static_cast<float>(last - first);
-            const float largest = 3 * mean * mean * mean * mean;
+            const float largest = max_ratio * mean * mean * mean * mean;
             part_[i] = power[i] > largest ? std::sqrt(largest / power[i]) : 1.0F;
         }
     }
 
-    /// @param from  of the echo that a smooth surface would return
-    vec2 operator()(std::int64_t from) const {
-        const std::uint32_t random = mix_bits(key_ + static_cast<std::uint32_t>(from));
-        const auto aside = static_cast<std::int64_t>(range_ * (static_cast<float>(random >> 16) * 0x1p-15F - 1));
-        const auto last = static_cast<std::int64_t>(echoes_.size()) - 1;
-        const auto k = static_cast<std::size_t>(std::max(last - std::abs(last - from - aside), std::int64_t{0}));
-        return part_[k / block_] * echoes_[k];
-    }
+    float operator()(std::int64_t k) const { return part_[static_cast<std::size_t>(k) / block_]; }
 
   private:
     static constexpr std::size_t max_blocks = 256;
+    static constexpr float block_length = 0.5e-3F; // metres: about a pulse
+    static constexpr float max_ratio = 3;          // of the power of a block to that of the tissue around. Convention
 
-    view<const vec2> echoes_;
-    float range_; // samples
-    std::uint32_t key_;
-    std::size_t block_ = 1;    // samples
-    float part_[max_blocks]{}; // of the amplitude, of each block
+    std::size_t block_ = 1; // samples
+    float part_[max_blocks]{};
 };
 
 } // namespace detail
@@ -172,16 +178,17 @@ class mixed_echoes {
 /// Adds the echoes that appear behind gas and bone to traced echoes: straight lines end at their surfaces. Call it between
 /// `trace` and `convolve`.
 ///
-///     at 2 D - z:  r^2 10^(-A(z) / 20) / sqrt(|1 + 2 h k_x| |1 + 2 h k_y|) of the conjugate echo at z < D
-///     at D + z:    n r f c 10^(-B / 20) of the echo at z, n = 2 for z < D, else 1
+///     gas, at 2 D - z:   mirror r^2 10^(-A(z) / 20) / sqrt(|1 + 2 h k_x| |1 + 2 h k_y|) of the conjugate echo at z < D
+///          at D + z:     face n r f c 10^(-B / 20) of the echo at z, n = 2 for z < D, else 1
+///     bone, at 2 D - z:  haze r^2 10^(-A(z) / 20) / (sqrt((1 + 2 h k_x) (1 + 2 h k_y)) (1 + h / 10 mm)), k >= 0
 ///
 /// with D the displayed depth of the first such surface, A(z) what sound loses from z to it and back, twice, and B from the
 /// face to it and back (attenuation of the pulse and interfaces, dB), r what it reflects, f what the lens of the probe
 /// does (from the impedances of `tissue::lens` and of the first medium), h = D - z, k the curvatures of the surface,
 /// behind which sound diverges, and c the part of the amplitude that returns to the aperture: by the law of specular
 /// echoes, for the slope of the surface and the angle of the line to the face. The image is that of the line itself;
-/// `paths` follows the sound to where it goes. Bone mixes the echoes within some millimetres of z, and none of them returns
-/// from the face.
+/// `paths` follows the sound to where it goes. Bone is taken as rough, whatever its `roughness`: it divides each echo among
+/// random places within 5 mm, which belong to its own place in the world, so that no image is seen.
 /// @param found  what lies along the lines of the probe
 /// @throws usage_error  for lines that are not those of the probe, or a setting out of range
 template <exec::policy Policy, transducer Probe, class Model>
@@ -191,7 +198,7 @@ iq_lines add_reverberation(const Policy& policy, iq_lines echoes, const line_lay
     probe.check();
     detail::check_layers(found, probe.lines, "add_reverberation");
     detail::check_echoes(echoes, probe.lines, "add_reverberation");
-    if (std::none_of(found.media.begin(), found.media.end(), detail::is_mirror)) return echoes;
+    if (std::none_of(found.media.begin(), found.media.end(), detail::is_reflector)) return echoes;
     constexpr float min_spread = 0.5F; // in the focus of a hollow surface, which is not sharp: as `paths`
     const detail::stated_settings stated{probe};
     const traced_line pulse{.frequency = stated.frequency, .bandwidth = stated.bandwidth};
@@ -201,38 +208,57 @@ iq_lines add_reverberation(const Policy& policy, iq_lines echoes, const line_lay
         return vec2{forwards.x, -forwards.y};
     };
     exec::for_each_in_blocks(policy, echoes.count, 8, 2e4F, [&](std::size_t i) {
-        detail::mirror_surface<Model> surface{found(static_cast<std::uint32_t>(i)), found.media, pulse, model};
+        detail::reflecting_surface<Model> surface{found(static_cast<std::uint32_t>(i)), found.media, pulse, model};
         if (surface.below == nullptr || surface.shown <= spacing || surface.shown >= echoes.depth) return;
         const vec2 curvature{surface.below->curvature.x, surface.below->curvature.y};
         vec2* const line = echoes.values.data() + i * echoes.samples;
         const auto samples = static_cast<std::int64_t>(echoes.samples),
                    middle = static_cast<std::int64_t>(std::lround(surface.shown / spacing)),
                    twice = static_cast<std::int64_t>(std::lround(2 * surface.shown / spacing)) - 1;
-        // The echo of the surface itself is divided between two samples; that of a rough one reaches half a millimetre.
-        const std::int64_t above = std::max(
-            middle - (surface.is_rough ? static_cast<std::int64_t>(0.5e-3F / spacing) : 0) - 2, std::int64_t{0});
+        // The echo of the surface itself is divided between two samples; that of bone reaches half a millimetre.
+        const std::int64_t own = 2 + (surface.is_bone ? static_cast<std::int64_t>(0.5e-3F / spacing) : 0),
+                           above = std::max(middle - own, std::int64_t{0});
         const vec2 twice_deeper = rotation(2 * surface.shown);
-        const auto add_image = [&](float part, auto&& echo_at) {
-            for (std::int64_t k = middle + 1; k < std::min(samples, twice + 1); ++k) {
-                const std::int64_t from = twice - k;
-                if (from >= above) continue;
+        // Calls add(from, k, echo) for each echo in front of the surface, from it on, and its image at k.
+        const auto for_each_image = [&](float part, float smallest, const auto& add) {
+            for (std::int64_t from = above - 1; from >= 0; --from) {
                 const float depth = (static_cast<float>(from) + 0.5F) * spacing;
-                const vec2 spread = max(abs(vec2{1, 1} + 2 * (surface.shown - depth) * curvature), vec2{min_spread});
+                const vec2 spread = max(abs(vec2{1, 1} + 2 * (surface.shown - depth) * curvature), vec2{smallest});
                 const float level = part * surface.reflected * surface.reflected *
                                     amplitude_of_decibels(-surface.twice_from_db(depth)) /
                                     std::sqrt(spread.x * spread.y);
-                const vec2 echo = echo_at(from);
-                line[k] += level * detail::complex_product(vec2{echo.x, -echo.y}, twice_deeper);
+                add(from, twice - from,
+                    level * detail::complex_product(vec2{line[from].x, -line[from].y}, twice_deeper));
             }
         };
-        if (surface.is_rough) {
-            if (settings.haze > 0)
-                add_image(settings.haze, detail::mixed_echoes{{line, static_cast<std::size_t>(above)},
-                                                              spacing,
-                                                              mix_bits(static_cast<std::uint32_t>(i))});
+        if (surface.is_bone) {
+            // Each grain goes to `copies` of `places`, which are as much attenuated as what is there.
+            constexpr std::uint32_t copies = 4, places = 64;
+            std::int64_t steps[places];
+            float weights[places];
+            for (std::uint32_t j = 0; j < places; ++j) {
+                const float apart = (2 * static_cast<float>(j) / (places - 1) - 1) * detail::haze_range;
+                steps[j] = static_cast<std::int64_t>(std::lround(apart / spacing));
+                weights[j] = amplitude_of_decibels(-surface.lost_db_per_metre() * apart) / std::sqrt(float{copies});
+            }
+            const line_frame& frame = found.frame(static_cast<std::uint32_t>(i));
+            const detail::haze_parts parts{{line, static_cast<std::size_t>(above)}, spacing};
+            for_each_image(settings.haze, 1, [&](std::int64_t from, std::int64_t mirrored, vec2 echo) {
+                const float depth = (static_cast<float>(from) + 0.5F) * spacing;
+                echo *= parts(from) / (1 + (surface.shown - depth) / detail::haze_decay);
+                std::uint32_t random = detail::bits_of_cell(frame.at(depth) / detail::haze_grain);
+                for (std::uint32_t j = 0; j < copies; ++j, random >>= 7) {
+                    const std::uint32_t place = random & 63U;
+                    const std::int64_t k = mirrored + steps[place], behind = k > middle ? k : 2 * middle + 1 - k;
+                    if (behind < samples)
+                        line[behind] += ((random & 64U) != 0 ? weights[place] : -weights[place]) * echo;
+                }
+            });
             return;
         }
-        add_image(settings.mirror, [&](std::int64_t from) { return line[from]; });
+        for_each_image(settings.mirror, min_spread, [&](std::int64_t, std::int64_t k, vec2 echo) {
+            if (k < samples) line[k] += echo;
+        });
         const vec2 once_deeper = rotation(surface.shown);
         const float wavelengths = surface.shown * stated.frequency / display_speed;
         const auto number = static_cast<float>(i);
