@@ -217,9 +217,9 @@ TEST_CASE("quality: how much lower the mean level is, of muscle and where looks 
         }
     };
     const auto nerve_block = presets::nerve_block.probe;
-    compare("muscle, linear array", tissue::muscle, linear_array{}, 40_mm, 1, -1.0, -3.5);
-    compare("muscle, convex array", tissue::muscle, convex_array{}, 100_mm, 1, -1.8, -4.9);
-    compare("muscle, nerve block", tissue::muscle, nerve_block, 40_mm, 3, -1.7, -4.2);
+    compare("muscle, linear array", tissue::muscle, linear_array{}, 40_mm, 1, -0.9, -3.0);
+    compare("muscle, convex array", tissue::muscle, convex_array{}, 100_mm, 1, -1.8, -4.4);
+    compare("muscle, nerve block", tissue::muscle, nerve_block, 40_mm, 3, -1.6, -3.7);
     compare("liver, nerve block", tissue::liver, nerve_block, 40_mm, 3, -0.9, -0.9);
 }
 
