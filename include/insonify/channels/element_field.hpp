@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 /// The field of one rectangular element with a lens.
@@ -113,6 +114,10 @@ inline spectral_value square_root(const spectral_value& of) {
 /// In metres: h at the focus.
 class elevation_field {
   public:
+    std::uint64_t bytes() const {
+        return (points_.size() + surfaces_.size()) * sizeof(spectral_value) + tissue_.size() * sizeof(float);
+    }
+
     /// @param speed       of sound, m/s
     /// @param step        of frequency: see `spectral_value`, hertz
     /// @param max_range   metres
