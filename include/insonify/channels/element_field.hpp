@@ -121,7 +121,7 @@ class elevation_field {
     /// @param speed       of sound, m/s
     /// @param step        of frequency: see `spectral_value`, hertz
     /// @param max_range   metres
-    /// @param max_height  of points out of the slice plane, metres; 0: all points lie in it
+    /// @param max_height  of points above the middle of any element, metres; 0: all points lie in its slice
     template <exec::policy Policy>
     void assign(const Policy& policy, float frequency, float step, float height, float focus, float speed,
                 float max_range, float max_height) {
@@ -129,8 +129,10 @@ class elevation_field {
         focus_ = focus;
         for (int i = 0; i < spectral_value::nodes; ++i)
             wave_number_[i] = 2 * pi * (frequency + spectral_value::steps(i) * step) / speed;
+        // E changes over a wavelength times the range over h; most elements are higher than some wavelengths.
+        row_ = max(height / 128, pi / (4 * wave_number_[middle]));
         ranges_ = 2 + static_cast<std::size_t>(std::log(max(max_range, 2 * min_range) / min_range) * per_logarithm);
-        heights_ = max_height > 0 ? 2 + static_cast<std::size_t>(max_height / row()) : 1;
+        heights_ = max_height > 0 ? 2 + static_cast<std::size_t>(max_height / row_) : 1;
         points_.resize(ranges_ * heights_);
         surfaces_.resize(ranges_);
         tissue_.resize(ranges_);
@@ -150,7 +152,7 @@ class elevation_field {
     spectral_value point(float position, float y) const {
         const place at = place_of(position);
         if (heights_ == 1) return interpolated(points_.data() + at.index, at.part);
-        const float rows = std::fabs(y) / row();
+        const float rows = std::fabs(y) / row_;
         const auto below = static_cast<std::size_t>(min(rows, static_cast<float>(heights_ - 2)));
         const float part = rows - static_cast<float>(below);
         if (part > 1) return {}; // beyond the highest point that was announced
@@ -199,7 +201,6 @@ class elevation_field {
         float part;
     };
 
-    float row() const { return height_ / 128; }
     float range_at(std::size_t i) const { return min_range * std::exp(static_cast<float>(i) / per_logarithm); }
     // So many that the phase changes by less than one from one to the next.
     int points(float k, float range) const {
@@ -230,7 +231,7 @@ class elevation_field {
     void compute(std::size_t i) {
         const float range = range_at(i);
         for (std::size_t h = 0; h < heights_; ++h) {
-            const float y = min(static_cast<float>(h) * row(), 0.95F * range);
+            const float y = min(static_cast<float>(h) * row_, 0.95F * range);
             points_[h * ranges_ + i] =
                 spectral_value::each([&](int node) { return field(wave_number_[node], range, y); });
         }
@@ -286,7 +287,7 @@ class elevation_field {
         return open > 0 ? root * sum : root * vec2{-sum.y, sum.x};
     }
 
-    float height_ = 0, focus_ = 0, wave_number_[spectral_value::nodes] = {};
+    float height_ = 0, focus_ = 0, row_ = 0, wave_number_[spectral_value::nodes] = {};
     std::size_t ranges_ = 0, heights_ = 0;
     std::vector<spectral_value> points_{}; // by height, then by range
     std::vector<spectral_value> surfaces_{};

@@ -182,7 +182,7 @@ class channel_tracer {
             settings_.depth, settings_.opening};
         constexpr float long_search = 1e7F; // takes a second: what is too much without its reflectors is refused before
         if (search.size() > long_search) check_memory(out, settings_.points.size());
-        float highest = 0, lateral = 0;
+        float highest = 0, highest_element = 0, lateral = 0;
         std::vector<reflector>& all = reflectors_;
         all.reserve(settings_.points.size());
         for (const point_scatterer& one : settings_.points) {
@@ -195,7 +195,7 @@ class channel_tracer {
             const auto root = spectral_value::everywhere(square_root(vec2{one.scattering_length, 0}));
             all.push_back({.place = {local.x, local.z}, .y = local.y, .root = root});
         }
-        for (const ray& one : out.places) highest = max(highest, std::fabs(one.origin.y));
+        for (const ray& one : out.places) highest_element = max(highest_element, std::fabs(one.origin.y));
         const float aperture = length(out.places.back().origin - out.places.front().origin);
         const float reach = aperture + max(settings_.depth * (1 + std::tan(settings_.opening)), lateral);
         const auto passed = [&](const medium& before, const medium& after, float cosine, float roughness) {
@@ -208,7 +208,8 @@ class channel_tracer {
         const auto strip = [&](float distance) { return 1.4142136F * beam.elevation_sigma(distance); }; // one way
         fans_.assign(policy, body_, out.places, at_, frequency_, reach, loss, passed, strip, settings_.max_memory);
         speed_ = fans_.speed_at_face(elements_ / 2);
-        field_.assign(policy, frequency_, record_.node_step, height_, out.elevation_focus, speed_, reach, highest);
+        field_.assign(policy, frequency_, record_.node_step, height_, out.elevation_focus, speed_, reach,
+                      highest + highest_element);
         const std::uint64_t left = settings_.max_memory - std::min(settings_.max_memory, fans_.bytes());
         std::uint64_t uncounted = 0;
         if (settings_.speckle) {
