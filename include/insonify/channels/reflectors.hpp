@@ -147,6 +147,8 @@ class reflector_search {
         // Half a wavelength apart, lines resolve what any aperture does.
         lines_.lines = static_cast<std::uint32_t>(clamp(std::ceil(2 * widest / wavelength), 1, 1 << 16));
         step_ = wavelength / 4;
+        incoherent_ = each_lane<spectral_value::nodes>(
+            [&](int node) { return std::sqrt(std::sqrt(1 + spectral_value::steps(node) * node_step / frequency)); });
         probe_.assign(lines_);
         frame_ = frame_view{frame_lines{.lines = probe_.lines(), .at = at, .depth = depth, .max_depth = depth}};
         frame_.frequency = frequency;
@@ -206,7 +208,7 @@ class reflector_search {
                 const float level = strength * std::sqrt(lines_.width(distance) * across(distance));
                 found.push_back({.place = {p.x, p.z},
                                  .tall = true,
-                                 .root = spectral_value::everywhere(square_root(level * amplitude))});
+                                 .root = incoherent_ * spectral_value::everywhere(square_root(level * amplitude))});
             }
         }
         return count;
@@ -330,7 +332,8 @@ class reflector_search {
             place =
                 hash_bits(place, static_cast<std::uint64_t>(static_cast<std::int64_t>(std::round(on_object[axis]))));
         reflector one = piece;
-        one.root = spectral_value::everywhere(square_root(std::sqrt(0.5F * power) * hash_normal(model_.seed, place)));
+        one.root = incoherent_ *
+                   spectral_value::everywhere(square_root(std::sqrt(0.5F * power) * hash_normal(model_.seed, place)));
         one.normal = {0, 0};
         found.push_back(one);
     }
@@ -381,6 +384,9 @@ class reflector_search {
     const Model& model_;
     float depth_, open_ = 0, step_ = 0;
     float step_of_nodes_; // see `spectral_value`, hertz
+    // Root of a factor on amplitude. What scatters at all heights returns a power of integral |E|^4 dy, which is as 1 / f;
+    // of a tall reflector it is |integral E^2 dy|^2, as 1 / f^2.
+    lanes<spectral_value::nodes> incoherent_{1.0F};
     slice_lines lines_{};
     probe_lines probe_{};
     frame_view frame_{};

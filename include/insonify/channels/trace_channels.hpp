@@ -246,7 +246,8 @@ class channel_tracer {
                 const float place = (static_cast<float>(i) + 0.5F) / places - 0.5F,
                             cosine = 1 / std::sqrt(1 + place * place / (fnumber * fnumber));
                 const float half = pi * frequency * width_ * place / fnumber * cosine / speed_;
-                radiated[i] = cosine * (std::fabs(half) < 1e-3F ? 1.0F : std::sin(half) / half);
+                radiated[i] = cosine * std::sqrt(cosine) * // to a tall reflector: cos / sqrt(r)
+                              (std::fabs(half) < 1e-3F ? 1.0F : std::sin(half) / half);
             }
             float both = 0;
             for (int shift = 1 - places; shift < places; ++shift) {
@@ -260,7 +261,7 @@ class channel_tracer {
             weights += weight;
         }
         const float wavelength = speed_ / frequency_, elevation_fnumber = focus / height_;
-        const vec2 both = field_.surface(field_.position(focus)).at(spectral_value::nodes / 2);
+        const vec2 both = field_.surface(field_.position(focus)).at_carrier();
         const float across = field_.tissue(focus) * dot(both, both) * dot(both, both) / std::pow(height_, 4.0F);
         return elevation_fnumber * std::sqrt(wavelength * fnumber / (sum / weights * across));
     }
