@@ -1,22 +1,55 @@
 #include <insonify/insonify.hpp>
 #include <atomic>
+#include <cstddef>
 #include <cstdio>
 #include <cstdlib>
+#include <memory>
 #include <new>
+#include <string>
+#include <vector>
 
-// Counts what a clip allocates, frame by frame: nothing when it is shown again, and memory has grown to what it takes.
+// Counts what a clip allocates, frame by frame: nothing when it is shown again, and memory has grown to what it takes. And
+// what `trace_channels` takes, against what it says beforehand.
 namespace {
 std::atomic<long> allocations{0};
-}
+std::atomic<std::size_t> held{0}, most_held{0}; // bytes
+
+struct block_header {
+    void* memory;
+    std::size_t size;
+};
 
 // Kept out of line: inlined, GCC would take malloc and delete, or new and free, for pairs that do not match.
-[[gnu::noinline]] void* operator new(std::size_t size) {
+[[gnu::noinline]] void* allocated(std::size_t size, std::size_t alignment) {
     ++allocations;
-    if (void* memory = std::malloc(size)) return memory;
-    throw std::bad_alloc{};
+    std::size_t room = size + alignment + sizeof(block_header);
+    void* const memory = std::malloc(room);
+    if (memory == nullptr) throw std::bad_alloc{};
+    room -= sizeof(block_header);
+    void* place = static_cast<char*>(memory) + sizeof(block_header);
+    place = std::align(alignment, size, place, room);
+    static_cast<block_header*>(place)[-1] = {memory, size};
+    const std::size_t now = held += size;
+    for (std::size_t before = most_held; before < now && !most_held.compare_exchange_weak(before, now);) {
+    }
+    return place;
 }
-[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+[[gnu::noinline]] void freed(void* place) noexcept {
+    if (place == nullptr) return;
+    const block_header own = static_cast<block_header*>(place)[-1];
+    held -= own.size;
+    std::free(own.memory);
+}
+} // namespace
+
+[[gnu::noinline]] void* operator new(std::size_t size) { return allocated(size, alignof(std::max_align_t)); }
+[[gnu::noinline]] void* operator new(std::size_t size, std::align_val_t alignment) {
+    return allocated(size, static_cast<std::size_t>(alignment));
+}
+[[gnu::noinline]] void operator delete(void* place) noexcept { freed(place); }
+[[gnu::noinline]] void operator delete(void* place, std::size_t) noexcept { freed(place); }
+[[gnu::noinline]] void operator delete(void* place, std::align_val_t) noexcept { freed(place); }
+[[gnu::noinline]] void operator delete(void* place, std::size_t, std::align_val_t) noexcept { freed(place); }
 
 namespace {
 using namespace insonify;
@@ -199,6 +232,45 @@ long allocated_by_flow(const Policy& policy) {
     }
     return most;
 }
+
+// Whether `trace_channels` says at least what it takes, and not half as much again.
+bool says_memory(const char* name, const scene& body, const element_array& array, channel_settings settings) {
+    const std::vector<transmit> sent = plane_waves(array, 3, 20_deg);
+    const auto trace = [&] { return trace_channels(exec::par_unseq, body, array, pose{}, physical{}, sent, settings); };
+    settings.max_memory = 1;
+    double said = 0; // GB
+    try {
+        trace();
+    } catch (const usage_error& refused) {
+        const std::string sentence = refused.what();
+        const std::size_t at = sentence.find("take ");
+        said = at == std::string::npos ? 0 : std::strtod(sentence.c_str() + at + 5, nullptr);
+    }
+    settings.max_memory = std::uint64_t{4} << 30U;
+    const std::size_t before = held;
+    most_held = before;
+    trace();
+    const double taken = 1e-9 * static_cast<double>(most_held - before);
+    std::printf("channel data of %s: %.3f GB said, %.3f GB taken\n", name, said, taken);
+    return said >= taken && said <= 1.5 * taken;
+}
+bool channels_say_memory() {
+    scene layered{tissue::liver}, plain{medium{.density = 1000, .sound_speed = 1540}};
+    for (int i = 0; i < 20; ++i)
+        layered.add(
+            make_sphere({static_cast<float>(i % 5 - 2) * 4_mm, 0, static_cast<float>(i / 5 + 1) * 4_mm}, 1.8_mm, 3),
+            i % 2 == 0 ? tissue::blood : tissue::fat);
+    layered.build(exec::par);
+    plain.build(exec::par);
+    std::vector<point_scatterer> points;
+    for (std::uint64_t i = 0; i < 200000; ++i)
+        points.push_back({{(hash_uniform(1, i) - 0.5F) * 8_mm, 0, 2_mm + hash_uniform(2, i) * 8_mm}, 1e-6F});
+    const element_array many{.elements = 64}, few{.elements = 8};
+    const bool of_layers = says_memory("layers", layered, many, {.depth = 20_mm}),
+               of_fronts = says_memory("wave fronts", layered, many, {.depth = 20_mm, .wave_fronts = true}),
+               of_points = says_memory("points", plain, few, {.depth = 12_mm, .points = points});
+    return of_layers && of_fronts && of_points;
+}
 } // namespace
 
 int main() {
@@ -247,7 +319,8 @@ int main() {
     std::printf("pressed by the probe: %ld with seq, %ld with par_unseq; expected 0\n", pressed, pressed_parallel);
     const long flow = allocated_by_flow(exec::seq), flow_parallel = allocated_by_flow(exec::par_unseq.threads(2));
     std::printf("colour Doppler: %ld with seq, %ld with par_unseq; expected 0\n", flow, flow_parallel);
-    return flow == 0 && flow_parallel == 0 && pressed == 0 && pressed_parallel == 0 && maps == 0 &&
+    const bool said = channels_say_memory();
+    return said && flow == 0 && flow_parallel == 0 && pressed == 0 && pressed_parallel == 0 && maps == 0 &&
                    maps_parallel == 0 && sequenced == 0 && parallel == 0 && compounded == 0 && rolling == 0 &&
                    knobs == 0 && many == 0 && many_parallel == 0
                ? 0

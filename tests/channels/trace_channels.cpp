@@ -432,6 +432,37 @@ TEST_CASE("channels: noise is independent from element to element, and absent un
     CHECK(std::fabs(together) < 4 * power / std::sqrt(count));
 }
 
+TEST_CASE("channels: from frame to frame, the speckle of flowing media changes, and nothing else") {
+    const auto difference_of_frames = [](const medium& inside) {
+        scene body{tissue::gel};
+        body.add(make_cylinder({0, -40_mm, 10_mm}, {0, 40_mm, 10_mm}, 4_mm, 32, 8), inside);
+        body.build(exec::par);
+        const auto frame = [&](std::uint32_t number, bool surfaces) {
+            return trace_channels(exec::par_unseq, body, row_of_24, pose{}, physical{}, plane_waves(row_of_24, 1, 0),
+                                  {.depth = 15_mm, .surfaces = surfaces, .frame = number});
+        };
+        CHECK(frame(3, true) == frame(3, true)); // a frame is the same each time
+        const channel_data first = frame(0, false), second = frame(1, false), all = frame(0, true),
+                           all_later = frame(1, true);
+        double power = 0, apart = 0, surfaces_apart = 0;
+        for (std::size_t k = 0; k < first.values.size(); ++k) {
+            power += std::pow(static_cast<double>(first.values[k]), 2);
+            apart += std::pow(static_cast<double>(first.values[k] - second.values[k]), 2);
+            surfaces_apart += std::pow(static_cast<double>(all.values[k] - first.values[k]) -
+                                           static_cast<double>(all_later.values[k] - second.values[k]),
+                                       2);
+        }
+        REQUIRE(power > 0);
+        CHECK(surfaces_apart < 1e-6 * power);
+        return apart / power;
+    };
+    medium resting = tissue::blood;
+    resting.flowing = false;
+    CHECK(difference_of_frames(tissue::liver) == 0);
+    CHECK(difference_of_frames(resting) == 0);
+    CHECK(difference_of_frames(tissue::blood) == doctest::Approx(2).scale(1e-30).epsilon(0.25)); // independent
+}
+
 TEST_CASE("channels: what cannot be traced is named") {
     scene body{tissue::muscle};
     body.build(exec::par);
@@ -448,23 +479,41 @@ TEST_CASE("channels: what cannot be traced is named") {
     CHECK_THROWS_AS(trace(body, row_of_24, sent, {.max_memory = 1000}), usage_error);
     CHECK_THROWS_AS(trace(body, {.elements = 0}, sent, {}), usage_error);
     CHECK_THROWS_AS(trace(body, {.pitch = 0.2_mm}, sent, {}), usage_error);
-    std::vector<transmit> wrong = sent;
-    wrong[0].delays.pop_back();
-    CHECK_THROWS_AS(trace(body, row_of_24, wrong, {}), usage_error);
-    wrong = sent;
-    wrong[0].delays[3] = -1e-6F;
-    CHECK_THROWS_AS(trace(body, row_of_24, wrong, {}), usage_error);
-    wrong = sent;
-    wrong[0].weights.assign(row_of_24.elements, 2.0F);
-    CHECK_THROWS_AS(trace(body, row_of_24, wrong, {}), usage_error);
-    wrong[0].weights.assign(row_of_24.elements, 0.0F);
-    CHECK_THROWS_AS(trace(body, row_of_24, wrong, {}), usage_error);
+    const auto refuses = [&](const char* sentence, auto&& change) {
+        std::vector<transmit> wrong = sent;
+        wrong[0].weights.assign(row_of_24.elements, 1.0F);
+        change(wrong[0]);
+        CHECK_THROWS_WITH_AS(trace(body, row_of_24, wrong, {}), sentence, usage_error);
+    };
+    refuses("transmit 0: it has 23 delays for 24 elements; state one for each",
+            [](transmit& one) { one.delays.pop_back(); });
+    refuses("transmit 0: it has 0 delays for 24 elements; state one for each",
+            [](transmit& one) { one.delays.clear(); });
+    refuses("transmit 0: it has 25 weights for 24 elements; state one for each, or none",
+            [](transmit& one) { one.weights.push_back(1); });
+    refuses("transmit 0: a delay is -1e-06 s; delays must be 0 to 1e-3 s: subtract the smallest from all",
+            [](transmit& one) { one.delays[3] = -1e-6F; });
+    refuses("transmit 0: a delay is 0.01 s; delays must be 0 to 1e-3 s: subtract the smallest from all",
+            [](transmit& one) { one.delays[3] = 0.01F; });
+    refuses("transmit 0: a delay is nan s; delays must be 0 to 1e-3 s: subtract the smallest from all",
+            [](transmit& one) { one.delays[3] = std::nanf(""); });
+    refuses("transmit 0: a weight is 2; weights must be -1 to 1: divide all by the largest",
+            [](transmit& one) { one.weights[23] = 2; });
+    refuses("transmit 0: a weight is nan; weights must be -1 to 1: divide all by the largest",
+            [](transmit& one) { one.weights[0] = std::nanf(""); });
+    refuses("transmit 0: all weights are 0; at least one element must fire",
+            [](transmit& one) { one.weights.assign(row_of_24.elements, 0.0F); });
     scene solid{tissue::muscle};
     solid.add(make_sphere({0, 0, 0}, 20_mm, 2), tissue::bone);
     solid.build(exec::seq);
     CHECK_THROWS_WITH_AS(trace(solid, row_of_24, sent, {}),
                          "trace_channels: element 0 lies inside of an object that blocks sound, such as bone, metal or "
                          "gas; move the array, or the object",
+                         usage_error);
+    CHECK_THROWS_WITH_AS(trace(scene{tissue::air}.build(exec::seq), row_of_24, sent, {}),
+                         "trace_channels: element 0 lies in the background of the scene, which blocks sound as bone, "
+                         "metal or gas do; move the array into an object, or give the scene another background, such "
+                         "as tissue::gel",
                          usage_error);
     CHECK_THROWS_AS(trace(scene{}, row_of_24, sent, {}), usage_error);
     pose scaled;

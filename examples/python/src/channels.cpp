@@ -217,6 +217,26 @@ void bind_trace(py::module_& module) {
         py::arg("policy") = "par_unseq", "What each element receives of each transmit.");
 }
 
+// Probes of pictures, which are no arrays of elements: a sentence instead of the signatures of all overloads.
+void refuse_probes(py::module_& module) {
+    module.def(
+        "trace_channels",
+        [](const scene&, const py::object& array, const py::args&, const py::kwargs&) -> py::object {
+            const auto name = py::cast<std::string>(py::type::of(array).attr("__name__"));
+            if (py::isinstance<element_array>(array) || py::isinstance<convex_element_array>(array))
+                throw py::type_error(
+                    "trace_channels: the arguments are trace_channels(scene, array, pose, model, sent, "
+                    "settings): a pose, physical(), a list of transmits and channel_settings()");
+            if (py::isinstance<radial_array>(array))
+                throw py::type_error("trace_channels: round arrays have no channel data; use an element_array, or a "
+                                     "convex_element_array on less than half a circle");
+            throw py::type_error("trace_channels: the array is a " + name +
+                                 "; it must be an element_array or a convex_element_array, such as "
+                                 "presets.l11_5v_elements");
+        },
+        py::arg("scene"), py::arg("array"), "Refuses what is not an array of elements.");
+}
+
 } // namespace
 
 void bind_channels(py::module_& module) {
@@ -241,6 +261,7 @@ void bind_channels(py::module_& module) {
     bind_channel_grid<vec2>(module, "iq_channel_data", "Complex baseband of each element and transmit.");
     bind_trace<element_array>(module);
     bind_trace<convex_element_array>(module);
+    refuse_probes(module);
     module.def(
         "demodulate",
         [](const channel_data& received, const std::string& policy) {

@@ -188,6 +188,12 @@ def test_errors_keep_their_sentences(plane, phantom):
         ARRAY.element(48)
     with pytest.raises(TypeError):
         us.plane_waves(us.linear_array(), 3, 0.1)
+    for array, sentence in ((us.radial_array(), "^trace_channels: round arrays have no channel data; use an element_array"),
+                            (us.linear_array(), "^trace_channels: the array is a linear_array; it must be an element_array")):
+        with pytest.raises(TypeError, match=sentence):
+            trace(array=array)
+    with pytest.raises(TypeError, match="^trace_channels: the arguments are trace_channels"):
+        us.trace_channels(body, ARRAY, us.pose(), us.physical())
 
 
 def test_the_truth_beside_channel_data(phantom):

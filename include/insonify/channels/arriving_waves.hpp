@@ -78,11 +78,13 @@ class arriving_waves {
         const turned_lanes<width> carrier{multiply_add(frequency, time, eighth - whole)};
         const floats position = field_.position<width>(one.tall ? range : sqrt(range * range + square));
         store(time, arrived.time);
-        store(amplitude, arrived.factor);
+        // Of a point out of the slice: 1 / r, cos and sin are those in space.
+        const floats nearer = one.tall ? floats(1.0F) : distance / in_space;
+        store(amplitude * nearer * nearer, arrived.factor);
         store(carrier.x, arrived.carrier_x);
         store(carrier.y, arrived.carrier_y);
         store(position, arrived.position);
-        store(abs(at.sine) * floats(static_cast<float>(sines)), arrived.sine);
+        store(abs(at.sine) * nearer * floats(static_cast<float>(sines)), arrived.sine);
         for (std::size_t k = 0; k < count; ++k) {
             const std::size_t column = first + k;
             if (!(arrived.factor[k] > 0)) {

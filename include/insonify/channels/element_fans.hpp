@@ -16,6 +16,7 @@
 #include <insonify/scene/scene.hpp>
 #include <insonify/tracing/find/find_layers.hpp>
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -94,10 +95,12 @@ class element_fans {
     /// @param passed  passed(before, after, cosine, roughness): factor on amplitude, there and back
     /// @param strip   strip(distance): half height of the element's beam out of the slice, where its power falls to
     ///                1/e, metres: sound passes beside obstacles that are narrower, such as a needle
+    /// @param max_bytes  what takes more is counted, but not kept: see `bytes`
     /// @throws usage_error  for an element inside of bone, metal or gas
     template <class Policy, class Loss, class Passed, class Strip>
     void assign(const Policy& policy, const scene& body, view<const ray> places, const pose& at, float frequency,
-                float reach, const Loss& loss, const Passed& passed, const Strip& strip) {
+                float reach, const Loss& loss, const Passed& passed, const Strip& strip,
+                std::uint64_t max_bytes = ~std::uint64_t{0}) {
         constexpr float spacing = 0.3e-3F; // of neighbouring lines at their ends, at most, metres
         lines_ = static_cast<std::uint32_t>(clamp(std::ceil(4 * std::tan(0.25F * span) * reach / spacing), 64, 1024));
         fans_.resize(places.size());
@@ -109,7 +112,9 @@ class element_fans {
             normal_x_[i] = places[i].direction.x;
             normal_z_[i] = places[i].direction.z;
         }
-        std::vector<std::uint8_t> blocked(places.size(), 0);
+        enum class face : std::uint8_t { free, in_object, in_background }; // in front of an element: what blocks sound
+        std::vector<face> faces(places.size(), face::free);
+        std::atomic<std::uint64_t> bytes{0};
         exec::for_each_block(policy, places.size(), 1, 3e5F, [&](std::size_t i, std::size_t) {
             fan& own = fans_[i];
             own.shape = {.lines = lines_,
@@ -123,14 +128,34 @@ class element_fans {
             own.shape.origin.y = 0;
             layer_search search;
             const line_layers& found = search(exec::seq, body, own.shape, here, {.depth = reach}, reach, true);
-            blocked[i] = follow(found, frequency, loss, passed, strip, own);
+            own.slowness = 1 / found.media[found(lines_ / 2)[0].medium].sound_speed;
+            for (std::uint32_t line = 0; line < found.lines; ++line)
+                if (const layer& first = found(line)[0]; blocks_sound(found.media[first.medium])) {
+                    faces[i] = first.object == ~0U ? face::in_background : face::in_object;
+                    return;
+                }
+            std::size_t layers = 0;
+            for (std::uint32_t line = 0; line < found.lines; ++line) layers += found(line).size();
+            const std::uint64_t size =
+                layers * (sizeof(element_wave) + sizeof(float)) + found.lines * sizeof(std::uint32_t);
+            if (bytes.fetch_add(size) + size <= max_bytes) follow(found, layers, frequency, loss, passed, strip, own);
         });
-        for (std::size_t i = 0; i < blocked.size(); ++i)
-            if (blocked[i] != 0)
+        bytes_ = bytes;
+        for (std::size_t i = 0; i < faces.size(); ++i) {
+            if (faces[i] == face::in_object)
                 throw usage_error{joined({"trace_channels: element ", std::to_string(i),
                                           " lies inside of an object that blocks sound, such as bone, metal or gas; "
                                           "move the array, or the object"})};
+            if (faces[i] == face::in_background)
+                throw usage_error{joined({"trace_channels: element ", std::to_string(i),
+                                          " lies in the background of the scene, which blocks sound as bone, metal or "
+                                          "gas do; move the array into an object, or give the scene another "
+                                          "background, such as tissue::gel"})};
+        }
     }
+
+    /// What the layers of all lines take; beyond `max_bytes` they were not kept.
+    std::uint64_t bytes() const { return bytes_; }
 
     /// Where a point lies among the lines of N elements.
     template <int N>
@@ -204,13 +229,14 @@ class element_fans {
     }
 
     /// Sound speed in front of an element, m/s.
-    float speed_at_face(std::size_t element) const { return 1 / fans_[element].line(lines_ / 2)[0].slowness; }
+    float speed_at_face(std::size_t element) const { return 1 / fans_[element].slowness; }
 
   private:
     static constexpr float span = 160 * pi / 180;
 
     struct fan {
         element_fan shape{};
+        float slowness = 0; // in front of the element, s/m
         std::vector<element_wave> waves{};
         std::vector<float> begins{};       // of waves, together: what is searched
         std::vector<std::uint32_t> ends{}; // of each line, in `waves`
@@ -277,12 +303,14 @@ class element_fans {
         return entered;
     }
 
-    // Follows the wave along each line. @return whether the element lies inside of what blocks sound
+    // Follows the wave along each line. @param layers  of all lines
     template <class Loss, class Passed, class Strip>
-    static bool follow(const line_layers& found, float frequency, const Loss& loss, const Passed& passed,
-                       const Strip& strip, fan& own) {
+    static void follow(const line_layers& found, std::size_t layers, float frequency, const Loss& loss,
+                       const Passed& passed, const Strip& strip, fan& own) {
         own.waves.clear();
         own.ends.clear();
+        own.waves.reserve(layers);
+        own.ends.reserve(found.lines);
         const float beside = 1e-3F * frequency;
         const auto medium_of = [&](const layer& here) {
             const medium& m = found.media[here.medium];
@@ -308,19 +336,18 @@ class element_fans {
             return now;
         };
         for (std::uint32_t line = 0; line < found.lines; ++line) {
-            const view<const layer> layers = found(line);
-            if (blocks_sound(found.media[layers[0].medium])) return true;
-            element_wave before = medium_of(layers[0]), above = before; // in the last layer, and in the one before
+            const view<const layer> own_layers = found(line);
+            element_wave before = medium_of(own_layers[0]), above = before; // in the last layer, and in the one before
             own.waves.push_back(before);
-            for (std::size_t i = 1; i < layers.size(); ++i) {
-                element_wave now = enter(before, layers[i]);
-                const layer& obstacle = layers[i - 1];
+            for (std::size_t i = 1; i < own_layers.size(); ++i) {
+                element_wave now = enter(before, own_layers[i]);
+                const layer& obstacle = own_layers[i - 1];
                 if (i > 1 && obstacle.own_surfaces.x > 0 && obstacle.own_surfaces.y > 0) {
                     // As along lines of pictures (`add_sound_beside`): by power, at the time of what passes beside it.
-                    element_wave around = enter(above, layers[i]);
+                    element_wave around = enter(above, own_layers[i]);
                     const float through = now.passed / max(around.passed, 1e-30F) * std::exp(around.lost - now.lost);
                     const float power =
-                        through < 0.5F ? power_beside(obstacle, layers[i], strip(obstacle.begin)) : 0.0F;
+                        through < 0.5F ? power_beside(obstacle, own_layers[i], strip(obstacle.begin)) : 0.0F;
                     if (power > 0) {
                         around.passed *= std::sqrt((1 - power) * through * through + power);
                         now = around;
@@ -333,11 +360,12 @@ class element_fans {
             own.ends.push_back(static_cast<std::uint32_t>(own.waves.size()));
         }
         own.begins.clear();
+        own.begins.reserve(layers);
         for (const element_wave& one : own.waves) own.begins.push_back(one.begin);
-        return false;
     }
 
     std::uint32_t lines_ = 2;
+    std::uint64_t bytes_ = 0;
     std::vector<fan> fans_{};
     std::vector<float> origin_x_{}, origin_z_{}, normal_x_{}, normal_z_{}; // of the elements
 };

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 /// The field of one rectangular element with a lens.
@@ -64,6 +65,11 @@ struct spectral_value {
         store(y, imaginary);
         return {real[node], imaginary[node]};
     }
+    vec2 at_carrier() const {
+        vec2 sum{0, 0};
+        for (int node = 0; node < nodes; ++node) sum += weight(node, nodes, 0) * at(node);
+        return sum;
+    }
     /// Some nodes in the middle: real and imaginary part of each. @tparam Some  2, or all
     template <int Some>
     void store_middle(float* to) const {
@@ -113,19 +119,26 @@ inline spectral_value square_root(const spectral_value& of) {
 /// In metres: h at the focus.
 class elevation_field {
   public:
+    std::uint64_t bytes() const {
+        return (points_.size() + surfaces_.size()) * sizeof(spectral_value) + tissue_.size() * sizeof(float);
+    }
+
     /// @param speed       of sound, m/s
     /// @param step        of frequency: see `spectral_value`, hertz
     /// @param max_range   metres
-    /// @param max_height  of points out of the slice plane, metres; 0: all points lie in it
+    /// @param max_height  of points above the middle of any element, metres; 0: all points lie in its slice
     template <exec::policy Policy>
     void assign(const Policy& policy, float frequency, float step, float height, float focus, float speed,
                 float max_range, float max_height) {
         height_ = height;
         focus_ = focus;
+        carrier_ = 2 * pi * frequency / speed;
         for (int i = 0; i < spectral_value::nodes; ++i)
             wave_number_[i] = 2 * pi * (frequency + spectral_value::steps(i) * step) / speed;
+        // E changes over a wavelength times the range over h; most elements are higher than some wavelengths.
+        row_ = max(height / 128, pi / (4 * carrier_));
         ranges_ = 2 + static_cast<std::size_t>(std::log(max(max_range, 2 * min_range) / min_range) * per_logarithm);
-        heights_ = max_height > 0 ? 2 + static_cast<std::size_t>(max_height / row()) : 1;
+        heights_ = max_height > 0 ? 2 + static_cast<std::size_t>(max_height / row_) : 1;
         points_.resize(ranges_ * heights_);
         surfaces_.resize(ranges_);
         tissue_.resize(ranges_);
@@ -145,7 +158,7 @@ class elevation_field {
     spectral_value point(float position, float y) const {
         const place at = place_of(position);
         if (heights_ == 1) return interpolated(points_.data() + at.index, at.part);
-        const float rows = std::fabs(y) / row();
+        const float rows = std::fabs(y) / row_;
         const auto below = static_cast<std::size_t>(min(rows, static_cast<float>(heights_ - 2)));
         const float part = rows - static_cast<float>(below);
         if (part > 1) return {}; // beyond the highest point that was announced
@@ -194,7 +207,6 @@ class elevation_field {
         float part;
     };
 
-    float row() const { return height_ / 128; }
     float range_at(std::size_t i) const { return min_range * std::exp(static_cast<float>(i) / per_logarithm); }
     // So many that the phase changes by less than one from one to the next.
     int points(float k, float range) const {
@@ -225,7 +237,7 @@ class elevation_field {
     void compute(std::size_t i) {
         const float range = range_at(i);
         for (std::size_t h = 0; h < heights_; ++h) {
-            const float y = min(static_cast<float>(h) * row(), 0.95F * range);
+            const float y = min(static_cast<float>(h) * row_, 0.95F * range);
             points_[h * ranges_ + i] =
                 spectral_value::each([&](int node) { return field(wave_number_[node], range, y); });
         }
@@ -239,16 +251,16 @@ class elevation_field {
         const float sign = dot(root.at(middle), points_[i].at(middle)) < 0 ? -1.0F : 1.0F;
         surfaces_[i] = lanes<spectral_value::nodes>(sign) * root;
         // Beyond the shadow of the element the field is weak, and beyond two diffraction widths as well.
-        const float reach =
-            height_ * (0.5F + std::fabs(1 - range / focus_)) + 4 * pi * range / (wave_number_[middle] * height_);
+        const float reach = height_ * (0.5F + std::fabs(1 - range / focus_)) + 4 * pi * range / (carrier_ * height_);
+        const vec2 at_carrier = both.at_carrier();
         float sum = 0;
         for (int h = 0; h < heights_of_tissue; ++h) {
             const float y = reach * (static_cast<float>(h) + 0.5F) / heights_of_tissue;
             const float there = std::sqrt(range * range + y * y);
-            const vec2 at = range / there * field(wave_number_[middle], there, y);
+            const vec2 at = range / there * field(carrier_, there, y);
             sum += dot(at, at) * dot(at, at);
         }
-        tissue_[i] = 2 * reach / heights_of_tissue * sum / max(dot(both.at(middle), both.at(middle)), 1e-30F);
+        tissue_[i] = 2 * reach / heights_of_tissue * sum / max(dot(at_carrier, at_carrier), 1e-30F);
     }
 
     // Over a, then over b: see `bent_surface`, without its factor sqrt(pi r / j k).
@@ -281,7 +293,7 @@ class elevation_field {
         return open > 0 ? root * sum : root * vec2{-sum.y, sum.x};
     }
 
-    float height_ = 0, focus_ = 0, wave_number_[spectral_value::nodes] = {};
+    float height_ = 0, focus_ = 0, row_ = 0, carrier_ = 0, wave_number_[spectral_value::nodes] = {};
     std::size_t ranges_ = 0, heights_ = 0;
     std::vector<spectral_value> points_{}; // by height, then by range
     std::vector<spectral_value> surfaces_{};

@@ -43,6 +43,9 @@ class wave_table {
     static constexpr std::size_t group = 64; // reflectors are added in whole groups
     static_assert(block % group == 0 && group % max_simd_width == 0);
 
+    /// Of a source or receiver.
+    static constexpr std::size_t bytes_per_column() { return column_size * sizeof(float); }
+
     explicit wave_table(std::size_t columns) : values_(columns * column_size) {
         std::fill(values_.begin(), values_.end(), 0.0F);
     }

@@ -15,6 +15,7 @@
 #include <insonify/tracing/find/find_layers.hpp>
 #include <insonify/tracing/trace.hpp>
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -90,7 +91,8 @@ struct lossless {
     INSONIFY_FN float operator()(const medium&, float) const { return 0; }
 };
 
-/// Keeps the scatterers that a model emits, with their distances along the line.
+/// Keeps the scatterers that a model emits, with their distances along the line. Beyond `max_count` of all lines they are
+/// only counted.
 struct scatterer_sink {
     struct one {
         float distance;
@@ -98,6 +100,8 @@ struct scatterer_sink {
     };
     std::vector<one>& found;
     float end;
+    std::atomic<std::uint64_t>& count; // of all lines
+    std::uint64_t max_count;
 
     float depth() const { return end; }
     void surface(float, float, vec2) const {}
@@ -105,6 +109,7 @@ struct scatterer_sink {
     template <class Value>
     void rough_surface(float, float, vec2, vec3, const Value&) const {}
     void scatterers(const scatterer_echoes& run) const {
+        if (count.fetch_add(run.count) + run.count > max_count) return;
         for (std::uint32_t i = 0; i < run.count; ++i) {
             const float part = static_cast<float>(i) / static_cast<float>(run.count);
             const float level = run.first_level + part * (run.last_level - run.first_level);
@@ -142,6 +147,8 @@ class reflector_search {
         // Half a wavelength apart, lines resolve what any aperture does.
         lines_.lines = static_cast<std::uint32_t>(clamp(std::ceil(2 * widest / wavelength), 1, 1 << 16));
         step_ = wavelength / 4;
+        incoherent_ = each_lane<spectral_value::nodes>(
+            [&](int node) { return std::sqrt(std::sqrt(1 + spectral_value::steps(node) * node_step / frequency)); });
         probe_.assign(lines_);
         frame_ = frame_view{frame_lines{.lines = probe_.lines(), .at = at, .depth = depth, .max_depth = depth}};
         frame_.frequency = frequency;
@@ -151,13 +158,19 @@ class reflector_search {
         frame_.bandwidth = bandwidth;
     }
 
+    /// Of the slice: its lines times wavelengths along them. The search takes some 100 ns for each.
+    float size() const { return static_cast<float>(lines_.lines) * depth_ / (4 * step_); }
+
     /// The scatterers of the model's field, as they are in pictures.
     /// @param strength   scattering length of a scatterer of amplitude 1 that stands for an area of 1 m^2 of the plane
     ///                   across its line: see `speckle_strength`
     /// @param across     across(depth): see `elevation_field::tissue`, 1/m
+    /// @param max_count  of scatterers
+    /// @return           how many there are; more than `max_count`: they were not all kept
     template <class Policy, class Across>
-    void add_speckle(const Policy& policy, float strength, float fnumber, float elevation_fnumber,
-                     std::uint32_t frame_number, float height, const Across& across, std::vector<reflector>& found) {
+    std::uint64_t add_speckle(const Policy& policy, float strength, float fnumber, float elevation_fnumber,
+                              std::uint32_t frame_number, float height, const Across& across, std::uint64_t max_count,
+                              std::vector<reflector>& found) {
         auto field = model_.with_boundary(transparent{}).with_attenuation(lossless{});
         field.timing = timing::uniform;
         field.shadow_floor_db = -FLT_MAX;
@@ -176,13 +189,18 @@ class reflector_search {
         line_grid<vec2> grid{lines_.lines, 1, depth_};
         line_grid<vec2>* const sink = &grid;
         std::vector<std::vector<scatterer_sink::one>> of_line(lines_.lines);
-        driver.emit_lines(
-            policy, body_, probe_, frame_, field, straight_lines{.directions = 1}, 2e4F, {&sink, 1},
-            [&](std::size_t, const line_task& task, view<vec2>) {
-                traced_line line = task.line;
-                line.plane = task.number % planes;
-                static_cast<const field_model&>(field).emit(line, scatterer_sink{of_line[task.number], depth_});
-            });
+        std::atomic<std::uint64_t> count{0};
+        driver.emit_lines(policy, body_, probe_, frame_, field, straight_lines{.directions = 1}, 2e4F, {&sink, 1},
+                          [&](std::size_t, const line_task& task, view<vec2>) {
+                              traced_line line = task.line;
+                              line.plane = task.number % planes;
+                              static_cast<const field_model&>(field).emit(
+                                  line, scatterer_sink{of_line[task.number], depth_, count, max_count});
+                          });
+        if (count > max_count) return count;
+        std::size_t kept = found.size();
+        for (const auto& own : of_line) kept += own.size();
+        found.reserve(kept);
         for (std::uint32_t i = 0; i < lines_.lines; ++i) {
             const ray beam = lines_.beam(static_cast<float>(i));
             for (const auto& [distance, amplitude] : of_line[i]) {
@@ -190,9 +208,10 @@ class reflector_search {
                 const float level = strength * std::sqrt(lines_.width(distance) * across(distance));
                 found.push_back({.place = {p.x, p.z},
                                  .tall = true,
-                                 .root = spectral_value::everywhere(square_root(level * amplitude))});
+                                 .root = incoherent_ * spectral_value::everywhere(square_root(level * amplitude))});
             }
         }
+        return count;
     }
 
     /// The surfaces that the slice cuts, in pieces of a quarter of a wavelength: Kirchhoff's integral, of which the
@@ -215,6 +234,9 @@ class reflector_search {
         exec::for_each_in_blocks(policy, segments.size(), block, 2e4F, [&](std::size_t i) {
             add_segment(seen, field, segments[i], upright, of_block[i / block]);
         });
+        std::size_t whole = found.size();
+        for (const std::vector<reflector>& some : of_block) whole += some.size();
+        found.reserve(whole);
         for (const std::vector<reflector>& some : of_block) found.insert(found.end(), some.begin(), some.end());
     }
 
@@ -310,7 +332,8 @@ class reflector_search {
             place =
                 hash_bits(place, static_cast<std::uint64_t>(static_cast<std::int64_t>(std::round(on_object[axis]))));
         reflector one = piece;
-        one.root = spectral_value::everywhere(square_root(std::sqrt(0.5F * power) * hash_normal(model_.seed, place)));
+        one.root = incoherent_ *
+                   spectral_value::everywhere(square_root(std::sqrt(0.5F * power) * hash_normal(model_.seed, place)));
         one.normal = {0, 0};
         found.push_back(one);
     }
@@ -361,6 +384,9 @@ class reflector_search {
     const Model& model_;
     float depth_, open_ = 0, step_ = 0;
     float step_of_nodes_; // see `spectral_value`, hertz
+    // Root of a factor on amplitude. What scatters at all heights returns a power of integral |E|^4 dy, which is as 1 / f;
+    // of a tall reflector it is |integral E^2 dy|^2, as 1 / f^2.
+    lanes<spectral_value::nodes> incoherent_{1.0F};
     slice_lines lines_{};
     probe_lines probe_{};
     frame_view frame_{};

@@ -27,6 +27,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -95,8 +96,8 @@ class channel_tracer {
         width_ = out.element_width;
         height_ = out.height;
         plan(out);
-        find_reflectors(policy, fnumber, out);
         make_band();
+        find_reflectors(policy, fnumber, out);
         receive(policy, settings_.wave_fronts ? pair_spectra<true>(policy, out) : pair_spectra<false>(policy, out),
                 out);
         add_noise(policy, out);
@@ -138,18 +139,40 @@ class channel_tracer {
         out.start = 0;
 
         pairs_ = {settings_.wave_fronts ? out.transmits : elements_, elements_, !settings_.wave_fronts};
+    }
+
+    // Bytes at their peak, with what is returned, beside the scene. @param reflectors  of all kinds
+    std::uint64_t memory(const channel_data& out, std::uint64_t reflectors) const {
         const std::size_t nodes = settings_.wave_fronts ? wave_fronts::nodes : spectral_value::nodes;
-        const std::uint64_t channels = std::uint64_t{out.transmits} * elements_;
-        const std::uint64_t bytes = channels * record_.samples * sizeof(float) +
-                                    std::uint64_t{pairs_.count()} * record_.length * (1 + nodes) * sizeof(vec2);
-        if (bytes > settings_.max_memory)
+        const std::uint64_t channels = std::uint64_t{out.transmits} * elements_, pairs = pairs_.count();
+        const std::uint64_t records = channels * record_.samples * sizeof(float),
+                            spectra = pairs * band_.bins.size() * sizeof(vec2),
+                            sums = pairs * record_.length * nodes * sizeof(vec2);
+        const std::uint64_t tables =
+            settings_.wave_fronts
+                ? (out.transmits + elements_) * std::uint64_t{wave_table<wave_fronts::nodes>::bytes_per_column()}
+                : elements_ * std::uint64_t{wave_table<spectral_value::nodes>::bytes_per_column()};
+        const std::uint64_t sorting = reflectors * (2 * sizeof(reflector) + 2 * sizeof(zone_key)),
+                            tracing = reflectors * sizeof(reflector) + spectra + std::max(sums + tables, records);
+        // Of each thread: transforms, there and back.
+        const std::uint64_t threads = std::max(std::thread::hardware_concurrency(), 1U),
+                            transforms =
+                                threads * 2 * sizeof(complex_block) *
+                                std::max<std::uint64_t>(record_.transform, record_.transform * record_.halves / 2);
+        constexpr std::uint64_t small = 8U << 20U;               // tables and the like
+        const std::uint64_t sent = channels * 5 * sizeof(float); // delays and weights, and those of wave fronts
+        return fans_.bytes() + field_.bytes() + sent + transforms + small + std::max(sorting, tracing);
+    }
+
+    /// @throws usage_error  for more than `max_memory`
+    void check_memory(const channel_data& out, std::uint64_t reflectors) const {
+        if (const std::uint64_t bytes = memory(out, reflectors); bytes > settings_.max_memory)
             throw usage_error{
                 joined({"trace_channels: ", std::to_string(out.transmits), " transmits of ", std::to_string(elements_),
                         " elements, ", std::to_string(record_.samples), " samples each, take ",
                         number_text(1e-9F * static_cast<float>(bytes)), " GB, more than `max_memory` (",
                         number_text(1e-9F * static_cast<float>(settings_.max_memory)),
                         " GB); lower depth, transmits or elements, or raise it"})};
-        out.values.assign(static_cast<std::size_t>(channels) * record_.samples, 0.0F);
     }
 
     template <class Policy>
@@ -157,8 +180,11 @@ class channel_tracer {
         reflector_search<Model> search{
             body_,           out.places,       at_, model_, frequency_, out.bandwidth, record_.node_step,
             settings_.depth, settings_.opening};
-        float highest = 0, lateral = 0;
+        constexpr float long_search = 1e7F; // takes a second: what is too much without its reflectors is refused before
+        if (search.size() > long_search) check_memory(out, settings_.points.size());
+        float highest = 0, highest_element = 0, lateral = 0;
         std::vector<reflector>& all = reflectors_;
+        all.reserve(settings_.points.size());
         for (const point_scatterer& one : settings_.points) {
             const vec3 local = at_.local_point(one.position);
             if (!is_finite(one.position) || !is_finite(one.scattering_length))
@@ -169,7 +195,7 @@ class channel_tracer {
             const auto root = spectral_value::everywhere(square_root(vec2{one.scattering_length, 0}));
             all.push_back({.place = {local.x, local.z}, .y = local.y, .root = root});
         }
-        for (const ray& one : out.places) highest = max(highest, std::fabs(one.origin.y));
+        for (const ray& one : out.places) highest_element = max(highest_element, std::fabs(one.origin.y));
         const float aperture = length(out.places.back().origin - out.places.front().origin);
         const float reach = aperture + max(settings_.depth * (1 + std::tan(settings_.opening)), lateral);
         const auto passed = [&](const medium& before, const medium& after, float cosine, float roughness) {
@@ -180,14 +206,22 @@ class channel_tracer {
                               .elevation_height = height_,
                               .elevation_focus = out.elevation_focus};
         const auto strip = [&](float distance) { return 1.4142136F * beam.elevation_sigma(distance); }; // one way
-        fans_.assign(policy, body_, out.places, at_, frequency_, reach, loss, passed, strip);
+        fans_.assign(policy, body_, out.places, at_, frequency_, reach, loss, passed, strip, settings_.max_memory);
         speed_ = fans_.speed_at_face(elements_ / 2);
-        field_.assign(policy, frequency_, record_.node_step, height_, out.elevation_focus, speed_, reach, highest);
-        if (settings_.speckle)
-            search.add_speckle(
-                policy, speckle_strength(fnumber, out.elevation_focus), fnumber, out.elevation_focus / height_,
-                settings_.frame, height_, [&](float depth) { return field_.tissue(depth); }, all);
+        field_.assign(policy, frequency_, record_.node_step, height_, out.elevation_focus, speed_, reach,
+                      highest + highest_element);
+        const std::uint64_t left = settings_.max_memory - std::min(settings_.max_memory, fans_.bytes());
+        std::uint64_t uncounted = 0;
+        if (settings_.speckle) {
+            const std::uint64_t max_count = left / sizeof(reflector),
+                                found = search.add_speckle(
+                                    policy, speckle_strength(fnumber, out.elevation_focus), fnumber,
+                                    out.elevation_focus / height_, settings_.frame, height_,
+                                    [&](float depth) { return field_.tissue(depth); }, max_count, all);
+            if (found > max_count) uncounted = found;
+        }
         if (settings_.surfaces) search.add_surfaces(policy, field_, all);
+        check_memory(out, all.size() + uncounted);
 
         zones_ = sort_into_zones(policy, all, fans_, out.places, record_.sigma_frequency);
     }
@@ -212,7 +246,8 @@ class channel_tracer {
                 const float place = (static_cast<float>(i) + 0.5F) / places - 0.5F,
                             cosine = 1 / std::sqrt(1 + place * place / (fnumber * fnumber));
                 const float half = pi * frequency * width_ * place / fnumber * cosine / speed_;
-                radiated[i] = cosine * (std::fabs(half) < 1e-3F ? 1.0F : std::sin(half) / half);
+                radiated[i] = cosine * std::sqrt(cosine) * // to a tall reflector: cos / sqrt(r)
+                              (std::fabs(half) < 1e-3F ? 1.0F : std::sin(half) / half);
             }
             float both = 0;
             for (int shift = 1 - places; shift < places; ++shift) {
@@ -226,7 +261,7 @@ class channel_tracer {
             weights += weight;
         }
         const float wavelength = speed_ / frequency_, elevation_fnumber = focus / height_;
-        const vec2 both = field_.surface(field_.position(focus)).at(spectral_value::nodes / 2);
+        const vec2 both = field_.surface(field_.position(focus)).at_carrier();
         const float across = field_.tissue(focus) * dot(both, both) * dot(both, both) / std::pow(height_, 4.0F);
         return elevation_fnumber * std::sqrt(wavelength * fnumber / (sum / weights * across));
     }
@@ -330,6 +365,7 @@ class channel_tracer {
     // RF from the spectra of pairs.
     template <class Policy>
     void receive(const Policy& policy, const large_array<vec2>& spectra, channel_data& out) const {
+        out.values.assign(std::size_t{out.transmits} * elements_ * record_.samples, 0.0F);
         const std::size_t count = band_.bins.size();
         const std::size_t longer = record_.transform * record_.halves / 2;
         const fourier back{longer};
