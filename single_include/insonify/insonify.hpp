@@ -21624,6 +21624,7 @@ tissue_maps map_tissue(const Policy& policy, const scene& body, const pose& at, 
 
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -21702,10 +21703,12 @@ class element_fans {
     /// @param passed  passed(before, after, cosine, roughness): factor on amplitude, there and back
     /// @param strip   strip(distance): half height of the element's beam out of the slice, where its power falls to
     ///                1/e, metres: sound passes beside obstacles that are narrower, such as a needle
+    /// @param max_bytes  what takes more is counted, but not kept: see `bytes`
     /// @throws usage_error  for an element inside of bone, metal or gas
     template <class Policy, class Loss, class Passed, class Strip>
     void assign(const Policy& policy, const scene& body, view<const ray> places, const pose& at, float frequency,
-                float reach, const Loss& loss, const Passed& passed, const Strip& strip) {
+                float reach, const Loss& loss, const Passed& passed, const Strip& strip,
+                std::uint64_t max_bytes = ~std::uint64_t{0}) {
         constexpr float spacing = 0.3e-3F; // of neighbouring lines at their ends, at most, metres
         lines_ = static_cast<std::uint32_t>(clamp(std::ceil(4 * std::tan(0.25F * span) * reach / spacing), 64, 1024));
         fans_.resize(places.size());
@@ -21717,7 +21720,9 @@ class element_fans {
             normal_x_[i] = places[i].direction.x;
             normal_z_[i] = places[i].direction.z;
         }
-        std::vector<std::uint8_t> blocked(places.size(), 0);
+        enum class face : std::uint8_t { free, in_object, in_background }; // in front of an element: what blocks sound
+        std::vector<face> faces(places.size(), face::free);
+        std::atomic<std::uint64_t> bytes{0};
         exec::for_each_block(policy, places.size(), 1, 3e5F, [&](std::size_t i, std::size_t) {
             fan& own = fans_[i];
             own.shape = {.lines = lines_,
@@ -21731,14 +21736,34 @@ class element_fans {
             own.shape.origin.y = 0;
             layer_search search;
             const line_layers& found = search(exec::seq, body, own.shape, here, {.depth = reach}, reach, true);
-            blocked[i] = follow(found, frequency, loss, passed, strip, own);
+            own.slowness = 1 / found.media[found(lines_ / 2)[0].medium].sound_speed;
+            for (std::uint32_t line = 0; line < found.lines; ++line)
+                if (const layer& first = found(line)[0]; blocks_sound(found.media[first.medium])) {
+                    faces[i] = first.object == ~0U ? face::in_background : face::in_object;
+                    return;
+                }
+            std::size_t layers = 0;
+            for (std::uint32_t line = 0; line < found.lines; ++line) layers += found(line).size();
+            const std::uint64_t size =
+                layers * (sizeof(element_wave) + sizeof(float)) + found.lines * sizeof(std::uint32_t);
+            if (bytes.fetch_add(size) + size <= max_bytes) follow(found, layers, frequency, loss, passed, strip, own);
         });
-        for (std::size_t i = 0; i < blocked.size(); ++i)
-            if (blocked[i] != 0)
+        bytes_ = bytes;
+        for (std::size_t i = 0; i < faces.size(); ++i) {
+            if (faces[i] == face::in_object)
                 throw usage_error{joined({"trace_channels: element ", std::to_string(i),
                                           " lies inside of an object that blocks sound, such as bone, metal or gas; "
                                           "move the array, or the object"})};
+            if (faces[i] == face::in_background)
+                throw usage_error{joined({"trace_channels: element ", std::to_string(i),
+                                          " lies in the background of the scene, which blocks sound as bone, metal or "
+                                          "gas do; move the array into an object, or give the scene another "
+                                          "background, such as tissue::gel"})};
+        }
     }
+
+    /// What the layers of all lines take; beyond `max_bytes` they were not kept.
+    std::uint64_t bytes() const { return bytes_; }
 
     /// Where a point lies among the lines of N elements.
     template <int N>
@@ -21812,13 +21837,14 @@ class element_fans {
     }
 
     /// Sound speed in front of an element, m/s.
-    float speed_at_face(std::size_t element) const { return 1 / fans_[element].line(lines_ / 2)[0].slowness; }
+    float speed_at_face(std::size_t element) const { return 1 / fans_[element].slowness; }
 
   private:
     static constexpr float span = 160 * pi / 180;
 
     struct fan {
         element_fan shape{};
+        float slowness = 0; // in front of the element, s/m
         std::vector<element_wave> waves{};
         std::vector<float> begins{};       // of waves, together: what is searched
         std::vector<std::uint32_t> ends{}; // of each line, in `waves`
@@ -21885,12 +21911,14 @@ class element_fans {
         return entered;
     }
 
-    // Follows the wave along each line. @return whether the element lies inside of what blocks sound
+    // Follows the wave along each line. @param layers  of all lines
     template <class Loss, class Passed, class Strip>
-    static bool follow(const line_layers& found, float frequency, const Loss& loss, const Passed& passed,
-                       const Strip& strip, fan& own) {
+    static void follow(const line_layers& found, std::size_t layers, float frequency, const Loss& loss,
+                       const Passed& passed, const Strip& strip, fan& own) {
         own.waves.clear();
         own.ends.clear();
+        own.waves.reserve(layers);
+        own.ends.reserve(found.lines);
         const float beside = 1e-3F * frequency;
         const auto medium_of = [&](const layer& here) {
             const medium& m = found.media[here.medium];
@@ -21916,19 +21944,18 @@ class element_fans {
             return now;
         };
         for (std::uint32_t line = 0; line < found.lines; ++line) {
-            const view<const layer> layers = found(line);
-            if (blocks_sound(found.media[layers[0].medium])) return true;
-            element_wave before = medium_of(layers[0]), above = before; // in the last layer, and in the one before
+            const view<const layer> own_layers = found(line);
+            element_wave before = medium_of(own_layers[0]), above = before; // in the last layer, and in the one before
             own.waves.push_back(before);
-            for (std::size_t i = 1; i < layers.size(); ++i) {
-                element_wave now = enter(before, layers[i]);
-                const layer& obstacle = layers[i - 1];
+            for (std::size_t i = 1; i < own_layers.size(); ++i) {
+                element_wave now = enter(before, own_layers[i]);
+                const layer& obstacle = own_layers[i - 1];
                 if (i > 1 && obstacle.own_surfaces.x > 0 && obstacle.own_surfaces.y > 0) {
                     // As along lines of pictures (`add_sound_beside`): by power, at the time of what passes beside it.
-                    element_wave around = enter(above, layers[i]);
+                    element_wave around = enter(above, own_layers[i]);
                     const float through = now.passed / max(around.passed, 1e-30F) * std::exp(around.lost - now.lost);
                     const float power =
-                        through < 0.5F ? power_beside(obstacle, layers[i], strip(obstacle.begin)) : 0.0F;
+                        through < 0.5F ? power_beside(obstacle, own_layers[i], strip(obstacle.begin)) : 0.0F;
                     if (power > 0) {
                         around.passed *= std::sqrt((1 - power) * through * through + power);
                         now = around;
@@ -21941,11 +21968,12 @@ class element_fans {
             own.ends.push_back(static_cast<std::uint32_t>(own.waves.size()));
         }
         own.begins.clear();
+        own.begins.reserve(layers);
         for (const element_wave& one : own.waves) own.begins.push_back(one.begin);
-        return false;
     }
 
     std::uint32_t lines_ = 2;
+    std::uint64_t bytes_ = 0;
     std::vector<fan> fans_{};
     std::vector<float> origin_x_{}, origin_z_{}, normal_x_{}, normal_z_{}; // of the elements
 };
@@ -21961,6 +21989,7 @@ class element_fans {
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 /// The field of one rectangular element with a lens.
@@ -22016,6 +22045,11 @@ struct spectral_value {
         store(y, imaginary);
         return {real[node], imaginary[node]};
     }
+    vec2 at_carrier() const {
+        vec2 sum{0, 0};
+        for (int node = 0; node < nodes; ++node) sum += weight(node, nodes, 0) * at(node);
+        return sum;
+    }
     /// Some nodes in the middle: real and imaginary part of each. @tparam Some  2, or all
     template <int Some>
     void store_middle(float* to) const {
@@ -22065,19 +22099,26 @@ inline spectral_value square_root(const spectral_value& of) {
 /// In metres: h at the focus.
 class elevation_field {
   public:
+    std::uint64_t bytes() const {
+        return (points_.size() + surfaces_.size()) * sizeof(spectral_value) + tissue_.size() * sizeof(float);
+    }
+
     /// @param speed       of sound, m/s
     /// @param step        of frequency: see `spectral_value`, hertz
     /// @param max_range   metres
-    /// @param max_height  of points out of the slice plane, metres; 0: all points lie in it
+    /// @param max_height  of points above the middle of any element, metres; 0: all points lie in its slice
     template <exec::policy Policy>
     void assign(const Policy& policy, float frequency, float step, float height, float focus, float speed,
                 float max_range, float max_height) {
         height_ = height;
         focus_ = focus;
+        carrier_ = 2 * pi * frequency / speed;
         for (int i = 0; i < spectral_value::nodes; ++i)
             wave_number_[i] = 2 * pi * (frequency + spectral_value::steps(i) * step) / speed;
+        // E changes over a wavelength times the range over h; most elements are higher than some wavelengths.
+        row_ = max(height / 128, pi / (4 * carrier_));
         ranges_ = 2 + static_cast<std::size_t>(std::log(max(max_range, 2 * min_range) / min_range) * per_logarithm);
-        heights_ = max_height > 0 ? 2 + static_cast<std::size_t>(max_height / row()) : 1;
+        heights_ = max_height > 0 ? 2 + static_cast<std::size_t>(max_height / row_) : 1;
         points_.resize(ranges_ * heights_);
         surfaces_.resize(ranges_);
         tissue_.resize(ranges_);
@@ -22097,7 +22138,7 @@ class elevation_field {
     spectral_value point(float position, float y) const {
         const place at = place_of(position);
         if (heights_ == 1) return interpolated(points_.data() + at.index, at.part);
-        const float rows = std::fabs(y) / row();
+        const float rows = std::fabs(y) / row_;
         const auto below = static_cast<std::size_t>(min(rows, static_cast<float>(heights_ - 2)));
         const float part = rows - static_cast<float>(below);
         if (part > 1) return {}; // beyond the highest point that was announced
@@ -22146,7 +22187,6 @@ class elevation_field {
         float part;
     };
 
-    float row() const { return height_ / 128; }
     float range_at(std::size_t i) const { return min_range * std::exp(static_cast<float>(i) / per_logarithm); }
     // So many that the phase changes by less than one from one to the next.
     int points(float k, float range) const {
@@ -22177,7 +22217,7 @@ class elevation_field {
     void compute(std::size_t i) {
         const float range = range_at(i);
         for (std::size_t h = 0; h < heights_; ++h) {
-            const float y = min(static_cast<float>(h) * row(), 0.95F * range);
+            const float y = min(static_cast<float>(h) * row_, 0.95F * range);
             points_[h * ranges_ + i] =
                 spectral_value::each([&](int node) { return field(wave_number_[node], range, y); });
         }
@@ -22191,16 +22231,16 @@ class elevation_field {
         const float sign = dot(root.at(middle), points_[i].at(middle)) < 0 ? -1.0F : 1.0F;
         surfaces_[i] = lanes<spectral_value::nodes>(sign) * root;
         // Beyond the shadow of the element the field is weak, and beyond two diffraction widths as well.
-        const float reach =
-            height_ * (0.5F + std::fabs(1 - range / focus_)) + 4 * pi * range / (wave_number_[middle] * height_);
+        const float reach = height_ * (0.5F + std::fabs(1 - range / focus_)) + 4 * pi * range / (carrier_ * height_);
+        const vec2 at_carrier = both.at_carrier();
         float sum = 0;
         for (int h = 0; h < heights_of_tissue; ++h) {
             const float y = reach * (static_cast<float>(h) + 0.5F) / heights_of_tissue;
             const float there = std::sqrt(range * range + y * y);
-            const vec2 at = range / there * field(wave_number_[middle], there, y);
+            const vec2 at = range / there * field(carrier_, there, y);
             sum += dot(at, at) * dot(at, at);
         }
-        tissue_[i] = 2 * reach / heights_of_tissue * sum / max(dot(both.at(middle), both.at(middle)), 1e-30F);
+        tissue_[i] = 2 * reach / heights_of_tissue * sum / max(dot(at_carrier, at_carrier), 1e-30F);
     }
 
     // Over a, then over b: see `bent_surface`, without its factor sqrt(pi r / j k).
@@ -22233,7 +22273,7 @@ class elevation_field {
         return open > 0 ? root * sum : root * vec2{-sum.y, sum.x};
     }
 
-    float height_ = 0, focus_ = 0, wave_number_[spectral_value::nodes] = {};
+    float height_ = 0, focus_ = 0, row_ = 0, carrier_ = 0, wave_number_[spectral_value::nodes] = {};
     std::size_t ranges_ = 0, heights_ = 0;
     std::vector<spectral_value> points_{}; // by height, then by range
     std::vector<spectral_value> surfaces_{};
@@ -22283,6 +22323,9 @@ class wave_table {
     static constexpr float never = 1e3F;     // s: the time of what does not arrive
     static constexpr std::size_t group = 64; // reflectors are added in whole groups
     static_assert(block % group == 0 && group % max_simd_width == 0);
+
+    /// Of a source or receiver.
+    static constexpr std::size_t bytes_per_column() { return column_size * sizeof(float); }
 
     explicit wave_table(std::size_t columns) : values_(columns * column_size) {
         std::fill(values_.begin(), values_.end(), 0.0F);
@@ -22384,6 +22427,7 @@ void add_echoes(const wave_table<Nodes>& sent, std::size_t source, const wave_ta
 
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -22459,7 +22503,8 @@ struct lossless {
     INSONIFY_FN float operator()(const medium&, float) const { return 0; }
 };
 
-/// Keeps the scatterers that a model emits, with their distances along the line.
+/// Keeps the scatterers that a model emits, with their distances along the line. Beyond `max_count` of all lines they are
+/// only counted.
 struct scatterer_sink {
     struct one {
         float distance;
@@ -22467,6 +22512,8 @@ struct scatterer_sink {
     };
     std::vector<one>& found;
     float end;
+    std::atomic<std::uint64_t>& count; // of all lines
+    std::uint64_t max_count;
 
     float depth() const { return end; }
     void surface(float, float, vec2) const {}
@@ -22474,6 +22521,7 @@ struct scatterer_sink {
     template <class Value>
     void rough_surface(float, float, vec2, vec3, const Value&) const {}
     void scatterers(const scatterer_echoes& run) const {
+        if (count.fetch_add(run.count) + run.count > max_count) return;
         for (std::uint32_t i = 0; i < run.count; ++i) {
             const float part = static_cast<float>(i) / static_cast<float>(run.count);
             const float level = run.first_level + part * (run.last_level - run.first_level);
@@ -22511,6 +22559,8 @@ class reflector_search {
         // Half a wavelength apart, lines resolve what any aperture does.
         lines_.lines = static_cast<std::uint32_t>(clamp(std::ceil(2 * widest / wavelength), 1, 1 << 16));
         step_ = wavelength / 4;
+        incoherent_ = each_lane<spectral_value::nodes>(
+            [&](int node) { return std::sqrt(std::sqrt(1 + spectral_value::steps(node) * node_step / frequency)); });
         probe_.assign(lines_);
         frame_ = frame_view{frame_lines{.lines = probe_.lines(), .at = at, .depth = depth, .max_depth = depth}};
         frame_.frequency = frequency;
@@ -22520,13 +22570,19 @@ class reflector_search {
         frame_.bandwidth = bandwidth;
     }
 
+    /// Of the slice: its lines times wavelengths along them. The search takes some 100 ns for each.
+    float size() const { return static_cast<float>(lines_.lines) * depth_ / (4 * step_); }
+
     /// The scatterers of the model's field, as they are in pictures.
     /// @param strength   scattering length of a scatterer of amplitude 1 that stands for an area of 1 m^2 of the plane
     ///                   across its line: see `speckle_strength`
     /// @param across     across(depth): see `elevation_field::tissue`, 1/m
+    /// @param max_count  of scatterers
+    /// @return           how many there are; more than `max_count`: they were not all kept
     template <class Policy, class Across>
-    void add_speckle(const Policy& policy, float strength, float fnumber, float elevation_fnumber,
-                     std::uint32_t frame_number, float height, const Across& across, std::vector<reflector>& found) {
+    std::uint64_t add_speckle(const Policy& policy, float strength, float fnumber, float elevation_fnumber,
+                              std::uint32_t frame_number, float height, const Across& across, std::uint64_t max_count,
+                              std::vector<reflector>& found) {
         auto field = model_.with_boundary(transparent{}).with_attenuation(lossless{});
         field.timing = timing::uniform;
         field.shadow_floor_db = -FLT_MAX;
@@ -22545,13 +22601,18 @@ class reflector_search {
         line_grid<vec2> grid{lines_.lines, 1, depth_};
         line_grid<vec2>* const sink = &grid;
         std::vector<std::vector<scatterer_sink::one>> of_line(lines_.lines);
-        driver.emit_lines(
-            policy, body_, probe_, frame_, field, straight_lines{.directions = 1}, 2e4F, {&sink, 1},
-            [&](std::size_t, const line_task& task, view<vec2>) {
-                traced_line line = task.line;
-                line.plane = task.number % planes;
-                static_cast<const field_model&>(field).emit(line, scatterer_sink{of_line[task.number], depth_});
-            });
+        std::atomic<std::uint64_t> count{0};
+        driver.emit_lines(policy, body_, probe_, frame_, field, straight_lines{.directions = 1}, 2e4F, {&sink, 1},
+                          [&](std::size_t, const line_task& task, view<vec2>) {
+                              traced_line line = task.line;
+                              line.plane = task.number % planes;
+                              static_cast<const field_model&>(field).emit(
+                                  line, scatterer_sink{of_line[task.number], depth_, count, max_count});
+                          });
+        if (count > max_count) return count;
+        std::size_t kept = found.size();
+        for (const auto& own : of_line) kept += own.size();
+        found.reserve(kept);
         for (std::uint32_t i = 0; i < lines_.lines; ++i) {
             const ray beam = lines_.beam(static_cast<float>(i));
             for (const auto& [distance, amplitude] : of_line[i]) {
@@ -22559,9 +22620,10 @@ class reflector_search {
                 const float level = strength * std::sqrt(lines_.width(distance) * across(distance));
                 found.push_back({.place = {p.x, p.z},
                                  .tall = true,
-                                 .root = spectral_value::everywhere(square_root(level * amplitude))});
+                                 .root = incoherent_ * spectral_value::everywhere(square_root(level * amplitude))});
             }
         }
+        return count;
     }
 
     /// The surfaces that the slice cuts, in pieces of a quarter of a wavelength: Kirchhoff's integral, of which the
@@ -22584,6 +22646,9 @@ class reflector_search {
         exec::for_each_in_blocks(policy, segments.size(), block, 2e4F, [&](std::size_t i) {
             add_segment(seen, field, segments[i], upright, of_block[i / block]);
         });
+        std::size_t whole = found.size();
+        for (const std::vector<reflector>& some : of_block) whole += some.size();
+        found.reserve(whole);
         for (const std::vector<reflector>& some : of_block) found.insert(found.end(), some.begin(), some.end());
     }
 
@@ -22679,7 +22744,8 @@ class reflector_search {
             place =
                 hash_bits(place, static_cast<std::uint64_t>(static_cast<std::int64_t>(std::round(on_object[axis]))));
         reflector one = piece;
-        one.root = spectral_value::everywhere(square_root(std::sqrt(0.5F * power) * hash_normal(model_.seed, place)));
+        one.root = incoherent_ *
+                   spectral_value::everywhere(square_root(std::sqrt(0.5F * power) * hash_normal(model_.seed, place)));
         one.normal = {0, 0};
         found.push_back(one);
     }
@@ -22730,6 +22796,9 @@ class reflector_search {
     const Model& model_;
     float depth_, open_ = 0, step_ = 0;
     float step_of_nodes_; // see `spectral_value`, hertz
+    // Root of a factor on amplitude. What scatters at all heights returns a power of integral |E|^4 dy, which is as 1 / f;
+    // of a tall reflector it is |integral E^2 dy|^2, as 1 / f^2.
+    lanes<spectral_value::nodes> incoherent_{1.0F};
     slice_lines lines_{};
     probe_lines probe_{};
     frame_view frame_{};
@@ -22807,11 +22876,13 @@ class arriving_waves {
         const turned_lanes<width> carrier{multiply_add(frequency, time, eighth - whole)};
         const floats position = field_.position<width>(one.tall ? range : sqrt(range * range + square));
         store(time, arrived.time);
-        store(amplitude, arrived.factor);
+        // Of a point out of the slice: 1 / r, cos and sin are those in space.
+        const floats nearer = one.tall ? floats(1.0F) : distance / in_space;
+        store(amplitude * nearer * nearer, arrived.factor);
         store(carrier.x, arrived.carrier_x);
         store(carrier.y, arrived.carrier_y);
         store(position, arrived.position);
-        store(abs(at.sine) * floats(static_cast<float>(sines)), arrived.sine);
+        store(abs(at.sine) * nearer * floats(static_cast<float>(sines)), arrived.sine);
         for (std::size_t k = 0; k < count; ++k) {
             const std::size_t column = first + k;
             if (!(arrived.factor[k] > 0)) {
@@ -23127,6 +23198,7 @@ std::vector<zone> sort_into_zones(const Policy& policy, std::vector<reflector>& 
 #include <cstdint>
 #include <span>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -23195,8 +23267,8 @@ class channel_tracer {
         width_ = out.element_width;
         height_ = out.height;
         plan(out);
-        find_reflectors(policy, fnumber, out);
         make_band();
+        find_reflectors(policy, fnumber, out);
         receive(policy, settings_.wave_fronts ? pair_spectra<true>(policy, out) : pair_spectra<false>(policy, out),
                 out);
         add_noise(policy, out);
@@ -23238,18 +23310,40 @@ class channel_tracer {
         out.start = 0;
 
         pairs_ = {settings_.wave_fronts ? out.transmits : elements_, elements_, !settings_.wave_fronts};
+    }
+
+    // Bytes at their peak, with what is returned, beside the scene. @param reflectors  of all kinds
+    std::uint64_t memory(const channel_data& out, std::uint64_t reflectors) const {
         const std::size_t nodes = settings_.wave_fronts ? wave_fronts::nodes : spectral_value::nodes;
-        const std::uint64_t channels = std::uint64_t{out.transmits} * elements_;
-        const std::uint64_t bytes = channels * record_.samples * sizeof(float) +
-                                    std::uint64_t{pairs_.count()} * record_.length * (1 + nodes) * sizeof(vec2);
-        if (bytes > settings_.max_memory)
+        const std::uint64_t channels = std::uint64_t{out.transmits} * elements_, pairs = pairs_.count();
+        const std::uint64_t records = channels * record_.samples * sizeof(float),
+                            spectra = pairs * band_.bins.size() * sizeof(vec2),
+                            sums = pairs * record_.length * nodes * sizeof(vec2);
+        const std::uint64_t tables =
+            settings_.wave_fronts
+                ? (out.transmits + elements_) * std::uint64_t{wave_table<wave_fronts::nodes>::bytes_per_column()}
+                : elements_ * std::uint64_t{wave_table<spectral_value::nodes>::bytes_per_column()};
+        const std::uint64_t sorting = reflectors * (2 * sizeof(reflector) + 2 * sizeof(zone_key)),
+                            tracing = reflectors * sizeof(reflector) + spectra + std::max(sums + tables, records);
+        // Of each thread: transforms, there and back.
+        const std::uint64_t threads = std::max(std::thread::hardware_concurrency(), 1U),
+                            transforms =
+                                threads * 2 * sizeof(complex_block) *
+                                std::max<std::uint64_t>(record_.transform, record_.transform * record_.halves / 2);
+        constexpr std::uint64_t small = 8U << 20U;               // tables and the like
+        const std::uint64_t sent = channels * 5 * sizeof(float); // delays and weights, and those of wave fronts
+        return fans_.bytes() + field_.bytes() + sent + transforms + small + std::max(sorting, tracing);
+    }
+
+    /// @throws usage_error  for more than `max_memory`
+    void check_memory(const channel_data& out, std::uint64_t reflectors) const {
+        if (const std::uint64_t bytes = memory(out, reflectors); bytes > settings_.max_memory)
             throw usage_error{
                 joined({"trace_channels: ", std::to_string(out.transmits), " transmits of ", std::to_string(elements_),
                         " elements, ", std::to_string(record_.samples), " samples each, take ",
                         number_text(1e-9F * static_cast<float>(bytes)), " GB, more than `max_memory` (",
                         number_text(1e-9F * static_cast<float>(settings_.max_memory)),
                         " GB); lower depth, transmits or elements, or raise it"})};
-        out.values.assign(static_cast<std::size_t>(channels) * record_.samples, 0.0F);
     }
 
     template <class Policy>
@@ -23257,8 +23351,11 @@ class channel_tracer {
         reflector_search<Model> search{
             body_,           out.places,       at_, model_, frequency_, out.bandwidth, record_.node_step,
             settings_.depth, settings_.opening};
-        float highest = 0, lateral = 0;
+        constexpr float long_search = 1e7F; // takes a second: what is too much without its reflectors is refused before
+        if (search.size() > long_search) check_memory(out, settings_.points.size());
+        float highest = 0, highest_element = 0, lateral = 0;
         std::vector<reflector>& all = reflectors_;
+        all.reserve(settings_.points.size());
         for (const point_scatterer& one : settings_.points) {
             const vec3 local = at_.local_point(one.position);
             if (!is_finite(one.position) || !is_finite(one.scattering_length))
@@ -23269,7 +23366,7 @@ class channel_tracer {
             const auto root = spectral_value::everywhere(square_root(vec2{one.scattering_length, 0}));
             all.push_back({.place = {local.x, local.z}, .y = local.y, .root = root});
         }
-        for (const ray& one : out.places) highest = max(highest, std::fabs(one.origin.y));
+        for (const ray& one : out.places) highest_element = max(highest_element, std::fabs(one.origin.y));
         const float aperture = length(out.places.back().origin - out.places.front().origin);
         const float reach = aperture + max(settings_.depth * (1 + std::tan(settings_.opening)), lateral);
         const auto passed = [&](const medium& before, const medium& after, float cosine, float roughness) {
@@ -23280,14 +23377,22 @@ class channel_tracer {
                               .elevation_height = height_,
                               .elevation_focus = out.elevation_focus};
         const auto strip = [&](float distance) { return 1.4142136F * beam.elevation_sigma(distance); }; // one way
-        fans_.assign(policy, body_, out.places, at_, frequency_, reach, loss, passed, strip);
+        fans_.assign(policy, body_, out.places, at_, frequency_, reach, loss, passed, strip, settings_.max_memory);
         speed_ = fans_.speed_at_face(elements_ / 2);
-        field_.assign(policy, frequency_, record_.node_step, height_, out.elevation_focus, speed_, reach, highest);
-        if (settings_.speckle)
-            search.add_speckle(
-                policy, speckle_strength(fnumber, out.elevation_focus), fnumber, out.elevation_focus / height_,
-                settings_.frame, height_, [&](float depth) { return field_.tissue(depth); }, all);
+        field_.assign(policy, frequency_, record_.node_step, height_, out.elevation_focus, speed_, reach,
+                      highest + highest_element);
+        const std::uint64_t left = settings_.max_memory - std::min(settings_.max_memory, fans_.bytes());
+        std::uint64_t uncounted = 0;
+        if (settings_.speckle) {
+            const std::uint64_t max_count = left / sizeof(reflector),
+                                found = search.add_speckle(
+                                    policy, speckle_strength(fnumber, out.elevation_focus), fnumber,
+                                    out.elevation_focus / height_, settings_.frame, height_,
+                                    [&](float depth) { return field_.tissue(depth); }, max_count, all);
+            if (found > max_count) uncounted = found;
+        }
         if (settings_.surfaces) search.add_surfaces(policy, field_, all);
+        check_memory(out, all.size() + uncounted);
 
         zones_ = sort_into_zones(policy, all, fans_, out.places, record_.sigma_frequency);
     }
@@ -23312,7 +23417,8 @@ class channel_tracer {
                 const float place = (static_cast<float>(i) + 0.5F) / places - 0.5F,
                             cosine = 1 / std::sqrt(1 + place * place / (fnumber * fnumber));
                 const float half = pi * frequency * width_ * place / fnumber * cosine / speed_;
-                radiated[i] = cosine * (std::fabs(half) < 1e-3F ? 1.0F : std::sin(half) / half);
+                radiated[i] = cosine * std::sqrt(cosine) * // to a tall reflector: cos / sqrt(r)
+                              (std::fabs(half) < 1e-3F ? 1.0F : std::sin(half) / half);
             }
             float both = 0;
             for (int shift = 1 - places; shift < places; ++shift) {
@@ -23326,7 +23432,7 @@ class channel_tracer {
             weights += weight;
         }
         const float wavelength = speed_ / frequency_, elevation_fnumber = focus / height_;
-        const vec2 both = field_.surface(field_.position(focus)).at(spectral_value::nodes / 2);
+        const vec2 both = field_.surface(field_.position(focus)).at_carrier();
         const float across = field_.tissue(focus) * dot(both, both) * dot(both, both) / std::pow(height_, 4.0F);
         return elevation_fnumber * std::sqrt(wavelength * fnumber / (sum / weights * across));
     }
@@ -23430,6 +23536,7 @@ class channel_tracer {
     // RF from the spectra of pairs.
     template <class Policy>
     void receive(const Policy& policy, const large_array<vec2>& spectra, channel_data& out) const {
+        out.values.assign(std::size_t{out.transmits} * elements_ * record_.samples, 0.0F);
         const std::size_t count = band_.bins.size();
         const std::size_t longer = record_.transform * record_.halves / 2;
         const fourier back{longer};
