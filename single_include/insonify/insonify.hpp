@@ -626,11 +626,11 @@ struct structure {
         float thickness = 0.13e-3F;          ///< standard deviation of a sheet's profile, metres
         float level_db =
             18; ///< amplitude in the middle of a sheet that faces the beam, relative to the speckle around it
-        float spread_db = 8;   ///< standard deviation of that level from sheet to sheet
-        float turn = pi / 2;   ///< normals are turned about the fibres by at most this, from z; radians
-        float bend = 0;        ///< largest angle between the edge of a sheet and its middle, across the fibres; radians
-        float tilt = 0.04F;    ///< lattices are tilted against the fibres by up to this, radians
-        float waviness = 0.1F; ///< standard deviation of the angle of the sheet's facets, radians
+        float spread_db = 8;    ///< standard deviation of that level from sheet to sheet
+        float turn = pi / 2;    ///< normals are turned about the fibres by at most this, from z; radians
+        float bend = 0;         ///< largest slope of the edge of a sheet against its middle, across the fibres
+        float tilt = 0.04F;     ///< lattices are tilted against the fibres by up to this, radians
+        float waviness = 0.1F;  ///< standard deviation of the angle of the sheet's facets, radians
         float diffuse_db = -12; ///< amplitude that remains at any angle, relative to that at normal incidence
 
         friend bool operator==(const sheet_layer&, const sheet_layer&) = default;
@@ -749,16 +749,16 @@ INSONIFY_FN inline two_moments moments_of(const structure::sheet_layer& of, floa
         return std::exp(neper * of.level_db) * spread * spread;
     };
     const float lobe = lobe_of(of.waviness, fnumber), diffuse = amplitude_of_decibels(of.diffuse_db);
-    // Over the angles of the normals, in a lattice that is tilted. Those of the middle of a sheet are even, how far it is
-    // bent and the place across it are from the R2 sequence (Roberts 2018), within 0.8 of the half width: the mean square
-    // of that is what outlines weigh it with, 1/4 for the mean and 1/5 for the mean square.
+    // Over the angles of the normals, in a lattice that is tilted: even steps of `turn`, and with each a bend and a place
+    // across the sheet from the R2 sequence (Roberts 2018). Places lie within 0.8 of the half width, with a mean square of
+    // 0.21: the outline weighs the mean with 1/4 and the mean square with 1/5.
     const auto echo_of = [&](float tilt) {
         constexpr int angles = 32;
         two_moments echo{0, 0};
         for (int i = 0; i < angles; ++i) {
             const float n = static_cast<float>(i) + 0.5F, bend = 0.75487767F * n, across = 0.56984029F * n;
-            const float turned = 0.8F * (2 * (across - std::floor(across)) - 1) * (bend - std::floor(bend)) * of.bend;
-            const float facing = std::cos(n / angles * of.turn + turned) * std::cos(tilt);
+            const float slope = 0.8F * (2 * (across - std::floor(across)) - 1) * (bend - std::floor(bend)) * of.bend;
+            const float facing = std::cos(n / angles * of.turn + std::atan(slope)) * std::cos(tilt);
             const float one = diffuse + (1 - diffuse) * std::exp2((facing * facing - 1) / (lobe * lobe));
             echo = {echo.mean + one / angles, echo.square + one * one / angles};
         }
@@ -12345,6 +12345,7 @@ class sheet_crossings {
             const floats e = min(extent, half);
             return {(at.first - multiply_add(one - (e + e), random, e)) * unit, at.step * unit};
         };
+        // The bend shares bits with places within the cell, which does not show.
         const floats bend = between(b, 3, -of_.bend, of_.bend), rise = half * half_width * bend; // of its edges
         // So that little of the profile is cut off at the sides of the cell.
         const floats margin = multiply_add(half, abs(rise), floats(1.5F * of_.thickness));
@@ -12379,22 +12380,21 @@ class sheet_crossings {
         const floats level_number =
             multiply_add(steps, floats(max_level_number / 32), floats(-max_level_number * 31 / 32));
         const floats level = decibels(level_number, of_.spread_db, of_.level_db);
-        // Cosine of the angle between the beam and the normal, which turns with the place w across a bent sheet: to the
-        // second order in w bend, facing + w turning - w^2 falling.
-        const floats facing = sine * floats(facing_y_) + cosine * floats(facing_z_);
-        const floats turning = bend * (cosine * floats(facing_y_) - sine * floats(facing_z_)),
-                     falling = half * bend * bend * facing;
+        // The normal of a bent sheet leans against w, the place across it, by the slope w bend: its cosine to the beam is
+        // (facing - w bend leaning) / sqrt(1 + (w bend)^2).
+        const floats facing = sine * floats(facing_y_) + cosine * floats(facing_z_),
+                     leaning = cosine * floats(facing_y_) - sine * floats(facing_z_);
 
         std::uint32_t from[wide_lanes], to[wide_lanes];
         store_bits<wide_lanes>(first, from);
         store_bits<wide_lanes>(behind, to);
-        float sheet[11][wide_lanes]; // three coordinates, and five values below
+        float sheet[11][wide_lanes]; // three coordinates, and the five values below
         const linear_lanes* const coordinates[] = {&across, &within, &x};
         for (std::size_t k = 0; k < 3; ++k) {
             store(coordinates[k]->first, sheet[2 * k]);
             store(coordinates[k]->step, sheet[2 * k + 1]);
         }
-        const floats* const values[] = {&level, &risen, &facing, &turning, &falling};
+        const floats* const values[] = {&level, &risen, &bend, &facing, &leaning};
         for (std::size_t k = 0; k < 5; ++k) store(*values[k], sheet[6 + k]);
         for (std::uint32_t k = 0; met != 0; ++k, met >>= 1) {
             if ((met & 1U) == 0) continue;
@@ -12406,8 +12406,8 @@ class sheet_crossings {
             for (std::uint32_t i = from[k]; i < to[k] && i < points.count; i += wide_lanes) {
                 const floats distance = points.distances(i), w = at(2, distance), l = at(4, distance), ww = w * w,
                              offset = at(0, distance) - value(1) * (ww - half);
-                const floats cosine_here = value(2) + w * value(3) - ww * value(4);
-                const floats turned = (cosine_here * cosine_here - one) * floats(per_lobe_);
+                const floats slope = w * value(2), cosine_here = value(3) - slope * value(4);
+                const floats turned = (cosine_here * cosine_here / (one + slope * slope) - one) * floats(per_lobe_);
                 const floats echo =
                     multiply_add(power_of_two<wide_lanes>(turned), floats(1 - diffuse_), floats(diffuse_));
                 const floats outline = max(one - l * l, zero) * max(one - ww, zero);
@@ -19186,9 +19186,9 @@ namespace tissue {
 /// and aponeuroses are 0.7 to 1.5 mm thick.
 inline constexpr structure muscle_structure{
     .mottling = {3.5F, {8_mm, 4_mm, 4_mm}}, .grain = {1.8F, {4_mm, 1.5_mm, 1.5_mm}}, .wave = 0.2_mm,
-    .sheets = {.fill = 0.64F, .lattices = 5, .cell = {18_mm, 5.5_mm, 2.1_mm}, .thickness = 0.1_mm, .level_db = 23.5F,
+    .sheets = {.fill = 0.64F, .lattices = 5, .cell = {17_mm, 5.5_mm, 2_mm}, .thickness = 0.1_mm, .level_db = 21,
                .spread_db = 8.5F, .turn = 0.8F, .bend = 0.5F, .waviness = 0.4F},
-    .septa = {.fill = 0.6F, .lattices = 2, .cell = {45_mm, 18_mm, 9_mm}, .thickness = 0.14_mm, .level_db = 28,
+    .septa = {.fill = 0.6F, .lattices = 2, .cell = {45_mm, 18_mm, 9_mm}, .thickness = 0.14_mm, .level_db = 26,
               .spread_db = 5, .turn = 0.5F, .bend = 0.5F, .tilt = 0.05F, .waviness = 0.4F, .diffuse_db = -16},
     .sheath = {.thickness = 1_mm}};
 
@@ -24683,7 +24683,12 @@ class implicit_lattice {
         for (std::uint32_t z = 0; z + 1 < count_.z; ++z)
             for (std::uint32_t y = 0; y + 1 < count_.y; ++y)
                 for (std::uint32_t x = 0; x + 1 < count_.x; ++x) cut_cube({x, y, z});
-        for (std::size_t i = 0; i < cuts_.size(); ++i) result_.positions.push_back(vertex_of(cuts_[i]));
+        std::vector<vec3> on_edges;
+        for (const cut& edge : cuts_) {
+            on_edges.push_back(place_on(edge));
+            result_.positions.push_back(leaves_box(edge) ? on_edges.back() : moved_to_surface(edge, on_edges.back()));
+        }
+        undo_folds(on_edges);
         return std::move(result_);
     }
 
@@ -24847,25 +24852,63 @@ class implicit_lattice {
         }
         return slope;
     }
-    // A step of Newton's method from the edge to the surface, along the slope of the sampled values. On an edge that
-    // leaves the box it lies before the box, by linear interpolation, or on it where the box cuts a body off.
-    vec3 vertex_of(cut edge) const {
-        constexpr float max_step = 0.3F; // of a cell
-        const float part = part_of(edge);
-        const vec3 a = position_of(edge.from), b = position_of(edge.to), start = a + part * (b - a);
-        if (const float u = border_at(a), v = border_at(b); u >= 0 || v >= 0) {
-            const vec3 inside = u < 0 ? a : b, on_box = a + u / (u - v) * (b - a);
-            const float within = values_[u < 0 ? edge.from : edge.to], limit = value_of(on_box);
-            return limit < 0 ? on_box : inside + within / (within - limit) * (on_box - inside);
-        }
-        const vec3 slope = slope_at(edge.from) + part * (slope_at(edge.to) - slope_at(edge.from));
-        const vec3 steepness = abs(slope);
-        const float largest = max(max(steepness.x, steepness.y), steepness.z), value = value_at(start);
+    vec3 slope_of(cut edge) const {
+        return slope_at(edge.from) + part_of(edge) * (slope_at(edge.to) - slope_at(edge.from));
+    }
+    bool leaves_box(cut edge) const {
+        return border_at(position_of(edge.from)) >= 0 || border_at(position_of(edge.to)) >= 0;
+    }
+    // Where the surface cuts an edge, by linear interpolation. On an edge that leaves the box it lies before the box, or
+    // on it where the box cuts a body off.
+    vec3 place_on(cut edge) const {
+        const vec3 a = position_of(edge.from), b = position_of(edge.to);
+        if (!leaves_box(edge)) return a + part_of(edge) * (b - a);
+        const float u = border_at(a), v = border_at(b);
+        const vec3 inside = u < 0 ? a : b, on_box = a + u / (u - v) * (b - a);
+        const float within = values_[u < 0 ? edge.from : edge.to], limit = value_of(on_box);
+        return limit < 0 ? on_box : inside + within / (within - limit) * (on_box - inside);
+    }
+    // A step of Newton's method from the edge to the surface, along the slope of the sampled values. Where these do not
+    // resolve the function, as in a part thinner than two cells, that slope contradicts the values along the edge.
+    vec3 moved_to_surface(cut edge, vec3 start) const {
+        constexpr float max_step = 0.3F;  // of a cell
+        constexpr float max_error = 0.5F; // of the slope
+        const float value = value_at(start);
+        const vec3 slope = slope_of(edge), steepness = abs(slope);
+        const float largest = max(max(steepness.x, steepness.y), steepness.z);
         if (!(largest > 0)) return start;
         const vec3 along = slope / largest; // its square neither overflows nor vanishes
+        const vec3 across = position_of(edge.to) - position_of(edge.from);
+        const float error = dot(along, across) - (values_[edge.to] - values_[edge.from]) / largest;
+        if (!(std::fabs(error) <= max_error * length(along) * length(across))) return start;
         vec3 step = -value / largest / dot(along, along) * along;
         if (const float size = length(step); size > max_step * cell_) step *= max_step * cell_ / size;
         return std::fabs(value_at(start + step)) < std::fabs(value) ? start + step : start;
+    }
+    // Where the surface bends more sharply than the lattice resolves, the steps of neighbours can turn a face away from
+    // the slope, so that it crosses others. Its vertices return to their edges: there, each tetrahedron contains its own
+    // faces.
+    void undo_folds(const std::vector<vec3>& on_edges) {
+        constexpr float min_cosine = 0.5F; // of the angle between normal and slope
+        std::vector<vec3> slopes;
+        for (const cut& edge : cuts_) {
+            const vec3 slope = slope_of(edge), steepness = abs(slope);
+            const float largest = max(max(steepness.x, steepness.y), steepness.z);
+            slopes.push_back(largest > 0 ? normalize(slope / largest) : vec3{0});
+        }
+        for (bool any = true; any;) {
+            any = false;
+            for (const uvec3 f : result_.faces) {
+                const vec3 a = result_.positions[f.x], b = result_.positions[f.y], c = result_.positions[f.z];
+                const dvec3 normal = cross(dvec3{b} - dvec3{a}, dvec3{c} - dvec3{a});
+                const dvec3 slope{slopes[f.x] + slopes[f.y] + slopes[f.z]};
+                if (dot(normal, slope) >= static_cast<double>(min_cosine) * length(normal) * length(slope)) continue;
+                for (const std::uint32_t corner : {f.x, f.y, f.z}) {
+                    any = any || result_.positions[corner] != on_edges[corner];
+                    result_.positions[corner] = on_edges[corner];
+                }
+            }
+        }
     }
 
     aabb box_;
@@ -24891,7 +24934,8 @@ class implicit_lattice {
 /// Where the function is negative at the border of the box the surface is closed by the box. Parts thinner than a cell
 /// may be missed. The surface is found by marching tetrahedra on a body-centred cubic lattice, so every edge has two
 /// faces whatever the function; each vertex is then moved onto it by one step of Newton's method, and is off by a
-/// quantity of second order in the cell. About 13 triangles for each square of the size of a cell.
+/// quantity of second order in the cell. Where the cells do not resolve the function, steps that would make faces cross
+/// are left out. About 13 triangles for each square of the size of a cell.
 /// @param function  float(vec3), continuous, finite in the whole box; best about a distance in metres
 /// @param box       metres; the function is not called outside
 /// @param cell      edge of the lattice's cubes, metres
@@ -25005,7 +25049,8 @@ inline void add_slab_faces(mesh& slab, std::uint32_t columns, std::uint32_t rows
         for (std::uint32_t column = 0; column + 1 < columns; ++column) {
             const std::uint32_t a = row * columns + column, b = a + 1, c = b + columns, d = a + columns;
             add_quad(a, b, c, d);
-            add_quad(below + d, below + c, below + b, below + a);
+            // With the same diagonal: otherwise the sides of a thin warped slab cross.
+            add_quad(below + c, below + b, below + a, below + d);
         }
     for (std::uint32_t column = 0; column + 1 < columns; ++column) {
         add_quad(column, below + column, below + column + 1, column + 1);
