@@ -263,10 +263,9 @@ struct leg_builder : builder {
     /// A surface with bumps.
     /// @param size  of a bump, metres
     static mesh uneven(mesh surface, float height, float size, std::uint64_t number) {
-        const std::vector<vec3> normals = vertex_normals(surface);
-        for (std::size_t i = 0; i < normals.size(); ++i)
-            surface.positions[i] += height * noise(number, surface.positions[i], size) * normals[i];
-        return surface;
+        std::vector<vec3> steps = vertex_normals(surface);
+        for (std::size_t i = 0; i < steps.size(); ++i) steps[i] *= height * noise(number, surface.positions[i], size);
+        return displaced(std::move(surface), std::move(steps));
     }
     /// The axis along the septa of fat for which they are parallel to the skin at an angle. The axis across them is the
     /// one in which an object is flattest, made orthogonal to this one; that of a part of a limb is nearly z.
@@ -347,15 +346,16 @@ struct leg_builder : builder {
                      float thickness) {
         const mesh belly = confined(
             shape.surface(cell(2.7_mm)), [&](vec3 p) { return depth_in_compartment(part, p, shape.seed); }, 0.1_mm);
-        mesh around = belly;
-        const std::vector<vec3> normals = vertex_normals(belly);
+        std::vector<vec3> steps = vertex_normals(belly);
         constexpr float rest = 0.03_mm; // on its other sides
-        for (std::size_t i = 0; i < normals.size(); ++i) {
+        for (std::size_t i = 0; i < steps.size(); ++i) {
             const vec3 p = belly.positions[i], here = limb_axis(part, p.y);
-            const float deep = ramp(dot(normals[i], normalize(here - p)), 0.2F, 0.9F);
-            around.positions[i] += (rest + deep * thickness * (1 + 0.6F * noise(shape.seed, p, 7_mm))) * normals[i];
+            const float to_end = min(p.y - shape.sections.front().along, shape.sections.back().along - p.y);
+            const float deep = ramp(dot(steps[i], normalize(here - p)), 0.2F, 0.9F) * ramp(to_end, 1_mm, 9_mm);
+            steps[i] *= rest + deep * thickness * (1 + 0.6F * noise(shape.seed, p, 7_mm));
         }
-        add(part, std::move(around), leg_media::aponeurosis, priority, name + ": aponeurosis", compartments(part));
+        add(part, displaced(belly, std::move(steps)), leg_media::aponeurosis, priority, name + ": aponeurosis",
+            compartments(part));
         add(part, belly, leg_media::muscle, priority, name, name + ": aponeurosis", fibres);
     }
     static vec3 limb_axis(const limb& part, float y) {
@@ -460,9 +460,9 @@ struct leg_builder : builder {
                           9),
                    4, "pectineus", {0.5F, 1, 0.3F});
         add_muscle(thigh,
-                   muscle({{-34_mm, {-46_mm, 16_mm}, 9_mm, 6_mm, 0, 0},
-                           {15_mm, {-38_mm, 18_mm}, 18_mm, 9.5_mm, 0.05F, 8},
-                           {70_mm, {-28_mm, 31_mm}, 26_mm, 9.5_mm, 0.45F, 8},
+                   muscle({{-34_mm, {-43_mm, 27_mm}, 9_mm, 6_mm, -0.4F, 0},
+                           {15_mm, {-35_mm, 25_mm}, 17_mm, 9.5_mm, -0.3F, 10},
+                           {70_mm, {-25_mm, 33_mm}, 24_mm, 9.5_mm, 0.3F, 10},
                            {130_mm, {-14_mm, 48_mm}, 22_mm, 8_mm, 0.6F, 4},
                            {200_mm, {6_mm, 62_mm}, 9_mm, 5_mm, 0.6F, 0}},
                           10),
@@ -903,6 +903,18 @@ struct leg_builder : builder {
                  seen(calf, 110_mm, gastrocnemius_angle, true), 38_mm * m);
         add_view("calf_transverse", "both heads of gastrocnemius over soleus, across", calf,
                  seen(calf, 105_mm, 4_deg, false), 43_mm * m);
+        // Wider and lower in frequency, to the femur.
+        const linear_array wide = presets::in_use(
+            linear_array{.lines = 256, .width = 50_mm, .frequency = 6_MHz, .focus = 28_mm, .elevation_focus = 28_mm});
+        add_view("thigh_transverse", "rectus femoris with its central tendon over vastus intermedius and femur, across",
+                 thigh, seen(thigh, 140_mm, 3_deg, false), 50_mm * m);
+        made.views.back().probe = wide;
+        // From behind through all muscles to both bones.
+        settings = presets::abdomen.settings;
+        add_view("calf_deep_transverse", "tibia and fibula beneath the muscles of the calf, across", calf,
+                 seen(calf, 105_mm, -2_deg, false), 82_mm * m);
+        made.views.back().probe = presets::abdomen.probe;
+        made.views.back().pressed = 6_mm;
     }
 };
 

@@ -431,17 +431,19 @@ struct neck_builder : builder {
             const bool viewed = side == sign;
             const std::uint64_t own = side > 0 ? 300 : 350;
             const float up = -of.division;
-            // Common and internal carotid artery, with the bulb where it begins; and the external one.
+            // Common and internal carotid artery, with the bulb where it begins; and the external one. Both reach
+            // beyond the view above the division.
+            const float last = max(up - 18_mm, top + 6_mm);
             const auto arteries = [&](float x, float y, float z, float radius) {
                 return tube_section{{x, y, z}, vec2{radius}};
             };
             const auto line = mirrored(
-                smooth_line({arteries(24.5_mm, bottom - 6_mm, 27_mm, 1.06F * r),
-                             arteries(26.5_mm, 25_mm, 25_mm, 1.02F * r), arteries(28_mm, 0, 23.6_mm, r),
-                             arteries(29_mm, -20_mm, 22.8_mm, r), arteries(30_mm, up + 6_mm, 22.6_mm, 1.08F * r),
-                             arteries(31.5_mm, up - 3_mm, 23.5_mm, 1.2F * r),
-                             arteries(33.5_mm, up - 12_mm, 25.2_mm, 0.84F * r)},
-                            cell(1.5_mm)),
+                smooth_line(
+                    {arteries(24.5_mm, bottom - 6_mm, 27_mm, 1.06F * r), arteries(26.5_mm, 25_mm, 25_mm, 1.02F * r),
+                     arteries(28_mm, 0, 23.6_mm, r), arteries(29_mm, -20_mm, 22.8_mm, r),
+                     arteries(30_mm, up + 6_mm, 22.6_mm, 1.08F * r), arteries(31.5_mm, up - 3_mm, 23.5_mm, 1.2F * r),
+                     arteries(33.7_mm, up - 10_mm, 25.6_mm, 0.9F * r), arteries(35_mm, last, 26.8_mm, 0.8F * r)},
+                    cell(1.5_mm)),
                 side);
             const auto segments = static_cast<std::uint32_t>((viewed ? 40 : 24) * of.resolution);
             const std::string name = sided(side, "common carotid artery"),
@@ -450,13 +452,15 @@ struct neck_builder : builder {
                                                {"media", tissue::tunica_media, 0.72F * of.wall, 0.15F},
                                                {"adventitia", tissue::adventitia, 0.5_mm, 0.7F}};
             const std::vector<wall_layer> plain{{"adventitia", tissue::adventitia, 0.55_mm + of.wall, 0.3F}};
-            const auto& layers = viewed ? fine : plain;
+            std::vector<wall_layer> layers = viewed ? fine : plain;
             add_vessel(make_tube(line, {.segments = segments}), layers, 10, name, own, "deep fascia");
             const auto other = mirrored(smooth_line({arteries(30.2_mm, up + 3_mm, 22.4_mm, 0.62F * r),
-                                                     arteries(29_mm, up - 5_mm, 20.5_mm, 0.68F * r),
-                                                     arteries(28.5_mm, up - 12_mm, 19.4_mm, 0.62F * r)},
+                                                     arteries(28.6_mm, up - 5_mm, 20.3_mm, 0.68F * r),
+                                                     arteries(27.4_mm, up - 10_mm, 18.8_mm, 0.62F * r),
+                                                     arteries(26.6_mm, last, 17.8_mm, 0.58F * r)},
                                                     cell(1.5_mm)),
                                         side);
+            for (wall_layer& one : layers) one.thickness *= 0.75F; // a smaller vessel
             add_vessel(make_tube(other, {.segments = segments}), layers, 10, branch, own + 10, "deep fascia");
             if (viewed) {
                 // Blood flows towards the head.
@@ -669,6 +673,12 @@ struct neck_builder : builder {
         made.views.push_back({"carotid_transverse",
                               "common carotid artery and jugular vein, across",
                               across(33_mm, 1_mm),
+                              probe,
+                              settings,
+                              {}});
+        made.views.push_back({"carotid_division",
+                              "internal and external carotid artery above the division, across",
+                              across(34_mm, max(-of.division - 9_mm, top + 11_mm)),
                               probe,
                               settings,
                               {}});

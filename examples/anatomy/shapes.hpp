@@ -305,16 +305,45 @@ inline std::vector<vec3> vertex_normals(const mesh& body) {
     return normals;
 }
 
+/// A mesh with its vertices moved. Steps of neighbours that differ by more than these are apart would make faces cross:
+/// they are averaged, and shortened where that does not suffice.
+/// @param steps  of the vertices, metres
+inline mesh displaced(mesh body, std::vector<vec3> steps) {
+    constexpr float max_slope = 0.6F; // of the steps along an edge
+    constexpr int rounds = 12;
+    struct neighbourhood {
+        vec3 sum{0, 0, 0};
+        float count = 0;
+        bool crosses = false;
+    };
+    std::vector<neighbourhood> around;
+    for (int round = 0; round < rounds; ++round) {
+        around.assign(steps.size(), {});
+        bool any = false;
+        for (const uvec3 f : body.faces)
+            for (const auto& [i, k] : {std::pair{f.x, f.y}, {f.y, f.z}, {f.z, f.x}}) { // each edge once in each sense
+                around[i].sum += steps[k];
+                around[i].count += 1;
+                if (length(steps[i] - steps[k]) <= max_slope * length(body.positions[i] - body.positions[k])) continue;
+                around[i].crosses = around[k].crosses = any = true;
+            }
+        if (!any) break;
+        const float factor = round < rounds / 2 ? 0.5F : 0.35F;
+        for (std::size_t i = 0; i < steps.size(); ++i)
+            if (around[i].crosses) steps[i] = factor * (steps[i] + around[i].sum / around[i].count);
+    }
+    for (std::size_t i = 0; i < steps.size(); ++i) body.positions[i] += steps[i];
+    return body;
+}
+
 /// A mesh with its surface moved outwards by a thickness that is uneven: the wall of a vessel, the sheath of a nerve.
 /// @param thickness  mean, metres; below 0: inwards
 /// @param uneven     fraction by which it varies, over `size` metres
 inline mesh grown(mesh body, float thickness, float uneven = 0, float size = 4e-3F, std::uint64_t seed = 0) {
-    const std::vector<vec3> normals = vertex_normals(body);
-    for (std::size_t i = 0; i < normals.size(); ++i) {
-        const float factor = uneven > 0 ? 1 + uneven * noise(seed, body.positions[i], size) : 1;
-        body.positions[i] += thickness * factor * normals[i];
-    }
-    return body;
+    std::vector<vec3> steps = vertex_normals(body);
+    for (std::size_t i = 0; i < steps.size(); ++i)
+        steps[i] *= thickness * (uneven > 0 ? 1 + uneven * noise(seed, body.positions[i], size) : 1);
+    return displaced(std::move(body), std::move(steps));
 }
 
 /// Moves what of a body is less deep than `limit` to beneath it: a muscle below its fascia.

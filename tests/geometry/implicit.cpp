@@ -2,6 +2,7 @@
 #include <insonify/core/units.hpp>
 #include <insonify/geometry/implicit.hpp>
 #include <insonify/geometry/validate.hpp>
+#include "crossings.hpp"
 #include <cmath>
 #include <doctest/doctest.h>
 #include <limits>
@@ -227,6 +228,21 @@ TEST_CASE("what cannot be meshed is refused with a sentence") {
              mesh_implicit([](vec3 p) { return p.x > 0 ? std::numeric_limits<float>::quiet_NaN() : 1; }, box, 1_mm);
          }),
          "gives NaN or an infinite value at {");
+}
+
+TEST_CASE("faces of an implicit surface do not cross, even where the cells do not resolve it") {
+    for (std::uint64_t seed = 0; seed < 12; ++seed) {
+        CAPTURE(seed);
+        const aabb box{vec3{-12_mm}, vec3{12_mm}};
+        for (const float cell : {1_mm, 2.5_mm})
+            CHECK(mesh_test::crossings_of(mesh_implicit(waves{seed}, box, cell)).faces == 0);
+        // A thin bent plate with a hole.
+        const auto plate = [&](vec3 p) {
+            const float bent = p.z - 1_mm * std::sin(p.x / 2_mm + static_cast<float>(seed));
+            return std::max({std::fabs(bent) - 0.6_mm, length(p) - 9_mm, 2_mm - length(vec2{p.x, p.y})});
+        };
+        CHECK(mesh_test::crossings_of(mesh_implicit(plate, box, 2_mm)).faces == 0);
+    }
 }
 
 } // namespace implicit_test

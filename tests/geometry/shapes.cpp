@@ -1,5 +1,6 @@
 #include <insonify/core/units.hpp>
 #include <insonify/geometry/shapes.hpp>
+#include "crossings.hpp"
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -291,6 +292,12 @@ TEST_CASE("a flat sheet has the volume of a plate, a curved one that of a shell,
         200, 5, [](float, float) { return 0.4F; });
     CHECK(is_watertight_ball(shell));
     CHECK(volume(shell) == doctest::Approx(3.14159265358979 * 2 * 3 * 0.4).epsilon(1e-3).scale(1e-30));
+    const mesh saddles = sheet_on(
+        [](float u, float v) {
+            return vec3{u, v, 0.05F * std::sin(20 * u) * std::sin(20 * v)};
+        },
+        21, 21, [](float, float) { return 1e-3F; });
+    CHECK(mesh_test::crossings_of(saddles).faces == 0); // as both sides have the same diagonals
     const mesh wedge = sheet_on(
         [](float u, float v) {
             return vec3{4 * u, 3 * v, 0};

@@ -1,6 +1,7 @@
 #define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include "../regions.hpp"
 #include <insonify/insonify.hpp>
+#include "../../../tests/geometry/crossings.hpp"
 #include "../../region_values.hpp"
 #include <chrono>
 #include <cstdint>
@@ -14,6 +15,7 @@ using namespace insonify;
 namespace {
 
 constexpr std::uint64_t seeds = 200;  ///< bodies of each region
+constexpr std::uint64_t crossed = 5;  ///< of so many bodies, one is searched for faces that cross, which takes long
 constexpr float coarse = 0.5F;        ///< resolution of the meshes in these tests
 constexpr std::size_t sampled = 60;   ///< vertices of an object that are looked for in another one
 constexpr float furthest_skin = 3_mm; ///< from the middle of a probe's face
@@ -30,6 +32,19 @@ const object& named(const anatomy::body& body, const std::string& name) {
         if (one.name == name) return one;
     FAIL("there is no object '", name, "'");
     return body.anatomy.objects()[0];
+}
+
+/// The number of objects with faces that cross each other, each with a message.
+int self_intersections_of(const anatomy::body& body) {
+    int faults = 0;
+    for (const object& one : body.anatomy.objects()) {
+        const mesh_test::crossings found = mesh_test::crossings_of(one.surface);
+        if (found.faces == 0) continue;
+        MESSAGE(one.name, ": ", found.faces, " of ", one.surface.faces.size(), " faces cross, by up to ",
+                found.depth * 1e3, " mm, at ", found.place.x, ", ", found.place.y, ", ", found.place.z);
+        ++faults;
+    }
+    return faults;
 }
 
 /// The number of faults, each with a message.
@@ -97,12 +112,13 @@ std::vector<anatomy::region> that_vary() {
 
 } // namespace
 
-TEST_CASE("every body is closed, nested, named, and can be seen and measured") {
+TEST_CASE("every body is closed, nested, named, does not intersect itself, and can be seen and measured") {
     for (const anatomy::region& region : that_vary())
         for (std::uint64_t seed = 0; seed < seeds; ++seed) {
             anatomy::values values = region.drawn(seed);
             values["resolution"] = coarse;
-            const int faults = faults_of(region.make(values));
+            const anatomy::body body = region.make(values);
+            const int faults = faults_of(body) + (seed % crossed == 0 ? self_intersections_of(body) : 0);
             CAPTURE(std::string{region.name});
             CAPTURE(seed);
             CHECK(faults == 0);
@@ -114,7 +130,8 @@ TEST_CASE("so is a body with any parameter at its smallest and at its largest va
         for (const anatomy::parameter& one : region.parameters) {
             if (std::string{one.name} == "resolution") continue;
             for (const float value : {one.smallest, one.largest}) {
-                const int faults = faults_of(region.make({{one.name, value}, {"resolution", coarse}}));
+                const anatomy::body body = region.make({{one.name, value}, {"resolution", coarse}});
+                const int faults = faults_of(body) + self_intersections_of(body);
                 CAPTURE(std::string{region.name});
                 CAPTURE(std::string{one.name});
                 CAPTURE(value);
@@ -140,7 +157,8 @@ TEST_CASE("at the default resolution a body has at most 400,000 triangles and is
 #ifdef __OPTIMIZE__
         CHECK(best < 2);
 #endif
-        CHECK(faults_of(region.make()) == 0);
+        const anatomy::body usual = region.make();
+        CHECK(faults_of(usual) + self_intersections_of(usual) == 0);
     }
 }
 

@@ -63,7 +63,12 @@ class implicit_lattice {
         for (std::uint32_t z = 0; z + 1 < count_.z; ++z)
             for (std::uint32_t y = 0; y + 1 < count_.y; ++y)
                 for (std::uint32_t x = 0; x + 1 < count_.x; ++x) cut_cube({x, y, z});
-        for (std::size_t i = 0; i < cuts_.size(); ++i) result_.positions.push_back(vertex_of(cuts_[i]));
+        std::vector<vec3> on_edges;
+        for (const cut& edge : cuts_) {
+            on_edges.push_back(place_on(edge));
+            result_.positions.push_back(leaves_box(edge) ? on_edges.back() : moved_to_surface(edge, on_edges.back()));
+        }
+        undo_folds(on_edges);
         return std::move(result_);
     }
 
@@ -227,25 +232,63 @@ class implicit_lattice {
         }
         return slope;
     }
-    // A step of Newton's method from the edge to the surface, along the slope of the sampled values. On an edge that
-    // leaves the box it lies before the box, by linear interpolation, or on it where the box cuts a body off.
-    vec3 vertex_of(cut edge) const {
-        constexpr float max_step = 0.3F; // of a cell
-        const float part = part_of(edge);
-        const vec3 a = position_of(edge.from), b = position_of(edge.to), start = a + part * (b - a);
-        if (const float u = border_at(a), v = border_at(b); u >= 0 || v >= 0) {
-            const vec3 inside = u < 0 ? a : b, on_box = a + u / (u - v) * (b - a);
-            const float within = values_[u < 0 ? edge.from : edge.to], limit = value_of(on_box);
-            return limit < 0 ? on_box : inside + within / (within - limit) * (on_box - inside);
-        }
-        const vec3 slope = slope_at(edge.from) + part * (slope_at(edge.to) - slope_at(edge.from));
-        const vec3 steepness = abs(slope);
-        const float largest = max(max(steepness.x, steepness.y), steepness.z), value = value_at(start);
+    vec3 slope_of(cut edge) const {
+        return slope_at(edge.from) + part_of(edge) * (slope_at(edge.to) - slope_at(edge.from));
+    }
+    bool leaves_box(cut edge) const {
+        return border_at(position_of(edge.from)) >= 0 || border_at(position_of(edge.to)) >= 0;
+    }
+    // Where the surface cuts an edge, by linear interpolation. On an edge that leaves the box it lies before the box, or
+    // on it where the box cuts a body off.
+    vec3 place_on(cut edge) const {
+        const vec3 a = position_of(edge.from), b = position_of(edge.to);
+        if (!leaves_box(edge)) return a + part_of(edge) * (b - a);
+        const float u = border_at(a), v = border_at(b);
+        const vec3 inside = u < 0 ? a : b, on_box = a + u / (u - v) * (b - a);
+        const float within = values_[u < 0 ? edge.from : edge.to], limit = value_of(on_box);
+        return limit < 0 ? on_box : inside + within / (within - limit) * (on_box - inside);
+    }
+    // A step of Newton's method from the edge to the surface, along the slope of the sampled values. Where these do not
+    // resolve the function, as in a part thinner than two cells, that slope contradicts the values along the edge.
+    vec3 moved_to_surface(cut edge, vec3 start) const {
+        constexpr float max_step = 0.3F;  // of a cell
+        constexpr float max_error = 0.5F; // of the slope
+        const float value = value_at(start);
+        const vec3 slope = slope_of(edge), steepness = abs(slope);
+        const float largest = max(max(steepness.x, steepness.y), steepness.z);
         if (!(largest > 0)) return start;
         const vec3 along = slope / largest; // its square neither overflows nor vanishes
+        const vec3 across = position_of(edge.to) - position_of(edge.from);
+        const float error = dot(along, across) - (values_[edge.to] - values_[edge.from]) / largest;
+        if (!(std::fabs(error) <= max_error * length(along) * length(across))) return start;
         vec3 step = -value / largest / dot(along, along) * along;
         if (const float size = length(step); size > max_step * cell_) step *= max_step * cell_ / size;
         return std::fabs(value_at(start + step)) < std::fabs(value) ? start + step : start;
+    }
+    // Where the surface bends more sharply than the lattice resolves, the steps of neighbours can turn a face away from
+    // the slope, so that it crosses others. Its vertices return to their edges: there, each tetrahedron contains its own
+    // faces.
+    void undo_folds(const std::vector<vec3>& on_edges) {
+        constexpr float min_cosine = 0.5F; // of the angle between normal and slope
+        std::vector<vec3> slopes;
+        for (const cut& edge : cuts_) {
+            const vec3 slope = slope_of(edge), steepness = abs(slope);
+            const float largest = max(max(steepness.x, steepness.y), steepness.z);
+            slopes.push_back(largest > 0 ? normalize(slope / largest) : vec3{0});
+        }
+        for (bool any = true; any;) {
+            any = false;
+            for (const uvec3 f : result_.faces) {
+                const vec3 a = result_.positions[f.x], b = result_.positions[f.y], c = result_.positions[f.z];
+                const dvec3 normal = cross(dvec3{b} - dvec3{a}, dvec3{c} - dvec3{a});
+                const dvec3 slope{slopes[f.x] + slopes[f.y] + slopes[f.z]};
+                if (dot(normal, slope) >= static_cast<double>(min_cosine) * length(normal) * length(slope)) continue;
+                for (const std::uint32_t corner : {f.x, f.y, f.z}) {
+                    any = any || result_.positions[corner] != on_edges[corner];
+                    result_.positions[corner] = on_edges[corner];
+                }
+            }
+        }
     }
 
     aabb box_;
@@ -271,7 +314,8 @@ class implicit_lattice {
 /// Where the function is negative at the border of the box the surface is closed by the box. Parts thinner than a cell
 /// may be missed. The surface is found by marching tetrahedra on a body-centred cubic lattice, so every edge has two
 /// faces whatever the function; each vertex is then moved onto it by one step of Newton's method, and is off by a
-/// quantity of second order in the cell. About 13 triangles for each square of the size of a cell.
+/// quantity of second order in the cell. Where the cells do not resolve the function, steps that would make faces cross
+/// are left out. About 13 triangles for each square of the size of a cell.
 /// @param function  float(vec3), continuous, finite in the whole box; best about a distance in metres
 /// @param box       metres; the function is not called outside
 /// @param cell      edge of the lattice's cubes, metres

@@ -82,7 +82,8 @@ inline void add_slab_faces(mesh& slab, std::uint32_t columns, std::uint32_t rows
         for (std::uint32_t column = 0; column + 1 < columns; ++column) {
             const std::uint32_t a = row * columns + column, b = a + 1, c = b + columns, d = a + columns;
             add_quad(a, b, c, d);
-            add_quad(below + d, below + c, below + b, below + a);
+            // With the same diagonal: otherwise the sides of a thin warped slab cross.
+            add_quad(below + c, below + b, below + a, below + d);
         }
     for (std::uint32_t column = 0; column + 1 < columns; ++column) {
         add_quad(column, below + column, below + column + 1, column + 1);
