@@ -25024,7 +25024,7 @@ class implicit_lattice {
     // the slope, so that it crosses others. Its vertices return to their edges: there, each tetrahedron contains its own
     // faces.
     void undo_folds(const std::vector<vec3>& on_edges) {
-        constexpr float min_cosine = 0.5F; // of the angle between normal and slope
+        constexpr float min_cosine = 0.65F; // of the angle between normal and slope
         std::vector<vec3> slopes;
         for (const cut& edge : cuts_) {
             const vec3 slope = slope_of(edge), steepness = abs(slope);
