@@ -22,9 +22,9 @@ namespace insonify::inline INSONIFY_ABI {
 /// Echoes that appear behind gas and bone, of sound that they reflect. Gas shows the mirror image of the tissue in front of
 /// it, and the reverberation between gas and the face of the probe; bone is rough, and fills its shadow with haze.
 struct reverberation_settings {
-    float mirror = 1; ///< fraction of the amplitude of the mirror image that is drawn, 0 (none) to 1
-    float face = 1;   ///< the same of the reverberation with the face
-    float haze = 1;   ///< the same of the haze behind bone
+    float mirror = 1;  ///< fraction of the amplitude of the mirror image that is drawn, 0 (none) to 1
+    float face = 1;    ///< the same of the reverberation with the face
+    float haze = 0.5F; ///< the same of the haze behind bone; of what is reflected, not all returns. Convention
 
     /// @throws usage_error  for a setting that is out of range
     void check() const {
