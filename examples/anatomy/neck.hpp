@@ -628,7 +628,7 @@ struct neck_builder : builder {
             if (all > 2.5_mm) return all;
             all += 0.3_mm * noise(seed + 62, p, 8_mm);
             all = less(all, shell - 0.2_mm, 2.2_mm);
-            for (const auto& one : carotids) all = less(all, chain(p, one), 2.2_mm);
+            for (const auto& one : carotids) all = less(all, chain(p, one), 3_mm);
             for (const swept& one : straps) all = less(all, one.distance(p) - 0.3_mm, 2_mm);
             return all;
         };
