@@ -74,7 +74,8 @@ void bind_line_grid(py::module_& module, const char* name, const char* page) {
 void check_brightness(const float* numbers, std::size_t count) {
     for (std::size_t i = 0; i < count; ++i)
         if (!(numbers[i] >= 0 && numbers[i] <= 1))
-            throw usage_error{"an image must be of finite numbers from 0 to 1; divide grey values by 255, or clip them"};
+            throw usage_error{
+                "an image must be of finite numbers from 0 to 1; divide grey values by 255, or clip them"};
 }
 template <class Picture>
 void write_checked(const std::filesystem::path& file, const Picture& picture) {
