@@ -182,10 +182,11 @@ inline void session::open(std::uint32_t number, std::uint32_t drawn) {
     begin(std::move(next));
 }
 
-// Box and gate to the vessel of the slice that is seen best: wide, not deep, and rather an artery.
+// Box and gate to the vessel of the slice that is seen best: wide, not deep, and rather an artery. Veins right below the face
+// are pressed flat, about as deep as twice the depth of the press.
 inline void session::place_doppler() {
     constexpr float near_slice = 1.5_mm, priority_of_arteries = 4;
-    const float depth = machine.settings.depth;
+    const float depth = machine.settings.depth, pressed = view.face ? *view.face : 0;
     doppler.box_size = depth * vec2{0.4F, 0.35F};
     if (machine.probe.kind != array_probe::shape::linear) doppler.gain_db = 10; // echoes from the depth are weaker
     doppler.box_middle = doppler.gate = {0, 0.5F * depth};
@@ -199,11 +200,12 @@ inline void session::place_doppler() {
                 if (std::fabs(at.y) > near_slice || place.x < 0 || place.y < 3_mm || place.y > 0.75F * depth ||
                     place.x > static_cast<float>(machine.probe.lines - 1))
                     continue;
+                if (!one.is_artery && at.z < 2 * pressed) continue;
                 const float away = length(vec2{at.x, at.z});
                 const float seen = (one.is_artery ? priority_of_arteries : 1) * a.radii.x * a.radii.y / (away * away);
                 if (!(seen > best)) continue;
                 best = seen;
-                doppler.box_middle = doppler.gate = {at.x, at.z - (view.face ? *view.face : 0)};
+                doppler.box_middle = doppler.gate = {at.x, at.z - pressed};
             }
 }
 
