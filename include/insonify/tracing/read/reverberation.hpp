@@ -40,11 +40,11 @@ namespace detail {
 
 /// Size of the parts of tissue that rough bone reflects in phase, metres: speckle cells. Convention.
 inline constexpr float haze_grain = 0.5e-3F;
-/// Random bits of the cell of the unit lattice in which a point lies.
+/// Random bits of the cell of the unit lattice in which a point lies. Cells have their middle at 0: the slice plane of a pose
+/// that is not turned lies on no border.
 inline std::uint32_t bits_of_cell(vec3 point) {
     std::uint32_t bits = 0;
-    for (int i = 0; i < 3; ++i)
-        bits = mix_bits(bits + static_cast<std::uint32_t>(static_cast<std::int64_t>(std::floor(point[i]))));
+    for (int i = 0; i < 3; ++i) bits = mix_bits(bits + static_cast<std::uint32_t>(std::lround(point[i])));
     return bits;
 }
 
