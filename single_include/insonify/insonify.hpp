@@ -19772,7 +19772,8 @@ iq_lines add_reverberation(const Policy& policy, iq_lines echoes, const line_lay
     exec::for_each_in_blocks(policy, echoes.count, 8, 2e4F, [&](std::size_t i) {
         detail::reflecting_surface<Model> surface{found(static_cast<std::uint32_t>(i)), found.media, pulse, model};
         if (surface.below == nullptr || surface.shown <= spacing || surface.shown >= echoes.depth) return;
-        const vec2 curvature{surface.below->curvature.x, surface.below->curvature.y};
+        vec2 curvature{surface.below->curvature.x, surface.below->curvature.y};
+        if (surface.is_bone) curvature = max(curvature, vec2{0}); // what is rough has no focus
         vec2* const line = echoes.values.data() + i * echoes.samples;
         const auto samples = static_cast<std::int64_t>(echoes.samples),
                    middle = static_cast<std::int64_t>(std::lround(surface.shown / spacing)),
@@ -19782,10 +19783,10 @@ iq_lines add_reverberation(const Policy& policy, iq_lines echoes, const line_lay
                            above = std::max(middle - own, std::int64_t{0});
         const vec2 twice_deeper = rotation(2 * surface.shown);
         // Calls add(from, k, echo) for each echo in front of the surface, from it on, and its image at k.
-        const auto for_each_image = [&](float part, float smallest, const auto& add) {
+        const auto for_each_image = [&](float part, const auto& add) {
             for (std::int64_t from = above - 1; from >= 0; --from) {
                 const float depth = (static_cast<float>(from) + 0.5F) * spacing;
-                const vec2 spread = max(abs(vec2{1, 1} + 2 * (surface.shown - depth) * curvature), vec2{smallest});
+                const vec2 spread = max(abs(vec2{1, 1} + 2 * (surface.shown - depth) * curvature), vec2{min_spread});
                 const float level = part * surface.reflected * surface.reflected *
                                     amplitude_of_decibels(-surface.twice_from_db(depth)) /
                                     std::sqrt(spread.x * spread.y);
@@ -19805,7 +19806,7 @@ iq_lines add_reverberation(const Policy& policy, iq_lines echoes, const line_lay
             }
             const line_frame& frame = found.frame(static_cast<std::uint32_t>(i));
             const detail::haze_parts parts{{line, static_cast<std::size_t>(above)}, spacing};
-            for_each_image(settings.haze, 1, [&](std::int64_t from, std::int64_t mirrored, vec2 echo) {
+            for_each_image(settings.haze, [&](std::int64_t from, std::int64_t mirrored, vec2 echo) {
                 const float depth = (static_cast<float>(from) + 0.5F) * spacing;
                 echo *= parts(from) / (1 + (surface.shown - depth) / detail::haze_decay);
                 std::uint32_t random = detail::bits_of_cell(frame.at(depth) / detail::haze_grain);
@@ -19818,7 +19819,7 @@ iq_lines add_reverberation(const Policy& policy, iq_lines echoes, const line_lay
             });
             return;
         }
-        for_each_image(settings.mirror, min_spread, [&](std::int64_t, std::int64_t k, vec2 echo) {
+        for_each_image(settings.mirror, [&](std::int64_t, std::int64_t k, vec2 echo) {
             if (k < samples) line[k] += echo;
         });
         const vec2 once_deeper = rotation(surface.shown);
