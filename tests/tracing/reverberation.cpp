@@ -290,7 +290,8 @@ TEST_CASE("reverberation: haze shows no image, and is that of bone alone") {
     CHECK(std::fabs(10 * std::log10(kept)) < 0.5);
 }
 
-TEST_CASE("reverberation: haze moves with the tissue, and does not depend on the spacing of lines") {
+TEST_CASE(
+    "reverberation: haze stays with resting tissue when the probe moves, and does not depend on the spacing of lines") {
     using namespace gas_test;
     const auto displayed = [&](const linear_array& by, vec3 moved) {
         return envelope(exec::par,
