@@ -4,6 +4,7 @@
 
 using namespace insonify;
 
+namespace cell_field_directions_test {
 namespace {
 vec3 view_direction_of(vec3 towards, std::uint32_t bits) { return normalize(detail::lattice_direction(towards, bits)); }
 } // namespace
@@ -61,3 +62,5 @@ TEST_CASE("view_direction: two lines agree with the stated probability, and slab
     const vec3 across = 2e-3F * vec3{0.48F, 0.6F, 0.64F};
     CHECK(detail::slab_position(across) - detail::slab_position({0, 0, 0}) == doctest::Approx(1).scale(1e-30));
 }
+
+} // namespace cell_field_directions_test

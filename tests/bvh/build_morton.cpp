@@ -9,9 +9,11 @@
 #include <utility>
 
 using namespace insonify;
-using namespace insonify::detail;
 
 namespace build_morton_test {
+
+using namespace insonify::detail;
+
 namespace {
 
 using morton_tree = bvh<mesh_view, simd_width, build_morton>;
@@ -60,7 +62,6 @@ int missed_or_invented(const mesh& m, std::uint64_t seed) {
 }
 
 } // namespace
-} // namespace build_morton_test
 
 TEST_CASE("a Morton tree finds the same hits as brute force") {
     for (const std::uint32_t count : {0U, 1U, 2U, 7U, 8U, 9U, 24U, 25U, 64U, 65U, 300U, 6000U})
@@ -211,3 +212,5 @@ TEST_CASE("one distant primitive degrades a Morton tree equally little where it 
     CHECK(build_morton_test::morton_tree{exec::par, mesh_view{m}}.statistics().cost < 1.05 * cost);
     CHECK(build_morton_test::missed_or_invented(m, 9) == 0);
 }
+
+} // namespace build_morton_test

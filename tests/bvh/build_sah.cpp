@@ -4,9 +4,11 @@
 #include <vector>
 
 using namespace insonify;
-using namespace insonify::detail;
 
 namespace sah_bins_test {
+
+using namespace insonify::detail;
+
 namespace {
 
 // Boxes of all sizes, in clusters, so that planes differ much in cost.
@@ -97,7 +99,6 @@ void check_against_all_planes(std::size_t count, std::uint64_t seed) {
 }
 
 } // namespace
-} // namespace sah_bins_test
 
 TEST_CASE("no other plane costs less than the chosen one, computed in double") {
     for (const std::size_t count : {2U, 3U, 9U, 40U, 63U, 64U, 300U, 2000U})
@@ -122,3 +123,5 @@ TEST_CASE("boxes with the same centre are not split") {
     bins.add(grid, own.data(), places.data(), own.size());
     CHECK(bins.cheapest<8>().axis == -1);
 }
+
+} // namespace sah_bins_test

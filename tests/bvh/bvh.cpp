@@ -8,6 +8,9 @@
 #include <vector>
 
 using namespace insonify;
+
+namespace bvh_test {
+
 using namespace insonify::detail;
 
 TEST_CASE("closest, any and all agree with brute force on 50 random scenes of 10^4 rays each") {
@@ -157,3 +160,5 @@ TEST_CASE("a mesh whose faces refer to no vertex is rejected") {
     CHECK_THROWS_AS((bvh{exec::par, m}), geometry_error);
     CHECK_THROWS_AS(tree.rebuild(exec::par), geometry_error);
 }
+
+} // namespace bvh_test

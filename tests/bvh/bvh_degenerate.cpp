@@ -5,6 +5,9 @@
 #include <limits>
 
 using namespace insonify;
+
+namespace bvh_degenerate_test {
+
 using namespace insonify::detail;
 
 TEST_CASE("identical, flat and point-like primitives make trees within the traversal stack") {
@@ -107,3 +110,5 @@ TEST_CASE("786,432 triangles of a box make a tree of many leaves") { // a known 
     CHECK(tree.statistics().leaves < 786'432U / 3);
     CHECK(tree.closest({.origin = {0.1F, 0.2F, -3}}).distance == doctest::Approx(2).scale(1e-30));
 }
+
+} // namespace bvh_degenerate_test

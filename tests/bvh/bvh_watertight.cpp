@@ -7,6 +7,9 @@
 #include <doctest/doctest.h>
 
 using namespace insonify;
+
+namespace bvh_watertight_test {
+
 using namespace insonify::detail;
 
 TEST_CASE("no ray leaks out of a closed surface, through faces, vertices or edges, near the origin or far from it") {
@@ -102,3 +105,5 @@ TEST_CASE("slivers are hit as by brute force, at the same distances, by single r
     }
     CHECK(met > 1000);
 }
+
+} // namespace bvh_watertight_test

@@ -5,9 +5,11 @@
 #include <utility>
 
 using namespace insonify;
-using namespace insonify::detail;
 
 namespace large_array_test {
+
+using namespace insonify::detail;
+
 namespace {
 
 large_array<std::uint32_t> counted(std::size_t size) {
@@ -23,7 +25,6 @@ bool counts(const large_array<std::uint32_t>& a, std::size_t size) {
 }
 
 } // namespace
-} // namespace large_array_test
 
 TEST_CASE("an array keeps its elements when it grows, also into huge pages, and when it shrinks") {
     constexpr std::size_t many = std::size_t{1} << 20U; // 4 MiB
@@ -74,3 +75,5 @@ TEST_CASE("more elements than an array can have are an error, which leaves it un
     CHECK(a.size() == 100);
     CHECK(large_array_test::counts(a, 100));
 }
+
+} // namespace large_array_test

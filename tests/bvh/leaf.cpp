@@ -5,9 +5,11 @@
 #include <doctest/doctest.h>
 
 using namespace insonify;
-using namespace insonify::detail;
 
 namespace leaf_triangles_test {
+
+using namespace insonify::detail;
+
 namespace {
 
 mesh random_triangles(std::uint64_t seed) {
@@ -54,9 +56,10 @@ std::size_t wrong_leaves() {
 }
 
 } // namespace
-} // namespace leaf_triangles_test
 
 TEST_CASE("a leaf stores its triangles, leaves out those that are not finite, and returns the box around the others") {
     CHECK(leaf_triangles_test::wrong_leaves<4>() == 0);
     CHECK(leaf_triangles_test::wrong_leaves<8>() == 0);
 }
+
+} // namespace leaf_triangles_test

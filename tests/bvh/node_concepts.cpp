@@ -4,6 +4,9 @@
 #include <list>
 
 using namespace insonify;
+
+namespace node_concepts_test {
+
 using namespace insonify::detail;
 
 namespace fake {
@@ -53,3 +56,5 @@ TEST_CASE("hits of a primitive outside the ray's limits are discarded") {
     CHECK(tree.closest({.min_distance = 1, .max_distance = 1}));
     CHECK_FALSE(tree.any({.origin = {0, 0, 2}}));
 }
+
+} // namespace node_concepts_test

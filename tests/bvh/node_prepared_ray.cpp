@@ -5,9 +5,11 @@
 #include <limits>
 
 using namespace insonify;
-using namespace insonify::detail;
 
 namespace prepared_ray_test {
+
+using namespace insonify::detail;
+
 namespace {
 
 mesh scaled(const mesh& m, int exponent) {
@@ -43,7 +45,6 @@ std::vector<std::uint32_t> sorted_primitives(const std::vector<hit>& hits) {
 }
 
 } // namespace
-} // namespace prepared_ray_test
 
 TEST_CASE("a mesh scaled by 2^-60 to 2^60 is hit in the same triangles, by single rays and by packets") {
     mesh ball = make_sphere({0, 0, 0}, 0.1F, 3);
@@ -167,3 +168,5 @@ TEST_CASE("a ray that contains a NaN misses and does not change hits of its neig
         CHECK(wrong == 0);
     }
 }
+
+} // namespace prepared_ray_test

@@ -5,9 +5,11 @@
 #include <limits>
 
 using namespace insonify;
-using namespace insonify::detail;
 
 namespace ray_packet_test {
+
+using namespace insonify::detail;
+
 namespace {
 
 constexpr int width = simd_width;
@@ -69,7 +71,6 @@ bool beyond(const aabb& box, const ray_packet<width>& packet, float z) {
 aabb cube(float half) { return {vec3{-half}, vec3{half}}; }
 
 } // namespace
-} // namespace ray_packet_test
 
 TEST_CASE("packets return bit for bit the hits of single rays, near the origin and far from it") {
     for (const float offset : {0.0F, 30.0F}) {
@@ -285,3 +286,5 @@ TEST_CASE("of coincident faces a packet hits the first, as single rays do") {
     }
     CHECK(met > 1000);
 }
+
+} // namespace ray_packet_test

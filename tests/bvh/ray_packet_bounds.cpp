@@ -5,6 +5,9 @@
 #include <vector>
 
 using namespace insonify;
+
+namespace ray_packet_bounds_test {
+
 using namespace insonify::detail;
 
 TEST_CASE("a thin packet enters a box exactly where its rays do, in every direction") {
@@ -56,3 +59,5 @@ TEST_CASE("a thin packet enters a box exactly where its rays do, in every direct
     CHECK(missed > 10'000);
     CHECK(kept * 100 < missed); // where two slabs are nearly parallel to the rays
 }
+
+} // namespace ray_packet_bounds_test

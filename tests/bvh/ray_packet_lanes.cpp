@@ -7,9 +7,11 @@
 #include <vector>
 
 using namespace insonify;
-using namespace insonify::detail;
 
 namespace ray_lanes_test {
+
+using namespace insonify::detail;
+
 namespace {
 
 constexpr int width = simd_width;
@@ -43,7 +45,6 @@ float lane(const lanes<width>& value, std::size_t i) {
 }
 
 } // namespace
-} // namespace ray_lanes_test
 
 TEST_CASE("rays in lanes keep their components") {
     using namespace ray_lanes_test;
@@ -103,3 +104,5 @@ TEST_CASE("may_enter keeps rays whose slab test would overflow") {
     for (const ray& odd : {ray{.origin = {1e30F, 0, 0}}, ray{.direction = {0, 0, 1e-30F}}, ray{.direction = {0, 0, 0}}})
         CHECK(entering(std::vector<ray>(width, odd), box) == (1U << static_cast<unsigned>(width)) - 1);
 }
+
+} // namespace ray_lanes_test

@@ -7,9 +7,11 @@
 #include <limits>
 
 using namespace insonify;
-using namespace insonify::detail;
 
 namespace storage_test {
+
+using namespace insonify::detail;
+
 namespace {
 
 void shake(mesh& m, const mesh& rest, float by, std::uint64_t seed) {
@@ -29,7 +31,6 @@ bool all_inside_are_hit(const bvh_view<mesh_view>& tree) {
 }
 
 } // namespace
-} // namespace storage_test
 
 TEST_CASE("update refits small motion, and rebuilds a degraded tree") {
     const mesh rest = make_sphere({0, 0, 0}, 1, 4);
@@ -113,3 +114,5 @@ TEST_CASE("trees and costs are bit-equal for any number of threads, after builds
     CHECK(one.update(exec::seq, mesh_view{moving}) == three.update(exec::par.threads(3), mesh_view{moving}));
     CHECK(same());
 }
+
+} // namespace storage_test

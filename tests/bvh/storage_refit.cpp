@@ -7,9 +7,11 @@
 #include <doctest/doctest.h>
 
 using namespace insonify;
-using namespace insonify::detail;
 
 namespace refit_test {
+
+using namespace insonify::detail;
+
 namespace {
 
 constexpr int width = simd_width;
@@ -46,7 +48,6 @@ aabb box_below(const topology<width>& tree, const tree_shape<mesh_view, width>& 
 }
 
 } // namespace
-} // namespace refit_test
 
 TEST_CASE("after a refit every box is tight, and so are the statistics of the tree") {
     using refit_test::width;
@@ -97,3 +98,5 @@ TEST_CASE("the cost of a tree does not depend on scale, and is 0 for a point") {
     for (vec3& p : ball.positions) p = {1, 2, 3};
     CHECK(bvh{exec::seq, ball}.statistics().cost == 0);
 }
+
+} // namespace refit_test

@@ -5,9 +5,11 @@
 #include <vector>
 
 using namespace insonify;
-using namespace insonify::detail;
 
 namespace traversal_stack_test {
+
+using namespace insonify::detail;
+
 namespace {
 
 constexpr int width = simd_width;
@@ -41,7 +43,6 @@ std::vector<std::uint32_t> visits(const float (&distances)[width], std::uint32_t
 }
 
 } // namespace
-} // namespace traversal_stack_test
 
 TEST_CASE("traversal visits every child that is hit, and the nearest one first") {
     using namespace traversal_stack_test;
@@ -89,3 +90,5 @@ TEST_CASE("the stack has room for the deepest tree with full nodes") {
     while (stack.pop(1)) ++back;
     CHECK(back == (width - 1) * max_levels<width>);
 }
+
+} // namespace traversal_stack_test

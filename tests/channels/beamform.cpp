@@ -87,9 +87,6 @@ double width_of(const std::vector<float>& values) {
 }
 
 } // namespace
-} // namespace beamform_test
-
-using namespace beamform_test;
 
 TEST_CASE("beamform: points are where they are, for every array and kind of transmit") {
     const scene body = scene{uniform_1540}.build(exec::par);
@@ -368,3 +365,5 @@ TEST_CASE("beamform: what does not fit is named") {
     CHECK_THROWS_AS(beamform(exec::seq, data, lines, {}), usage_error);
     CHECK_THROWS_AS(demodulate(exec::seq, data), usage_error);
 }
+
+} // namespace beamform_test

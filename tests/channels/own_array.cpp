@@ -64,9 +64,6 @@ complex field_at(const matrix_array& of, std::uint32_t element, vec3 place) {
 }
 
 } // namespace
-} // namespace own_array_test
-
-using namespace own_array_test;
 
 TEST_CASE("channels: a matrix array of one's own receives a point as Rayleigh's integral says") {
     const scene body = scene{medium{.density = 1000, .sound_speed = 1540}}.build(exec::par);
@@ -144,3 +141,5 @@ TEST_CASE("beamform: a matrix array of one's own sees points out of the plane y 
     }
     CHECK(length(found - points[0].position) < 0.12_mm);
 }
+
+} // namespace own_array_test

@@ -108,9 +108,6 @@ agreement against_kirchhoff(const scene& body, const std::vector<contour_piece>&
 }
 
 } // namespace
-} // namespace trace_channels_test
-
-using namespace trace_channels_test;
 
 TEST_CASE("channels: a point returns what Rayleigh's integral over the elements says") {
     const scene body = scene{medium_1540}.build(exec::par);
@@ -545,3 +542,5 @@ TEST_CASE("channels: a rigid map of a body gives what `place` gives, speckle and
         CHECK(difference < 1e-6 * power);
     }
 }
+
+} // namespace trace_channels_test

@@ -8,6 +8,7 @@
 
 using namespace insonify;
 
+namespace fibres_axes_test {
 namespace {
 
 float parallel(vec3 a, vec3 b) { return std::fabs(dot(normalize(a), normalize(b))); }
@@ -95,3 +96,5 @@ TEST_CASE("scene: the structure of an object and of the background follow the fi
     CHECK_THROWS_AS(body.set_background_fibres({0, 0, 1}), usage_error); // parallel to z
     CHECK_THROWS_AS(body.add(make_box({0, 0, 0}, {1, 1, 1}), tissue::muscle, {.fibres = {NAN, 0, 0}}), geometry_error);
 }
+
+} // namespace fibres_axes_test

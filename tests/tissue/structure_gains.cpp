@@ -7,6 +7,7 @@
 
 using namespace insonify;
 
+namespace structure_gains_test {
 namespace {
 
 std::vector<float> gains_at(const detail::structure_gains& of, float first, float spacing, std::uint32_t count) {
@@ -84,3 +85,5 @@ TEST_CASE("structure: cells far smaller or larger than the line are no trouble")
         for (std::uint32_t i = 0; i < 200; ++i) CHECK((is_finite(gain[i]) && gain[i] >= 0));
     }
 }
+
+} // namespace structure_gains_test

@@ -10,9 +10,11 @@
 #include <map>
 
 using namespace insonify;
-using namespace insonify::detail;
 
 namespace cut_faces_test {
+
+using namespace insonify::detail;
+
 namespace {
 
 slice_frame random_frame(std::uint64_t seed, view<const detail::elevation_plane> planes) {
@@ -47,7 +49,6 @@ void cut_all(const slice_frame& frame, const mesh_view& surface, const Visit& vi
 }
 
 } // namespace
-} // namespace cut_faces_test
 
 TEST_CASE("the cut of a closed surface is closed: each of its points ends two segments, bit for bit") {
     std::size_t segments = 0;
@@ -182,3 +183,5 @@ TEST_CASE("a slice through faces that shrink and shrink towards some corners fin
     CHECK(find_all(bvh<mesh_view, simd_width, build_morton>{exec::seq, mesh_view{shrinking}}) ==
           shrinking.faces.size());
 }
+
+} // namespace cut_faces_test

@@ -9,6 +9,7 @@
 
 using namespace insonify;
 
+namespace frame_steps_test {
 namespace {
 
 // The largest difference of two samples, over the largest sample.
@@ -53,3 +54,5 @@ TEST_CASE("the steps of a default frame, one by one over flat arrays, give what 
     each("convex", convex_array{.lines = 96, .radius = 50_mm, .field_of_view = 60_deg, .frequency = 3.5_MHz});
     each("phased", phased_array{.lines = 96, .width = 20_mm, .field_of_view = 80_deg, .frequency = 3_MHz});
 }
+
+} // namespace frame_steps_test

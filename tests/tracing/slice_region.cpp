@@ -8,6 +8,9 @@
 #include <vector>
 
 using namespace insonify;
+
+namespace slice_region_test {
+
 using namespace insonify::detail;
 
 TEST_CASE("the level of a point has a bit for each slice below it, and one in a slice lies below it") {
@@ -82,3 +85,5 @@ TEST_CASE("a box that a line of a slice goes through overlaps the region, one fa
     CHECK(inside == 8000);
     CHECK(outside == 16000);
 }
+
+} // namespace slice_region_test
