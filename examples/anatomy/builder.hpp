@@ -4,6 +4,7 @@
 #include "media.hpp"
 #include "region.hpp"
 #include "shapes.hpp"
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -19,6 +20,18 @@ struct wall_layer {
     float thickness = 0; ///< metres
     float uneven = 0;    ///< fraction of the thickness by which it varies
 };
+
+/// The lumen of a vessel that is swept. @param count  of its sections
+inline std::vector<tube_section> lumen_of(const swept& vein, float from, float to, int count) {
+    std::vector<line_place> places;
+    for (int i = 0; i < count; ++i) {
+        const section here = vein.at(from + (to - from) * static_cast<float>(i) / static_cast<float>(count - 1));
+        places.push_back({.centre = {here.centre.x, here.along, here.centre.y},
+                          .first_axis = {std::cos(here.turn), 0, std::sin(here.turn)},
+                          .radii = {here.half_width, here.half_thickness}});
+    }
+    return sections_of(places);
+}
 
 /// A body in the making.
 struct builder {

@@ -24,6 +24,7 @@ struct leg {
     float side = 0;
     float variant = 1;
     float resolution = 1;
+    float size = 1;
     float skin = 1.6_mm;
     float fat = 6.5_mm;
     float muscle = 1;
@@ -33,8 +34,11 @@ struct leg {
     float division = 20_mm;
     float vein_width = 11.5_mm;
     float vein_height = 8_mm;
+    float vein_gap = 0.7_mm;
+    float vein_behind = 0;
     float nerve_width = 10_mm;
     float nerve_height = 3.6_mm;
+    float nerve_gap = 1.3_mm;
     float thigh_pennation = 15_deg;
     float calf_pennation = 19_deg;
     float second_vein = 0;
@@ -45,6 +49,8 @@ struct leg {
             {"side", "", "side of the body: 0 left, 1 right", &of::side, 0, 1, true},
             {"variant", "", "number of the irregularities of all surfaces", &of::variant, 0, 65535, true},
             {"resolution", "", "the cells of all meshes are divided by it", &of::resolution, 0.3F, 2},
+            {"size", "", "height over the usual one, 1.68 m: lengths without a parameter follow it", &of::size, 0.9F,
+             1.1F},
             {"skin", "m", "thickness of the skin", &of::skin, 1.2_mm, 2.2_mm},
             {"fat", "m", "thickness of the subcutaneous fat of the thigh; the calf has 0.7 of it", &of::fat, 3_mm,
              16_mm},
@@ -56,8 +62,11 @@ struct leg {
              &of::division, -10_mm, 40_mm},
             {"vein_width", "m", "inner width of the common femoral vein", &of::vein_width, 8_mm, 15_mm},
             {"vein_height", "m", "its inner height", &of::vein_height, 4_mm, 10_mm},
+            {"vein_gap", "m", "gap between artery and vein", &of::vein_gap, 0.3_mm, 3_mm},
+            {"vein_behind", "m", "by how much the vein is deeper than usual", &of::vein_behind, 0, 3_mm},
             {"nerve_width", "m", "width of the femoral nerve at the inguinal crease", &of::nerve_width, 7_mm, 13_mm},
             {"nerve_height", "m", "its height", &of::nerve_height, 2.4_mm, 4.6_mm},
+            {"nerve_gap", "m", "gap between artery and nerve", &of::nerve_gap, 0.5_mm, 6_mm},
             {"thigh_pennation", "rad", "angle of the fibres of vastus lateralis to its aponeuroses",
              &of::thigh_pennation, 10_deg, 20_deg},
             {"calf_pennation", "rad", "angle of the fibres of gastrocnemius and soleus to the aponeuroses between them",
@@ -67,42 +76,6 @@ struct leg {
         return all;
     }
 };
-
-/// The media of a limb whose borders are softer than those of `tissue`: in images, outlines drop out where they lie
-/// along the beam, and vary along it. Levels by convention.
-namespace leg_media {
-
-/// Fascicles are flattened, so that their sheaths are short lines across the fibres.
-inline constexpr medium muscle = [] {
-    medium made = tissue::muscle;
-    made.roughness = 6_um;
-    made.structure.sheath = {.thickness = 0.8_mm, .level_db = 21, .diffuse_db = -16};
-    made.structure.sheets.cell = {21_mm, 3.6_mm, 2_mm};
-    return made;
-}();
-/// Subcutaneous.
-inline constexpr medium fat = [] {
-    medium made = tissue::fat;
-    made.roughness = 12_um;
-    made.backscatter = amplitude_of_decibels(-4);
-    made.structure.wave = 0.6_mm;
-    made.structure.septa.cell = {48_mm, 38_mm, 4_mm};
-    made.structure.septa.level_db = 23;
-    return made;
-}();
-/// Of what is too thin for sheets.
-inline constexpr structure patches{.mottling = {4, {9_mm, 6_mm, 4_mm}}};
-/// A deep fascia: its layers of collagen and fat are a grainy echo rather than two mirrors.
-inline constexpr medium fascia{1000, 1515, 1.5_dB_per_cm, 1, amplitude_of_decibels(8), 14_um, 0, patches};
-/// An aponeurosis on its muscle: collagen that differs little in impedance.
-inline constexpr medium aponeurosis{1088, 1600, 1.5_dB_per_cm, 1, amplitude_of_decibels(3), 6_um, 0, patches};
-/// Loose, partly fatty tissue between muscles and around vessels.
-inline constexpr medium loose_tissue{
-    1050, 1550, 0.8_dB_per_cm, 1, amplitude_of_decibels(-3), 6_um, 0, tissue::connective_structure};
-/// The outermost layer of the wall of an artery in fatty tissue, which it fades into.
-inline constexpr medium soft_adventitia{1045, 1545, 1.0_dB_per_cm, 1, amplitude_of_decibels(-2), 6_um};
-
-} // namespace leg_media
 
 namespace detail {
 
@@ -164,6 +137,7 @@ struct leg_builder : builder {
 
     static constexpr float thigh_top = -46_mm, thigh_bottom = 226_mm, calf_top = -20_mm, calf_bottom = 208_mm;
     static constexpr float adventitia = 0.5_mm;
+    static constexpr float reversing = 1.2F; ///< resistive index of the arteries of a resting leg: their flow reverses
     static constexpr float vastus_angle = 48_deg, gastrocnemius_angle = 32_deg; ///< of their views
 
     explicit leg_builder(const leg& parameters) : of{parameters}, m{parameters.muscle} {
@@ -196,11 +170,12 @@ struct leg_builder : builder {
         }
         artery_depth = 4.2_mm * m + 0.5F * of.artery + of.wall + adventitia;
         const float w = 0.5F * of.vein_width, t = 0.5F * of.vein_height;
-        vein_place = -(0.5F * of.artery + of.wall + adventitia + 0.7_mm + w);
+        vein_place = -(0.5F * of.artery + of.wall + adventitia + of.vein_gap + w);
         vein_depth = max(artery_depth, 1.3F * t + 4_mm);
         for (const float part : {-1.0F, -0.8F, -0.6F}) // beneath the fascia, which falls off to the side
             vein_depth = max(vein_depth, front(thigh.fascia, vein_place + 1.1F * part * w - 1.5_mm) +
                                              1.1F * t * std::sqrt(1 - part * part) + 2.5_mm);
+        vein_depth += of.vein_behind;
     }
 
     /// z of a fascia at the inguinal crease, where it is nearest to the skin.
@@ -236,11 +211,6 @@ struct leg_builder : builder {
             for (uvec3& face : surface.faces) std::swap(face.y, face.z);
         return surface;
     }
-    std::vector<tube_section> placed(const limb& part, std::vector<tube_section> line) const {
-        for (tube_section& one : line) one.centre = placed(part, one.centre);
-        return line;
-    }
-
     /// @param within  the name of the object in which it lies
     void add(const limb& part, mesh surface, const medium& inside, int priority, const std::string& name,
              const std::string& within, vec3 fibres = {0, 0, 0}) {
@@ -300,7 +270,7 @@ struct leg_builder : builder {
         const auto add_fat = [&](const limb& part, float from, float to, float angle, const std::string& name) {
             swept outside = piece(part.fascia, from, to);
             outside.start = outside.end = 2_mm;
-            add(part, uneven(outside.surface(coarse, part.fat), 0.5_mm, 12_mm, seed + number++), leg_media::fat, 0,
+            add(part, uneven(outside.surface(coarse, part.fat), 0.5_mm, 12_mm, seed + number++), media::limb::fat, 0,
                 name, "skin", layers(part, from, to, angle));
         };
         add_fat(thigh, thigh_top + 1_mm, 130_mm, 0, "fat of the groin");
@@ -310,8 +280,8 @@ struct leg_builder : builder {
             const std::string name = part->from_behind ? "crural fascia" : "fascia lata";
             mesh outer = part->fascia.surface(coarse);
             mesh inner = grown(outer, -part->fascia_size, limb::fascia_uneven, limb::fascia_patch, part->seed);
-            add(*part, std::move(outer), leg_media::fascia, 1, name, "skin");
-            add(*part, std::move(inner), leg_media::loose_tissue, 1, compartments(*part), name, {0, 1, 0});
+            add(*part, std::move(outer), media::limb::fascia, 1, name, "skin");
+            add(*part, std::move(inner), media::limb::loose_tissue, 1, compartments(*part), name, {0, 1, 0});
         }
     }
 
@@ -334,7 +304,7 @@ struct leg_builder : builder {
         mesh surface = confined(shape.surface(cell(size)), top, 0.2_mm);
         surface = confined(
             std::move(surface), [&](vec3 p) { return depth_in_compartment(part, p, shape.seed); }, 0.07_mm);
-        add(part, std::move(surface), leg_media::muscle, priority, name, compartments(part), fibres);
+        add(part, std::move(surface), media::limb::muscle, priority, name, compartments(part), fibres);
     }
     void add_muscle(const limb& part, const swept& shape, int priority, const std::string& name,
                     vec3 fibres = {0, 1, 0}, float size = 2.8_mm) {
@@ -354,9 +324,9 @@ struct leg_builder : builder {
             const float deep = ramp(dot(steps[i], normalize(here - p)), 0.2F, 0.9F) * ramp(to_end, 1_mm, 9_mm);
             steps[i] *= rest + deep * thickness * (1 + 0.6F * noise(shape.seed, p, 7_mm));
         }
-        add(part, displaced(belly, std::move(steps)), leg_media::aponeurosis, priority, name + ": aponeurosis",
+        add(part, displaced(belly, std::move(steps)), media::limb::aponeurosis, priority, name + ": aponeurosis",
             compartments(part));
-        add(part, belly, leg_media::muscle, priority, name, name + ": aponeurosis", fibres);
+        add(part, belly, media::limb::muscle, priority, name, name + ": aponeurosis", fibres);
     }
     static vec3 limb_axis(const limb& part, float y) {
         const section here = part.fascia.at(y);
@@ -526,7 +496,7 @@ struct leg_builder : builder {
                 const float uneven = 1 + 0.6F * noise(seed + 51, {x, y, 0}, 5_mm);
                 points.push_back({{x, y, iliac_depth(x, y)}, 0.08_mm + 0.27_mm * ends * uneven});
             }
-        add(thigh, make_sheet(points, columns), leg_media::fascia, 10, "fascia iliaca", compartments(thigh));
+        add(thigh, make_sheet(points, columns), media::limb::fascia, 10, "fascia iliaca", compartments(thigh));
     }
 
     /// A nerve: dark fascicles, as many as fit, in bright tissue.
@@ -575,10 +545,20 @@ struct leg_builder : builder {
                     const std::string& name, std::uint64_t number, const std::string& within) {
         builder::add_vessel(placed(part, std::move(lumen)), layers, priority, name, number, within);
     }
-    void flows(const limb& part, const std::string& name, vessel::kind type, std::vector<tube_section> line,
+    /// @param line  from the hip to the foot, in coordinates of the part, the first axes along x
+    void flows(const limb& part, const std::string& name, vessel::kind type, const std::vector<tube_section>& line,
                float velocity) {
-        if (type == vessel::kind::vein) std::reverse(line.begin(), line.end()); // towards the heart
-        made.vessels.push_back({name, type, placed(part, std::move(line)), velocity});
+        std::vector<line_place> places = places_of(line, {1, 0, 0});
+        for (line_place& one : places) {
+            one.centre = placed(part, one.centre);
+            one.first_axis = direction(part, one.first_axis);
+        }
+        if (type == vessel::kind::vein) std::reverse(places.begin(), places.end()); // towards the heart
+        made.vessels.push_back({.name = name,
+                                .type = type,
+                                .line = sections_of(places),
+                                .peak_velocity = velocity,
+                                .resistive_index = reversing});
     }
     std::uint32_t segments(float usual) const { return static_cast<std::uint32_t>(usual * of.resolution); }
 
@@ -589,7 +569,7 @@ struct leg_builder : builder {
         };
         const std::vector<wall_layer> fine{{"intima", tissue::intima, 0.28F * of.wall, 0.12F},
                                            {"media", tissue::tunica_media, 0.72F * of.wall, 0.15F},
-                                           {"adventitia", leg_media::soft_adventitia, adventitia, 0.6F}};
+                                           {"adventitia", media::limb::soft_adventitia, adventitia, 0.6F}};
         const auto wide = [&](float y) { return r * (1 - 0.2F * ramp(y, of.division - 5_mm, of.division + 12_mm)); };
         std::vector<tube_section> course{round(-3_mm, thigh_top + 8_mm, z - 0.3_mm, r), round(-1_mm, -20_mm, z, r),
                                          round(0, 0, z, wide(0))};
@@ -662,7 +642,7 @@ struct leg_builder : builder {
 
     void add_femoral_nerve() {
         const float w = 0.5F * of.nerve_width, t = 0.5F * of.nerve_height;
-        const float beside = 0.5F * of.artery + of.wall + adventitia + 1.3_mm + w;
+        const float beside = 0.5F * of.artery + of.wall + adventitia + of.nerve_gap + w;
         const auto at = [&](float y, float x, float width, float height) {
             const float slope = (iliac_depth(x + 0.7F * w, y) - iliac_depth(x - 0.7F * w, y)) / (1.4F * w);
             const float turn = clamp(std::atan(slope), -0.35F, 0.1F);
@@ -717,7 +697,7 @@ struct leg_builder : builder {
                     {160_mm, {2_mm, 21_mm}, 8_mm, 0.25_mm, -0.1F, 16}},
                    28, 2)
                 .surface(cell(2.2_mm)),
-            leg_media::aponeurosis, 5, "septum of soleus", compartments(calf));
+            media::limb::aponeurosis, 5, "septum of soleus", compartments(calf));
         add_muscle(calf,
                    muscle({{20_mm, {20_mm, 50_mm}, 8_mm, 5_mm, 0.1F, 0},
                            {80_mm, {22_mm, 50_mm}, 13_mm, 8_mm, 0.35F, 8},
@@ -806,7 +786,7 @@ struct leg_builder : builder {
             tibial.sections.push_back({p.y, c + vec2{-6.6_mm + 1.5_mm * high, -2_mm * high}, 2.9_mm + 0.4_mm * high,
                                        1.8_mm + 0.6_mm * high, 0.05F, 0});
         }
-        add(calf, bundle.surface(cell(2_mm)), leg_media::loose_tissue, 8, "sheath of the tibial vessels",
+        add(calf, bundle.surface(cell(2_mm)), media::limb::loose_tissue, 8, "sheath of the tibial vessels",
             compartments(calf), {0, 1, 0});
         const std::vector<wall_layer> plain{{"wall", tissue::vessel_wall, 0.4_mm, 0.3F}},
             thin{{"wall", tissue::vein_wall, 0.25_mm, 0.35F}};
@@ -857,7 +837,7 @@ struct leg_builder : builder {
                 points.push_back({over(x, y, 0.12_mm + (2 * high + 0.6_mm) * bell + 0.1_mm * uneven),
                                   0.05_mm + 0.13_mm * bell * (1 + 0.7F * uneven)});
             }
-        add(calf, make_sheet(points, columns), leg_media::fascia, 1, "saphenous fascia", "skin");
+        add(calf, make_sheet(points, columns), media::limb::fascia, 1, "saphenous fascia", "skin");
     }
 
     void add_views() {
@@ -922,16 +902,18 @@ struct leg_builder : builder {
 
 /// The thigh from the groin to its middle, and the calf below the knee.
 inline body make(const leg& of) {
-    detail::leg_builder builder{of};
-    builder.add_skin();
-    builder.add_thigh_muscles();
-    builder.add_femur();
-    builder.add_fascia_iliaca();
-    builder.add_femoral_vessels();
-    builder.add_femoral_nerve();
-    builder.add_calf();
-    builder.add_views();
-    return std::move(builder.made);
+    return make_in_size(of, [](const leg& usual) {
+        detail::leg_builder builder{usual};
+        builder.add_skin();
+        builder.add_thigh_muscles();
+        builder.add_femur();
+        builder.add_fascia_iliaca();
+        builder.add_femoral_vessels();
+        builder.add_femoral_nerve();
+        builder.add_calf();
+        builder.add_views();
+        return std::move(builder.made);
+    });
 }
 
 } // namespace anatomy

@@ -11,45 +11,6 @@
 #include <utility>
 #include <vector>
 
-/// Levels by convention, after the clinical appearance.
-namespace anatomy::media {
-
-/// The long muscles of the back: as `tissue::muscle`, with a thin sheath that drops out along the beam.
-inline constexpr medium back_muscle = [] {
-    medium of = tissue::muscle;
-    of.roughness = 12_um;
-    of.structure.sheath = {.thickness = 0.9_mm, .level_db = 22, .diffuse_db = -15};
-    return of;
-}();
-
-/// Elastic, and brighter than the muscles on it.
-inline constexpr medium ligamentum_flavum{1110, 1660, 1.5_dB_per_cm, 1, amplitude_of_decibels(9), 20_um};
-
-/// Between two spinous processes: fibres and fat.
-inline constexpr medium interspinous_ligament{
-    1060,
-    1590,
-    1.3_dB_per_cm,
-    1,
-    amplitude_of_decibels(-3),
-    10_um,
-    0,
-    structure{.mottling = {2, {6_mm, 3_mm, 3_mm}}, .grain = {1.5F, {4_mm, 1.5_mm, 1.5_mm}}}};
-
-/// The dura mater, and the longitudinal ligament of the vertebral bodies: dense sheets.
-inline constexpr medium dura{1140, 1720, 1.6_dB_per_cm, 1, amplitude_of_decibels(8), 4_um};
-
-/// Between dura and bone.
-inline constexpr medium epidural_fat{940, 1460, 0.6_dB_per_cm, 1, amplitude_of_decibels(-9), 6_um};
-
-/// The disc between two lumbar vertebrae: its outer lamellae let little sound pass.
-inline constexpr medium annulus{1110, 1640, 3.0_dB_per_cm, 1, amplitude_of_decibels(-9), 20_um};
-
-/// At 37 degrees. As water, with salt.
-inline constexpr medium cerebrospinal_fluid{1005, 1520, 0.005_dB_per_cm, 2, 0, 0};
-
-} // namespace anatomy::media
-
 namespace anatomy {
 
 /// What varies in the lumbar spine: lengths in metres.
@@ -59,8 +20,10 @@ namespace anatomy {
 /// 25:411, and Standring, Gray's Anatomy, 41st edition. Depth of the epidural space: Balki et al., Anesth. Analg. 2009
 /// 108:1876. The others: convention.
 struct lumbar {
+    float side = 1;
     float variant = 1;
     float resolution = 1;
+    float size = 1;
     float skin = 2.2_mm;
     float fat = 9_mm;
     float muscle = 1;
@@ -76,8 +39,11 @@ struct lumbar {
     static const std::vector<member<lumbar>>& members() {
         using of = lumbar;
         static const std::vector<member<lumbar>> all{
+            {"side", "", "side of the paramedian view: 0 left, 1 right", &of::side, 0, 1, true},
             {"variant", "", "number of the irregularities of all surfaces", &of::variant, 0, 65535, true},
             {"resolution", "", "the cells of all meshes are divided by it", &of::resolution, 0.3F, 2},
+            {"size", "", "height over the usual one, 1.68 m: lengths without a parameter follow it", &of::size, 0.9F,
+             1.1F},
             {"skin", "m", "thickness of the skin", &of::skin, 1.6_mm, 3_mm},
             {"fat", "m", "thickness of the subcutaneous fat", &of::fat, 3_mm, 25_mm},
             {"muscle", "", "thickness of the muscles over its usual value", &of::muscle, 0.85F, 1.1F},
@@ -434,7 +400,7 @@ struct lumbar_builder : builder {
         // In the middle of the canal, and between the tips of the processes behind it.
         const vec3 canal = gap.point({0, 3_mm, 0}), gap_of_tips = gap.point({0, 8_mm, -14.5_mm - of.spinous});
         const auto on_line = [&](vec3 target, vec3 out) { return skin_on(target, out) + film * out; };
-        const vec3 aside = normalize(vec3{std::tan(24_deg), 0, 0} - gap.forward());
+        const vec3 aside = normalize(vec3{(of.side > 0 ? 1 : -1) * std::tan(24_deg), 0, 0} - gap.forward());
         const vec3 from = on_line(canal, aside);
         const pose oblique = look_at(from, canal, gap.along());
         // From below, in the slice, between the laminae to the space behind the dura.
@@ -466,12 +432,14 @@ struct lumbar_builder : builder {
 
 /// The lumbar spine from the second vertebra to the sacrum, seen from behind.
 inline body make(const lumbar& of) {
-    detail::lumbar_builder builder{of};
-    builder.add_skin();
-    builder.add_muscles();
-    builder.add_spine();
-    builder.add_views();
-    return std::move(builder.made);
+    return make_in_size(of, [](const lumbar& usual) {
+        detail::lumbar_builder builder{usual};
+        builder.add_skin();
+        builder.add_muscles();
+        builder.add_spine();
+        builder.add_views();
+        return std::move(builder.made);
+    });
 }
 
 } // namespace anatomy

@@ -3,7 +3,9 @@
 
 #include <insonify/examinations.hpp>
 #include "builder.hpp"
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <utility>
@@ -20,14 +22,17 @@ struct neck {
     float side = 0;
     float variant = 1;
     float resolution = 1;
+    float size = 1;
     float skin = 1.7_mm;
     float fat = 2.8_mm;
     float muscle = 1;
     float carotid = 6.3_mm;
     float wall = 0.65_mm;
+    float carotid_shift = 0;
     float division = 48_mm;
     float jugular_width = 12.5_mm;
     float jugular_height = 8_mm;
+    float jugular_shift = 0;
     float lobe_width = 17_mm;
     float lobe_depth = 16_mm;
     float lobe_length = 50_mm;
@@ -35,6 +40,7 @@ struct neck {
     float trachea = 18.5_mm;
     float oesophagus = 7_mm;
     float roots = 1;
+    float roots_shift = 0;
     float second_vein = 1;
 
     static const std::vector<member<neck>>& members() {
@@ -43,15 +49,21 @@ struct neck {
             {"side", "", "side of the views: 0 left, 1 right", &of::side, 0, 1, true},
             {"variant", "", "number of the irregularities of all surfaces", &of::variant, 0, 65535, true},
             {"resolution", "", "the cells of all meshes are divided by it", &of::resolution, 0.3F, 2},
+            {"size", "", "height over the usual one, 1.68 m: lengths without a parameter follow it", &of::size, 0.9F,
+             1.1F},
             {"skin", "m", "thickness of the skin", &of::skin, 1.4_mm, 2.2_mm},
             {"fat", "m", "thickness of the subcutaneous fat", &of::fat, 1.5_mm, 8_mm},
             {"muscle", "", "thickness of the muscles over its usual value", &of::muscle, 0.8F, 1.2F},
             {"carotid", "m", "inner diameter of the common carotid artery", &of::carotid, 5.2_mm, 7.5_mm},
             {"wall", "m", "thickness of its intima and media", &of::wall, 0.45_mm, 1_mm},
+            {"carotid_shift", "m", "distance of the carotid artery from its usual place, to the side",
+             &of::carotid_shift, -1.5_mm, 2.5_mm},
             {"division", "m", "height of its division above the middle of the seventh vertebra", &of::division, 36_mm,
              52_mm},
             {"jugular_width", "m", "inner width of the internal jugular vein", &of::jugular_width, 9_mm, 16_mm},
             {"jugular_height", "m", "its inner height", &of::jugular_height, 4_mm, 11_mm},
+            {"jugular_shift", "m", "distance of the vein from its usual place, to the side; below 0: over the artery",
+             &of::jugular_shift, -5_mm, 3_mm},
             {"lobe_width", "m", "width of a lobe of the thyroid", &of::lobe_width, 15_mm, 20_mm},
             {"lobe_depth", "m", "its depth", &of::lobe_depth, 13_mm, 18_mm},
             {"lobe_length", "m", "its length", &of::lobe_length, 40_mm, 60_mm},
@@ -60,6 +72,8 @@ struct neck {
             {"oesophagus", "m", "distance of the oesophagus from the midline, to the left", &of::oesophagus, 4_mm,
              10_mm},
             {"roots", "", "diameter of the nerve roots over its usual value", &of::roots, 0.8F, 1.2F},
+            {"roots_shift", "m", "distance of the roots from their usual place, along their groove towards the skin",
+             &of::roots_shift, -1.5_mm, 2_mm},
             {"second_vein", "", "external jugular vein: 0 none, 1 present", &of::second_vein, 0, 1, true},
         };
         return all;
@@ -425,6 +439,25 @@ struct neck_builder : builder {
         add(column.surface(cell(2.4_mm)), media::disc, 8, "discs", "deep fascia");
     }
 
+    /// Where the common carotid artery of the left side runs, from below.
+    std::array<vec3, 4> carotid_course() const {
+        const float aside = of.carotid_shift;
+        return {vec3{24.5_mm + aside, bottom - 6_mm, 27_mm}, vec3{26.5_mm + aside, 25_mm, 25_mm},
+                vec3{28_mm + aside, 0, 23.6_mm}, vec3{29_mm + aside, -20_mm, 22.8_mm}};
+    }
+    /// An artery. @param line  in the direction of flow
+    void flows(const std::string& name, std::vector<tube_section> line, float velocity, float resistive_index) {
+        made.vessels.push_back(
+            {.name = name, .line = std::move(line), .peak_velocity = velocity, .resistive_index = resistive_index});
+    }
+    /// A vein, of the central pressure in a patient who lies.
+    void drains(const std::string& name, std::vector<tube_section> line, float velocity) {
+        made.vessels.push_back({.name = name,
+                                .type = vessel::kind::vein,
+                                .line = std::move(line),
+                                .peak_velocity = velocity,
+                                .pressure = 6_mmHg});
+    }
     void add_vessels() {
         const float r = 0.5F * of.carotid;
         for (const float side : {1.0F, -1.0F}) {
@@ -434,17 +467,20 @@ struct neck_builder : builder {
             // Common and internal carotid artery, with the bulb where it begins; and the external one. Both reach
             // beyond the view above the division.
             const float last = max(up - 18_mm, top + 6_mm);
-            const auto arteries = [&](float x, float y, float z, float radius) {
+            const auto round = [&](float x, float y, float z, float radius) {
                 return tube_section{{x, y, z}, vec2{radius}};
             };
-            const auto line = mirrored(
-                smooth_line(
-                    {arteries(24.5_mm, bottom - 6_mm, 27_mm, 1.06F * r), arteries(26.5_mm, 25_mm, 25_mm, 1.02F * r),
-                     arteries(28_mm, 0, 23.6_mm, r), arteries(29_mm, -20_mm, 22.8_mm, r),
-                     arteries(30_mm, up + 6_mm, 22.6_mm, 1.08F * r), arteries(31.5_mm, up - 3_mm, 23.5_mm, 1.2F * r),
-                     arteries(33.7_mm, up - 10_mm, 25.6_mm, 0.9F * r), arteries(35_mm, last, 26.8_mm, 0.8F * r)},
-                    cell(1.5_mm)),
-                side);
+            const auto carotid = [&](float x, float y, float z, float radius) {
+                return round(x + of.carotid_shift, y, z, radius * r);
+            };
+            std::vector<tube_section> course;
+            constexpr float widths[] = {1.06F, 1.02F, 1, 1};
+            for (std::size_t i = 0; i < 4; ++i) course.push_back({carotid_course()[i], vec2{widths[i] * r}});
+            for (const tube_section& one :
+                 {carotid(30_mm, up + 6_mm, 22.6_mm, 1.08F), carotid(31.5_mm, up - 3_mm, 23.5_mm, 1.2F),
+                  carotid(33.7_mm, up - 10_mm, 25.6_mm, 0.9F), carotid(35_mm, last, 26.8_mm, 0.8F)})
+                course.push_back(one);
+            const auto line = mirrored(smooth_line(course, cell(1.5_mm)), side);
             const auto segments = static_cast<std::uint32_t>((viewed ? 40 : 24) * of.resolution);
             const std::string name = sided(side, "common carotid artery"),
                               branch = sided(side, "external carotid artery");
@@ -454,18 +490,17 @@ struct neck_builder : builder {
             const std::vector<wall_layer> plain{{"adventitia", tissue::adventitia, 0.55_mm + of.wall, 0.3F}};
             std::vector<wall_layer> layers = viewed ? fine : plain;
             add_vessel(make_tube(line, {.segments = segments}), layers, 10, name, own, "deep fascia");
-            const auto other = mirrored(smooth_line({arteries(30.2_mm, up + 3_mm, 22.4_mm, 0.62F * r),
-                                                     arteries(28.6_mm, up - 5_mm, 20.3_mm, 0.68F * r),
-                                                     arteries(27.4_mm, up - 10_mm, 18.8_mm, 0.62F * r),
-                                                     arteries(26.6_mm, last, 17.8_mm, 0.58F * r)},
-                                                    cell(1.5_mm)),
-                                        side);
+            const auto other = mirrored(
+                smooth_line({carotid(30.2_mm, up + 3_mm, 22.4_mm, 0.62F), carotid(28.6_mm, up - 5_mm, 20.3_mm, 0.68F),
+                             carotid(27.4_mm, up - 10_mm, 18.8_mm, 0.62F), carotid(26.6_mm, last, 17.8_mm, 0.58F)},
+                            cell(1.5_mm)),
+                side);
             for (wall_layer& one : layers) one.thickness *= 0.75F; // a smaller vessel
             add_vessel(make_tube(other, {.segments = segments}), layers, 10, branch, own + 10, "deep fascia");
             if (viewed) {
                 // Blood flows towards the head.
-                made.vessels.push_back({name, vessel::kind::artery, line, 0.8F});
-                made.vessels.push_back({branch, vessel::kind::artery, other, 0.8F});
+                flows(name, line, 0.8F, 0.72F);
+                flows(branch, other, 0.8F, 0.8F);
             }
 
             // The right jugular vein is the larger one: Lobato et al., J. Anesth. 1999.
@@ -473,8 +508,7 @@ struct neck_builder : builder {
                         t = 0.5F * of.jugular_height * large;
             const float clear = 8.3_mm * of.muscle + t; // beneath the sternocleidomastoid
             const auto beside = [&](float y, float x, float more, float wide, float turned) {
-                section s = parallel(y, x, clear + more, w * wide, t * wide, turned, 10);
-                return s;
+                return parallel(y, x + of.jugular_shift, clear + more, w * wide, t * wide, turned, 10);
             };
             const swept vein = mirrored(
                 swept{.sections = {beside(top + 3_mm, 49_mm, 0, 0.75F, 0.1F), beside(-35_mm, 47_mm, 0, 0.9F, 0.08F),
@@ -488,15 +522,8 @@ struct neck_builder : builder {
                 side);
             add_vessel(vein.surface(cell(viewed ? 1.1_mm : 1.8_mm)), {{"wall", tissue::vein_wall, 0.3_mm, 0.35F}}, 8,
                        sided(side, "internal jugular vein"), own + 20, "deep fascia");
-            if (viewed) {
-                std::vector<tube_section> centre;
-                for (int i = 0; i <= 24; ++i) {
-                    const section here = vein.at(top + 8_mm + (bottom - top - 16_mm) * static_cast<float>(i) / 24);
-                    centre.push_back(
-                        {{here.centre.x, here.along, here.centre.y}, {here.half_width, here.half_thickness}, 0});
-                }
-                made.vessels.push_back({sided(side, "internal jugular vein"), vessel::kind::vein, centre, 0.2F});
-            }
+            if (viewed)
+                drains(sided(side, "internal jugular vein"), lumen_of(vein, top + 8_mm, bottom - 8_mm, 25), 0.2F);
 
             // The vagus nerve in the groove behind both, and the vertebral artery in the foramina of the vertebrae.
             std::vector<tube_section> groove;
@@ -509,7 +536,7 @@ struct neck_builder : builder {
                 const vec3 behind = side > 0 ? vec3{-to_vein.z, 0, to_vein.x} : vec3{to_vein.z, 0, -to_vein.x};
                 const float outside = r + of.wall + 0.55_mm;
                 const vec3 at = artery + (outside + 0.8_mm) * to_vein + (0.5F * outside + 0.45F * t + 1.1_mm) * behind;
-                groove.push_back(arteries(at.x, y, at.z, 0.75_mm));
+                groove.push_back(round(at.x, y, at.z, 0.75_mm));
             }
             const auto vagus = smooth_line(groove, cell(2_mm));
             mesh nerve = make_tube(vagus, {.segments = 16});
@@ -518,15 +545,15 @@ struct neck_builder : builder {
             add(std::move(nerve), tissue::nerve_fascicle, 9, sided(side, "vagus nerve: fascicle"),
                 sided(side, "vagus nerve"));
             if (!viewed) continue;
-            const auto vertebral = mirrored(
-                smooth_line({arteries(20_mm, bottom - 3_mm, 36_mm, 1.9_mm), arteries(20_mm, 25_mm, 39_mm, 1.8_mm),
-                             arteries(19_mm, 2_mm, 42.5_mm, 1.7_mm), arteries(17.5_mm, -16_mm, 47.5_mm, 1.7_mm),
-                             arteries(17.5_mm, top + 3_mm, 47_mm, 1.7_mm)},
-                            cell(2_mm)),
-                side);
+            const auto vertebral =
+                mirrored(smooth_line({round(20_mm, bottom - 3_mm, 36_mm, 1.9_mm), round(20_mm, 25_mm, 39_mm, 1.8_mm),
+                                      round(19_mm, 2_mm, 42.5_mm, 1.7_mm), round(17.5_mm, -16_mm, 47.5_mm, 1.7_mm),
+                                      round(17.5_mm, top + 3_mm, 47_mm, 1.7_mm)},
+                                     cell(2_mm)),
+                         side);
             add_vessel(make_tube(vertebral, {.segments = 24}), {{"wall", tissue::adventitia, 0.35_mm, 0.3F}}, 10,
                        sided(side, "vertebral artery"), own + 40, "deep fascia");
-            made.vessels.push_back({sided(side, "vertebral artery"), vessel::kind::artery, vertebral, 0.5F});
+            flows(sided(side, "vertebral artery"), vertebral, 0.5F, 0.68F);
             if (of.second_vein > 0) {
                 const auto on = [&](float x, float y, float wide) {
                     return tube_section{under(x, y, 0.3_mm), {wide, 0.75F * wide}};
@@ -539,7 +566,7 @@ struct neck_builder : builder {
                 add_vessel(make_tube(external, {.segments = 20, .across = {1, 0, 0}}),
                            {{"wall", tissue::vein_wall, 0.2_mm, 0.3F}}, 3, sided(side, "external jugular vein"),
                            own + 50, "fat");
-                made.vessels.push_back({sided(side, "external jugular vein"), vessel::kind::vein, external, 0.1F});
+                drains(sided(side, "external jugular vein"), sections_of(places_of(external, {1, 0, 0})), 0.1F);
             }
         }
     }
@@ -560,9 +587,11 @@ struct neck_builder : builder {
         for (const root& one : all) {
             const float radius = 0.5F * one.diameter * of.roots;
             const auto at = [&](vec3 p, float part) { return tube_section{p, vec2{part * radius}}; };
+            const vec3 shift = of.roots_shift * normalize(vec3{6.8F, 0, -6.4F}); // along the row of the roots
             const vec3 exit{22_mm, one.from, 46_mm}, gutter{29_mm, one.from + 2_mm, 45.5_mm};
             const auto line = mirrored(
-                smooth_line({at(exit, 0.9F), at(gutter, 0.95F), at(one.groove, 1), at(one.below, 1)}, cell(2_mm)),
+                smooth_line({at(exit, 0.9F), at(gutter, 0.95F), at(one.groove + shift, 1), at(one.below + shift, 1)},
+                            cell(2_mm)),
                 sign);
             roots.push_back(line);
             const std::string name = sided(sign, one.name);
@@ -610,14 +639,10 @@ struct neck_builder : builder {
         }
         std::vector<std::vector<tube_section>> carotids;
         const float r = 0.5F * of.carotid + of.wall + 0.9_mm;
-        for (const float side : {1.0F, -1.0F})
-            carotids.push_back(mirrored(smooth_line({{{24.5_mm, bottom - 6_mm, 27_mm}, vec2{r}},
-                                                     {{26.5_mm, 25_mm, 25_mm}, vec2{r}},
-                                                     {{28_mm, 0, 23.6_mm}, vec2{r}},
-                                                     {{29_mm, -20_mm, 22.8_mm}, vec2{r}},
-                                                     {{30_mm, -42_mm, 22.6_mm}, vec2{r}}},
-                                                    12_mm),
-                                        side));
+        std::vector<tube_section> course;
+        for (const vec3 place : carotid_course()) course.push_back({place, vec2{r}});
+        course.push_back({{30_mm + of.carotid_shift, -42_mm, 22.6_mm}, vec2{r}});
+        for (const float side : {1.0F, -1.0F}) carotids.push_back(mirrored(smooth_line(course, 12_mm), side));
         const auto gland = [&](vec3 p) {
             const float lobe = smooth_min(lobes[0].distance(p), lobes[1].distance(p), 2_mm);
             const float shell = airway.distance(p);
@@ -714,16 +739,18 @@ struct neck_builder : builder {
 
 /// The neck from the fourth cervical to the first thoracic vertebra, with all structures on the side of the views.
 inline body make(const neck& of) {
-    detail::neck_builder builder{of};
-    builder.add_skin();
-    builder.add_muscles();
-    builder.add_airway();
-    builder.add_spine();
-    builder.add_vessels();
-    builder.add_roots();
-    builder.add_thyroid();
-    builder.add_views();
-    return std::move(builder.made);
+    return make_in_size(of, [](const neck& usual) {
+        detail::neck_builder builder{usual};
+        builder.add_skin();
+        builder.add_muscles();
+        builder.add_airway();
+        builder.add_spine();
+        builder.add_vessels();
+        builder.add_roots();
+        builder.add_thyroid();
+        builder.add_views();
+        return std::move(builder.made);
+    });
 }
 
 } // namespace anatomy

@@ -29,7 +29,7 @@ inline body make_nerve_block() {
             const vec2 centre = lumen.centre_at(y);
             sections.push_back({{centre.x, y, centre.y}, lumen.radii});
         }
-        return sections;
+        return sections_of(places_of(sections, {1, 0, 0}));
     };
     made.vessels = {
         {.name = "artery", .type = vessel::kind::artery, .line = line(nerve_block::artery), .peak_velocity = 0.6F},

@@ -11,6 +11,7 @@
 #include <insonify/probe/phased_array.hpp>
 #include <insonify/scanner.hpp>
 #include <insonify/scene/scene.hpp>
+#include "vessel.hpp"
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -43,24 +44,22 @@ struct view {
     float pressed = 2.5_mm; ///< by which an operator presses the face into the skin, along z: see `press`
 };
 
-/// A vessel with flowing blood.
-struct vessel {
-    /// Whether it pulses or collapses under pressure.
-    enum class kind { artery, vein };
-    std::string name{}; ///< of the object that is its blood
-    kind type = kind::artery;
-    std::vector<tube_section> line{}; ///< of its lumen, at rest; blood flows from the first point to the last
-    float peak_velocity = 0.5F;       ///< on the axis, of an artery in systole, m/s
-};
-
 /// A region of the body.
 struct body {
     /// Not built: add tools, then call `build`. Its background is what an operator finds between the structures. An
     /// object "gel" lies on the skin, of the lowest priority. All names differ.
     scene anatomy{};
     std::vector<view> views{};                                 ///< the first is the one to begin with
-    std::vector<vessel> vessels{};                             ///< for Doppler, pulsation and collapse
+    std::vector<vessel> vessels{};                             ///< in which blood flows
     std::vector<std::pair<std::string, std::string>> nested{}; ///< what lies in what: names of objects, inner and outer
+
+    /// The velocity of the blood, for Doppler. Make it again when objects were placed elsewhere.
+    /// @param heart_rate  beats per second; 0: systole that lasts
+    blood_flow flow(float heart_rate = 1.2_Hz) const { return flow_of(anatomy, vessels, heart_rate); }
+    /// How arteries pulse and veins collapse: a map for `scene::deform`.
+    /// @param beat     of an artery of `beat.radius`; that of others is in proportion to their radii
+    /// @param outside  pressure of the tissue around the veins, Pa: under a probe, 5 to 30 mmHg
+    vessel_motion motion(const pulsation& beat, float outside = 0) const { return motion_of(vessels, beat, outside); }
 
     /// @throws usage_error  where there is no view of that name
     const view& find_view(const std::string& name) const {
@@ -92,6 +91,32 @@ inline pose press_probe(scene& anatomy, const view& seen) {
         },
         seen.probe);
     return at;
+}
+
+/// A body that is larger by a factor: shapes, views and vessels, but not the grain of its media.
+inline body enlarged(body made, float size) {
+    scene larger{made.anatomy.background()};
+    for (const object& one : made.anatomy.objects()) {
+        mesh surface = one.surface;
+        for (vec3& p : surface.positions) p *= size;
+        object_settings settings = one;
+        if (one.fibres.varies()) settings.fibres = [of = one.fibres, size](vec3 p) { return of(p / size); };
+        if (one.layer_normal.varies() && !one.layer_normal.follows_surface())
+            settings.layer_normal = [of = one.layer_normal, size](vec3 p) { return of(p / size); };
+        larger.add(std::move(surface), one.inside, settings);
+    }
+    made.anatomy = std::move(larger);
+    for (view& one : made.views) {
+        one.at.translation *= size;
+        one.settings.depth *= size;
+        if (one.needle) one.needle = needle_path{size * one.needle->entry, size * one.needle->target};
+    }
+    for (vessel& one : made.vessels)
+        for (tube_section& place : one.line) {
+            place.centre *= size;
+            place.radii *= size;
+        }
+    return made;
 }
 
 /// A unit that values of a parameter are written in, and how much of the parameter's own it is.
@@ -194,6 +219,17 @@ struct member {
     float smallest = 0, largest = 1;
     bool is_choice = false;
 };
+
+/// The body of some parameters, one of which is its `size`. Lengths that are parameters are what they say in a body of any size.
+/// @param make_usual  body(const Parameters&): the body of the usual size
+template <class Parameters, class MakeUsual>
+body make_in_size(const Parameters& of, const MakeUsual& make_usual) {
+    Parameters usual = of;
+    for (const member<Parameters>& one : Parameters::members())
+        if (std::string{one.unit} == "m") usual.*one.of /= of.size;
+    usual.size = 1;
+    return of.size == 1 ? make_usual(usual) : enlarged(make_usual(usual), of.size);
+}
 
 /// The region whose parameters a struct holds: `Parameters::members()` lists them, `make` makes its body.
 template <class Parameters>

@@ -13,46 +13,6 @@
 #include <utility>
 #include <vector>
 
-/// Levels by convention, after the clinical appearance.
-namespace anatomy::media {
-
-/// Within the abdomen: omentum, mesentery and what lies behind the peritoneum.
-inline constexpr medium visceral_fat{
-    950,
-    1470,
-    0.7_dB_per_cm,
-    1,
-    amplitude_of_decibels(-2),
-    10_um,
-    0,
-    structure{.mottling = {2.5F, {9_mm, 9_mm, 6_mm}}, .grain = {1.5F, {4_mm, 4_mm, 3_mm}}}};
-
-/// Around the kidney, within the renal fascia.
-inline constexpr medium perirenal_fat{
-    950, 1465, 0.7_dB_per_cm, 1, amplitude_of_decibels(1), 10_um, 0, structure{.mottling = {2, {6_mm, 6_mm, 4_mm}}}};
-
-/// Fat, vessels and calyces in the middle of the kidney: the brightest part of it.
-inline constexpr medium renal_sinus{
-    970,
-    1480,
-    0.8_dB_per_cm,
-    1,
-    amplitude_of_decibels(7),
-    10_um,
-    0,
-    structure{.mottling = {4, {6_mm, 5_mm, 5_mm}}, .grain = {2.5F, {2.5_mm, 2.5_mm, 2.5_mm}}}};
-
-/// The medulla of the kidney: darker than the cortex.
-inline constexpr medium renal_pyramid{1050, 1555, 0.9_dB_per_cm, 1, amplitude_of_decibels(-12), 6_um};
-
-/// The sheath around the branches of the portal vein (Glisson): fat and fibres, with artery and bile duct.
-inline constexpr medium portal_tract{1040, 1545, 0.9_dB_per_cm, 1, amplitude_of_decibels(7), 15_um};
-
-/// A gallstone: cholesterol, partly calcified.
-inline constexpr medium gallstone{1350, 2400, 8.0_dB_per_cm, 1, amplitude_of_decibels(3), 60_um};
-
-} // namespace anatomy::media
-
 namespace anatomy {
 
 /// What varies in the right upper quadrant: lengths in metres.
@@ -64,12 +24,15 @@ namespace anatomy {
 struct right_upper_quadrant {
     float variant = 1;
     float resolution = 1;
+    float size = 1;
     float skin = 2_mm;
     float fat = 12_mm;
     float muscle = 1;
     float liver = 136_mm;
     float portal = 11.5_mm;
     float cava = 20_mm;
+    float hepatic = 9.2_mm;
+    float aorta = 19_mm;
     float gallbladder_length = 78_mm;
     float gallbladder_width = 29_mm;
     float gallbladder_shift = 0;
@@ -85,12 +48,17 @@ struct right_upper_quadrant {
         static const std::vector<member<right_upper_quadrant>> all{
             {"variant", "", "number of the irregularities of all surfaces", &of::variant, 0, 65535, true},
             {"resolution", "", "the cells of all meshes are divided by it", &of::resolution, 0.3F, 2},
+            {"size", "", "height over the usual one, 1.68 m: lengths without a parameter follow it", &of::size, 0.9F,
+             1.1F},
             {"skin", "m", "thickness of the skin", &of::skin, 1.5_mm, 2.8_mm},
             {"fat", "m", "thickness of the subcutaneous fat", &of::fat, 4_mm, 30_mm},
             {"muscle", "", "thickness of the flat muscles over its usual value", &of::muscle, 0.8F, 1.1F},
             {"liver", "m", "length of the liver in the midclavicular line", &of::liver, 120_mm, 155_mm},
             {"portal", "m", "inner diameter of the portal vein", &of::portal, 9_mm, 13_mm},
             {"cava", "m", "inner diameter of the inferior vena cava", &of::cava, 14_mm, 24_mm},
+            {"hepatic", "m", "inner diameter of the right hepatic vein, 20 mm from its mouth", &of::hepatic, 6.5_mm,
+             11_mm},
+            {"aorta", "m", "inner diameter of the aorta at the celiac trunk", &of::aorta, 15_mm, 23_mm},
             {"gallbladder_length", "m", "length of the gallbladder", &of::gallbladder_length, 60_mm, 95_mm},
             {"gallbladder_width", "m", "its width", &of::gallbladder_width, 20_mm, 38_mm},
             {"gallbladder_shift", "m", "distance of its fundus from its usual place, towards the midline",
@@ -477,8 +445,28 @@ struct right_upper_quadrant_builder : builder {
     }
     /// Of a line that narrows: where the coarsest mesh still holds it.
     static std::vector<tube_section> wide_part(std::vector<tube_section> line) {
-        while (line.back().radii.x < 2.4_mm) line.pop_back();
+        while (!line.empty() && line.back().radii.x < 2.4_mm) line.pop_back();
         return line;
+    }
+    /// @param line  in the direction of flow
+    void flows(const std::string& name, vessel::kind type, std::vector<tube_section> line, float velocity) {
+        made.vessels.push_back({.name = name,
+                                .type = type,
+                                .line = std::move(line),
+                                .peak_velocity = velocity,
+                                .resistive_index = 0.85F, // of the aorta above the renal arteries
+                                .pressure = 6_mmHg});     // central veins, and nearly the portal one
+    }
+    /// @param lines     from the trunk outwards, the trunk first
+    /// @param outwards  of the flow: else towards the trunk
+    void flows(const std::string& name, const std::vector<std::vector<tube_section>>& lines, float velocity,
+               bool outwards) {
+        for (const std::vector<tube_section>& branch : lines) {
+            std::vector<tube_section> line = wide_part(branch);
+            if (line.size() < 2) continue;
+            if (!outwards) std::reverse(line.begin(), line.end());
+            flows(name, vessel::kind::vein, std::move(line), velocity);
+        }
     }
     /// A tree of vessels as a function: all lines joined smoothly.
     struct tree {
@@ -513,13 +501,13 @@ struct right_upper_quadrant_builder : builder {
                                 {{-18_mm, bottom - 12_mm, 90_mm}, 0.9F * r}});
         add_vessel(make_tube(cava, {.segments = count(36)}), 0.9_mm, tissue::vein_wall, "inferior vena cava", 60,
                    "body wall");
-        made.vessels.push_back({"inferior vena cava", vessel::kind::vein, {cava.rbegin(), cava.rend()}, 0.3F});
-        const auto aorta = vein({{{10_mm, top + 25_mm, 86_mm}, 10_mm},
-                                 {{10_mm, -60_mm, 87_mm}, 9.5_mm},
-                                 {{9_mm, 0, 88_mm}, 9_mm},
-                                 {{8_mm, bottom - 14_mm, 89_mm}, 8_mm}});
+        flows("inferior vena cava", {cava}, 0.3F, false);
+        const auto aorta = vein({{{10_mm, top + 25_mm, 86_mm}, 0.53F * of.aorta},
+                                 {{10_mm, -60_mm, 87_mm}, 0.5F * of.aorta},
+                                 {{9_mm, 0, 88_mm}, 0.47F * of.aorta},
+                                 {{8_mm, bottom - 14_mm, 89_mm}, 0.42F * of.aorta}});
         add_vessel(make_tube(aorta, {.segments = count(36)}), 1.4_mm, tissue::vessel_wall, "aorta", 61, "body wall");
-        made.vessels.push_back({"aorta", vessel::kind::artery, aorta, 1});
+        flows("aorta", vessel::kind::artery, aorta, 1);
 
         const float p = 0.5F * of.portal, fine = min(cell(2_mm), 2.2_mm);
         tree portal;
@@ -568,42 +556,42 @@ struct right_upper_quadrant_builder : builder {
                           portal.box(p + 5_mm), fine, {.max_slope = 1.2F}),
             media::portal_tract, 6, "portal vein: wall", "body wall");
         add(lumen, tissue::blood, 8, "portal vein", "portal vein: wall");
-        made.vessels.push_back({"portal vein", vessel::kind::vein, wide_part(trunk_line), 0.2F});
+        flows("portal vein", portal.lines, 0.2F, true);
 
+        const float h = of.hepatic / 9.2F; // the radii below are millimetres in a usual liver
         tree hepatic;
         const vec3 mouth{-21_mm, -86_mm, 76_mm};
         // Almost straight: it lies in the slice of the subcostal view.
-        const auto right = vein({{mouth, 5.4_mm},
-                                 {{-40_mm, -75_mm, 79_mm}, 4.6_mm},
-                                 {{-62_mm, -61.5_mm, 83_mm}, 3.8_mm},
-                                 {{-82_mm, -48.5_mm, 87_mm}, 2.8_mm},
-                                 {{-99_mm, -37_mm, 90.5_mm}, 1.9_mm},
-                                 {{-110_mm, -30_mm, 92.5_mm}, 1.3_mm}});
+        const auto right = vein({{mouth, 5.4F * h},
+                                 {{-40_mm, -75_mm, 79_mm}, 4.6F * h},
+                                 {{-62_mm, -61.5_mm, 83_mm}, 3.8F * h},
+                                 {{-82_mm, -48.5_mm, 87_mm}, 2.8F * h},
+                                 {{-99_mm, -37_mm, 90.5_mm}, 1.9F * h},
+                                 {{-110_mm, -30_mm, 92.5_mm}, 1.3F * h}});
         hepatic.lines = {right,
-                         vein({{mouth, 4.6_mm},
-                               {{-27_mm, -76_mm, 63_mm}, 4_mm},
-                               {{-38_mm, -64_mm, 52_mm}, 3.3_mm},
-                               {{-50_mm, -50_mm, 43_mm}, 2.5_mm},
-                               {{-62_mm, -34_mm, 35_mm}, 1.6_mm},
-                               {{-70_mm, -22_mm, 31_mm}, 1.2_mm}}),
-                         vein({{mouth, 4.4_mm},
-                               {{-10_mm, -78_mm, 63_mm}, 3.6_mm},
-                               {{6_mm, -68_mm, 50_mm}, 2.8_mm},
-                               {{22_mm, -60_mm, 40_mm}, 1.8_mm},
-                               {{34_mm, -58_mm, 34_mm}, 1.2_mm}}),
-                         vein({{{-62_mm, -61.5_mm, 83_mm}, 2.4_mm},
-                               {{-80_mm, -68_mm, 74_mm}, 2_mm},
-                               {{-94_mm, -76_mm, 66_mm}, 1.3_mm}}),
-                         vein({{{-82_mm, -48.5_mm, 87_mm}, 2.2_mm},
-                               {{-94_mm, -53_mm, 98_mm}, 1.7_mm},
-                               {{-104_mm, -54_mm, 104_mm}, 1.2_mm}}),
-                         vein({{{-40_mm, -62_mm, 50_mm}, 2.2_mm},
-                               {{-56_mm, -64_mm, 42_mm}, 1.7_mm},
-                               {{-70_mm, -66_mm, 38_mm}, 1.2_mm}})};
+                         vein({{mouth, 4.6F * h},
+                               {{-27_mm, -76_mm, 63_mm}, 4.0F * h},
+                               {{-38_mm, -64_mm, 52_mm}, 3.3F * h},
+                               {{-50_mm, -50_mm, 43_mm}, 2.5F * h},
+                               {{-62_mm, -34_mm, 35_mm}, 1.6F * h},
+                               {{-70_mm, -22_mm, 31_mm}, 1.2F * h}}),
+                         vein({{mouth, 4.4F * h},
+                               {{-10_mm, -78_mm, 63_mm}, 3.6F * h},
+                               {{6_mm, -68_mm, 50_mm}, 2.8F * h},
+                               {{22_mm, -60_mm, 40_mm}, 1.8F * h},
+                               {{34_mm, -58_mm, 34_mm}, 1.2F * h}}),
+                         vein({{{-62_mm, -61.5_mm, 83_mm}, 2.4F * h},
+                               {{-80_mm, -68_mm, 74_mm}, 2.0F * h},
+                               {{-94_mm, -76_mm, 66_mm}, 1.3F * h}}),
+                         vein({{{-82_mm, -48.5_mm, 87_mm}, 2.2F * h},
+                               {{-94_mm, -53_mm, 98_mm}, 1.7F * h},
+                               {{-104_mm, -54_mm, 104_mm}, 1.2F * h}}),
+                         vein({{{-40_mm, -62_mm, 50_mm}, 2.2F * h},
+                               {{-56_mm, -64_mm, 42_mm}, 1.7F * h},
+                               {{-70_mm, -66_mm, 38_mm}, 1.2F * h}})};
         add(mesh_implicit(hepatic, hepatic.box(8_mm), fine, {.max_slope = 1.1F}), tissue::blood, 9, "hepatic veins",
             "body wall");
-        const auto inner = wide_part(right);
-        made.vessels.push_back({"hepatic veins", vessel::kind::vein, {inner.rbegin(), inner.rend()}, 0.25F});
+        flows("hepatic veins", hepatic.lines, 0.25F, false);
 
         // Vessels of the kidney, in front of it and behind the vena cava.
         const vec3 hilum = from_kidney({2_mm, -0.22F * of.kidney_length, -2_mm});
@@ -613,6 +601,7 @@ struct right_upper_quadrant_builder : builder {
                                 2.5_mm);
         add_vessel(make_tube(renal, {.segments = count(20)}), 0.5_mm, tissue::vein_wall, "right renal vein", 63,
                    "body wall");
+        flows("right renal vein", vessel::kind::vein, renal, 0.2F);
     }
     void add_vessel(mesh lumen, float thickness, const medium& around, const std::string& name, std::uint64_t number,
                     const std::string& within) {
@@ -724,15 +713,17 @@ struct right_upper_quadrant_builder : builder {
 
 /// The right upper quadrant of the abdomen, with the lower ribs.
 inline body make(const right_upper_quadrant& of) {
-    detail::right_upper_quadrant_builder builder{of};
-    builder.add_wall();
-    builder.add_ribs();
-    builder.add_cavity();
-    builder.add_kidney();
-    builder.add_liver();
-    builder.add_gallbladder();
-    builder.add_views();
-    return std::move(builder.made);
+    return make_in_size(of, [](const right_upper_quadrant& usual) {
+        detail::right_upper_quadrant_builder builder{usual};
+        builder.add_wall();
+        builder.add_ribs();
+        builder.add_cavity();
+        builder.add_kidney();
+        builder.add_liver();
+        builder.add_gallbladder();
+        builder.add_views();
+        return std::move(builder.made);
+    });
 }
 
 } // namespace anatomy

@@ -116,9 +116,9 @@ inline examined examine(const case_entry& one, std::uint32_t patient, const regi
     examined made;
     std::visit([&](const auto& array) { made.probe = array; }, seen.probe);
     made.settings = seen.settings;
-    for (const ::anatomy::vessel& of : body.vessels)
-        made.vessels.push_back({*body.anatomy.find(of.name), of.type == ::anatomy::vessel::kind::artery,
-                                tube_course{of.line}.thinned(between_sections).moved(to_world), of.peak_velocity});
+    made.vessels = std::move(body.vessels);
+    for (vessel& one : made.vessels)
+        one.line = ::anatomy::moved(::anatomy::thinned(one.line, between_sections), to_world);
     for (std::size_t i = 0; i < body.anatomy.objects().size(); ++i) {
         const object& each = body.anatomy.objects()[i];
         body.anatomy.place(each.id, to_world * each.at);

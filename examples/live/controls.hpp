@@ -192,17 +192,18 @@ inline void session::place_doppler() {
     doppler.box_middle = doppler.gate = {0, 0.5F * depth};
     float best = 0;
     for (const vessel& one : vessels())
-        for (std::size_t i = 1; i < one.course.sections.size(); ++i)
+        for (std::size_t i = 1; i < one.line.size(); ++i)
             for (int k = 0; k < 8; ++k) {
-                const tube_section &a = one.course.sections[i - 1], &b = one.course.sections[i];
+                const tube_section &a = one.line[i - 1], &b = one.line[i];
                 const vec3 at = a.centre + static_cast<float>(k) / 8 * (b.centre - a.centre);
                 const vec2 place = machine.probe.locate({at.x, at.z});
                 if (std::fabs(at.y) > near_slice || place.x < 0 || place.y < 3_mm || place.y > 0.75F * depth ||
                     place.x > static_cast<float>(machine.probe.lines - 1))
                     continue;
-                if (!one.is_artery && at.z < 2 * pressed) continue;
+                if (one.type == vessel::kind::vein && at.z < 2 * pressed) continue;
                 const float away = length(vec2{at.x, at.z});
-                const float seen = (one.is_artery ? priority_of_arteries : 1) * a.radii.x * a.radii.y / (away * away);
+                const float seen = (one.type == vessel::kind::artery ? priority_of_arteries : 1) * a.radii.x *
+                                   a.radii.y / (away * away);
                 if (!(seen > best)) continue;
                 best = seen;
                 doppler.box_middle = doppler.gate = {at.x, at.z - pressed};

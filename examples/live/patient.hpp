@@ -32,9 +32,8 @@ class patient {
     /// @param vessels  of the anatomy
     explicit patient(scene anatomy = scene{}, std::vector<vessel> vessels = {})
         : body{without_tools(anatomy)}, at_rest_{surfaces_of(body)}, vessels_{std::move(vessels)} {
-        for (vessel& one : vessels_) one.blood = *body.find(anatomy[one.blood].name);
-        for (const vessel& one : vessels_) lines_.push_back(one.course.line());
-        flow = blood_flow{body, vessels_};
+        for (const vessel& one : vessels_) lines_.push_back(one.line);
+        flow = ::anatomy::flow_of(body, vessels_, 0);
         for (const object& one : body.objects()) {
             is_stiff_.resize(static_cast<std::size_t>(one.id) + 1);
             is_stiff_.back() = ::anatomy::is_stiff(one.inside) ? 1 : 0;
@@ -173,25 +172,30 @@ class patient {
         return face;
     }
 
+    // The flow through a vein that closes: laminar, through an ellipse, of the pressure gradient that gives 1 through the circle
+    // of its width.
+    static float let_through(float opening) { return 2 * opening * opening * opening / (1 + opening * opening); }
+
     // Adds the beat of an artery, or the collapse of a vein. As deep as tissue is pressed, its pressure is that of the contact;
     // deeper it falls off as the displacement does.
     void add_motion(tissue_motion& now, std::size_t number, const contact& touch, const array_probe& probe, float time,
                     const pulsation& beat) {
         const vessel& one = vessels_[number];
-        if (one.is_artery) {
+        if (one.type == vessel::kind::artery) {
             pulsation wall = beat;
             wall.radius = radius_of_pulse;
             wall.time = time;
-            if (wall.amplitude > 0) now.arteries.push_back({lines_[number], wall});
+            if (wall.amplitude > 0) now.vessels.arteries.push_back({lines_[number], wall});
+            flow.tubes[number].waveform.heart_rate = beat.rate;
             return;
         }
         float below = FLT_MAX;
         for (const float share : along_face)
             below = std::min(below, one.distance(face_point(touch.deformation.at, probe, share)));
         const float deeper = std::max(below - decay, 0.0F);
-        const collapse wall{.radius = one.radius(), .outside = touch.pressure * std::exp(-deeper / decay)};
-        flow.open(number, wall.opening());
-        if (wall.opening() < 1) now.veins.push_back({lines_[number], wall});
+        const collapse wall = one.collapsed(touch.pressure * std::exp(-deeper / decay));
+        flow.tubes[number].peak_velocity = let_through(wall.opening()) * one.peak_velocity;
+        if (wall.opening() < 1) now.vessels.veins.push_back({lines_[number], wall});
     }
 
     // Where whatever the picture shows has its vertices.

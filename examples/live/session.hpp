@@ -181,7 +181,6 @@ void session::advance(const Policy& policy) {
     needle.drag *= std::pow(0.97F, static_cast<float>(ticks) / usual_ticks); // tissue creeps back
     follow_needle();
     move(policy, machine.probe, probe_pose(), machine.settings.depth, needle, static_cast<float>(machine.time), beat);
-    flow.beat.heart_rate = beat.rate;
 }
 
 template <exec::policy Policy>

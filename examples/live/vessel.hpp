@@ -2,6 +2,7 @@
 #define INSONIFY_EXAMPLES_LIVE_VESSEL_HPP
 
 #include <insonify/insonify.hpp>
+#include "../anatomy/vessel.hpp"
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,65 +15,11 @@ namespace live {
 
 using namespace insonify;
 
-/// Sections of a tube whose first axes are those of another pose: what a `centre_line` takes.
-struct tube_course {
-    std::vector<tube_section> sections{};
-    vec3 across{0, 0, 0}; ///< first axis of the first section; 0: any
-
-    centre_line line() const { return {sections, across}; }
-    /// The same with fewer sections, at least so far apart but for the last. @param apart  metres
-    tube_course thinned(float apart) const {
-        tube_course fewer{{sections.front()}, across};
-        for (std::size_t i = 1; i < sections.size(); ++i) {
-            const bool is_last = i + 1 == sections.size();
-            if (is_last && fewer.sections.size() > 1 &&
-                length(sections[i].centre - fewer.sections.back().centre) < apart)
-                fewer.sections.pop_back();
-            if (is_last || length(sections[i].centre - fewer.sections.back().centre) >= apart)
-                fewer.sections.push_back(sections[i]);
-        }
-        return fewer;
-    }
-    /// The same course in other coordinates. @param to  from the present ones
-    tube_course moved(const pose& to) const {
-        // `across` is that of a section without a turn.
-        tube_course there{sections, to.direction(line().first().first_axis)};
-        for (tube_section& one : there.sections) {
-            one.centre = to.point(one.centre);
-            one.turn -= sections.front().turn;
-        }
-        return there;
-    }
-};
-
-/// A vessel of a body at rest: blood flows in it, and it pulses, or collapses under pressure.
-struct vessel {
-    object_id blood{};
-    bool is_artery = true;
-    tube_course course{};    ///< of its lumen in the world, in the direction of flow
-    float peak_velocity = 0; ///< on the axis at the first section, of an artery in systole, m/s; below 0: towards it
-
-    /// Mean radius of the lumen, metres.
-    float radius() const {
-        float sum = 0;
-        for (const tube_section& one : course.sections) sum += std::sqrt(one.radii.x * one.radii.y);
-        return sum / static_cast<float>(course.sections.size());
-    }
-    /// Distance of a point from its line, metres.
-    float distance(vec3 from) const {
-        float nearest = FLT_MAX;
-        for (std::size_t i = 1; i < course.sections.size(); ++i) {
-            const vec3 a = course.sections[i - 1].centre, along = course.sections[i].centre - a;
-            const float part = clamp(dot(from - a, along) / dot(along, along), 0, 1);
-            nearest = min(nearest, length(a + part * along - from));
-        }
-        return nearest;
-    }
-};
+using ::anatomy::blood_flow, ::anatomy::vessel, ::anatomy::vessel_motion;
 
 /// The course of a vessel that runs mainly in one direction, from the vertices of its mesh: at up to 13 places the ellipse of
 /// the same variance. None where it is no tube.
-inline std::optional<tube_course> find_course(const object& blood) {
+inline std::optional<std::vector<tube_section>> find_course(const object& blood) {
     constexpr std::size_t places = 13;
     std::vector<vec3> points = blood.surface.positions;
     if (points.size() < 8) return std::nullopt;
@@ -117,93 +64,49 @@ inline std::optional<tube_course> find_course(const object& blood) {
     }
     // All ellipses have the same axes: those of the mean one.
     const float turn = 0.5F * std::atan2(2 * spread.y, spread.x - spread.z), c = std::cos(turn), s = std::sin(turn);
-    tube_course course{{}, c * right + s * up};
+    std::vector<tube_section> course;
     for (const place& one : found) {
         const auto variance = [&](float x, float y) {
             return x * x * one.spread.x + 2 * x * y * one.spread.y + y * y * one.spread.z;
         };
         const vec2 radii{std::sqrt(max(2 * variance(c, s), 0)), std::sqrt(max(2 * variance(-s, c), 0))}; // of outlines
-        if (one.count > 2 && radii.x > 1_um && radii.y > 1_um) course.sections.push_back({one.centre, radii});
+        if (one.count > 2 && radii.x > 1_um && radii.y > 1_um) course.push_back({one.centre, radii});
     }
     try {
-        if (course.sections.size() < 2) return std::nullopt;
-        static_cast<void>(course.line());
+        if (course.size() < 2) return std::nullopt;
+        return ::anatomy::sections_of(::anatomy::places_of(course, c * right + s * up));
     } catch (const geometry_error&) {
         return std::nullopt; // it turns back
     }
-    return course;
 }
 
 /// The vessels of a body that says no more than names: the objects `artery` and `vein`.
 inline std::vector<vessel> find_vessels(const scene& body) {
     std::vector<vessel> all;
-    const auto add = [&](const char* name, bool is_artery, float velocity) {
+    const auto add = [&](const char* name, vessel::kind type, float velocity) {
         const std::optional<object_id> found = body.find(name);
         if (!found) return;
-        if (std::optional<tube_course> course = find_course(body[*found]))
-            all.push_back({*found, is_artery, std::move(*course), velocity});
+        if (auto course = find_course(body[*found]))
+            all.push_back({.name = name, .type = type, .line = std::move(*course), .peak_velocity = velocity});
     };
-    add("artery", true, 0.6F);
-    add("vein", false, -0.12F);
+    add("artery", vessel::kind::artery, 0.6F);
+    add("vein", vessel::kind::vein, -0.12F);
     return all;
 }
-
-/// Blood in arteries, which pulses, and in veins, which does not: a `velocity_field`. Deformed vessels keep its volume flow;
-/// but a vein that closes lets less through.
-class blood_flow {
-  public:
-    pulsatile beat{.heart_rate = 1.2F, .resistive_index = 0.75F}; ///< of the arteries
-
-    blood_flow() = default;
-    /// @param body  has the vessels
-    blood_flow(const scene& body, const std::vector<vessel>& vessels) {
-        for (const vessel& one : vessels)
-            tubes_.push_back({{one.blood, one.course.moved(inverse(body[one.blood].at)).line(), one.peak_velocity},
-                              one.is_artery,
-                              1});
-    }
-
-    /// Sets how far a vein is open, see `collapse::opening`. @param vessel  its place among the vessels
-    void open(std::size_t vessel, float opening) { tubes_[vessel].let_through = through(opening); }
-
-    vec3 operator()(object_id object, vec3 point, float time) const {
-        for (const tube& one : tubes_) {
-            if (one.flow.object != object) continue;
-            const vec3 velocity = one.flow(object, point, time);
-            return one.is_artery ? beat(time) * velocity : one.let_through * velocity;
-        }
-        return {0, 0, 0};
-    }
-
-  private:
-    struct tube {
-        tube_flow flow{}; // steady
-        bool is_artery = true;
-        float let_through = 1;
-    };
-
-    // Laminar flow through an ellipse, of the pressure gradient that gives 1 through a circle of its width.
-    static float through(float opening) { return 2 * opening * opening * opening / (1 + opening * opening); }
-
-    std::vector<tube> tubes_{};
-};
 
 /// How the tissue moves, from rest: arteries pulse, veins collapse, the face of the probe presses, and the needle drags. A map for
 /// `scene::deform`, which brings its inverse: none of them folds over, whatever the events. What is outside of `seen`, and so not
 /// in the picture, stays at rest.
 struct tissue_motion {
     aabb seen{};
-    std::vector<bent<pulsation>> arteries{};
-    std::vector<bent<collapse>> veins{}; ///< those that are not quite open
+    vessel_motion vessels{};
     bool pressed = false, dragged = false;
     pressed_face face{};
     needle_drag drag{};
 
     vec3 operator()(vec3 rest) const {
         if (!seen.contains(rest)) return rest;
-        vec3 now = rest;
-        for (const bent<pulsation>& one : arteries) now = one(now);
-        for (const bent<collapse>& one : veins) now = one(now);
+        vec3 now = vessels(rest);
         if (pressed) now = face(now);
         return dragged ? drag(now) : now;
     }
@@ -212,15 +115,12 @@ struct tissue_motion {
         if (!seen.contains(now)) return now;
         vec3 rest = dragged ? drag.rest_of(now) : now;
         if (pressed) rest = face.rest_of(rest);
-        for (auto one = veins.rbegin(); one != veins.rend(); ++one) rest = one->rest_of(rest);
-        for (auto one = arteries.rbegin(); one != arteries.rend(); ++one) rest = one->rest_of(rest);
-        return rest;
+        return vessels.rest_of(rest);
     }
 
     friend bool operator==(const tissue_motion& a, const tissue_motion& b) {
-        return a.seen.lower == b.seen.lower && a.seen.upper == b.seen.upper && a.arteries == b.arteries &&
-               a.veins == b.veins && a.pressed == b.pressed && a.dragged == b.dragged && a.face == b.face &&
-               a.drag == b.drag;
+        return a.seen.lower == b.seen.lower && a.seen.upper == b.seen.upper && a.vessels == b.vessels &&
+               a.pressed == b.pressed && a.dragged == b.dragged && a.face == b.face && a.drag == b.drag;
     }
 };
 

@@ -3,7 +3,10 @@
 #include <insonify/insonify.hpp>
 #include "../../../tests/geometry/crossings.hpp"
 #include "../../region_values.hpp"
+#include <algorithm>
+#include <cfloat>
 #include <chrono>
+#include <cmath>
 #include <cstdint>
 #include <doctest/doctest.h>
 #include <set>
@@ -45,6 +48,31 @@ int self_intersections_of(const anatomy::body& body) {
         ++faults;
     }
     return faults;
+}
+
+/// Where the wall of a blood vessel lies, as its line says: distance from the line over that of the wall, of each vertex that is
+/// between the ends of one of its lines. Sorted.
+std::vector<float> wall_places(const anatomy::body& body, const std::string& blood) {
+    std::vector<centre_line> lines;
+    std::vector<std::pair<vec3, vec3>> ends;
+    for (const anatomy::vessel& one : body.vessels)
+        if (one.name == blood) {
+            lines.emplace_back(one.line);
+            ends.emplace_back(one.line.front().centre, one.line.back().centre);
+        }
+    std::vector<float> places;
+    for (const vec3 p : named(body, blood).surface.positions) {
+        float nearest = FLT_MAX;
+        for (std::size_t i = 0; i < lines.size(); ++i) {
+            const line_place here = lines[i].place(p);
+            const bool is_beyond = length(here.centre - ends[i].first) < here.radii.x + here.radii.y ||
+                                   length(here.centre - ends[i].second) < here.radii.x + here.radii.y;
+            if (!is_beyond) nearest = std::min(nearest, std::sqrt(here.squared(p)));
+        }
+        if (nearest < 3) places.push_back(nearest); // else it belongs to what has no line, or to an end
+    }
+    std::sort(places.begin(), places.end());
+    return places;
 }
 
 /// The number of faults, each with a message.
@@ -160,6 +188,106 @@ TEST_CASE("at the default resolution a body has at most 400,000 triangles and is
         const anatomy::body usual = region.make();
         CHECK(faults_of(usual) + self_intersections_of(usual) == 0);
     }
+}
+
+TEST_CASE("a vessel's line says where its wall is, on all sides") {
+    for (const anatomy::region& region : anatomy::regions())
+        for (const float side : {0.0F, 1.0F}) {
+            anatomy::values values;
+            for (const anatomy::parameter& one : region.parameters)
+                if (std::string{one.name} == "side") values["side"] = side;
+            const anatomy::body body = region.make(values);
+            std::set<std::string> names;
+            for (const anatomy::vessel& one : body.vessels) names.insert(one.name);
+            CHECK(names.empty() == (std::string{region.name} == "lumbar"));
+            for (const std::string& name : names) {
+                const std::vector<float> walls = wall_places(body, name);
+                CAPTURE(std::string{region.name});
+                CAPTURE(name);
+                REQUIRE(walls.size() > 50);
+                const auto at = [&](double part) {
+                    return walls[static_cast<std::size_t>(part * static_cast<double>(walls.size() - 1))];
+                };
+                MESSAGE(name, ": ", at(0.05), ", ", at(0.5), ", ", at(0.95));
+                // A tree is joined smoothly, and its thinnest branches have no line.
+                const bool is_tree = std::count_if(body.vessels.begin(), body.vessels.end(),
+                                                   [&](const anatomy::vessel& one) { return one.name == name; }) > 1;
+                CHECK(at(0.5) == doctest::Approx(1).epsilon(0.05));
+                CHECK(at(is_tree ? 0.1 : 0.05) > 0.75F);
+                CHECK(at(is_tree ? 0.85 : 0.95) < 1.3F);
+            }
+        }
+}
+
+TEST_CASE("blood flows towards the head in carotid arteries, away from it in jugular veins, and pulses") {
+    const anatomy::body body = anatomy::find_region("neck").make({{"resolution", coarse}});
+    const anatomy::blood_flow flow = body.flow(1_Hz), lasting = body.flow(0);
+    REQUIRE(flow.tubes.size() == body.vessels.size());
+    for (std::size_t i = 0; i < body.vessels.size(); ++i) {
+        const anatomy::vessel& one = body.vessels[i];
+        const object_id blood = *body.anatomy.find(one.name);
+        const bool is_artery = one.type == anatomy::vessel::kind::artery;
+        CAPTURE(one.name);
+        const tube_section& first = one.line.front();
+        const vec3 systole = flow(blood, first.centre, 0.15F), diastole = flow(blood, first.centre, 0.999F);
+        CHECK((is_artery ? -systole.y : systole.y) > 0.7F * one.peak_velocity); // y points to the feet
+        CHECK(length(systole) == doctest::Approx(one.peak_velocity).epsilon(1e-3));
+        CHECK(length(lasting(blood, first.centre, 0.7F)) == doctest::Approx(one.peak_velocity).epsilon(1e-3));
+        // At the end of a beat 1 minus the resistive index of it is left.
+        const float left = is_artery ? 1 - one.resistive_index : 1;
+        CHECK(length(diastole) / length(systole) == doctest::Approx(left).epsilon(0.02));
+        CHECK(flow(background_object, first.centre, 0) == vec3{0, 0, 0});
+    }
+}
+
+TEST_CASE("arteries pulse and stay open, veins collapse, by what their pressure says") {
+    anatomy::body body = anatomy::find_region("neck").make({{"resolution", coarse}});
+    const pulsation systole{.amplitude = 0.3_mm, .time = 0.15F / 1.2F};
+    CHECK(body.motion({.amplitude = 0}, 0).arteries.empty());
+    CHECK(body.motion(systole, 5_mmHg).veins.empty()); // their blood has 6
+    const anatomy::vessel_motion beat = body.motion(systole, 0), pressed = body.motion({.amplitude = 0}, 20_mmHg);
+    CHECK(pressed.veins.size() + beat.arteries.size() == body.vessels.size());
+    body.anatomy.build(exec::par);
+    for (const anatomy::vessel& one : body.vessels) {
+        CAPTURE(one.name);
+        const line_place middle = centre_line{one.line}.place(one.line[one.line.size() / 2].centre);
+        const vec3 wall = middle.centre + middle.radii.y * middle.second_axis;
+        const vec3 above = middle.centre - vec3{0, 0, 1e-4F};
+        const float height =
+            (pressed(above) - pressed(middle.centre)).z / (above - middle.centre).z; // over that at rest
+        if (one.type == anatomy::vessel::kind::artery) {
+            // By the share of its radius that the beat has, and all others by less.
+            CHECK(length(beat(wall) - wall) == doctest::Approx(0.1F * middle.radii.y).epsilon(0.1));
+            CHECK(height > 0.8F); // a vein beside it closes
+        } else {
+            CHECK(height < 0.3F); // by 14 mmHg: Shapiro's law
+        }
+        for (const anatomy::vessel_motion& map : {beat, pressed}) CHECK(length(map.rest_of(map(wall)) - wall) < 1_um);
+    }
+    body.anatomy.deform(exec::par, body.motion(systole, 20_mmHg));
+    body.anatomy.deform(exec::par, anatomy::vessel_motion{});
+}
+
+TEST_CASE("a larger body is larger, but in the lengths that are given") {
+    for (const anatomy::region& region : that_vary()) {
+        CAPTURE(std::string{region.name});
+        const auto skin_of = [](const anatomy::body& body) {
+            aabb box;
+            for (const vec3 p : named(body, "skin").surface.positions) box = merged(box, p);
+            return box.size();
+        };
+        const anatomy::body usual = region.make({{"resolution", coarse}}),
+                            large = region.make({{"resolution", coarse}, {"size", 1.1F}});
+        CHECK(skin_of(large).y / skin_of(usual).y == doctest::Approx(1.1).epsilon(0.01));
+        REQUIRE(large.vessels.size() == usual.vessels.size());
+        CHECK(large.anatomy.objects().size() == usual.anatomy.objects().size());
+    }
+    const auto carotid = [](float size) {
+        return anatomy::find_region("neck").make({{"resolution", coarse}, {"size", size}}).vessels.front();
+    };
+    const anatomy::vessel usual = carotid(1), large = carotid(1.1F);
+    CHECK(large.radius() == doctest::Approx(usual.radius()).epsilon(0.02));
+    CHECK(length(large.line.front().centre) == doctest::Approx(1.1 * length(usual.line.front().centre)).epsilon(0.01));
 }
 
 TEST_CASE("the same values give the same body") {

@@ -170,7 +170,7 @@ bool presses_vein() {
         live::session one{std::move(body)};
         one.apply({"hold_probe", {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 4}}); // 4 mm deep, 38 mm wide
         one.advance(exec::par);
-        return one.motion.veins.at(0).vessel.outside / 3_mmHg;
+        return one.motion.vessels.veins.at(0).vessel.outside / 3_mmHg;
     };
     const float whole = pressure(-60_mm), half = pressure(0);
     const std::string said = "4 mm deep, the whole face: " + std::to_string(whole) + " times 3 mmHg, half of it " +

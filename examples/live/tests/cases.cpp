@@ -203,21 +203,22 @@ bool moves_vessels() {
     one.apply({"press", {6}});
     for (int i = 0; i < 6; ++i) draw(one);
     std::size_t arteries = 0, veins = 0;
-    for (const live::vessel& each : one.vessels()) ++(each.is_artery ? arteries : veins);
+    for (const live::vessel& each : one.vessels()) ++(each.type == live::vessel::kind::artery ? arteries : veins);
     const live::tissue_motion& now = one.motion;
-    const std::string text = std::to_string(now.arteries.size()) + " of " + std::to_string(arteries) +
-                             " arteries pulse, " + std::to_string(now.veins.size()) + " of " + std::to_string(veins) +
-                             " veins collapse";
+    const std::string text = std::to_string(now.vessels.arteries.size()) + " of " + std::to_string(arteries) +
+                             " arteries pulse, " + std::to_string(now.vessels.veins.size()) + " of " +
+                             std::to_string(veins) + " veins collapse";
     float wide = 0;
     for (const live::vessel& each : one.vessels()) {
-        if (!each.is_artery) continue;
-        const centre_line line = each.course.line();
-        const tube_section& middle = each.course.sections[each.course.sections.size() / 2];
+        if (each.type == live::vessel::kind::vein) continue;
+        const centre_line line = each.line;
+        const tube_section& middle = each.line[each.line.size() / 2];
         const line_place place = line.place(middle.centre);
         const vec3 wall = place.centre + place.radii.x * place.first_axis;
-        for (const bent<pulsation>& beat : now.arteries) wide = std::max(wide, length(beat(wall) - wall));
+        for (const bent<pulsation>& beat : now.vessels.arteries) wide = std::max(wide, length(beat(wall) - wall));
     }
-    return check(now.arteries.size() == arteries && now.veins.size() > 0 && arteries > 0 && wide > 0.02_mm,
+    return check(now.vessels.arteries.size() == arteries && now.vessels.veins.size() > 0 && arteries > 0 &&
+                     wide > 0.02_mm,
                  text + ", a wall moves by " + text_of(1e3 * static_cast<double>(wide)) + " mm");
 }
 
