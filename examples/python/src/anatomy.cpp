@@ -20,6 +20,12 @@ struct views_by_name {
 struct vessel_tuple {
     static constexpr auto name = py::detail::const_name("tuple[insonify.anatomy.vessel, ...]");
 };
+struct flow_list {
+    static constexpr auto name = py::detail::const_name("list[insonify.tube_flow]");
+};
+struct composed_type {
+    static constexpr auto name = py::detail::const_name("insonify.composed");
+};
 struct names_by_id {
     static constexpr auto name = py::detail::const_name("Mapping[int, str]");
 };
@@ -89,6 +95,38 @@ region_body make_body(const std::string& name, std::optional<std::uint64_t> seed
     return body;
 }
 
+std::vector<anatomy::vessel> vessels_of(const region_body& body) {
+    return py::cast<std::vector<anatomy::vessel>>(body.vessels);
+}
+
+typed<flow_list> flow_of(const region_body& body, float heart_rate) {
+    const auto& own = py::cast<const scene&>(body.body_scene);
+    const std::vector<anatomy::vessel> vessels = vessels_of(body);
+    anatomy::blood_flow flow = anatomy::flow_of(own, vessels, heart_rate);
+    py::list all;
+    for (std::size_t i = 0; i < vessels.size(); ++i) {
+        const pose to_object = inverse(own[flow.tubes[i].object].at);
+        const centre_line line = flow.tubes[i].line;
+        all.append(line_flow{std::move(flow.tubes[i]), {anatomy::moved(vessels[i].line, to_object), {}, line}});
+    }
+    return typed<flow_list>{all};
+}
+
+typed<composed_type> motion_of(const region_body& body, const pulsation& beat, float outside) {
+    beat.check();
+    const std::vector<anatomy::vessel> vessels = vessels_of(body);
+    py::list maps;
+    const auto add = [&]<class Map>(const std::vector<tube_section>& line, const bent<Map>& one) {
+        maps.append(line_map<Map>{one, {line, {}, one.line}});
+    };
+    for (const anatomy::vessel& vessel : vessels) {
+        const anatomy::vessel_motion motion = anatomy::motion_of({vessel}, beat, outside);
+        for (const auto& one : motion.arteries) add(vessel.line, one);
+        for (const auto& one : motion.veins) add(vessel.line, one);
+    }
+    return typed<composed_type>{py::module_::import("insonify").attr("compose")(*maps)};
+}
+
 pose press_view(const region_body& body, const anatomy::view& seen) {
     auto& own = py::cast<scene&>(body.body_scene);
     const pose at = [&] {
@@ -132,19 +170,25 @@ void bind_parts(py::module_& module) {
         .def_property_readonly(
             "line", [](const vessel& self) { return array_of_sections(self.line); },
             "of its lumen at rest, in the direction of flow: sections as centre_line takes them, N x 6; a copy")
-        .def_readonly("peak_velocity", &vessel::peak_velocity, "on the axis, of an artery in systole, m/s")
+        .def_readonly("peak_velocity", &vessel::peak_velocity,
+                      "on the axis at the first section, of an artery in systole, m/s; below 0: towards it")
+        .def_readonly("resistive_index", &vessel::resistive_index,
+                      "of an artery: see pulsatile; the flow of veins is steady")
+        .def_readonly("pressure", &vessel::pressure, "of the blood of a vein, Pa: see collapse")
         .def("__repr__",
              [](const vessel& self) { return "<" + std::string{word_of(self.type)} + " '" + self.name + "'>"; })
         .def(py::pickle(
             [](const vessel& self) {
                 return py::make_tuple(self.name, self.type == vessel::kind::artery, array_of_sections(self.line),
-                                      self.peak_velocity);
+                                      self.peak_velocity, self.resistive_index, self.pressure);
             },
             [](const py::tuple& state) {
                 return vessel{.name = py::cast<std::string>(state[0]),
                               .type = py::cast<bool>(state[1]) ? vessel::kind::artery : vessel::kind::vein,
                               .line = sections_of(py::cast<float_array>(state[2]), "vessel: the line"),
-                              .peak_velocity = py::cast<float>(state[3])};
+                              .peak_velocity = py::cast<float>(state[3]),
+                              .resistive_index = py::cast<float>(state[4]),
+                              .pressure = py::cast<float>(state[5])};
             }));
     py::class_<view> views{module, "view", "A standard view of a region."};
     const auto needle_of = [](const view& self) -> std::optional<std::pair<vec3, vec3>> {
@@ -190,7 +234,7 @@ void bind_body(py::module_& module) {
             "By name; the first is the one to begin with.")
         .def_property_readonly(
             "vessels", [](const region_body& self) { return typed<vessel_tuple>{self.vessels}; },
-            "for Doppler, pulsation and collapse")
+            "in which blood flows")
         .def_property_readonly(
             "labels",
             [](const region_body& self) {
@@ -203,6 +247,13 @@ void bind_body(py::module_& module) {
         .def_property_readonly(
             "values", [](const region_body& self) { return typed<numbers_by_name>{read_only(py::cast(self.values))}; },
             "of all parameters, given, drawn or by default")
+        .def("flow", &flow_of, py::arg("heart_rate") = 1.2F,
+             "The velocity of the blood, for Doppler: a tube_flow for each vessel. Heart beats per second; 0: systole\n"
+             "that lasts. Make it again when objects were placed elsewhere.")
+        .def("motion", &motion_of, py::arg("beat"), py::arg("outside") = 0.0F,
+             "How arteries pulse and veins collapse, for deform. `beat`: a pulsation, of an artery of its radius; that "
+             "of\n"
+             "others is in proportion to theirs. `outside`: pressure of the tissue around the veins, Pa.")
         .def("press", &press_view, py::arg("view"),
              "Presses the probe of a view into the skin as an operator does, and returns its pose: bone and cartilage\n"
              "stay, the tissue above them gives way. deform(compose()) puts the scene to rest.")

@@ -142,14 +142,15 @@ def test_vessels_have_lines_with_flow(neck):
 
 def test_colour_of_a_carotid_artery(neck):
     artery = neck.vessels[0]
-    stream = us.tube_flow(object=neck.scene.find(artery.name), line=artery.line, peak_velocity=artery.peak_velocity)
+    stream = neck.flow(heart_rate=0)[0]
+    assert stream.object == neck.scene.find(artery.name) and stream.peak_velocity == artery.peak_velocity
     middle = artery.line[np.abs(artery.line[:, 1]).argmin(), :3]  # where y is 0
     towards = middle + [0, -15 * mm, 0] - neck.views["carotid_transverse"].at.translation
     probe = copy.copy(neck.views["carotid_transverse"].probe)
     probe.lines = 96
     start = neck.views["carotid_transverse"].at.translation
     at = us.look_at(start, tuple(start + towards), (1, 0, 0))  # tilted to the head
-    seen = us.colour_doppler(neck.scene, probe, at, stream, us.doppler_settings(depth=40 * mm, prf=14 * kHz, ensemble=8))
+    seen = us.colour_doppler(neck.scene, probe, at, neck.flow(heart_rate=0), us.doppler_settings(depth=40 * mm, prf=14 * kHz, ensemble=8))
     truth = us.ground_truth(neck.scene, probe, at, us.label_settings(depth=40 * mm, samples=seen.samples))
     blood, line = truth.label.values == stream.object, us.centre_line(artery.line)
     expected, found = [], []
@@ -164,6 +165,36 @@ def test_colour_of_a_carotid_artery(neck):
     print(f"{len(found)} samples on the axis: {np.median(found):.3f} m/s, expected {np.median(expected):.3f}")
     assert len(found) > 20 and abs(np.median(expected)) > 0.1 and abs(np.median(expected)) < seen.max_velocity
     assert np.median(found) == pytest.approx(np.median(expected), rel=0.15)
+
+
+def test_flow_and_motion_of_all_vessels(neck):
+    flow = neck.flow(heart_rate=1)
+    assert [neck.scene.names[one.object] for one in flow] == [one.name for one in neck.vessels]
+    for one, vessel in zip(flow, neck.vessels):
+        is_artery = vessel.kind == "artery"
+        assert one.waveform.heart_rate == (1 if is_artery else 0) and np.array_equal(us.centre_line(vessel.line).sections, one.line.sections)
+        assert not is_artery or one.waveform.resistive_index == vessel.resistive_index
+    vein = next(one for one in neck.vessels if one.name == "right internal jugular vein")
+    middle = vein.line[len(vein.line) // 2, :3]
+    points = middle + np.array([[0, 0, 0], [0, 0, 0.1 * mm]])
+    still = pulsation_at(0)
+    assert np.array_equal(neck.motion(still)(points), points)  # at rest
+    assert np.array_equal(neck.motion(still, outside=vein.pressure - 1)(points), points)
+    closed = neck.motion(still, outside=30 * us.mmHg)(points)
+    assert closed[1, 2] - closed[0, 2] < 0.02 * mm  # a tenth of its height
+    artery = neck.vessels[0]
+    axis = artery.line[len(artery.line) // 2, :3]
+    wall = axis + [0, 0, np.float32(artery.line[len(artery.line) // 2, 3])]
+    moved = neck.motion(pulsation_at(0.15))(wall[None])[0]
+    assert np.linalg.norm(moved - wall) == pytest.approx(0.1 * np.linalg.norm(wall - axis), rel=0.1)  # 0.3 of 3 mm
+    neck.scene.deform(neck.motion(pulsation_at(0.15), outside=20 * us.mmHg))
+    neck.scene.deform(us.compose())
+    with pytest.raises(ValueError, match="pulsation: "):
+        neck.motion(us.pulsation(amplitude=5 * mm))
+
+
+def pulsation_at(time):
+    return us.pulsation(radius=3 * mm, amplitude=0.3 * mm, rate=1, time=time)
 
 
 def test_views_for_a_needle():
