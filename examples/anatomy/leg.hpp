@@ -63,7 +63,7 @@ struct leg {
             {"vein_width", "m", "inner width of the common femoral vein", &of::vein_width, 8_mm, 15_mm},
             {"vein_height", "m", "its inner height", &of::vein_height, 4_mm, 10_mm},
             {"vein_gap", "m", "gap between artery and vein", &of::vein_gap, 0.3_mm, 3_mm},
-            {"vein_behind", "m", "by how much the vein is deeper than usual", &of::vein_behind, 0, 3_mm},
+            {"vein_behind", "m", "by how much the vein is deeper than usual", &of::vein_behind, 0, 2_mm},
             {"nerve_width", "m", "width of the femoral nerve at the inguinal crease", &of::nerve_width, 7_mm, 13_mm},
             {"nerve_height", "m", "its height", &of::nerve_height, 2.4_mm, 4.6_mm},
             {"nerve_gap", "m", "gap between artery and nerve", &of::nerve_gap, 0.5_mm, 6_mm},

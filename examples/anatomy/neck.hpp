@@ -466,7 +466,7 @@ struct neck_builder : builder {
             const float up = -of.division;
             // Common and internal carotid artery, with the bulb where it begins; and the external one. Both reach
             // beyond the view above the division.
-            const float last = max(up - 18_mm, top + 6_mm);
+            const float last = max(up - 18_mm, top + 6_mm), between = max(up - 10_mm, last + 4_mm);
             const auto round = [&](float x, float y, float z, float radius) {
                 return tube_section{{x, y, z}, vec2{radius}};
             };
@@ -478,7 +478,7 @@ struct neck_builder : builder {
             for (std::size_t i = 0; i < 4; ++i) course.push_back({carotid_course()[i], vec2{widths[i] * r}});
             for (const tube_section& one :
                  {carotid(30_mm, up + 6_mm, 22.6_mm, 1.08F), carotid(31.5_mm, up - 3_mm, 23.5_mm, 1.2F),
-                  carotid(33.7_mm, up - 10_mm, 25.6_mm, 0.9F), carotid(35_mm, last, 26.8_mm, 0.8F)})
+                  carotid(33.7_mm, between, 25.6_mm, 0.9F), carotid(35_mm, last, 26.8_mm, 0.8F)})
                 course.push_back(one);
             const auto line = mirrored(smooth_line(course, cell(1.5_mm)), side);
             const auto segments = static_cast<std::uint32_t>((viewed ? 40 : 24) * of.resolution);
@@ -492,7 +492,7 @@ struct neck_builder : builder {
             add_vessel(make_tube(line, {.segments = segments}), layers, 10, name, own, "deep fascia");
             const auto other = mirrored(
                 smooth_line({carotid(30.2_mm, up + 3_mm, 22.4_mm, 0.62F), carotid(28.6_mm, up - 5_mm, 20.3_mm, 0.68F),
-                             carotid(27.4_mm, up - 10_mm, 18.8_mm, 0.62F), carotid(26.6_mm, last, 17.8_mm, 0.58F)},
+                             carotid(27.4_mm, between, 18.8_mm, 0.62F), carotid(26.6_mm, last, 17.8_mm, 0.58F)},
                             cell(1.5_mm)),
                 side);
             for (wall_layer& one : layers) one.thickness *= 0.75F; // a smaller vessel
@@ -658,7 +658,7 @@ struct neck_builder : builder {
             return all;
         };
         const aabb box{{-34_mm, middle - half - 3_mm, 0}, {34_mm, max(middle + half, 14_mm) + 3_mm, 34_mm}};
-        mesh thyroid = mesh_implicit(gland, box, min(cell(1.5_mm), 0.6F * of.isthmus), {.max_slope = 1.6F});
+        mesh thyroid = mesh_implicit(gland, box, min(cell(1.5_mm), 0.5F * of.isthmus), {.max_slope = 1.6F});
         add(grown(thyroid, 0.28_mm, 0.25F, 5_mm, seed + 63), tissue::capsule, 4, "thyroid capsule", "deep fascia");
         add(std::move(thyroid), tissue::thyroid, 4, "thyroid", "thyroid capsule");
         for (int i = 0; i < 3; ++i) { // small vessels in the lobe of the views

@@ -245,7 +245,8 @@ struct right_upper_quadrant_builder : builder {
             const float end = number == 6 ? 36 : end_of_rib(number);
             std::vector<tube_section> line;
             for (float around = number == 6 ? 112.0F : 160.0F; around >= end; around -= 3) {
-                const float tip = ramp(around, end, end + 12); // round where the cartilage begins
+                if (rib_at(number, around) < top + 10_mm) continue; // it goes on above the region
+                const float tip = ramp(around, end, end + 12);      // round where the cartilage begins
                 line.push_back({at(around, rib_at(number, around),
                                    10.2_mm + 0.4_mm * noise(seed + 20, {around * 1_mm, 0, 0}, 15_mm)),
                                 {(6.3_mm - 0.5_mm * (1 - tip)), 3.4_mm}});

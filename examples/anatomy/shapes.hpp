@@ -305,11 +305,12 @@ inline std::vector<vec3> vertex_normals(const mesh& body) {
     return normals;
 }
 
-/// A mesh with its vertices moved. Steps of neighbours that differ by more than these are apart would make faces cross:
-/// they are averaged, and shortened where that does not suffice.
+/// A mesh with its vertices moved. Steps of neighbours that differ by more than these are apart would make faces cross, and so
+/// would those that turn a face over: they are averaged, and shortened where that does not suffice.
 /// @param steps  of the vertices, metres
 inline mesh displaced(mesh body, std::vector<vec3> steps) {
-    constexpr float max_slope = 0.6F; // of the steps along an edge
+    constexpr float max_slope = 0.6F;  // of the steps along an edge
+    constexpr float min_cosine = 0.3F; // between the normals of a face before and after
     constexpr int rounds = 12;
     struct neighbourhood {
         vec3 sum{0, 0, 0};
@@ -320,13 +321,21 @@ inline mesh displaced(mesh body, std::vector<vec3> steps) {
     for (int round = 0; round < rounds; ++round) {
         around.assign(steps.size(), {});
         bool any = false;
-        for (const uvec3 f : body.faces)
+        const auto normal = [&](uvec3 f, float part) {
+            const auto at = [&](std::uint32_t i) { return body.positions[i] + part * steps[i]; };
+            return cross(at(f.y) - at(f.x), at(f.z) - at(f.x));
+        };
+        for (const uvec3 f : body.faces) {
+            const vec3 before = normal(f, 0), after = normal(f, 1);
+            if (dot(before, after) < min_cosine * length(before) * length(after))
+                around[f.x].crosses = around[f.y].crosses = around[f.z].crosses = any = true;
             for (const auto& [i, k] : {std::pair{f.x, f.y}, {f.y, f.z}, {f.z, f.x}}) { // each edge once in each sense
                 around[i].sum += steps[k];
                 around[i].count += 1;
                 if (length(steps[i] - steps[k]) <= max_slope * length(body.positions[i] - body.positions[k])) continue;
                 around[i].crosses = around[k].crosses = any = true;
             }
+        }
         if (!any) break;
         const float factor = round < rounds / 2 ? 0.5F : 0.35F;
         for (std::size_t i = 0; i < steps.size(); ++i)

@@ -117,8 +117,8 @@ inline examined examine(const case_entry& one, std::uint32_t patient, const regi
     std::visit([&](const auto& array) { made.probe = array; }, seen.probe);
     made.settings = seen.settings;
     made.vessels = std::move(body.vessels);
-    for (vessel& one : made.vessels)
-        one.line = ::anatomy::moved(::anatomy::thinned(one.line, between_sections), to_world);
+    for (vessel& each : made.vessels)
+        each.line = ::anatomy::moved(::anatomy::thinned(each.line, between_sections), to_world);
     for (std::size_t i = 0; i < body.anatomy.objects().size(); ++i) {
         const object& each = body.anatomy.objects()[i];
         body.anatomy.place(each.id, to_world * each.at);
