@@ -691,13 +691,12 @@ struct leg_builder : builder {
                            {bottom, {2_mm, 13_mm}, 26_mm, 12_mm, 0, 18}},
                           22),
                    5, "soleus", pennate(calf, 110_mm, gastrocnemius_angle, -of.calf_pennation), 2.5_mm);
-        add(calf,
-            muscle({{60_mm, {-2_mm, 29_mm}, 7_mm, 0.3_mm, -0.25F, 20},
-                    {110_mm, {6_mm, 29.5_mm}, 9_mm, 0.25_mm, 0.3F, 10},
-                    {160_mm, {2_mm, 21_mm}, 8_mm, 0.25_mm, -0.1F, 16}},
-                   28, 2)
-                .surface(cell(2.2_mm)),
-            media::limb::aponeurosis, 5, "septum of soleus", compartments(calf));
+        swept septum = muscle({{60_mm, {-2_mm, 29_mm}, 7_mm, 0.3_mm, -0.25F, 20},
+                               {110_mm, {6_mm, 29.5_mm}, 9_mm, 0.25_mm, 0.3F, 10},
+                               {160_mm, {2_mm, 21_mm}, 8_mm, 0.25_mm, -0.1F, 16}},
+                              28, 2);
+        septum.waves = 0.1_mm; // it is half a millimetre thick
+        add(calf, septum.surface(cell(2.2_mm)), media::limb::aponeurosis, 5, "septum of soleus", compartments(calf));
         add_muscle(calf,
                    muscle({{20_mm, {20_mm, 50_mm}, 8_mm, 5_mm, 0.1F, 0},
                            {80_mm, {22_mm, 50_mm}, 13_mm, 8_mm, 0.35F, 8},
