@@ -62,8 +62,8 @@ struct neck {
              52_mm},
             {"jugular_width", "m", "inner width of the internal jugular vein", &of::jugular_width, 9_mm, 16_mm},
             {"jugular_height", "m", "its inner height", &of::jugular_height, 4_mm, 11_mm},
-            {"jugular_shift", "m", "distance of the vein from its usual place, to the side; below 0: over the artery",
-             &of::jugular_shift, -5_mm, 3_mm},
+            {"jugular_shift", "m", "distance of the vein from its usual place beside the artery, to the side",
+             &of::jugular_shift, -2_mm, 3_mm},
             {"lobe_width", "m", "width of a lobe of the thyroid", &of::lobe_width, 15_mm, 20_mm},
             {"lobe_depth", "m", "its depth", &of::lobe_depth, 13_mm, 18_mm},
             {"lobe_length", "m", "its length", &of::lobe_length, 40_mm, 60_mm},
@@ -508,7 +508,8 @@ struct neck_builder : builder {
                         t = 0.5F * of.jugular_height * large;
             const float clear = 8.3_mm * of.muscle + t; // beneath the sternocleidomastoid
             const auto beside = [&](float y, float x, float more, float wide, float turned) {
-                return parallel(y, x + of.jugular_shift, clear + more, w * wide, t * wide, turned, 10);
+                return parallel(y, x + of.carotid_shift + of.jugular_shift, clear + more, w * wide, t * wide, turned,
+                                10);
             };
             const swept vein = mirrored(
                 swept{.sections = {beside(top + 3_mm, 49_mm, 0, 0.75F, 0.1F), beside(-35_mm, 47_mm, 0, 0.9F, 0.08F),

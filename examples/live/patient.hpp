@@ -101,7 +101,11 @@ class patient {
         tissue_motion now;
         now.seen = seen_by(probe, at, depth);
         now.pressed = touch.depth > 0;
-        if (now.pressed) now.face = sloped(touch.deformation);
+        if (now.pressed) {
+            constexpr float slope = 1.2F; // where the body ends, there is no skin, and the depth of the face falls off
+            now.face = touch.deformation;
+            now.face.limit_slope(now.face.depth, slope);
+        }
         for (std::size_t i = 0; i < vessels_.size(); ++i) add_motion(now, i, touch, probe, time, beat);
         now.dragged = std::fabs(held.drag) > 1_um && held.inserted > 2_mm && !held.held;
         if (now.dragged) now.drag = {.entry = held.entry, .tip = held.tip(), .drag = held.drag};
@@ -151,25 +155,6 @@ class patient {
         scene bare;
         for (const object& one : body.objects()) bare.add(one.surface, one.inside, {.at = one.at, .name = one.name});
         return bare.build(exec::par);
-    }
-
-    // Beyond the edge of a body there is no skin: there the depth of the face ends on a slope.
-    static pressed_face sloped(pressed_face face) {
-        constexpr float slope = 1.2F;
-        for (std::size_t pass = 0; pass < 2; ++pass)
-            for (std::size_t k = 0; k < pressed_face::rows; ++k)
-                for (std::size_t i = 0; i < pressed_face::columns; ++i) {
-                    const std::size_t x = pass == 0 ? i : pressed_face::columns - 1 - i,
-                                      y = pass == 0 ? k : pressed_face::rows - 1 - k;
-                    const std::size_t before = pass == 0 ? x - 1 : x + 1, above = pass == 0 ? y - 1 : y + 1;
-                    float& depth = face.depth[y][x];
-                    const auto rise_from = [&](std::size_t row, std::size_t column) {
-                        return face.depth[row][column] + slope * length(face.place(y, x) - face.place(row, column));
-                    };
-                    if (before < pressed_face::columns) depth = std::min(depth, rise_from(y, before));
-                    if (above < pressed_face::rows) depth = std::min(depth, rise_from(above, x));
-                }
-        return face;
     }
 
     // The flow through a vein that closes: laminar, through an ellipse, of the pressure gradient that gives 1 through the circle

@@ -26005,7 +26005,8 @@ struct pressed_face {
     values depth{};          ///< by which it is displaced along z, metres; beside the face: see `recover_beside`
     float decay = 20e-3F;    ///< see `indentation`
     float recovery = 8e-3F;  ///< see `indentation`
-    /// exp(-S / decay), where something stiff, which does not move, lies S metres below the skin; 0: nothing.
+    /// exp(-S / decay), where something stiff, which does not move, lies S metres below the skin; 0: nothing. Bone holds
+    /// what is beside it, too, so that tissue does not tear there: `press` lets S grow by at most 2 metres a metre.
     values stop{};
 
     /// Where a row and a column are: x and y of the probe, metres.
@@ -26052,6 +26053,21 @@ struct pressed_face {
     /// By how much it is displaced along z, likewise.
     float depth_at(vec2 place) const { return mixed(depth, cell_of(place)); }
 
+    /// Lowers values so that from point to point of the grid they rise by at most a slope. @param slope  per metre
+    void limit_slope(values& of, float slope) const {
+        for (std::size_t pass = 0; pass < 2; ++pass)
+            for (std::size_t n = 0; n < rows; ++n)
+                for (std::size_t m = 0; m < columns; ++m) { // forwards, then backwards
+                    const std::size_t k = pass == 0 ? n : rows - 1 - n, i = pass == 0 ? m : columns - 1 - m;
+                    const auto lower = [&](std::size_t row, std::size_t column) {
+                        if (row < rows && column < columns)
+                            of[k][i] =
+                                min(of[k][i], of[row][column] + slope * length(place(k, i) - place(row, column)));
+                    };
+                    lower(pass == 0 ? k - 1 : k + 1, i);
+                    lower(k, pass == 0 ? i - 1 : i + 1);
+                }
+    }
     /// Sets the depth beside the face from that at its edge: it recovers exponentially, up to the rim of the grid, and is
     /// at most three quarters of that by which tissue above something stiff would fold over.
     void recover_beside() {
@@ -26263,6 +26279,7 @@ class presser {
     const contact& press(const scene& body, const Probe& probe, const pose& at, const press_settings& settings = {},
                          const Filter& accepts = {}, const Stiff& is_stiff = {}) {
         constexpr float behind = 0.05e-3F;
+        constexpr float beside_stiff = 2; // see `pressed_face::stop`; by convention
         probe.check();
         body.require_built();
         detail::check_rigid(at, "press");
@@ -26293,6 +26310,7 @@ class presser {
         for (std::size_t i = 0; i < pressed_face::columns; ++i)
             height[i] = height_at(probe, clamp(face.place(0, i).x, face.left, face.right));
         skin_.find(body, face, height, accepts, is_stiff);
+        face.limit_slope(skin_.stiff, beside_stiff);
         float sum = 0, points = 0, pressed = 0;
         vec2 folding{0, 0}; // the largest depth at which tissue would fold over, and how far below something is stiff
         for (std::size_t row = 0; row < pressed_face::rows; ++row)
