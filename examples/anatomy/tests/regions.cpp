@@ -212,7 +212,7 @@ TEST_CASE("a vessel's line says where its wall is, on all sides") {
                 // A tree is joined smoothly, and its thinnest branches have no line.
                 const bool is_tree = std::count_if(body.vessels.begin(), body.vessels.end(),
                                                    [&](const anatomy::vessel& one) { return one.name == name; }) > 1;
-                CHECK(at(0.5) == doctest::Approx(1).epsilon(0.05));
+                CHECK(at(0.5) == doctest::Approx(1).scale(1e-30).epsilon(0.05));
                 CHECK(at(is_tree ? 0.1 : 0.05) > 0.75F);
                 CHECK(at(is_tree ? 0.85 : 0.95) < 1.3F);
             }
@@ -231,11 +231,12 @@ TEST_CASE("blood flows towards the head in carotid arteries, away from it in jug
         const tube_section& first = one.line.front();
         const vec3 systole = flow(blood, first.centre, 0.15F), diastole = flow(blood, first.centre, 0.999F);
         CHECK((is_artery ? -systole.y : systole.y) > 0.7F * one.peak_velocity); // y points to the feet
-        CHECK(length(systole) == doctest::Approx(one.peak_velocity).epsilon(1e-3));
-        CHECK(length(lasting(blood, first.centre, 0.7F)) == doctest::Approx(one.peak_velocity).epsilon(1e-3));
+        CHECK(length(systole) == doctest::Approx(one.peak_velocity).scale(1e-30).epsilon(1e-3));
+        CHECK(length(lasting(blood, first.centre, 0.7F)) ==
+              doctest::Approx(one.peak_velocity).scale(1e-30).epsilon(1e-3));
         // At the end of a beat 1 minus the resistive index of it is left.
         const float left = is_artery ? 1 - one.resistive_index : 1;
-        CHECK(length(diastole) / length(systole) == doctest::Approx(left).epsilon(0.02));
+        CHECK(length(diastole) / length(systole) == doctest::Approx(left).scale(1e-30).epsilon(0.02));
         CHECK(flow(background_object, first.centre, 0) == vec3{0, 0, 0});
     }
 }
@@ -257,7 +258,7 @@ TEST_CASE("arteries pulse and stay open, veins collapse, by what their pressure 
             (pressed(above) - pressed(middle.centre)).z / (above - middle.centre).z; // over that at rest
         if (one.type == anatomy::vessel::kind::artery) {
             // By the share of its radius that the beat has, and all others by less.
-            CHECK(length(beat(wall) - wall) == doctest::Approx(0.1F * middle.radii.y).epsilon(0.1));
+            CHECK(length(beat(wall) - wall) == doctest::Approx(0.1F * middle.radii.y).scale(1e-30).epsilon(0.1));
             CHECK(height > 0.8F); // a vein beside it closes
         } else {
             CHECK(height < 0.3F); // by 14 mmHg: Shapiro's law
@@ -278,7 +279,7 @@ TEST_CASE("a larger body is larger, but in the lengths that are given") {
         };
         const anatomy::body usual = region.make({{"resolution", coarse}}),
                             large = region.make({{"resolution", coarse}, {"size", 1.1F}});
-        CHECK(skin_of(large).y / skin_of(usual).y == doctest::Approx(1.1).epsilon(0.01));
+        CHECK(skin_of(large).y / skin_of(usual).y == doctest::Approx(1.1).scale(1e-30).epsilon(0.01));
         REQUIRE(large.vessels.size() == usual.vessels.size());
         CHECK(large.anatomy.objects().size() == usual.anatomy.objects().size());
     }
@@ -286,8 +287,9 @@ TEST_CASE("a larger body is larger, but in the lengths that are given") {
         return anatomy::find_region("neck").make({{"resolution", coarse}, {"size", size}}).vessels.front();
     };
     const anatomy::vessel usual = carotid(1), large = carotid(1.1F);
-    CHECK(large.radius() == doctest::Approx(usual.radius()).epsilon(0.02));
-    CHECK(length(large.line.front().centre) == doctest::Approx(1.1 * length(usual.line.front().centre)).epsilon(0.01));
+    CHECK(large.radius() == doctest::Approx(usual.radius()).scale(1e-30).epsilon(0.02));
+    CHECK(length(large.line.front().centre) ==
+          doctest::Approx(1.1 * length(usual.line.front().centre)).scale(1e-30).epsilon(0.01));
 }
 
 TEST_CASE("the same values give the same body") {
