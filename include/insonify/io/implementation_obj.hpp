@@ -338,10 +338,9 @@ inline obj_content read_obj(const std::string& path, float unit) {
     std::vector<std::uint32_t> found(content.text.lines.size()); // triangles of each line
     for (const loader::shape_t& shape : shapes)
         for (std::size_t i = 0; i < shape.mesh.smoothing_group_ids.size(); ++i) {
-            const auto corner = [&](std::size_t k) {
-                return static_cast<std::uint32_t>(shape.mesh.indices[3 * i + k].vertex_index);
-            };
-            content.faces.push_back({{corner(0), corner(1), corner(2)}, shape.mesh.smoothing_group_ids[i]});
+            const loader::index_t* const corner = &shape.mesh.indices[3 * i];
+            content.faces.push_back({uvec3{corner[0].vertex_index, corner[1].vertex_index, corner[2].vertex_index},
+                                     shape.mesh.smoothing_group_ids[i]});
             ++found[content.faces.back().line];
         }
     for (std::size_t line = 0; line < found.size(); ++line)
