@@ -98,6 +98,13 @@ int main() {
          9_mm,
          true},
         {"sheath_level", muscle, [](s& of, float v) { of.sheath.level_db = v; }, {10, 24, 36}, {1, 0, 0}, 9_mm, true},
+        {"sheath_insertion",
+         muscle,
+         [](s& of, float v) { of.sheath.insertion = v; },
+         {0, 20_mm, 60_mm},
+         {std::cos(20_deg), 0, std::sin(20_deg)},
+         14_mm,
+         true},
     };
     bool all_differ = true;
     for (const strip& of : strips) {

@@ -655,6 +655,9 @@ struct structure {
         float spread_db = 5;    ///< standard deviation of that level along the surface
         float waviness = 0.3F;  ///< standard deviation of the angle of its facets, radians
         float diffuse_db = -10; ///< amplitude that remains at any angle, relative to that at normal incidence
+        /// Length over which fibres curve into the inside of the sheath, on which they end, metres; 0: they stay straight and
+        /// go on to the surface.
+        float insertion = 0;
 
         friend bool operator==(const sheath_layer&, const sheath_layer&) = default;
     };
@@ -699,7 +702,7 @@ INSONIFY_FN inline bool is_valid(const structure& s) {
            has_sheets(s.sheets) && has_sheets(s.septa) && within(b.spacing, 0, 1) && within(b.diameter, 0, b.spacing) &&
            within(b.level_db, -200, 100) && within(s.sheath.thickness, 0, 1) && within(s.sheath.level_db, -200, 100) &&
            within(s.sheath.spread_db, 0, 40) && within(s.sheath.waviness, 0, pi) &&
-           within(s.sheath.diffuse_db, -200, 0);
+           within(s.sheath.diffuse_db, -200, 0) && within(s.sheath.insertion, 0, 1);
 }
 
 namespace detail {
@@ -6705,7 +6708,8 @@ struct layer {
     /// Cosines of the angles of incidence on the surfaces at `begin` and `end`, where these are the object's own; 0
     /// where there is none, or where it belongs to the object on its other side.
     vec2 own_surfaces{0, 0};
-    float moved = 0; ///< of the surface at `begin` along the line since the first pulse of a train, metres
+    vec3 own_normals[2] = {}; ///< of these surfaces in the world, on either side, of length 1; 0 where there is none
+    float moved = 0;          ///< of the surface at `begin` along the line since the first pulse of a train, metres
 };
 
 /// The coordinate frame of a line in the world; axes of length 1.
@@ -7314,8 +7318,10 @@ class layer_walk {
     }
     /// Crossings at the origin belong to the surface that a path has just left: they are skipped.
     /// @param own_surface  cosine of incidence on that surface, if it is the object's own; else 0
-    INSONIFY_FN void skip_departure(float own_surface) {
+    /// @param own_normal   of that surface in the world, likewise
+    INSONIFY_FN void skip_departure(float own_surface, vec3 own_normal) {
         own_ = own_surface;
+        own_normal_ = own_normal;
         while (next_ < found_.count && found_.room[next_].distance <= touching_distance) ++next_;
     }
 
@@ -7325,6 +7331,7 @@ class layer_walk {
         const std::uint32_t current = found_.inside.top();
         here = layer_from(current, begin_, met_);
         here.own_surfaces.x = own_;
+        here.own_normals[0] = own_normal_;
         while (next_ < found_.count && found_.room[next_].distance < depth_) {
             group_ = next_;
             const float place = found_.room[group_].distance;
@@ -7334,8 +7341,11 @@ class layer_walk {
             if (after == current) continue;
             if (incident_) met_ = incidence_at_change(current, after);
             here.end = begin_ = place;
-            here.own_surfaces.y = current < after ? met_.cosine : 0.0F;
-            own_ = after < current ? met_.cosine : 0.0F;
+            const bool belongs_to_next = after < current;
+            own_ = belongs_to_next ? met_.cosine : 0.0F;
+            own_normal_ = belongs_to_next ? met_.normal : vec3{0, 0, 0};
+            here.own_surfaces.y = belongs_to_next ? 0.0F : met_.cosine;
+            here.own_normals[1] = belongs_to_next ? vec3{0, 0, 0} : met_.normal;
             return true;
         }
         at_end_ = true;
@@ -7396,7 +7406,8 @@ class layer_walk {
     std::uint32_t next_ = 0, group_ = 0; // crossings: the next one, and the first at the last surface
     float begin_ = 0;
     surface_incidence met_{};
-    float own_ = 0; // cosine of incidence on the last surface, if it belongs to the object behind it
+    float own_ = 0;            // cosine of incidence on the last surface, if it belongs to the object behind it
+    vec3 own_normal_{0, 0, 0}; // likewise
     bool at_end_ = false;
 };
 
@@ -11918,6 +11929,7 @@ struct material_line {
     const placed_structure* structure = nullptr;     ///< of the medium; null: none
     vec2 surfaces{0, 0};                             ///< metres along the line at which its layer begins and ends
     vec2 own_surfaces{0, 0};                         ///< see `layer::own_surfaces`
+    vec3 own_normals[2] = {};                        ///< see `layer::own_normals`; in coordinates of the object
     vec3 steering{0, 0, 0};                          ///< see `line_frame::steering`
     bool flowing = false;                            ///< the medium flows
     std::uint32_t frame_number = 0;                  ///< where the medium flows; 0 elsewhere
@@ -12010,6 +12022,8 @@ struct no_scatterers {
 #define INSONIFY_TISSUE_STRUCTURE_GAINS_HPP
 
 
+#include <cfloat>
+#include <cmath>
 #include <cstdint>
 
 /// Factors on the amplitude of speckle along a line, a register at a time.
@@ -12161,6 +12175,90 @@ INSONIFY_FN INSONIFY_INLINE lanes<N> value_noise(std::uint32_t key, const lanes<
     return (between(side(0), side(next_z), back) - floats(510.0F)) * floats(1 / deviation);
 }
 
+/// The ends of fibres on the sheath of their object, into which they curve as parabolas: at a depth d below it the structure
+/// is displaced along the normal by
+///
+///     u(d) = (sqrt(D) - sqrt(d))^2   above D,   0 below
+///
+/// so that the component of the fibres along the normal falls as sqrt(d / D), to 0 where they end.
+struct fibre_insertion {
+    vec3 normal{0, 0, 0}; ///< outwards, in the coordinates of the structure, of length 1 in tissue at rest
+    float end = 0;        ///< where fibres end, metres along the line from the origin of the segment
+    float cosine = 0; ///< of the angle of incidence; negative where the line leaves the object, 0: fibres do not end
+    float depth = 0;  ///< D, metres; 0: fibres stay straight
+
+    /// u at distances along the segment, metres.
+    INSONIFY_FN INSONIFY_INLINE wide_floats displacement(const wide_floats& distance) const {
+        const wide_floats largest(depth), below = (distance - wide_floats(end)) * wide_floats(cosine);
+        const wide_floats missing = sqrt(largest) - sqrt(min(max(below, wide_floats(0.0F)), largest));
+        return missing * missing;
+    }
+};
+
+/// What the insertions of fibres do to a structure along a segment of a line.
+class fibre_course {
+  public:
+    /// A part of the line where the displacement is linear.
+    struct piece {
+        float end = FLT_MAX;  ///< metres from the origin of the segment
+        linear_along aside{}; ///< metres along the normal
+        float stretch = 0;    ///< displacement per metre that the depth decreases
+        float steepness = 0;  ///< root of (1 + stretch)^2 - 1
+        int at_exit = 0;      ///< 1: the normal is that of the surface at which the line leaves the object
+    };
+
+    fibre_course() = default; ///< straight fibres without ends
+    /// Where a line enters and leaves an object; the parts of it where fibres curve do not overlap.
+    INSONIFY_FN fibre_course(const fibre_insertion& entry, const fibre_insertion& exit) : insertions_{entry, exit} {
+        count_ = 0;
+        if (entry.cosine != 0) begin_ = entry.end;
+        for (int k = 0; k < parts && entry.depth > 0; ++k) add(0, k, k + 1);
+        pieces_[count_++].end = exit.cosine != 0 ? place(exit, parts) : FLT_MAX;
+        for (int k = parts - 1; k >= 0 && exit.depth > 0; --k) add(1, k, k);
+    }
+
+    /// Calls visit(begin, end, piece) for the pieces of a part of the line where there are fibres. Each begins exactly where
+    /// the one before ends.
+    template <class Visit>
+    INSONIFY_FN void for_each_piece(float from, float to, const Visit& visit) const {
+        from = max(from, begin_);
+        for (std::uint32_t i = 0; i < count_ && from < to; ++i) {
+            const float end = min(pieces_[i].end, to);
+            if (!(from < end)) continue;
+            visit(from, end, pieces_[i]);
+            from = end;
+        }
+    }
+    /// Where the line enters the object, and where it leaves it.
+    INSONIFY_FN const fibre_insertion (&insertions() const)[2] { return insertions_; }
+
+  private:
+    // Pieces end at depths of D (k / parts)^2: equal steps of the tangent of the angle between fibres and surface.
+    static constexpr int parts = 2;
+
+    INSONIFY_FN static float place(const fibre_insertion& of, int k) {
+        const float part = static_cast<float>(k) / parts;
+        return of.end + of.depth * part * part / of.cosine;
+    }
+    // The piece between the depths of steps k and k + 1, of which the line passes `last` last.
+    INSONIFY_FN void add(int at_exit, int k, int last) {
+        const fibre_insertion& of = insertions_[at_exit];
+        const float missing = 1 - static_cast<float>(k) / parts, longer = 2.0F * parts / static_cast<float>(2 * k + 1);
+        piece& one = pieces_[count_++];
+        one.end = place(of, last);
+        one.stretch = longer - 1;
+        one.steepness = std::sqrt(longer * longer - 1);
+        one.aside.step = -one.stretch * of.cosine;
+        one.aside.first = of.depth * missing * missing - one.aside.step * place(of, k);
+        one.at_exit = at_exit;
+    }
+
+    fibre_insertion insertions_[2] = {};
+    piece pieces_[2 * parts + 1] = {};
+    std::uint32_t count_ = 1;
+    float begin_ = -FLT_MAX; // of the first piece
+};
+
 /// A straight segment of a line in an object.
 struct object_segment {
     vec3 origin{0, 0, 0};      ///< metres
@@ -12177,10 +12275,17 @@ struct object_segment {
         return {dot(axis, origin) / unit, dot(axis, along) / unit};
     }
     /// `value_noise` of cells of a size along axes.
-    INSONIFY_FN wide_floats noise(const mat3& axes, vec3 size, std::uint32_t random,
-                                  const wide_floats& distance) const {
-        const auto place = [&](int i) { return coordinate(axes[i], size[i]).at(distance); };
-        return value_noise<wide_lanes>(mix_bits(random), place(0), place(1), place(2));
+    INSONIFY_FN wide_floats noise(const mat3& axes, vec3 size, std::uint32_t random, const wide_floats& distance,
+                                  const fibre_course& course = {}) const {
+        wide_floats place[3];
+        for (int i = 0; i < 3; ++i) place[i] = coordinate(axes[i], size[i]).at(distance);
+        for (const fibre_insertion& one : course.insertions()) {
+            if (one.depth == 0) continue;
+            const wide_floats aside = one.displacement(distance);
+            for (int i = 0; i < 3; ++i)
+                place[i] = multiply_add(aside, wide_floats(dot(axes[i], one.normal) / size[i]), place[i]);
+        }
+        return value_noise<wide_lanes>(mix_bits(random), place[0], place[1], place[2]);
     }
 };
 
@@ -12194,11 +12299,15 @@ class sheet_crossings {
     /// @param all, k  the layer of sheets, and the number of the lattice
     /// @param lobe    see `lobe_of`
     INSONIFY_FN sheet_crossings(const placed_structure::sheets& all, std::uint32_t k, const object_segment& segment,
-                                float lobe)
-        : of_{all.of}, lattice_{all.lattices[k]}, key_{lattice_.key ^ segment.key}, per_lobe_{1 / (lobe * lobe)},
-          diffuse_{all.diffuse} {
-        facing_y_ = dot(lattice_.axes[1], segment.propagation);
-        facing_z_ = dot(lattice_.axes[2], segment.propagation);
+                                const fibre_course& course, float lobe)
+        : of_{all.of}, lattice_{all.lattices[k]}, course_{course}, key_{lattice_.key ^ segment.key},
+          per_lobe_{1 / (lobe * lobe)}, diffuse_{all.diffuse}, facing_{across(segment.propagation)} {
+        for (int i = 0; i < 2; ++i) {
+            const vec3 normal = course.insertions()[i].normal;
+            for (int axis = 0; axis < 3; ++axis) normals_[i].cells[axis] = dot(lattice_.cells[axis], normal);
+            normals_[i].across = across(normal);
+            normals_[i].facing = dot(normal, segment.propagation);
+        }
         for (int i = 0; i < 3; ++i) place_[i] = segment.coordinate(lattice_.cells[i], 1);
         place_[2].first += static_cast<float>(key_ & 0xFFFFU) * 0x1p-16F; // of each object by itself
     }
@@ -12209,20 +12318,8 @@ class sheet_crossings {
         passage_list rows;
         waves.for_each_piece(points.first, points.last() + 1e-3F * points.spacing,
                              [&](float from, float to, const linear_along& wave) {
-                                 const linear_along y = displaced(1, wave), z = displaced(2, wave);
-                                 const float per_step = (z.step < 0 ? -1.0F : 1.0F) / max(std::fabs(z.step), 1e-3F);
-                                 for_each_cell(z.at(from), z.at(to), [&](float layer) {
-                                     const float a = (layer - z.first) * per_step, b = (layer + 1 - z.first) * per_step;
-                                     const float begin = max(from, min(a, b)), end = min(to, max(a, b));
-                                     if (!(begin < end)) return;
-                                     // Rows within a layer are shifted at random.
-                                     const auto number = static_cast<std::uint32_t>(static_cast<std::int64_t>(layer));
-                                     const std::uint32_t random = mix_bits(number * 0xC2B2AE35U + key_);
-                                     const float shift = static_cast<float>(random & 0xFFFFU) * (1.0F / 0xFFFF);
-                                     for_each_cell(y.at(begin) + shift, y.at(end) + shift, [&](float row) {
-                                         if (rows.count == passage_list::room) enter_cells(rows, points);
-                                         rows.push(begin, end, wave, layer, row, random);
-                                     });
+                                 course_.for_each_piece(from, to, [&](float a, float b, const fibre_course::piece& of) {
+                                     list_rows(straight(a, b, wave, of), rows, points);
                                  });
                              });
         enter_cells(rows, points);
@@ -12251,43 +12348,86 @@ class sheet_crossings {
         }
     };
 
-    // Parts of the line, metres, each within one row of cells of one layer, where the lattice is displaced by a linear
-    // wave.
+    // A part of the line that is straight in the coordinates of the lattice, which are in cells.
+    struct straight_part {
+        float begin, end; // metres along the line
+        linear_along x, y, z;
+        // A normal n of a sheet, given by its components along y and z, is |n + its component along `steep`| times as long
+        // where fibres curve, and has the component n . facing along the propagation of sound.
+        vec2 facing, steep;
+    };
+
+    // Parts of the line, each within one row of cells of one layer.
     struct passage_list {
         static constexpr std::uint32_t room = 64;
-        float begin[room], end[room], wave[room], wave_step[room], layer[room], row[room];
+        float begin[room], end[room], layer[room], row[room];
+        float x[room], x_step[room], y[room], y_step[room], z[room], z_step[room]; // see `straight_part`
+        float facing_y[room], facing_z[room], steep_y[room], steep_z[room];
         std::uint32_t of_layer[room]; // random bits
         std::uint32_t count = 0;
 
-        INSONIFY_FN void push(float from, float to, const linear_along& displaced, float in_layer, float in_row,
+        INSONIFY_FN void push(const straight_part& of, float from, float to, float in_layer, float in_row,
                               std::uint32_t random) {
             begin[count] = from;
             end[count] = to;
-            wave[count] = displaced.first;
-            wave_step[count] = displaced.step;
             layer[count] = in_layer;
             row[count] = in_row;
+            x[count] = of.x.first;
+            x_step[count] = of.x.step;
+            y[count] = of.y.first;
+            y_step[count] = of.y.step;
+            z[count] = of.z.first;
+            z_step[count] = of.z.step;
+            facing_y[count] = of.facing.x;
+            facing_z[count] = of.facing.y;
+            steep_y[count] = of.steep.x;
+            steep_z[count] = of.steep.y;
             of_layer[count++] = random;
         }
     };
 
-    // A coordinate in cells where the lattice is displaced.
-    INSONIFY_FN linear_along displaced(int axis, const linear_along& wave) const {
-        return {place_[axis].first + lattice_.aside[axis] * wave.first,
-                place_[axis].step + lattice_.aside[axis] * wave.step};
+    // The components along axes 1 and 2.
+    INSONIFY_FN vec2 across(vec3 v) const { return {dot(lattice_.axes[1], v), dot(lattice_.axes[2], v)}; }
+
+    INSONIFY_FN straight_part straight(float begin, float end, const linear_along& wave,
+                                       const fibre_course::piece& course) const {
+        const surface_normal& normal = normals_[course.at_exit];
+        const auto displaced = [&](int axis) -> linear_along {
+            const float aside = lattice_.aside[axis], turned = normal.cells[axis];
+            return {place_[axis].first + aside * wave.first + turned * course.aside.first,
+                    place_[axis].step + aside * wave.step + turned * course.aside.step};
+        };
+        return {begin,
+                end,
+                displaced(0),
+                displaced(1),
+                displaced(2),
+                facing_ + course.stretch * normal.facing * normal.across,
+                course.steepness * normal.across};
     }
-    INSONIFY_FN INSONIFY_INLINE linear_lanes displaced(int axis, const linear_lanes& wave) const {
-        const floats aside(lattice_.aside[axis]);
-        return {multiply_add(aside, wave.first, floats(place_[axis].first)),
-                multiply_add(aside, wave.step, floats(place_[axis].step))};
+    // Divides a part into rows of cells.
+    INSONIFY_FN void list_rows(const straight_part& of, passage_list& rows, const gain_points& points) const {
+        const float per_step = (of.z.step < 0 ? -1.0F : 1.0F) / max(std::fabs(of.z.step), 1e-3F);
+        for_each_cell(of.z.at(of.begin), of.z.at(of.end), [&](float layer) {
+            const float a = (layer - of.z.first) * per_step, b = (layer + 1 - of.z.first) * per_step;
+            const float begin = max(of.begin, min(a, b)), end = min(of.end, max(a, b));
+            if (!(begin < end)) return;
+            // Rows within a layer are shifted at random.
+            const auto number = static_cast<std::uint32_t>(static_cast<std::int64_t>(layer));
+            const std::uint32_t random = mix_bits(number * 0xC2B2AE35U + key_);
+            const float shift = static_cast<float>(random & 0xFFFFU) * (1.0F / 0xFFFF);
+            for_each_cell(of.y.at(begin) + shift, of.y.at(end) + shift, [&](float row) {
+                if (rows.count == passage_list::room) enter_cells(rows, points);
+                rows.push(of, begin, end, layer, row, random);
+            });
+        });
     }
     template <class Visit>
     INSONIFY_FN static void for_each_cell(float from, float to, const Visit& visit) {
         const float first = std::floor(min(from, to)), others = std::floor(max(from, to)) - first;
         if (!is_finite(others)) return;
         const float step = 1 + std::floor(others * (1.0F / max_cells));
-        for (std::uint32_t i = 0; static_cast<float>(i) * step <= others; ++i)
-            visit(first + static_cast<float>(i) * step);
+        for (float away = 0; away <= others; away += step) visit(first + away);
     }
 
     // Cells within a row are shifted too.
@@ -12298,15 +12438,22 @@ class sheet_crossings {
             const auto at = [&](const float* list) { // behind the end of the list all is 0, so that parts are empty
                 return select(listed, load<wide_lanes>(list + i), zero);
             };
-            const linear_lanes wave{at(rows.wave), at(rows.wave_step)};
             const bits of_layer = load_bits<wide_lanes>(rows.of_layer + i);
             const floats row = at(rows.row);
-            cell_lanes in{{}, displaced(1, wave), displaced(2, wave), at(rows.begin), at(rows.end)};
+            linear_lanes x{at(rows.x), at(rows.x_step)};
+            cell_lanes in{{},
+                          {at(rows.y), at(rows.y_step)},
+                          {at(rows.z), at(rows.z_step)},
+                          at(rows.begin),
+                          at(rows.end),
+                          at(rows.facing_y),
+                          at(rows.facing_z),
+                          at(rows.steep_y),
+                          at(rows.steep_z)};
             in.y.first = in.y.first + fraction_of_bits(of_layer, 0, 16) - row;
             in.y.clip(zero, floats(1.0F), in.begin, in.end);
             in.z.first = in.z.first - at(rows.layer);
             const bits column = mix_lanes<wide_lanes>(bits_of_whole<wide_lanes>(row) * 0x85EBCA6BU + of_layer);
-            linear_lanes x = displaced(0, wave);
             x.first = x.first + fraction_of_bits(column, 0, 16);
             const floats from = x.at(in.begin), to = x.at(in.end), lowest = min(from, to), highest = max(from, to);
             const auto passed = in.begin < in.end;
@@ -12328,6 +12475,7 @@ class sheet_crossings {
     struct cell_lanes {
         linear_lanes x, y, z;
         floats begin, end;
+        floats facing_y, facing_z, steep_y, steep_z; // see `straight_part`
     };
 
     // Size, angle and place of the sheet in each cell, within which it stays, and the part of the line inside it. Its
@@ -12383,21 +12531,23 @@ class sheet_crossings {
             multiply_add(steps, floats(max_level_number / 32), floats(-max_level_number * 31 / 32));
         const floats level = decibels(level_number, of_.spread_db, of_.level_db);
         // The normal of a bent sheet leans against w, the place across it, by the slope w bend: its cosine to the beam is
-        // (facing - w bend leaning) / sqrt(1 + (w bend)^2).
-        const floats facing = sine * floats(facing_y_) + cosine * floats(facing_z_),
-                     leaning = cosine * floats(facing_y_) - sine * floats(facing_z_);
+        // (facing - w bend leaning) / sqrt(1 + (w bend)^2), where fibres are straight.
+        const floats facing = sine * in.facing_y + cosine * in.facing_z,
+                     leaning = cosine * in.facing_y - sine * in.facing_z,
+                     steep = sine * in.steep_y + cosine * in.steep_z,
+                     steep_leaning = cosine * in.steep_y - sine * in.steep_z;
 
         std::uint32_t from[wide_lanes], to[wide_lanes];
         store_bits<wide_lanes>(first, from);
         store_bits<wide_lanes>(behind, to);
-        float sheet[11][wide_lanes]; // three coordinates, and the five values below
+        float sheet[13][wide_lanes]; // three coordinates, and the seven values below
         const linear_lanes* const coordinates[] = {&across, &within, &x};
         for (std::size_t k = 0; k < 3; ++k) {
             store(coordinates[k]->first, sheet[2 * k]);
             store(coordinates[k]->step, sheet[2 * k + 1]);
         }
-        const floats* const values[] = {&level, &risen, &bend, &facing, &leaning};
-        for (std::size_t k = 0; k < 5; ++k) store(*values[k], sheet[6 + k]);
+        const floats* const values[] = {&level, &risen, &bend, &facing, &leaning, &steep, &steep_leaning};
+        for (std::size_t k = 0; k < 7; ++k) store(*values[k], sheet[6 + k]);
         for (std::uint32_t k = 0; met != 0; ++k, met >>= 1) {
             if ((met & 1U) == 0) continue;
             const auto at = [&](int which, const floats& distance) {
@@ -12408,8 +12558,10 @@ class sheet_crossings {
             for (std::uint32_t i = from[k]; i < to[k] && i < points.count; i += wide_lanes) {
                 const floats distance = points.distances(i), w = at(2, distance), l = at(4, distance), ww = w * w,
                              offset = at(0, distance) - value(1) * (ww - half);
-                const floats slope = w * value(2), cosine_here = value(3) - slope * value(4);
-                const floats turned = (cosine_here * cosine_here / (one + slope * slope) - one) * floats(per_lobe_);
+                const floats slope = w * value(2), cosine_here = value(3) - slope * value(4),
+                             steep_here = value(5) - slope * value(6);
+                const floats squared_length = multiply_add(steep_here, steep_here, multiply_add(slope, slope, one));
+                const floats turned = (cosine_here * cosine_here / squared_length - one) * floats(per_lobe_);
                 const floats echo =
                     multiply_add(power_of_two<wide_lanes>(turned), floats(1 - diffuse_), floats(diffuse_));
                 const floats outline = max(one - l * l, zero) * max(one - ww, zero);
@@ -12422,10 +12574,19 @@ class sheet_crossings {
 
     const structure::sheet_layer& of_;
     const placed_structure::lattice& lattice_;
+    const fibre_course& course_;
+    // The normal of a surface on which fibres end.
+    struct surface_normal {
+        vec3 cells;   // per metre, in coordinates of the lattice
+        vec2 across;  // its components along axes 1 and 2
+        float facing; // along the propagation of sound
+    };
+
     linear_along place_[3]; // coordinates in cells
     std::uint32_t key_;
-    float facing_y_, facing_z_; // components of the direction of propagation
     float per_lobe_, diffuse_;
+    vec2 facing_; // components of the propagation of sound along axes 1 and 2
+    surface_normal normals_[2];
 };
 
 /// Distance of points between which the gains of a structure are as good as linear, metres: less than the thickness of
@@ -12444,8 +12605,9 @@ class structure_gains {
     using bits = wide_bits;
 
   public:
-    INSONIFY_FN structure_gains(const placed_structure& tissue, const object_segment& segment)
-        : tissue_{tissue}, segment_{segment} {}
+    INSONIFY_FN structure_gains(const placed_structure& tissue, const object_segment& segment,
+                                const fibre_course& course = {})
+        : tissue_{tissue}, segment_{segment}, course_{course} {}
 
     /// Computes the gains at points.
     INSONIFY_FN void compute(const gain_points& points) const {
@@ -12477,7 +12639,8 @@ class structure_gains {
         store(floats(0.0F), points.gain + points.count);
         for (const placed_structure::sheets& all : tissue_.layers)
             for (std::uint32_t k = 0; k < all.count; ++k)
-                sheet_crossings{all, k, segment_, lobe_of(all.of.waviness, segment_.fnumber)}.add(waves, points);
+                sheet_crossings{all, k, segment_, course_, lobe_of(all.of.waviness, segment_.fnumber)}.add(waves,
+                                                                                                           points);
         if (of.mottling.deviation_db == 0) return;
         for (std::uint32_t i = 0; i < points.count; i += wide_lanes)
             store(load<wide_lanes>(points.gain + i) * mottling.at(points.distance(i), points.spacing), points.gain + i);
@@ -12495,7 +12658,7 @@ class structure_gains {
 
   private:
     INSONIFY_FN floats noise(vec3 size, std::uint32_t number, const floats& distance) const {
-        return segment_.noise(tissue_.axes, size, segment_.key + number, distance);
+        return segment_.noise(tissue_.axes, size, segment_.key + number, distance, course_);
     }
 
     // 1 between the bundles, their level inside.
@@ -12543,6 +12706,7 @@ class structure_gains {
 
     const placed_structure& tissue_;
     object_segment segment_;
+    fibre_course course_;
     float begin_ = 0, per_point_ = 1; // of the points
     std::uint32_t count_ = 0;
     float gain_[max_points + wide_lanes];
@@ -12759,6 +12923,13 @@ INSONIFY_FN inline double slab_position(vec3 point) {
 /// A straight segment of a line in the undeformed material.
 struct rest_line : material_line {
     vec3 lateral{1, 0, 0}; ///< metres of material per metre across the line in the slice plane
+
+    /// Turns all its directions.
+    template <class Turned>
+    INSONIFY_FN void turn(const Turned& turned) {
+        for (vec3* each : {&along, &elevation, &lateral, &steering, &own_normals[0], &own_normals[1]})
+            *each = turned(*each);
+    }
 };
 
 /// The normal of the slots of a segment that deformation shears out of the slice plane: slots lie in wave fronts there,
@@ -12988,7 +13159,8 @@ class structured_line {
                                   .fnumber = line.fnumber,
                                   .key = key,
                                   .length = end - begin},
-          gains_{*line.structure, segment_}, behind_entry_{sheath_at(line, line.surfaces.x, line.own_surfaces.x)},
+          gains_{*line.structure, segment_, course_of(line)}, behind_entry_{sheath_at(line, line.surfaces.x,
+                                                                                      line.own_surfaces.x)},
           before_exit_{sheath_at(line, line.surfaces.y, -line.own_surfaces.y)} {}
     structured_line(const structured_line&) = delete;
 
@@ -13001,10 +13173,27 @@ class structured_line {
     }
 
   private:
-    INSONIFY_FN sheath_gains sheath_at(const rest_line& line, float surface, float cosine) const {
+    // Length of the line that belongs to each of its surfaces, metres: to the middle of a thin object.
+    INSONIFY_FN static float max_range(const rest_line& line) {
         const bool both_own = line.own_surfaces.x != 0 && line.own_surfaces.y != 0;
-        return {line.structure->of.sheath, segment_, surface - begin_, cosine,
-                both_own ? 0.5F * (line.surfaces.y - line.surfaces.x) : FLT_MAX};
+        return both_own ? 0.5F * (line.surfaces.y - line.surfaces.x) : FLT_MAX;
+    }
+    INSONIFY_FN sheath_gains sheath_at(const rest_line& line, float surface, float cosine) const {
+        return {line.structure->of.sheath, segment_, surface - begin_, cosine, max_range(line)};
+    }
+    INSONIFY_FN fibre_course course_of(const rest_line& line) const {
+        const structure::sheath_layer& sheath = line.structure->of.sheath;
+        if (sheath.insertion == 0) return {};
+        // A fibre at an angle a to the surface curves over its last `insertion` metres, from D = insertion / 2 sin a on.
+        const auto insertion = [&](float surface, float cosine, vec3 normal) -> fibre_insertion {
+            if (cosine == 0) return {};
+            const float half = std::fabs(cosine) * max_range(line), above = min(sheath.thickness, half);
+            const float sine = std::fabs(dot(line.structure->axes[0], normal));
+            return {dot(normal, line.along) * cosine < 0 ? normal : -normal, surface - begin_ + above / cosine, cosine,
+                    min(0.5F * sheath.insertion * sine, half - above)};
+        };
+        return {insertion(line.surfaces.x, line.own_surfaces.x, line.own_normals[0]),
+                insertion(line.surfaces.y, -line.own_surfaces.y, line.own_normals[1])};
     }
 
     float begin_; // metres along the line
@@ -13151,7 +13340,7 @@ struct cell_field {
         vec3 point = line.at(distance);
         if (line.displacement != nullptr) {
             const mat3 gradient = line.displacement->gradient(point);
-            for (vec3* each : {&rest.along, &rest.elevation, &rest.lateral, &rest.steering}) *each = gradient * *each;
+            rest.turn([&](vec3 v) { return gradient * v; });
             point = line.displacement->rest(point);
         }
         rest.origin = detail::resolvable(point, cell, spacing);
@@ -13163,8 +13352,8 @@ struct cell_field {
         if (const fibre_chart* const chart = line.chart()) {
             constexpr float step = 0.5e-3F; // metres
             const vec3 point = rest.origin;
-            for (vec3* each : {&rest.along, &rest.elevation, &rest.lateral, &rest.steering})
-                *each = ((*chart)(point + step * *each) - (*chart)(point - step * *each)) * (0.5F / step);
+            rest.turn(
+                [&](vec3 v) { return ((*chart)(point + step * v) - (*chart)(point - step * v)) * (0.5F / step); });
             rest.origin = (*chart)(point);
         }
         return rest;
@@ -13546,6 +13735,7 @@ struct physical {
             within.fnumber = line.aperture.fnumber(path.shown + 0.5F * (here.end - here.begin) * displayed);
             within.structure = &line.structures[here.place];
             within.own_surfaces = here.own_surfaces;
+            for (int i = 0; i < 2; ++i) within.own_normals[i] = place.local_direction(here.own_normals[i]);
             level /= within.structure->rms(within.fnumber);
         }
         scattering.scatter(within, here.begin, end, slot, [&](const scatterer_run& run) {
@@ -16087,6 +16277,7 @@ struct path_branch {
     echo_path path{};          ///< the state of the sound there
     ray_tube tube{};           ///< curvature of the wave front there
     float own_surface = 0;     ///< cosine of incidence on the surface it leaves; 0 where that is not its object's own
+    vec3 own_normal{0, 0, 0};  ///< of that surface in the world, likewise
     std::uint32_t bounces = 0; ///< reflections so far
     std::uint32_t inside = 0;  ///< how many objects contain it: the last ones of `line_scratch::branch_objects`
     bool inverted = false;     ///< an odd number of the reflections turned the sign of the pressure
@@ -16169,7 +16360,7 @@ class path_follower {
         spread_sound(now, limit, spread);
         // Surfaces that touch the face do not lie before it.
         layer_walk walk{scene_, now.frame, found_, limit == face ? limit - touching_distance : limit, true};
-        walk.skip_departure(now.own_surface);
+        walk.skip_departure(now.own_surface, now.own_normal);
         for (layer above; walk.next(above);) {
             if (walk.at_end()) above.end = limit;
             now.path.gains = now.path.gains.next(line_.gains, above, line_.media[above.medium]);
@@ -16248,8 +16439,11 @@ class path_follower {
             off.tube =
                 now.tube.mirrored(smooth, reflected, cross(frame.elevation, along), frame.elevation, below.curvature);
         const float cosine = std::fabs(dot(smooth, along));
-        on.own_surface = walk.is_own() ? cosine : 0.0F;
-        off.own_surface = walk.is_own() ? 0.0F : cosine;
+        path_branch &owner = walk.is_own() ? on : off, &other = walk.is_own() ? off : on;
+        owner.own_surface = cosine;
+        owner.own_normal = smooth;
+        other.own_surface = 0;
+        other.own_normal = {0, 0, 0};
         off.inverted = now.inverted != (met.reflected < 0);
         ++off.bounces;
         push(on, found_.inside);
@@ -19192,7 +19386,7 @@ inline constexpr structure muscle_structure{
                .spread_db = 8.5F, .turn = 0.8F, .bend = 0.5F, .waviness = 0.4F},
     .septa = {.fill = 0.6F, .lattices = 2, .cell = {45_mm, 18_mm, 9_mm}, .thickness = 0.14_mm, .level_db = 26,
               .spread_db = 5, .turn = 0.5F, .bend = 0.5F, .tilt = 0.05F, .waviness = 0.4F, .diffuse_db = -16},
-    .sheath = {.thickness = 1_mm}};
+    .sheath = {.thickness = 1_mm, .insertion = 20_mm}};
 
 /// A muscle of a few millimetres, as those of the neck, between the fingers or of the abdominal wall: fascicles are
 /// flattened as the muscle is, and the sheath leaves room for them. Convention.

@@ -3,6 +3,7 @@
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/scene/layers.hpp>
 #include <insonify/scene/scene.hpp>
+#include <cmath>
 #include <doctest/doctest.h>
 #include <vector>
 
@@ -41,6 +42,23 @@ TEST_CASE("layers: a surface belongs to the object that has precedence") {
     CHECK(layers[2].own_surfaces == vec2{1, 1});
     CHECK(layers[3].own_surfaces == vec2{0, 1});
     CHECK(layers[4].own_surfaces == vec2{0, 0});
+    for (const layer& each : layers)
+        for (const int end : {0, 1})
+            CHECK(each.own_normals[end] == vec3{0, 0, end == 0 ? each.own_surfaces.x : each.own_surfaces.y});
+}
+
+TEST_CASE("layers: the normal of an object's own surface is that of a plane at any angle to the line") {
+    using namespace sheath_test;
+    for (const float angle : {10_deg, 35_deg, 50_deg}) {
+        const float c = std::cos(angle), s = std::sin(angle);
+        scene body{tissue::fat};
+        body.add(slab(10_mm, 15_mm), tissue::muscle, {.at = {.rotation = mat3{{c, 0, -s}, {0, 1, 0}, {s, 0, c}}}});
+        body.build(exec::seq);
+        const std::vector<layer> layers = layers_of(body, 60_mm);
+        REQUIRE(layers.size() == 3);
+        for (const vec3 normal : layers[1].own_normals) CHECK(length(normal - vec3{s, 0, c}) < 1e-5F);
+        CHECK(std::fabs(layers[1].own_surfaces.x - c) < 1e-5F);
+    }
 }
 
 TEST_CASE("layers: two muscles that touch share one surface") {

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <doctest/doctest.h>
 #include <string>
+#include <utility>
 #include <vector>
 
 using namespace insonify;
@@ -139,6 +140,35 @@ TEST_CASE("the echoes of a curved muscle follow its fibres") {
     }
 }
 
+TEST_CASE("the echoes of a pennate muscle flatten towards its surface, whichever way it is pennate") {
+    using namespace fibre_directions_test;
+    constexpr double degree = 3.14159265358979 / 180, pennation = 20 * degree;
+    const auto pennate = [](double angle, float insertion) {
+        medium m = tissue::muscle;
+        m.structure.wave = 0;
+        m.structure.sheath = {.thickness = 0.1_mm, .level_db = -60, .insertion = insertion};
+        scene body{medium{.density = 1075, .sound_speed = 1580, .attenuation = 100}};
+        body.add(make_box({-60_mm, -25_mm, 5_mm}, {60_mm, 25_mm, 60_mm}), m,
+                 {.fibres = {static_cast<float>(std::cos(angle)), 0, static_cast<float>(std::sin(angle))}});
+        return std::move(body).build(exec::par);
+    };
+    for (const double sign : {1.0, -1.0}) {
+        const scene curved = pennate(sign * pennation, 70_mm);
+        const double deepest = 0.5 * 70e-3 * std::sin(pennation);
+        for (const double depth : {3e-3, 8e-3, 20e-3}) { // of the middle of a window
+            const float z = static_cast<float>(depth) + 5_mm;
+            const vec2 from{-18_mm, z - 2_mm}, to{18_mm, z + 2_mm};
+            // Straight fibres of the angle there: the beam is wider than the pulse is long, which flattens all echoes.
+            const double angle = sign * std::atan(std::tan(pennation) * std::sqrt(std::fmin(depth / deepest, 1)));
+            const double found = orientation(curved, from, to) / degree,
+                         expected = orientation(pennate(angle, 0), from, to) / degree;
+            MESSAGE(depth * 1e3, " mm below the surface, where fibres run at ", angle / degree, " degrees: echoes at ",
+                    found, " degrees, with straight fibres at ", expected);
+            CHECK(std::fabs(found - expected) < 4); // sheets follow chords
+        }
+    }
+}
+
 TEST_CASE("curved fibres: the mean power stays, threads and SIMD agree, tissue that deforms keeps its fibres, scenes "
           "are copied") {
     using namespace fibre_directions_test;
@@ -198,6 +228,37 @@ TEST_CASE("curved fibres: the mean power stays, threads and SIMD agree, tissue t
     MESSAGE("tissue that has moved, seen by a probe that moved with it: correlation ", same / std::sqrt(a * b),
             ", expected 1");
     CHECK(same / std::sqrt(a * b) > 0.9);
+}
+
+TEST_CASE("fibres that end on a sheath: threads and SIMD agree, tissue that deforms keeps them, also at the tip of a "
+          "muscle") {
+    using namespace fibre_directions_test;
+    scene body{tissue::deep_fat};
+    mesh ellipsoid = make_sphere({0, 0, 0}, 1, 5);
+    for (vec3& p : ellipsoid.positions) p = p * vec3{30_mm, 12_mm, 9_mm} + vec3{0, 0, 20_mm};
+    body.add(std::move(ellipsoid), tissue::muscle, {.fibres = {1, 0, 0.3F}});
+    body.build(exec::par);
+    const linear_array probe{.lines = 128, .width = 64_mm, .frequency = 7.5_MHz};
+    const acquisition scan{.depth = 40_mm, .samples = 1408};
+    const auto seen = [&](const auto& policy, const scene& of, float x) {
+        return trace(policy, of, probe, {.translation = {x, 0, 0}}, physical{}, scan);
+    };
+    const auto difference = [](const iq_lines& a, const iq_lines& b) { // rms, relative
+        double power = 0, other = 0;
+        for (std::size_t i = 0; i < a.values.size(); ++i) {
+            const vec2 between = a.values[i] - b.values[i];
+            power += static_cast<double>(dot(a.values[i], a.values[i]));
+            other += static_cast<double>(dot(between, between));
+        }
+        return std::sqrt(other / power);
+    };
+    const iq_lines still = seen(exec::seq, body, 0);
+    for (const vec2 value : still.values) REQUIRE((is_finite(value.x) && is_finite(value.y)));
+    CHECK(seen(exec::par.threads(3), body, 0) == still);
+    CHECK(difference(still, seen(exec::par_unseq, body, 0)) < 1e-2);
+    scene moved{body};
+    moved.deform(exec::par, [](vec3 rest) { return rest + vec3{3_mm, 0, 0}; });
+    CHECK(difference(still, seen(exec::seq, moved, 3_mm)) < 0.1);
 }
 
 TEST_CASE("a function of fibres without a direction is refused, when the scene is built") {

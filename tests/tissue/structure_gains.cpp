@@ -86,4 +86,76 @@ TEST_CASE("structure: cells far smaller or larger than the line are no trouble")
     }
 }
 
+TEST_CASE("structure: fibres end on a surface as parabolas, from any side and at any angle of incidence") {
+    // A fibre at an angle a to the surface that curves over its last length l is the parabola through its end,
+    // x = 2 sqrt(D d) / tan a at the depth d <= D = l / 2 sin a, and from x = l cos a on the straight line on which it would
+    // have gone on. All its points have one place across the fibres: c = sin a x' - cos a d', where (x', d') is displaced.
+    constexpr double degree = 3.14159265358979 / 180, length = 20e-3;
+    for (const double a : {3 * degree, 15 * degree, 60 * degree})
+        for (const float cosine : {1.0F, 0.8F, -1.0F, -0.3F}) {
+            const double largest = 0.5 * length * std::sin(a), end = 7e-3;
+            const detail::fibre_insertion fibre{
+                {0, 0, -1}, static_cast<float>(end), cosine, static_cast<float>(largest)};
+            for (double x = 0; x < 1.5 * length; x += 0.25e-3) {
+                const double beyond = x - length * std::cos(a),
+                             depth = beyond < 0 ? largest * std::pow(x / (length * std::cos(a)), 2)
+                                                : largest + beyond * std::tan(a);
+                const float distance = static_cast<float>(end + depth / static_cast<double>(cosine));
+                float aside[detail::wide_lanes];
+                store(fibre.displacement(detail::wide_floats(distance)), aside);
+                const double across = std::sin(a) * x - std::cos(a) * (depth - static_cast<double>(aside[0]));
+                CHECK(std::fabs(across - std::sin(a) * length * std::cos(a) + std::cos(a) * largest) < 2e-6);
+            }
+        }
+}
+
+TEST_CASE("structure: the pieces of a line where fibres curve are chords of their parabolas, and end where fibres do") {
+    const detail::fibre_insertion entry{{0, 0, -1}, 2_mm, 0.9F, 1.8_mm}, exit{{0, 0.6F, 0.8F}, 14_mm, -0.7F, 2.5_mm},
+        straight{{0, 0, 1}, 14_mm, -1, 0}, none{};
+    for (const detail::fibre_insertion& first : {entry, none})
+        for (const detail::fibre_insertion& last : {exit, straight, none}) {
+            const detail::fibre_course course{first, last};
+            const float begin = first.cosine != 0 ? 2_mm : -3_mm, end = last.cosine != 0 ? 14_mm : 21_mm;
+            float reached = begin;
+            course.for_each_piece(-3_mm, 21_mm, [&](float from, float to, const detail::fibre_course::piece& piece) {
+                CHECK(from == reached);
+                CHECK(from < to);
+                reached = to;
+                for (const float x : {from, to}) {
+                    float at_entry[detail::wide_lanes], at_exit[detail::wide_lanes];
+                    store(first.displacement(detail::wide_floats(x)), at_entry);
+                    store(last.displacement(detail::wide_floats(x)), at_exit);
+                    const float curved = piece.at_exit != 0 ? at_exit[0] : at_entry[0];
+                    CHECK(std::fabs(piece.aside.at(x) - curved) < 2e-6F);
+                }
+            });
+            CHECK(std::fabs(reached - end) < 1e-7F);
+        }
+    int pieces = 0;
+    detail::fibre_course{entry, exit}.for_each_piece(5_mm, 6_mm, [&](float from, float to, const auto& piece) {
+        CHECK(from == 5_mm);
+        CHECK(to == 6_mm);
+        CHECK(piece.stretch == 0);
+        ++pieces;
+    });
+    CHECK(pieces == 1);
+}
+
+TEST_CASE("structure: fibres that do not curve have the sheets of straight ones, up to where they end") {
+    constexpr std::uint32_t count = 200;
+    const placed_structure placed{tissue::muscle.structure, mat3{1}};
+    const vec3 along = normalize(vec3{0.2F, 0.1F, 1});
+    const detail::object_segment segment{{1_mm, 2_mm, 3_mm}, along, along, 3, 7};
+    const std::vector<float> straight = gains_at({placed, segment}, 0, 0.1_mm, count);
+    const detail::fibre_insertion end{{0, 0, 1}, 15.05_mm, -1, 0};
+    const std::vector<float> ending = gains_at({placed, segment, {{}, end}}, 0, 0.1_mm, count);
+    float brightest = 0;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        if (i <= 150) CHECK(std::fabs(ending[i] - straight[i]) < 1e-3F * straight[i]);
+        if (i > 150) CHECK(ending[i] <= 1.001F * straight[i]);
+        if (i > 150) brightest = max(brightest, straight[i] / ending[i]);
+    }
+    CHECK(brightest > 1.5F);
+}
+
 } // namespace structure_gains_test

@@ -43,7 +43,9 @@ void bind_media(py::module_& module) {
         .member("level_db", &sheath_layer::level_db, "amplitude at normal incidence, relative to the speckle")
         .member("spread_db", &sheath_layer::spread_db, "standard deviation of that level along the surface")
         .member("waviness", &sheath_layer::waviness, "standard deviation of the angle of its facets, radians")
-        .member("diffuse_db", &sheath_layer::diffuse_db, "amplitude that remains at any angle");
+        .member("diffuse_db", &sheath_layer::diffuse_db, "amplitude that remains at any angle")
+        .member("insertion", &sheath_layer::insertion,
+                "length over which fibres curve into the surface that they end on, metres; 0: none");
     settings_class<structure>(module, "structure", "What a tissue is made of above the scale of speckle.")
         .member("mottling", &structure::mottling, "of everything")
         .member("grain", &structure::grain, "of the speckle between the sheets")

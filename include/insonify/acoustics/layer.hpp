@@ -32,7 +32,8 @@ struct layer {
     /// Cosines of the angles of incidence on the surfaces at `begin` and `end`, where these are the object's own; 0
     /// where there is none, or where it belongs to the object on its other side.
     vec2 own_surfaces{0, 0};
-    float moved = 0; ///< of the surface at `begin` along the line since the first pulse of a train, metres
+    vec3 own_normals[2] = {}; ///< of these surfaces in the world, on either side, of length 1; 0 where there is none
+    float moved = 0;          ///< of the surface at `begin` along the line since the first pulse of a train, metres
 };
 
 /// The coordinate frame of a line in the world; axes of length 1.

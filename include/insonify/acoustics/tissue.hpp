@@ -46,7 +46,7 @@ inline constexpr structure muscle_structure{
                .spread_db = 8.5F, .turn = 0.8F, .bend = 0.5F, .waviness = 0.4F},
     .septa = {.fill = 0.6F, .lattices = 2, .cell = {45_mm, 18_mm, 9_mm}, .thickness = 0.14_mm, .level_db = 26,
               .spread_db = 5, .turn = 0.5F, .bend = 0.5F, .tilt = 0.05F, .waviness = 0.4F, .diffuse_db = -16},
-    .sheath = {.thickness = 1_mm}};
+    .sheath = {.thickness = 1_mm, .insertion = 20_mm}};
 
 /// A muscle of a few millimetres, as those of the neck, between the fingers or of the abdominal wall: fascicles are
 /// flattened as the muscle is, and the sheath leaves room for them. Convention.

@@ -286,8 +286,10 @@ class layer_walk {
     }
     /// Crossings at the origin belong to the surface that a path has just left: they are skipped.
     /// @param own_surface  cosine of incidence on that surface, if it is the object's own; else 0
-    INSONIFY_FN void skip_departure(float own_surface) {
+    /// @param own_normal   of that surface in the world, likewise
+    INSONIFY_FN void skip_departure(float own_surface, vec3 own_normal) {
         own_ = own_surface;
+        own_normal_ = own_normal;
         while (next_ < found_.count && found_.room[next_].distance <= touching_distance) ++next_;
     }
 
@@ -297,6 +299,7 @@ class layer_walk {
         const std::uint32_t current = found_.inside.top();
         here = layer_from(current, begin_, met_);
         here.own_surfaces.x = own_;
+        here.own_normals[0] = own_normal_;
         while (next_ < found_.count && found_.room[next_].distance < depth_) {
             group_ = next_;
             const float place = found_.room[group_].distance;
@@ -306,8 +309,11 @@ class layer_walk {
             if (after == current) continue;
             if (incident_) met_ = incidence_at_change(current, after);
             here.end = begin_ = place;
-            here.own_surfaces.y = current < after ? met_.cosine : 0.0F;
-            own_ = after < current ? met_.cosine : 0.0F;
+            const bool belongs_to_next = after < current;
+            own_ = belongs_to_next ? met_.cosine : 0.0F;
+            own_normal_ = belongs_to_next ? met_.normal : vec3{0, 0, 0};
+            here.own_surfaces.y = belongs_to_next ? 0.0F : met_.cosine;
+            here.own_normals[1] = belongs_to_next ? vec3{0, 0, 0} : met_.normal;
             return true;
         }
         at_end_ = true;
@@ -368,7 +374,8 @@ class layer_walk {
     std::uint32_t next_ = 0, group_ = 0; // crossings: the next one, and the first at the last surface
     float begin_ = 0;
     surface_incidence met_{};
-    float own_ = 0; // cosine of incidence on the last surface, if it belongs to the object behind it
+    float own_ = 0;            // cosine of incidence on the last surface, if it belongs to the object behind it
+    vec3 own_normal_{0, 0, 0}; // likewise
     bool at_end_ = false;
 };
 

@@ -71,6 +71,9 @@ struct structure {
         float spread_db = 5;    ///< standard deviation of that level along the surface
         float waviness = 0.3F;  ///< standard deviation of the angle of its facets, radians
         float diffuse_db = -10; ///< amplitude that remains at any angle, relative to that at normal incidence
+        /// Length over which fibres curve into the inside of the sheath, on which they end, metres; 0: they stay straight and
+        /// go on to the surface.
+        float insertion = 0;
 
         friend bool operator==(const sheath_layer&, const sheath_layer&) = default;
     };
@@ -115,7 +118,7 @@ INSONIFY_FN inline bool is_valid(const structure& s) {
            has_sheets(s.sheets) && has_sheets(s.septa) && within(b.spacing, 0, 1) && within(b.diameter, 0, b.spacing) &&
            within(b.level_db, -200, 100) && within(s.sheath.thickness, 0, 1) && within(s.sheath.level_db, -200, 100) &&
            within(s.sheath.spread_db, 0, 40) && within(s.sheath.waviness, 0, pi) &&
-           within(s.sheath.diffuse_db, -200, 0);
+           within(s.sheath.diffuse_db, -200, 0) && within(s.sheath.insertion, 0, 1);
 }
 
 namespace detail {

@@ -6,6 +6,8 @@
 #include <insonify/core/random.hpp>
 #include <insonify/execution/simd.hpp>
 #include <insonify/tissue/structure.hpp>
+#include <cfloat>
+#include <cmath>
 #include <cstdint>
 
 /// Factors on the amplitude of speckle along a line, a register at a time.
@@ -157,6 +159,90 @@ INSONIFY_FN INSONIFY_INLINE lanes<N> value_noise(std::uint32_t key, const lanes<
     return (between(side(0), side(next_z), back) - floats(510.0F)) * floats(1 / deviation);
 }
 
+/// The ends of fibres on the sheath of their object, into which they curve as parabolas: at a depth d below it the structure
+/// is displaced along the normal by
+///
+///     u(d) = (sqrt(D) - sqrt(d))^2   above D,   0 below
+///
+/// so that the component of the fibres along the normal falls as sqrt(d / D), to 0 where they end.
+struct fibre_insertion {
+    vec3 normal{0, 0, 0}; ///< outwards, in the coordinates of the structure, of length 1 in tissue at rest
+    float end = 0;        ///< where fibres end, metres along the line from the origin of the segment
+    float cosine = 0; ///< of the angle of incidence; negative where the line leaves the object, 0: fibres do not end
+    float depth = 0;  ///< D, metres; 0: fibres stay straight
+
+    /// u at distances along the segment, metres.
+    INSONIFY_FN INSONIFY_INLINE wide_floats displacement(const wide_floats& distance) const {
+        const wide_floats largest(depth), below = (distance - wide_floats(end)) * wide_floats(cosine);
+        const wide_floats missing = sqrt(largest) - sqrt(min(max(below, wide_floats(0.0F)), largest));
+        return missing * missing;
+    }
+};
+
+/// What the insertions of fibres do to a structure along a segment of a line.
+class fibre_course {
+  public:
+    /// A part of the line where the displacement is linear.
+    struct piece {
+        float end = FLT_MAX;  ///< metres from the origin of the segment
+        linear_along aside{}; ///< metres along the normal
+        float stretch = 0;    ///< displacement per metre that the depth decreases
+        float steepness = 0;  ///< root of (1 + stretch)^2 - 1
+        int at_exit = 0;      ///< 1: the normal is that of the surface at which the line leaves the object
+    };
+
+    fibre_course() = default; ///< straight fibres without ends
+    /// Where a line enters and leaves an object; the parts of it where fibres curve do not overlap.
+    INSONIFY_FN fibre_course(const fibre_insertion& entry, const fibre_insertion& exit) : insertions_{entry, exit} {
+        count_ = 0;
+        if (entry.cosine != 0) begin_ = entry.end;
+        for (int k = 0; k < parts && entry.depth > 0; ++k) add(0, k, k + 1);
+        pieces_[count_++].end = exit.cosine != 0 ? place(exit, parts) : FLT_MAX;
+        for (int k = parts - 1; k >= 0 && exit.depth > 0; --k) add(1, k, k);
+    }
+
+    /// Calls visit(begin, end, piece) for the pieces of a part of the line where there are fibres. Each begins exactly where
+    /// the one before ends.
+    template <class Visit>
+    INSONIFY_FN void for_each_piece(float from, float to, const Visit& visit) const {
+        from = max(from, begin_);
+        for (std::uint32_t i = 0; i < count_ && from < to; ++i) {
+            const float end = min(pieces_[i].end, to);
+            if (!(from < end)) continue;
+            visit(from, end, pieces_[i]);
+            from = end;
+        }
+    }
+    /// Where the line enters the object, and where it leaves it.
+    INSONIFY_FN const fibre_insertion (&insertions() const)[2] { return insertions_; }
+
+  private:
+    // Pieces end at depths of D (k / parts)^2: equal steps of the tangent of the angle between fibres and surface.
+    static constexpr int parts = 2;
+
+    INSONIFY_FN static float place(const fibre_insertion& of, int k) {
+        const float part = static_cast<float>(k) / parts;
+        return of.end + of.depth * part * part / of.cosine;
+    }
+    // The piece between the depths of steps k and k + 1, of which the line passes `last` last.
+    INSONIFY_FN void add(int at_exit, int k, int last) {
+        const fibre_insertion& of = insertions_[at_exit];
+        const float missing = 1 - static_cast<float>(k) / parts, longer = 2.0F * parts / static_cast<float>(2 * k + 1);
+        piece& one = pieces_[count_++];
+        one.end = place(of, last);
+        one.stretch = longer - 1;
+        one.steepness = std::sqrt(longer * longer - 1);
+        one.aside.step = -one.stretch * of.cosine;
+        one.aside.first = of.depth * missing * missing - one.aside.step * place(of, k);
+        one.at_exit = at_exit;
+    }
+
+    fibre_insertion insertions_[2] = {};
+    piece pieces_[2 * parts + 1] = {};
+    std::uint32_t count_ = 1;
+    float begin_ = -FLT_MAX; // of the first piece
+};
+
 /// A straight segment of a line in an object.
 struct object_segment {
     vec3 origin{0, 0, 0};      ///< metres
@@ -173,10 +259,17 @@ struct object_segment {
         return {dot(axis, origin) / unit, dot(axis, along) / unit};
     }
     /// `value_noise` of cells of a size along axes.
-    INSONIFY_FN wide_floats noise(const mat3& axes, vec3 size, std::uint32_t random,
-                                  const wide_floats& distance) const {
-        const auto place = [&](int i) { return coordinate(axes[i], size[i]).at(distance); };
-        return value_noise<wide_lanes>(mix_bits(random), place(0), place(1), place(2));
+    INSONIFY_FN wide_floats noise(const mat3& axes, vec3 size, std::uint32_t random, const wide_floats& distance,
+                                  const fibre_course& course = {}) const {
+        wide_floats place[3];
+        for (int i = 0; i < 3; ++i) place[i] = coordinate(axes[i], size[i]).at(distance);
+        for (const fibre_insertion& one : course.insertions()) {
+            if (one.depth == 0) continue;
+            const wide_floats aside = one.displacement(distance);
+            for (int i = 0; i < 3; ++i)
+                place[i] = multiply_add(aside, wide_floats(dot(axes[i], one.normal) / size[i]), place[i]);
+        }
+        return value_noise<wide_lanes>(mix_bits(random), place[0], place[1], place[2]);
     }
 };
 
@@ -190,11 +283,15 @@ class sheet_crossings {
     /// @param all, k  the layer of sheets, and the number of the lattice
     /// @param lobe    see `lobe_of`
     INSONIFY_FN sheet_crossings(const placed_structure::sheets& all, std::uint32_t k, const object_segment& segment,
-                                float lobe)
-        : of_{all.of}, lattice_{all.lattices[k]}, key_{lattice_.key ^ segment.key}, per_lobe_{1 / (lobe * lobe)},
-          diffuse_{all.diffuse} {
-        facing_y_ = dot(lattice_.axes[1], segment.propagation);
-        facing_z_ = dot(lattice_.axes[2], segment.propagation);
+                                const fibre_course& course, float lobe)
+        : of_{all.of}, lattice_{all.lattices[k]}, course_{course}, key_{lattice_.key ^ segment.key},
+          per_lobe_{1 / (lobe * lobe)}, diffuse_{all.diffuse}, facing_{across(segment.propagation)} {
+        for (int i = 0; i < 2; ++i) {
+            const vec3 normal = course.insertions()[i].normal;
+            for (int axis = 0; axis < 3; ++axis) normals_[i].cells[axis] = dot(lattice_.cells[axis], normal);
+            normals_[i].across = across(normal);
+            normals_[i].facing = dot(normal, segment.propagation);
+        }
         for (int i = 0; i < 3; ++i) place_[i] = segment.coordinate(lattice_.cells[i], 1);
         place_[2].first += static_cast<float>(key_ & 0xFFFFU) * 0x1p-16F; // of each object by itself
     }
@@ -205,20 +302,8 @@ class sheet_crossings {
         passage_list rows;
         waves.for_each_piece(points.first, points.last() + 1e-3F * points.spacing,
                              [&](float from, float to, const linear_along& wave) {
-                                 const linear_along y = displaced(1, wave), z = displaced(2, wave);
-                                 const float per_step = (z.step < 0 ? -1.0F : 1.0F) / max(std::fabs(z.step), 1e-3F);
-                                 for_each_cell(z.at(from), z.at(to), [&](float layer) {
-                                     const float a = (layer - z.first) * per_step, b = (layer + 1 - z.first) * per_step;
-                                     const float begin = max(from, min(a, b)), end = min(to, max(a, b));
-                                     if (!(begin < end)) return;
-                                     // Rows within a layer are shifted at random.
-                                     const auto number = static_cast<std::uint32_t>(static_cast<std::int64_t>(layer));
-                                     const std::uint32_t random = mix_bits(number * 0xC2B2AE35U + key_);
-                                     const float shift = static_cast<float>(random & 0xFFFFU) * (1.0F / 0xFFFF);
-                                     for_each_cell(y.at(begin) + shift, y.at(end) + shift, [&](float row) {
-                                         if (rows.count == passage_list::room) enter_cells(rows, points);
-                                         rows.push(begin, end, wave, layer, row, random);
-                                     });
+                                 course_.for_each_piece(from, to, [&](float a, float b, const fibre_course::piece& of) {
+                                     list_rows(straight(a, b, wave, of), rows, points);
                                  });
                              });
         enter_cells(rows, points);
@@ -247,43 +332,86 @@ class sheet_crossings {
         }
     };
 
-    // Parts of the line, metres, each within one row of cells of one layer, where the lattice is displaced by a linear
-    // wave.
+    // A part of the line that is straight in the coordinates of the lattice, which are in cells.
+    struct straight_part {
+        float begin, end; // metres along the line
+        linear_along x, y, z;
+        // A normal n of a sheet, given by its components along y and z, is |n + its component along `steep`| times as long
+        // where fibres curve, and has the component n . facing along the propagation of sound.
+        vec2 facing, steep;
+    };
+
+    // Parts of the line, each within one row of cells of one layer.
     struct passage_list {
         static constexpr std::uint32_t room = 64;
-        float begin[room], end[room], wave[room], wave_step[room], layer[room], row[room];
+        float begin[room], end[room], layer[room], row[room];
+        float x[room], x_step[room], y[room], y_step[room], z[room], z_step[room]; // see `straight_part`
+        float facing_y[room], facing_z[room], steep_y[room], steep_z[room];
         std::uint32_t of_layer[room]; // random bits
         std::uint32_t count = 0;
 
-        INSONIFY_FN void push(float from, float to, const linear_along& displaced, float in_layer, float in_row,
+        INSONIFY_FN void push(const straight_part& of, float from, float to, float in_layer, float in_row,
                               std::uint32_t random) {
             begin[count] = from;
             end[count] = to;
-            wave[count] = displaced.first;
-            wave_step[count] = displaced.step;
             layer[count] = in_layer;
             row[count] = in_row;
+            x[count] = of.x.first;
+            x_step[count] = of.x.step;
+            y[count] = of.y.first;
+            y_step[count] = of.y.step;
+            z[count] = of.z.first;
+            z_step[count] = of.z.step;
+            facing_y[count] = of.facing.x;
+            facing_z[count] = of.facing.y;
+            steep_y[count] = of.steep.x;
+            steep_z[count] = of.steep.y;
             of_layer[count++] = random;
         }
     };
 
-    // A coordinate in cells where the lattice is displaced.
-    INSONIFY_FN linear_along displaced(int axis, const linear_along& wave) const {
-        return {place_[axis].first + lattice_.aside[axis] * wave.first,
-                place_[axis].step + lattice_.aside[axis] * wave.step};
+    // The components along axes 1 and 2.
+    INSONIFY_FN vec2 across(vec3 v) const { return {dot(lattice_.axes[1], v), dot(lattice_.axes[2], v)}; }
+
+    INSONIFY_FN straight_part straight(float begin, float end, const linear_along& wave,
+                                       const fibre_course::piece& course) const {
+        const surface_normal& normal = normals_[course.at_exit];
+        const auto displaced = [&](int axis) -> linear_along {
+            const float aside = lattice_.aside[axis], turned = normal.cells[axis];
+            return {place_[axis].first + aside * wave.first + turned * course.aside.first,
+                    place_[axis].step + aside * wave.step + turned * course.aside.step};
+        };
+        return {begin,
+                end,
+                displaced(0),
+                displaced(1),
+                displaced(2),
+                facing_ + course.stretch * normal.facing * normal.across,
+                course.steepness * normal.across};
     }
-    INSONIFY_FN INSONIFY_INLINE linear_lanes displaced(int axis, const linear_lanes& wave) const {
-        const floats aside(lattice_.aside[axis]);
-        return {multiply_add(aside, wave.first, floats(place_[axis].first)),
-                multiply_add(aside, wave.step, floats(place_[axis].step))};
+    // Divides a part into rows of cells.
+    INSONIFY_FN void list_rows(const straight_part& of, passage_list& rows, const gain_points& points) const {
+        const float per_step = (of.z.step < 0 ? -1.0F : 1.0F) / max(std::fabs(of.z.step), 1e-3F);
+        for_each_cell(of.z.at(of.begin), of.z.at(of.end), [&](float layer) {
+            const float a = (layer - of.z.first) * per_step, b = (layer + 1 - of.z.first) * per_step;
+            const float begin = max(of.begin, min(a, b)), end = min(of.end, max(a, b));
+            if (!(begin < end)) return;
+            // Rows within a layer are shifted at random.
+            const auto number = static_cast<std::uint32_t>(static_cast<std::int64_t>(layer));
+            const std::uint32_t random = mix_bits(number * 0xC2B2AE35U + key_);
+            const float shift = static_cast<float>(random & 0xFFFFU) * (1.0F / 0xFFFF);
+            for_each_cell(of.y.at(begin) + shift, of.y.at(end) + shift, [&](float row) {
+                if (rows.count == passage_list::room) enter_cells(rows, points);
+                rows.push(of, begin, end, layer, row, random);
+            });
+        });
     }
     template <class Visit>
     INSONIFY_FN static void for_each_cell(float from, float to, const Visit& visit) {
         const float first = std::floor(min(from, to)), others = std::floor(max(from, to)) - first;
         if (!is_finite(others)) return;
         const float step = 1 + std::floor(others * (1.0F / max_cells));
-        for (std::uint32_t i = 0; static_cast<float>(i) * step <= others; ++i)
-            visit(first + static_cast<float>(i) * step);
+        for (float away = 0; away <= others; away += step) visit(first + away);
     }
 
     // Cells within a row are shifted too.
@@ -294,15 +422,22 @@ class sheet_crossings {
             const auto at = [&](const float* list) { // behind the end of the list all is 0, so that parts are empty
                 return select(listed, load<wide_lanes>(list + i), zero);
             };
-            const linear_lanes wave{at(rows.wave), at(rows.wave_step)};
             const bits of_layer = load_bits<wide_lanes>(rows.of_layer + i);
             const floats row = at(rows.row);
-            cell_lanes in{{}, displaced(1, wave), displaced(2, wave), at(rows.begin), at(rows.end)};
+            linear_lanes x{at(rows.x), at(rows.x_step)};
+            cell_lanes in{{},
+                          {at(rows.y), at(rows.y_step)},
+                          {at(rows.z), at(rows.z_step)},
+                          at(rows.begin),
+                          at(rows.end),
+                          at(rows.facing_y),
+                          at(rows.facing_z),
+                          at(rows.steep_y),
+                          at(rows.steep_z)};
             in.y.first = in.y.first + fraction_of_bits(of_layer, 0, 16) - row;
             in.y.clip(zero, floats(1.0F), in.begin, in.end);
             in.z.first = in.z.first - at(rows.layer);
             const bits column = mix_lanes<wide_lanes>(bits_of_whole<wide_lanes>(row) * 0x85EBCA6BU + of_layer);
-            linear_lanes x = displaced(0, wave);
             x.first = x.first + fraction_of_bits(column, 0, 16);
             const floats from = x.at(in.begin), to = x.at(in.end), lowest = min(from, to), highest = max(from, to);
             const auto passed = in.begin < in.end;
@@ -324,6 +459,7 @@ class sheet_crossings {
     struct cell_lanes {
         linear_lanes x, y, z;
         floats begin, end;
+        floats facing_y, facing_z, steep_y, steep_z; // see `straight_part`
     };
 
     // Size, angle and place of the sheet in each cell, within which it stays, and the part of the line inside it. Its
@@ -379,21 +515,23 @@ class sheet_crossings {
             multiply_add(steps, floats(max_level_number / 32), floats(-max_level_number * 31 / 32));
         const floats level = decibels(level_number, of_.spread_db, of_.level_db);
         // The normal of a bent sheet leans against w, the place across it, by the slope w bend: its cosine to the beam is
-        // (facing - w bend leaning) / sqrt(1 + (w bend)^2).
-        const floats facing = sine * floats(facing_y_) + cosine * floats(facing_z_),
-                     leaning = cosine * floats(facing_y_) - sine * floats(facing_z_);
+        // (facing - w bend leaning) / sqrt(1 + (w bend)^2), where fibres are straight.
+        const floats facing = sine * in.facing_y + cosine * in.facing_z,
+                     leaning = cosine * in.facing_y - sine * in.facing_z,
+                     steep = sine * in.steep_y + cosine * in.steep_z,
+                     steep_leaning = cosine * in.steep_y - sine * in.steep_z;
 
         std::uint32_t from[wide_lanes], to[wide_lanes];
         store_bits<wide_lanes>(first, from);
         store_bits<wide_lanes>(behind, to);
-        float sheet[11][wide_lanes]; // three coordinates, and the five values below
+        float sheet[13][wide_lanes]; // three coordinates, and the seven values below
         const linear_lanes* const coordinates[] = {&across, &within, &x};
         for (std::size_t k = 0; k < 3; ++k) {
             store(coordinates[k]->first, sheet[2 * k]);
             store(coordinates[k]->step, sheet[2 * k + 1]);
         }
-        const floats* const values[] = {&level, &risen, &bend, &facing, &leaning};
-        for (std::size_t k = 0; k < 5; ++k) store(*values[k], sheet[6 + k]);
+        const floats* const values[] = {&level, &risen, &bend, &facing, &leaning, &steep, &steep_leaning};
+        for (std::size_t k = 0; k < 7; ++k) store(*values[k], sheet[6 + k]);
         for (std::uint32_t k = 0; met != 0; ++k, met >>= 1) {
             if ((met & 1U) == 0) continue;
             const auto at = [&](int which, const floats& distance) {
@@ -404,8 +542,10 @@ class sheet_crossings {
             for (std::uint32_t i = from[k]; i < to[k] && i < points.count; i += wide_lanes) {
                 const floats distance = points.distances(i), w = at(2, distance), l = at(4, distance), ww = w * w,
                              offset = at(0, distance) - value(1) * (ww - half);
-                const floats slope = w * value(2), cosine_here = value(3) - slope * value(4);
-                const floats turned = (cosine_here * cosine_here / (one + slope * slope) - one) * floats(per_lobe_);
+                const floats slope = w * value(2), cosine_here = value(3) - slope * value(4),
+                             steep_here = value(5) - slope * value(6);
+                const floats squared_length = multiply_add(steep_here, steep_here, multiply_add(slope, slope, one));
+                const floats turned = (cosine_here * cosine_here / squared_length - one) * floats(per_lobe_);
                 const floats echo =
                     multiply_add(power_of_two<wide_lanes>(turned), floats(1 - diffuse_), floats(diffuse_));
                 const floats outline = max(one - l * l, zero) * max(one - ww, zero);
@@ -418,10 +558,19 @@ class sheet_crossings {
 
     const structure::sheet_layer& of_;
     const placed_structure::lattice& lattice_;
+    const fibre_course& course_;
+    // The normal of a surface on which fibres end.
+    struct surface_normal {
+        vec3 cells;   // per metre, in coordinates of the lattice
+        vec2 across;  // its components along axes 1 and 2
+        float facing; // along the propagation of sound
+    };
+
     linear_along place_[3]; // coordinates in cells
     std::uint32_t key_;
-    float facing_y_, facing_z_; // components of the direction of propagation
     float per_lobe_, diffuse_;
+    vec2 facing_; // components of the propagation of sound along axes 1 and 2
+    surface_normal normals_[2];
 };
 
 /// Distance of points between which the gains of a structure are as good as linear, metres: less than the thickness of
@@ -440,8 +589,9 @@ class structure_gains {
     using bits = wide_bits;
 
   public:
-    INSONIFY_FN structure_gains(const placed_structure& tissue, const object_segment& segment)
-        : tissue_{tissue}, segment_{segment} {}
+    INSONIFY_FN structure_gains(const placed_structure& tissue, const object_segment& segment,
+                                const fibre_course& course = {})
+        : tissue_{tissue}, segment_{segment}, course_{course} {}
 
     /// Computes the gains at points.
     INSONIFY_FN void compute(const gain_points& points) const {
@@ -473,7 +623,8 @@ class structure_gains {
         store(floats(0.0F), points.gain + points.count);
         for (const placed_structure::sheets& all : tissue_.layers)
             for (std::uint32_t k = 0; k < all.count; ++k)
-                sheet_crossings{all, k, segment_, lobe_of(all.of.waviness, segment_.fnumber)}.add(waves, points);
+                sheet_crossings{all, k, segment_, course_, lobe_of(all.of.waviness, segment_.fnumber)}.add(waves,
+                                                                                                           points);
         if (of.mottling.deviation_db == 0) return;
         for (std::uint32_t i = 0; i < points.count; i += wide_lanes)
             store(load<wide_lanes>(points.gain + i) * mottling.at(points.distance(i), points.spacing), points.gain + i);
@@ -491,7 +642,7 @@ class structure_gains {
 
   private:
     INSONIFY_FN floats noise(vec3 size, std::uint32_t number, const floats& distance) const {
-        return segment_.noise(tissue_.axes, size, segment_.key + number, distance);
+        return segment_.noise(tissue_.axes, size, segment_.key + number, distance, course_);
     }
 
     // 1 between the bundles, their level inside.
@@ -539,6 +690,7 @@ class structure_gains {
 
     const placed_structure& tissue_;
     object_segment segment_;
+    fibre_course course_;
     float begin_ = 0, per_point_ = 1; // of the points
     std::uint32_t count_ = 0;
     float gain_[max_points + wide_lanes];

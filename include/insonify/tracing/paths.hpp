@@ -85,6 +85,7 @@ struct path_branch {
     echo_path path{};          ///< the state of the sound there
     ray_tube tube{};           ///< curvature of the wave front there
     float own_surface = 0;     ///< cosine of incidence on the surface it leaves; 0 where that is not its object's own
+    vec3 own_normal{0, 0, 0};  ///< of that surface in the world, likewise
     std::uint32_t bounces = 0; ///< reflections so far
     std::uint32_t inside = 0;  ///< how many objects contain it: the last ones of `line_scratch::branch_objects`
     bool inverted = false;     ///< an odd number of the reflections turned the sign of the pressure
@@ -167,7 +168,7 @@ class path_follower {
         spread_sound(now, limit, spread);
         // Surfaces that touch the face do not lie before it.
         layer_walk walk{scene_, now.frame, found_, limit == face ? limit - touching_distance : limit, true};
-        walk.skip_departure(now.own_surface);
+        walk.skip_departure(now.own_surface, now.own_normal);
         for (layer above; walk.next(above);) {
             if (walk.at_end()) above.end = limit;
             now.path.gains = now.path.gains.next(line_.gains, above, line_.media[above.medium]);
@@ -246,8 +247,11 @@ class path_follower {
             off.tube =
                 now.tube.mirrored(smooth, reflected, cross(frame.elevation, along), frame.elevation, below.curvature);
         const float cosine = std::fabs(dot(smooth, along));
-        on.own_surface = walk.is_own() ? cosine : 0.0F;
-        off.own_surface = walk.is_own() ? 0.0F : cosine;
+        path_branch &owner = walk.is_own() ? on : off, &other = walk.is_own() ? off : on;
+        owner.own_surface = cosine;
+        owner.own_normal = smooth;
+        other.own_surface = 0;
+        other.own_normal = {0, 0, 0};
         off.inverted = now.inverted != (met.reflected < 0);
         ++off.bounces;
         push(on, found_.inside);

@@ -144,6 +144,13 @@ INSONIFY_FN inline double slab_position(vec3 point) {
 /// A straight segment of a line in the undeformed material.
 struct rest_line : material_line {
     vec3 lateral{1, 0, 0}; ///< metres of material per metre across the line in the slice plane
+
+    /// Turns all its directions.
+    template <class Turned>
+    INSONIFY_FN void turn(const Turned& turned) {
+        for (vec3* each : {&along, &elevation, &lateral, &steering, &own_normals[0], &own_normals[1]})
+            *each = turned(*each);
+    }
 };
 
 /// The normal of the slots of a segment that deformation shears out of the slice plane: slots lie in wave fronts there,
@@ -373,7 +380,8 @@ class structured_line {
                                   .fnumber = line.fnumber,
                                   .key = key,
                                   .length = end - begin},
-          gains_{*line.structure, segment_}, behind_entry_{sheath_at(line, line.surfaces.x, line.own_surfaces.x)},
+          gains_{*line.structure, segment_, course_of(line)}, behind_entry_{sheath_at(line, line.surfaces.x,
+                                                                                      line.own_surfaces.x)},
           before_exit_{sheath_at(line, line.surfaces.y, -line.own_surfaces.y)} {}
     structured_line(const structured_line&) = delete;
 
@@ -386,10 +394,27 @@ class structured_line {
     }
 
   private:
-    INSONIFY_FN sheath_gains sheath_at(const rest_line& line, float surface, float cosine) const {
+    // Length of the line that belongs to each of its surfaces, metres: to the middle of a thin object.
+    INSONIFY_FN static float max_range(const rest_line& line) {
         const bool both_own = line.own_surfaces.x != 0 && line.own_surfaces.y != 0;
-        return {line.structure->of.sheath, segment_, surface - begin_, cosine,
-                both_own ? 0.5F * (line.surfaces.y - line.surfaces.x) : FLT_MAX};
+        return both_own ? 0.5F * (line.surfaces.y - line.surfaces.x) : FLT_MAX;
+    }
+    INSONIFY_FN sheath_gains sheath_at(const rest_line& line, float surface, float cosine) const {
+        return {line.structure->of.sheath, segment_, surface - begin_, cosine, max_range(line)};
+    }
+    INSONIFY_FN fibre_course course_of(const rest_line& line) const {
+        const structure::sheath_layer& sheath = line.structure->of.sheath;
+        if (sheath.insertion == 0) return {};
+        // A fibre at an angle a to the surface curves over its last `insertion` metres, from D = insertion / 2 sin a on.
+        const auto insertion = [&](float surface, float cosine, vec3 normal) -> fibre_insertion {
+            if (cosine == 0) return {};
+            const float half = std::fabs(cosine) * max_range(line), above = min(sheath.thickness, half);
+            const float sine = std::fabs(dot(line.structure->axes[0], normal));
+            return {dot(normal, line.along) * cosine < 0 ? normal : -normal, surface - begin_ + above / cosine, cosine,
+                    min(0.5F * sheath.insertion * sine, half - above)};
+        };
+        return {insertion(line.surfaces.x, line.own_surfaces.x, line.own_normals[0]),
+                insertion(line.surfaces.y, -line.own_surfaces.y, line.own_normals[1])};
     }
 
     float begin_; // metres along the line
@@ -536,7 +561,7 @@ struct cell_field {
         vec3 point = line.at(distance);
         if (line.displacement != nullptr) {
             const mat3 gradient = line.displacement->gradient(point);
-            for (vec3* each : {&rest.along, &rest.elevation, &rest.lateral, &rest.steering}) *each = gradient * *each;
+            rest.turn([&](vec3 v) { return gradient * v; });
             point = line.displacement->rest(point);
         }
         rest.origin = detail::resolvable(point, cell, spacing);
@@ -548,8 +573,8 @@ struct cell_field {
         if (const fibre_chart* const chart = line.chart()) {
             constexpr float step = 0.5e-3F; // metres
             const vec3 point = rest.origin;
-            for (vec3* each : {&rest.along, &rest.elevation, &rest.lateral, &rest.steering})
-                *each = ((*chart)(point + step * *each) - (*chart)(point - step * *each)) * (0.5F / step);
+            rest.turn(
+                [&](vec3 v) { return ((*chart)(point + step * v) - (*chart)(point - step * v)) * (0.5F / step); });
             rest.origin = (*chart)(point);
         }
         return rest;
