@@ -73,8 +73,9 @@ class bundle_layer:
 
 class sheath_layer:
     """The sheath of an object, such as the epimysium of a muscle."""
-    def __init__(self, *, thickness: float = ..., level_db: float = ..., spread_db: float = ..., waviness: float = ..., diffuse_db: float = ...) -> None: ...
+    def __init__(self, *, thickness: float = ..., level_db: float = ..., spread_db: float = ..., waviness: float = ..., diffuse_db: float = ..., insertion: float = ...) -> None: ...
     diffuse_db: float
+    insertion: float
     level_db: float
     spread_db: float
     thickness: float
