@@ -29,7 +29,7 @@ inline constexpr medium disc{1100, 1620, 2.0_dB_per_cm, 1, amplitude_of_decibels
 inline constexpr medium back_muscle = [] {
     medium of = tissue::muscle;
     of.roughness = 12_um;
-    of.structure.sheath = {.thickness = 0.9_mm, .level_db = 22, .diffuse_db = -15};
+    of.structure.sheath = {.thickness = 0.9_mm, .level_db = 22, .diffuse_db = -15, .insertion = 20_mm};
     return of;
 }();
 
@@ -106,7 +106,7 @@ namespace anatomy::media::limb {
 inline constexpr medium muscle = [] {
     medium made = tissue::muscle;
     made.roughness = 6_um;
-    made.structure.sheath = {.thickness = 0.8_mm, .level_db = 21, .diffuse_db = -16};
+    made.structure.sheath = {.thickness = 0.8_mm, .level_db = 21, .diffuse_db = -16, .insertion = 20_mm};
     made.structure.sheets.cell = {21_mm, 3.6_mm, 2_mm};
     return made;
 }();
