@@ -2,7 +2,6 @@
 // paper's eq. 1, as in its figure 3, and a B-mode image. `simulate --help` lists the options.
 #define INSONIFY_IMPLEMENTATION
 #include <insonify/insonify.hpp>
-#include "anatomy_check.hpp"
 #include "nerve_block_phantom.hpp"
 #include "progress.hpp"
 #include "simulate_options.hpp"
@@ -76,73 +75,21 @@ struct subject {
     b_mode_settings settings{};
 };
 
-pose pose_of(const simulate_options& chosen, const pose& usual) {
-    const auto metres = [](const std::array<float, 3>& p) { return 1_mm * vec3{p[0], p[1], p[2]}; };
-    return chosen.from ? look_at(metres(*chosen.from), metres(*chosen.towards),
-                                 metres(chosen.lateral.value_or(std::array<float, 3>{1, 0, 0})))
-                       : usual;
-}
-
-/// A region of the body, with its parameters.
-anatomy::body make_region(const simulate_options& chosen) {
-    const anatomy::region& region = anatomy::find_region(chosen.anatomy);
-    anatomy::values values = parameters_of(chosen, region);
-    if (chosen.seed) values.merge(region.drawn(*chosen.seed));
-    return region.make(values);
-}
-
-subject load_region(const simulate_options& chosen) {
-    anatomy::body made = make_region(chosen);
-    const anatomy::view& view = chosen.view.empty() ? made.views.front() : made.find_view(chosen.view);
-    made.anatomy.build(exec::par);
-    const pose at = chosen.from ? pose_of(chosen, view.at) : anatomy::press_probe(made.anatomy, view);
-    const std::string title = anatomy::find_region(chosen.anatomy).title;
-    return {title + ": " + view.title, std::move(made.anatomy), at, view.probe, view.settings};
-}
-
-subject load_file(const simulate_options& chosen) {
-    const obj_settings settings = reading_of(chosen.unit * 1_mm, tissue_named(chosen.background.value_or("deep_fat")),
-                                             chosen.repair, chosen.pennation);
-    std::vector<std::string> notes;
-    subject one{.body = load_obj_scene(chosen.file, settings, notes),
-                .probe = presets::abdomen.probe,
-                .settings = presets::abdomen.settings};
+subject load(const simulate_options& chosen) {
+    if (!chosen.anatomy.empty()) {
+        region_in_view made = load_region(chosen);
+        return {made.title, std::move(made.body), made.at, made.seen.probe, made.seen.settings};
+    }
+    if (chosen.file.empty())
+        return {"The built-in phantom of a nerve block", nerve_block_phantom().build(exec::par),
+                pose_of(chosen, pose{}), nerve_block::probe, nerve_block::settings};
+    body_of_file made = load_file(chosen);
+    subject one{made.description, std::move(made.body), pose{}, presets::abdomen.probe, presets::abdomen.settings};
     one.body.build(exec::par);
-    one.title = describe_anatomy(chosen.file, one.body, chosen.unit * 1_mm, notes);
-    const std::array<float, 3> lateral = chosen.lateral.value_or(std::array<float, 3>{1, 0, 0});
-    const aabb box = one.body.box();
-    one.at = pose_of(chosen, chosen.from ? pose{}
-                                         : look_at({box.centre().x, box.lower.y - 10_mm, box.centre().z}, box.centre(),
-                                                   {lateral[0], lateral[1], lateral[2]}));
+    one.at = pose_of(chosen, one.body.box());
     one.settings.depth = 80_mm;
     one.settings.tgc = 0;
     return one;
-}
-
-subject load(const simulate_options& chosen) {
-    if (!chosen.anatomy.empty()) return load_region(chosen);
-    if (!chosen.file.empty()) return load_file(chosen);
-    return {"The built-in phantom of a nerve block", nerve_block_phantom().build(exec::par), pose_of(chosen, pose{}),
-            nerve_block::probe, nerve_block::settings};
-}
-
-/// Lists the regions with their views and parameters.
-int list_regions() {
-    for (const anatomy::region& region : anatomy::regions()) {
-        std::printf("--anatomy %s: %s\n", region.name, region.title);
-        for (const anatomy::view& view : region.make().views)
-            std::printf("  --view %s: %s\n", view.name.c_str(), view.title.c_str());
-        for (const anatomy::parameter& one : region.parameters) {
-            const anatomy::parameter_unit in = one.written_unit();
-            const auto text = [&](float value) {
-                return one.is_choice ? std::to_string(std::lround(value))
-                                     : insonify::detail::number_text(value / in.size);
-            };
-            std::printf("  --parameter %s=%s%s: %s, %s to %s\n", one.name, text(one.usual).c_str(), in.name,
-                        one.description, text(one.smallest).c_str(), text(one.largest).c_str());
-        }
-    }
-    return 0;
 }
 
 /// The structure of the background, by default as below skin that the probe stands on.
@@ -280,9 +227,11 @@ int main(int count, char** arguments) {
     return command_line::run(
         "simulate", count, arguments, [&](CLI::App& app) { add_options(app, chosen); },
         [&] {
-            if (chosen.list) return list_regions();
-            if (chosen.lateral && chosen.file.empty() && !chosen.from)
-                throw usage_error{"--lateral requires --from and --towards, or a file"};
+            if (chosen.list) {
+                list_regions();
+                return 0;
+            }
+            check_place(chosen);
             check_output_folder(chosen.output);
             timed_stages stage{11};
             subject one = stage("load", [&](const auto&) { return load(chosen); });

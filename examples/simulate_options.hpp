@@ -2,24 +2,19 @@
 #define INSONIFY_EXAMPLES_SIMULATE_OPTIONS_HPP
 
 #include <insonify/examinations.hpp>
-#include "region_options.hpp"
+#include "body_options.hpp"
+#include <array>
 #include <cmath>
 #include <optional>
+#include <string>
 
 /// The command line of `simulate`; lengths in millimetres, frequencies in megahertz, angles in degrees.
-struct simulate_options : region_options {
-    std::string file{}; ///< empty: a region, or the built-in phantom
-    bool list = false;
-    float unit = 1;
-    std::optional<std::string> background{};
+struct simulate_options : body_options {
     std::optional<float> skin{};
-    bool repair = false;
-    float pennation = 0;
     std::optional<std::array<float, 3>> fibres{}, layers{}; ///< of the background
     std::string probe{};
     std::optional<std::uint32_t> lines{};
     std::optional<float> width{}, radius{}, field_of_view{}, frequency{}, depth{};
-    std::optional<std::array<float, 3>> from{}, towards{}, lateral{};
     std::string law = "paper";
     std::optional<float> tgc{};
     std::optional<std::uint32_t> planes{}, looks{};
@@ -35,15 +30,7 @@ inline void add_options(CLI::App& app, simulate_options& into) {
         "nerve block.\n"
         "Lengths are in millimetres unless a unit follows (4cm), frequencies in megahertz, angles in degrees.");
 
-    CLI::Option* const file =
-        add(app, "file", into.file, "OBJ", "Wavefront OBJ; its materials name the tissues")->check(name());
-    add(app, "--unit", into.unit, "LENGTH", "length of 1 in the file, above 0, at most 10m (1mm)")
-        ->transform(length())
-        ->check(positive_number(1e4))
-        ->needs(file);
-    add(app, "--background", into.background, "TISSUE", "medium around the objects of the file (deep_fat)")
-        ->check(name())
-        ->needs(file);
+    CLI::Option* const file = add_body_options(app, into, "probe");
     add(app, "--skin", into.skin, "LENGTH",
         "thickness of skin below the outer surface of a body, or below the face of the probe, with gel and fat; 0: "
         "none, "
@@ -51,7 +38,6 @@ inline void add_options(CLI::App& app, simulate_options& into) {
         ->transform(length())
         ->check(number(0, 20))
         ->needs(file);
-    add_mesh_options(app, into.repair, into.pennation, file);
     const CLI::Validator component = number(-1e6, 1e6);
     add_list<3, float>(app, "--fibres", into.fibres, ',', component, "X,Y,Z",
                        "direction of the fibres of that medium (along the array)")
@@ -59,8 +45,6 @@ inline void add_options(CLI::App& app, simulate_options& into) {
     add_list<3, float>(app, "--layers", into.layers, ',', component, "X,Y,Z",
                        "direction across its layers, from the skin inwards (away from the probe)")
         ->needs(file);
-    add_region_options(app, into, "a region of the body instead of a file: see --list", 0, 999'999'999)->excludes(file);
-    app.add_flag("--list", into.list, "lists the regions with their views and parameters, and ends");
     add(app, "--output", into.output, "FOLDER", "folder that the images are written to (out)")->check(name());
     add_list<2, std::uint32_t>(app, "--size", into.size, 'x', whole_number(0, 16384), "WxH",
                                "image size in pixels, 0 to 16384; 0 keeps the aspect ratio (768x0)");
@@ -84,16 +68,6 @@ inline void add_options(CLI::App& app, simulate_options& into) {
     add(app, "--depth", into.depth, "LENGTH", "imaging depth, at most 1m (80; for the phantom 40)")
         ->transform(length())
         ->check(positive_number(1000));
-
-    auto* const from = add_list<3, float>(app, "--from", into.from, ',', length(), "X,Y,Z",
-                                          "position of the probe: the middle of its face");
-    auto* const towards =
-        add_list<3, float>(app, "--towards", into.towards, ',', length(), "X,Y,Z",
-                           "point that the probe looks at (default: along y, at the centre of all objects)");
-    from->needs(towards);
-    towards->needs(from);
-    add_list<3, float>(app, "--lateral", into.lateral, ',', component, "X,Y,Z",
-                       "direction of the array, for a file or with --from (1,0,0)");
     add(app, "--law", into.law, "NAME",
         "variant of the paper's model for the component images: paper, as printed; attenuated, echoes are attenuated "
         "too; echo, attenuated both ways, bands behind interfaces (paper)")

@@ -1,8 +1,7 @@
-// Channel data of an OBJ file or of a phantom, as HDF5 in the layout of zea or of USTB. `channels --help` lists the
+// Channel data of an OBJ file, of a region of the body or of a phantom, as HDF5 in the layout of zea or of USTB. `channels --help` lists the
 // options.
 #define INSONIFY_IMPLEMENTATION
 #include <insonify/insonify.hpp>
-#include "../anatomy_check.hpp"
 #include "../dataset/file.hpp"
 #include "../nerve_block_phantom.hpp"
 #include "options.hpp"
@@ -19,19 +18,15 @@ using namespace insonify;
 
 namespace {
 
+/// What lies there, from where, and how a view of it is recorded.
 struct subject {
     std::string title{};
     scene body{};
     pose at{};
     std::vector<point_scatterer> points{};
+    std::string array_type = "linear";
+    float depth = 40_mm;
 };
-
-vec3 as_vector(const std::array<float, 3>& of) { return {of[0], of[1], of[2]}; }
-
-pose pose_of(const channels::options& chosen, const pose& usual) {
-    if (!chosen.from) return usual;
-    return look_at(1_mm * as_vector(*chosen.from), 1_mm * as_vector(*chosen.towards), as_vector(chosen.lateral));
-}
 
 /// Nine point scatterers in a fluid, which scatter as much as a surface of some square millimetres.
 subject make_points() {
@@ -42,36 +37,44 @@ subject make_points() {
     return one;
 }
 
-subject load(const channels::options& chosen) {
-    if (chosen.file.empty()) {
-        subject one = chosen.phantom == "points" ? make_points()
-                                                 : subject{.title = "the phantom of a nerve block",
-                                                           .body = nerve_block_phantom().build(exec::par)};
-        one.at = pose_of(chosen, pose{});
-        return one;
-    }
-    std::vector<std::string> notes;
-    const obj_settings settings =
-        reading_of(chosen.unit * 1_mm, tissue_named(chosen.background), chosen.repair, chosen.pennation);
-    subject one{.body = load_obj_scene(chosen.file, settings, notes)};
-    check_anatomy(one.body, chosen.file, chosen.unit * 1_mm, "--unit 1", chosen.repair ? "" : "--repair");
-    one.body.build(exec::par);
-    std::printf("%s\n", describe_anatomy(chosen.file, one.body, chosen.unit * 1_mm, notes).c_str());
-    one.title = std::filesystem::path{chosen.file}.filename().string();
-    const aabb box = one.body.box();
-    const vec3 above{box.centre().x, box.lower.y - 10_mm, box.centre().z};
-    one.at = pose_of(chosen, chosen.from ? pose{} : look_at(above, box.centre(), {1, 0, 0}));
+subject load_phantom(const channels::options& chosen) {
+    subject one = chosen.phantom == "points" ? make_points()
+                                             : subject{.title = "the phantom of a nerve block",
+                                                       .body = nerve_block_phantom().build(exec::par)};
+    one.at = pose_of(chosen, pose{});
     return one;
 }
 
+subject load_view(const channels::options& chosen) {
+    region_in_view made = load_region(chosen);
+    return {.title = made.title,
+            .body = std::move(made.body),
+            .at = made.at,
+            .array_type = channels::array_type(made.seen.probe),
+            .depth = made.seen.settings.depth};
+}
+
+subject load_mesh(const channels::options& chosen) {
+    body_of_file made = load_file(chosen);
+    check_anatomy(made.body, chosen.file, chosen.unit * 1_mm, "--unit 1", chosen.repair ? "" : "--repair");
+    std::printf("%s\n", made.description.c_str());
+    made.body.build(exec::par);
+    const pose at = pose_of(chosen, made.body.box());
+    return {.title = std::filesystem::path{chosen.file}.filename().string(), .body = std::move(made.body), .at = at};
+}
+
+subject load(const channels::options& chosen) {
+    if (!chosen.anatomy.empty()) return load_view(chosen);
+    return chosen.file.empty() ? load_phantom(chosen) : load_mesh(chosen);
+}
+
 template <element_transducer Array>
-void run(const channels::options& chosen, const channels::named_array& named, const Array& array) {
+void run(const channels::options& chosen, const subject& one, const channels::named_array& named, const Array& array) {
     const std::vector<transmit> sent = channels::transmits_named(chosen.transmits, array);
-    const subject one = load(chosen);
     // Points are those of the array: they stay in front of it wherever it is.
     std::vector<point_scatterer> points = one.points;
     for (point_scatterer& each : points) each.position = one.at.point(each.position);
-    channel_settings settings{.depth = chosen.depth * 1_mm,
+    channel_settings settings{.depth = chosen.depth ? *chosen.depth * 1_mm : one.depth,
                               .sampling_frequency = chosen.sampling_frequency * 1_MHz,
                               .opening = named.opening_deg * 1_deg,
                               .wave_fronts = chosen.wave_fronts,
@@ -118,9 +121,16 @@ int main(int count, char** arguments) {
     return command_line::run(
         "channels", count, arguments, [&](CLI::App& app) { channels::add_options(app, chosen); },
         [&] {
+            if (chosen.list) {
+                list_regions();
+                return 0;
+            }
+            check_place(chosen);
             check_output(chosen.output);
-            const channels::named_array& named = channels::find_array(chosen.array);
-            std::visit([&](const auto& array) { run(chosen, named, array); }, named.elements);
+            const subject one = load(chosen);
+            const channels::named_array& named =
+                chosen.array.empty() ? channels::array_of_type(one.array_type) : channels::find_array(chosen.array);
+            std::visit([&](const auto& array) { run(chosen, one, named, array); }, named.elements);
             return 0;
         });
 }

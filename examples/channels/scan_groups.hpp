@@ -3,7 +3,7 @@
 
 #include <insonify/channels/channel_data.hpp>
 #include "../dataset/hdf5_file.hpp"
-#include "options.hpp"
+#include "arrays.hpp"
 #include <cmath>
 #include <limits>
 #include <string>

@@ -6,8 +6,8 @@
 #include "../dataset/quaternion.hpp"
 #include "recording.hpp"
 #include "scan_groups.hpp"
+#include "truth_maps.hpp"
 #include <array>
-#include <cmath>
 #include <map>
 #include <string>
 #include <vector>
@@ -36,17 +36,6 @@ inline void add_pose(hdf5_file& file, const pose& at, std::uint32_t frames) {
                    turns.data());
 }
 
-// The slice that is traced, in steps of half a wavelength.
-inline map_grid grid_of(const recording& of, const channel_data& data) {
-    const float spacing = 0.5F * data.sound_speed / data.frequency;
-    const float half = 0.5F * length(data.places.back().origin - data.places.front().origin) +
-                       of.depth * std::tan(of.array.opening_deg * 1_deg);
-    const auto columns = static_cast<std::uint32_t>(2 * half / spacing) + 1;
-    return {.from = {-0.5F * static_cast<float>(columns - 1) * spacing, 0},
-            .spacing = spacing,
-            .size = {columns, static_cast<std::uint32_t>(of.depth / spacing) + 1}};
-}
-
 // The labels of the truth: the background, then the names of objects, each once.
 struct label_names {
     std::vector<std::string> names{"background"};
@@ -63,63 +52,58 @@ struct label_names {
     }
 };
 
-// The truth, which is the same in all frames; repetitions are compressed to almost nothing.
-inline void add_truth(hdf5_file& file, const recording& of, const channel_data& data) {
-    const map_grid grid = grid_of(of, data);
-    const tissue_maps truth = map_tissue(exec::par_unseq, of.body, of.at, grid);
-    const hsize_t frames = of.frames, rows = grid.size.y, columns = grid.size.x;
-    const auto pack = [](const auto& values) { return dataset::pack(values, dataset::repetitions::any); };
-    std::vector<dataset::packed_chunk> axes;
-    for (int axis = 0; axis < 3; ++axis) {
-        std::vector<float> values;
-        for (std::uint32_t row = 0; row < grid.size.y; ++row)
-            for (std::uint32_t column = 0; column < grid.size.x; ++column) values.push_back(grid.at(column, row)[axis]);
-        axes.push_back(pack(values));
-    }
-    // A chunk for each index of the last axis of values.
-    const auto add_map = [&](const std::string& name, const std::string& unit, const std::string& text,
-                             number_type numbers, std::vector<hsize_t> shape, bool split,
-                             const std::vector<dataset::packed_chunk>& chunks) {
-        const std::string group = "tracks/track_0/data/" + name;
-        file.add_group(group, text);
-        file.add_text({group + "/unit", no_unit, "of the values"}, unit);
-        file.add_text({group + "/description", no_unit, "of the values"}, text);
-        std::vector<hsize_t> chunk = shape, points = shape;
-        chunk[0] = 1;
-        if (split) chunk.back() = 1;
-        file.add_packed(
-            {group + "/values", unit, text}, numbers, shape, chunk, [&](hsize_t) -> const auto& { return chunks; });
-        if (split)
-            points.back() = 3;
-        else
-            points.push_back(3);
-        chunk = points;
-        chunk[0] = chunk.back() = 1;
-        file.add_packed(
-            {group + "/coordinates", "m", "x lateral, y elevation, z depth, in the frame of the probe"},
-            number_type::real, points, chunk, [&](hsize_t) -> const auto& { return axes; });
-    };
-    add_map("sos_map", "m/s", "sound speed of the tissue", number_type::real, {frames, rows, columns}, false,
-            {pack(truth.sound_speed)});
-    std::vector<float> loss(truth.attenuation.size());
-    for (std::size_t i = 0; i < loss.size(); ++i)
-        loss[i] = truth.attenuation[i] * std::pow(data.frequency / 1_MHz, truth.attenuation_power[i]) / data.frequency;
-    add_map("attenuation_map", "dB/m/Hz", "attenuation of the tissue at the carrier, one way, over its frequency",
-            number_type::real, {frames, rows, columns}, false, {pack(loss)});
-    file.add_number({"tracks/track_0/data/attenuation_map/gamma", no_unit,
-                     "exponent of the frequency by which the values are to be multiplied"},
-                    1);
-    const label_names labels{of.body};
-    std::vector<dataset::packed_chunk> masks;
+// A map, which is the same in all frames.
+struct packed_map {
+    dataset::map_name name;
+    number_type numbers = number_type::real;
+    std::vector<hsize_t> shape{}; // of a frame
+    std::vector<dataset::packed_chunk> chunks{};
+};
+
+inline packed_map pack_labels(const scene& body, const tissue_maps& truth) {
+    const label_names labels{body};
+    packed_map made{
+        .name = {{"tracks/track_0/data/segmentation", no_unit, "a mask for each of `labels`"}, labels.names},
+        .numbers = number_type::boolean,
+        .shape = {truth.grid.size.y, truth.grid.size.x, 1, labels.names.size()}};
     for (std::size_t label = 0; label < labels.names.size(); ++label) {
         std::vector<std::uint8_t> mask(truth.labels.size());
         for (std::size_t i = 0; i < mask.size(); ++i) mask[i] = labels.index.at(truth.labels[i]) == label ? 1 : 0;
-        masks.push_back(pack(mask));
+        made.chunks.push_back(dataset::pack(mask, dataset::repetitions::any));
     }
-    add_map("segmentation", no_unit, "a mask for each of `labels`", number_type::boolean,
-            {frames, rows, columns, 1, labels.names.size()}, true, masks);
-    file.add_texts({"tracks/track_0/data/segmentation/labels", no_unit, "of the masks"}, labels.names,
-                   {labels.names.size()});
+    return made;
+}
+
+inline std::vector<packed_map> pack_truth(const scene& body, const tissue_maps& truth, float frequency) {
+    std::vector<packed_map> all;
+    for (const truth_map& map : truth_maps())
+        all.push_back({.name = map.in_file(), .shape = map.shape(truth.grid), .chunks = map.pack(truth, frequency)});
+    all.push_back(pack_labels(body, truth));
+    return all;
+}
+
+// An array of frames that are all alike; where the values have labels, each is a chunk.
+inline void add_frames(hdf5_file& file, const dataset::array_name& name, number_type numbers, hsize_t frames,
+                       std::vector<hsize_t> shape, bool split, const std::vector<dataset::packed_chunk>& chunks) {
+    shape.insert(shape.begin(), frames);
+    std::vector<hsize_t> chunk = shape;
+    chunk[0] = 1;
+    if (split) chunk.back() = 1;
+    file.add_packed(
+        name, numbers, shape, chunk, [&](hsize_t) -> const auto& { return chunks; });
+}
+
+inline void add_map(hdf5_file& file, const packed_map& map, hsize_t frames,
+                    const std::vector<dataset::packed_chunk>& axes) {
+    const auto& [path, unit, text] = map.name.group;
+    const bool split = !map.name.labels.empty();
+    file.add_map(map.name);
+    add_frames(file, {path + "/values", unit, text}, map.numbers, frames, map.shape, split, map.chunks);
+    std::vector<hsize_t> points = map.shape;
+    if (split) points.pop_back();
+    points.push_back(3);
+    add_frames(file, {path + "/coordinates", "m", "x lateral, y elevation, z depth, in the frame of the probe"},
+               number_type::real, frames, points, true, axes);
 }
 
 } // namespace detail
@@ -127,8 +111,13 @@ inline void add_truth(hdf5_file& file, const recording& of, const channel_data& 
 /// The bytes of a file.
 inline std::string zea_file(const recording& of) {
     frame_data first = of.trace_one(0);
-    check_size(of, first);
     const channel_data data = insonify::detail::same_acquisition<float>(first.received);
+    const tissue_maps truth = map_tissue(exec::par_unseq, of.body, of.at, slice_grid(of.array, data, of.depth));
+    const std::vector<detail::packed_map> maps = detail::pack_truth(of.body, truth, data.frequency);
+    std::size_t of_maps = 0;
+    for (const detail::packed_map& map : maps)
+        for (const dataset::packed_chunk& chunk : map.chunks) of_maps += chunk.size();
+    check_size(of, first, of_maps);
     dataset::hdf5_file file;
     file.set_text("zea_version", dataset::zea_version);
     file.set_text("us_machine", "insonify " + std::to_string(INSONIFY_VERSION));
@@ -139,7 +128,9 @@ inline std::string zea_file(const recording& of) {
     add_scan(file, data);
     add_probe(file, of.array, data);
     detail::add_pose(file, of.at, of.frames);
-    detail::add_truth(file, of, data);
+    const std::vector<dataset::packed_chunk> axes = pack_coordinates(truth.grid);
+    for (const detail::packed_map& map : maps) detail::add_map(file, map, of.frames, axes);
+    add_gamma(file);
     if (!of.points.empty()) {
         std::vector<float> places;
         for (const point_scatterer& one : of.points)

@@ -1,7 +1,8 @@
 #ifndef INSONIFY_DATASET_ACQUISITION_HPP
 #define INSONIFY_DATASET_ACQUISITION_HPP
 
-#include "../channels/options.hpp"
+#include "../channels/arrays.hpp"
+#include "../channels/truth_maps.hpp"
 #include "sample.hpp"
 #include <algorithm>
 #include <optional>
@@ -23,8 +24,7 @@ inline std::vector<std::string> probe_types(const description& d, const anatomie
     std::vector<std::string> found;
     for (std::size_t i = 0; i < all.size(); ++i)
         for (const anatomy::view& seen : all[i].views()) {
-            constexpr const char* types[] = {"linear", "curved", "phased"};
-            const char* type = types[array_of(d, seen).index()];
+            const char* type = channels::array_type(array_of(d, seen));
             if (std::find(found.begin(), found.end(), type) == found.end()) found.emplace_back(type);
         }
     return found;
@@ -54,6 +54,8 @@ class acquisition {
     const channels::named_array& array() const { return *array_; }
     /// Channel data in which everything but the samples is that of all.
     const channel_data& like() const { return like_; }
+    /// Of the maps of tissue.
+    map_grid grid() const { return channels::slice_grid(*array_, like_, settings_.depth); }
 
     /// Transmits x samples x elements. @param frame  selects the speckle of flowing media
     std::vector<float> record(const scene& body, const pose& at, std::uint32_t frame) const {

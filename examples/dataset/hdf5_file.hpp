@@ -98,6 +98,27 @@ struct array_name {
     std::string description;
 };
 
+/// Points of the probe's frame, rows x columns x 3, a chunk for each axis: rows repeat, and are compressed to almost nothing.
+/// @param point  point(row, column)
+template <class Point>
+std::vector<packed_chunk> pack_points(hsize_t rows, hsize_t columns, const Point& point) {
+    std::vector<packed_chunk> axes;
+    std::vector<float> values(rows * columns);
+    for (int axis = 0; axis < 3; ++axis) {
+        for (hsize_t row = 0; row < rows; ++row)
+            for (hsize_t column = 0; column < columns; ++column)
+                values[row * columns + column] = point(row, column)[axis];
+        axes.push_back(pack(values, repetitions::any));
+    }
+    return axes;
+}
+
+/// The group of a map, and what the last axis of its values is; empty: it is one of space.
+struct map_name {
+    array_name group;
+    std::vector<std::string> labels{};
+};
+
 /// A file that is being made, in memory: a full disk is met by `write_file`, and not inside HDF5, which cannot close a file
 /// that it cannot write. The same content gives the same bytes: no times are stored.
 class hdf5_file {
@@ -149,6 +170,15 @@ class hdf5_file {
         const handle type = text_type();
         const handle array = create_array(name, type, space_of(shape), properties());
         check(H5Dwrite(array, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, letters.data()));
+    }
+    /// What is said of a map beside its values and coordinates.
+    void add_map(const map_name& map) {
+        const auto& [path, unit, description] = map.group;
+        add_group(path, description);
+        add_text({path + "/unit", no_unit, "of the values"}, unit);
+        add_text({path + "/description", no_unit, "of the values"}, description);
+        if (!map.labels.empty())
+            add_texts({path + "/labels", no_unit, "of the last axis of the values"}, map.labels, {map.labels.size()});
     }
     /// A number.
     void add_number(const array_name& name, float value) {

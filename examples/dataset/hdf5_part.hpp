@@ -39,16 +39,8 @@ void add_content(hdf5_file& file, const description& d, const layout& arrays, co
     file.add_group("tracks/track_0", "a frame for each sample");
     file.add_group("tracks/track_0/data", "images, labels and signals");
     if (const auto& recorded = arrays.recorded()) channels::add_scan(file, recorded->like());
-    for (const array_name& map : arrays.maps()) {
-        file.add_group(map.path, map.description);
-        file.add_text({map.path + "/unit", no_unit, "of the values"}, map.unit);
-        file.add_text({map.path + "/description", no_unit, "of the values"}, map.description);
-        if (map.path.find("segmentation") != std::string::npos)
-            file.add_texts({map.path + "/labels", no_unit, "of the masks"}, all.labels().names,
-                           {all.labels().names.size()});
-        if (map.path.find("beamformed") != std::string::npos)
-            file.add_texts({map.path + "/labels", no_unit, "of the last axis"}, {"I", "Q"}, {2});
-    }
+    for (const map_name& map : arrays.maps()) file.add_map(map);
+    if (arrays.has_tissue()) channels::add_gamma(file);
     file.add_group("insonify", "how a sample came about");
     file.set_text("options", identity, "insonify");
     const auto add_names = [&](const char* name, const char* text, const std::vector<std::string>& names) {

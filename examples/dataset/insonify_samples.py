@@ -34,14 +34,17 @@ class samples(collections.abc.Sequence):
     with truth  incidence, transmitted, depth: float32, rows x columns
     with iq     complex64, samples x lines
     with channels   raw_data: float32, transmits x samples x elements
+    with tissue     sos_map, attenuation_map: float32, rows x columns of the slice of that array; displacement, ... x 2: x, z;
+                    strain, ... x 3: lateral, axial, shear
 
     Files are opened in each process by itself, so that the workers of a loader may share a `samples`.
     """
 
-    def __init__(self, folder, truth=False, iq=False, channels=False):
+    def __init__(self, folder, truth=False, iq=False, channels=False, tissue=False):
         path = pathlib.Path(folder)
         self.path = path / "dataset.h5" if path.is_dir() else path
         self.maps = ["incidence", "transmitted", "depth"] if truth else []
+        self.maps += ["sos_map", "attenuation_map", "displacement", "strain"] if tissue else []
         self.iq = iq
         self.channels = channels
         self._file, self._process = None, None

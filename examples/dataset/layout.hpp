@@ -60,6 +60,7 @@ class layout {
         add_records(all);
         add_maps(all);
         if (recorded_) add_channels();
+        if (has_tissue()) add_tissue();
     }
 
     /// Numbers that floats cannot represent.
@@ -75,12 +76,14 @@ class layout {
     }
     const std::vector<fact>& facts() const { return facts_; }
     const std::vector<packed_array>& arrays() const { return arrays_; }
-    /// The groups of the maps, each with its unit and description.
-    const std::vector<array_name>& maps() const { return maps_; }
+    /// The groups of the maps.
+    const std::vector<map_name>& maps() const { return maps_; }
     /// Coordinates that several maps share: a path, and what it is another name of.
     const std::vector<std::pair<std::string, std::string>>& links() const { return links_; }
     /// The channel data that there are, if there are.
     const std::optional<acquisition>& recorded() const { return recorded_; }
+    /// Whether there are maps of tissue on the slice of the array of channel data.
+    bool has_tissue() const { return recorded_ && !d_.no_truth; }
     /// The first facts are numbers that options give, and that vary.
     std::size_t option_count() const { return options_; }
 
@@ -101,6 +104,7 @@ class layout {
         one.iq = {};
         one.beams = {};
         one.channels = {};
+        one.tissue = {};
     }
 
     static constexpr const char *image_path = "tracks/track_0/data/image/values", *label_path = "insonify/label";
@@ -264,22 +268,21 @@ class layout {
             });
     }
 
-    void add_map(const std::string& name, const std::string& unit, const char* text, number_type numbers,
+    void add_map(const std::string& name, const std::string& unit, const std::string& text, number_type numbers,
                  std::vector<hsize_t> shape, bool split, float missing,
-                 std::function<std::vector<packed_chunk>(const record&)> pack) {
+                 std::function<std::vector<packed_chunk>(const record&)> pack, std::vector<std::string> labels = {}) {
         arrays_.push_back({{"tracks/track_0/data/" + name + "/values", unit, text},
                            numbers,
                            std::move(shape),
                            split,
                            missing,
                            std::move(pack)});
-        maps_.push_back({"tracks/track_0/data/" + name, unit, text});
+        maps_.push_back({{"tracks/track_0/data/" + name, unit, text}, std::move(labels)});
     }
     void share_coordinates(const std::string& map, const std::string& of) {
         const std::string data = "tracks/track_0/data/";
         links_.push_back({data + map + "/coordinates", data + of + "/coordinates"});
     }
-    // Points of the probe's frame, a chunk for each axis: rows repeat, and are compressed to almost nothing.
     template <class Point>
     void add_coordinates(const std::string& map, std::vector<hsize_t> shape, const Point& point) {
         const hsize_t rows = shape[0], columns = shape[1];
@@ -291,15 +294,8 @@ class layout {
                            true,
                            nan,
                            [=](const record& one) {
-                               std::vector<packed_chunk> axes;
-                               std::vector<float> values(rows * columns);
-                               for (int axis = 0; axis < 3; ++axis) {
-                                   for (hsize_t row = 0; row < rows; ++row)
-                                       for (hsize_t column = 0; column < columns; ++column)
-                                           values[row * columns + column] = point(one, row, column)[axis];
-                                   axes.push_back(dataset::pack(values, repetitions::any));
-                               }
-                               return axes;
+                               return pack_points(rows, columns,
+                                                  [&](hsize_t row, hsize_t column) { return point(one, row, column); });
                            }});
     }
 
@@ -314,21 +310,24 @@ class layout {
         add_map("image", no_unit, "B-mode image: 0 black to 255 white; rows from the face down, columns along it",
                 number_type::byte, {size, size}, false, 255, [=](const record& one) { return one_chunk(one.image); });
         add_coordinates("image", {size, size}, pixel);
-        add_map("segmentation", no_unit,
-                "a mask for each of `labels`: where a pixel shows it; none outside the field of view",
-                number_type::boolean, {size, size, 1, labels}, true, 0, [labels](const record& one) {
-                    std::vector<packed_chunk> masks;
-                    std::vector<std::uint8_t> mask(one.label.size());
-                    std::array<bool, 256> seen{};
-                    for (const std::uint8_t label : one.label) seen[label] = true;
-                    for (hsize_t label = 0; label < labels; ++label) {
-                        masks.emplace_back(); // empty: all false
-                        if (!seen[label]) continue;
-                        for (std::size_t i = 0; i < mask.size(); ++i) mask[i] = one.label[i] == label ? 1 : 0;
-                        masks.back() = dataset::pack(mask);
-                    }
-                    return masks;
-                });
+        add_map(
+            "segmentation", no_unit,
+            "a mask for each of `labels`: where a pixel shows it; none outside the field of view", number_type::boolean,
+            {size, size, 1, labels}, true, 0,
+            [labels](const record& one) {
+                std::vector<packed_chunk> masks;
+                std::vector<std::uint8_t> mask(one.label.size());
+                std::array<bool, 256> seen{};
+                for (const std::uint8_t label : one.label) seen[label] = true;
+                for (hsize_t label = 0; label < labels; ++label) {
+                    masks.emplace_back(); // empty: all false
+                    if (!seen[label]) continue;
+                    for (std::size_t i = 0; i < mask.size(); ++i) mask[i] = one.label[i] == label ? 1 : 0;
+                    masks.back() = dataset::pack(mask);
+                }
+                return masks;
+            },
+            all.labels().names);
         add_coordinates("segmentation", {size, size, 1}, pixel);
         arrays_.push_back(
             {{label_path, no_unit, "the masks as one image: index of the label, 255 outside the field of view"},
@@ -364,11 +363,13 @@ class layout {
         add_coordinates("envelope_data", {samples, lines}, place);
         add_map("beamformed_data", no_unit,
                 "complex echoes along the lines of the unsteered look, demodulated with the carrier", number_type::real,
-                {samples, lines, 2}, false, nan, [=](const record& one) {
+                {samples, lines, 2}, false, nan,
+                [=](const record& one) {
                     std::vector<float> values;
                     for_each_echo(one.iq, [&](vec2 echo) { values.insert(values.end(), {echo.x, echo.y}); });
                     return one_chunk(values);
-                });
+                },
+                {"I", "Q"});
         share_coordinates("beamformed_data", "envelope_data");
     }
     void add_channels() {
@@ -382,6 +383,26 @@ class layout {
                            nan,
                            [](const record& one) { return std::vector<packed_chunk>{dataset::pack(one.channels)}; }});
     }
+    // On one grid, that of the slice of the array.
+    void add_tissue() {
+        const map_grid grid = recorded_->grid();
+        const std::string first = channels::truth_maps().front().name;
+        for (const channels::truth_map& map : channels::truth_maps()) {
+            add_map(
+                map.name, map.unit, map.description, number_type::real, map.shape(grid), !map.labels.empty(), nan,
+                [&map, frequency = recorded_->like().frequency](const record& one) {
+                    return map.pack(one.tissue, frequency);
+                },
+                map.labels);
+            if (map.name == first)
+                add_coordinates(map.name, {grid.size.y, grid.size.x},
+                                [grid](const record&, hsize_t row, hsize_t column) {
+                                    return grid.at(static_cast<std::uint32_t>(column), static_cast<std::uint32_t>(row));
+                                });
+            else
+                share_coordinates(map.name, first);
+        }
+    }
     // Depth by depth.
     template <class Visit>
     static void for_each_echo(const iq_lines& echoes, const Visit& visit) {
@@ -394,7 +415,7 @@ class layout {
     std::optional<acquisition> recorded_;
     std::vector<fact> facts_{};
     std::vector<packed_array> arrays_{};
-    std::vector<array_name> maps_{};
+    std::vector<map_name> maps_{};
     std::vector<std::pair<std::string, std::string>> links_{};
     std::size_t options_ = 0;
 };

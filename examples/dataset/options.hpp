@@ -2,7 +2,7 @@
 #define INSONIFY_DATASET_OPTIONS_HPP
 
 #include "../anatomy/regions.hpp"
-#include "../channels/options.hpp"
+#include "../channels/arrays.hpp"
 #include "description.hpp"
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -195,11 +195,12 @@ inline std::vector<described_option> add_options(CLI::App& app, description& d) 
     option("channels", d.channels,
            "Store RF of each element, too, of an array where the probe is: l11_5v, l12_3v (linear), c5_2v (convex), "
            "p4_2v (phased); without: none")
-        ->check(CLI::IsMember(channels::array_names));
+        ->check(CLI::IsMember(channels::array_names()));
     option("transmits", d.transmits,
            "Of --channels: plane:COUNT:ANGLE, diverging:COUNT:ANGLE:LENGTH, focused:COUNT:DEPTH, "
            "focused:COUNT:DEPTH:ANGLE or fsa");
-    flag("no-truth", d.no_truth, "Store no incidence, transmission and depth of each pixel, only its label");
+    flag("no-truth", d.no_truth,
+         "Store no incidence, transmission and depth of each pixel, only its label, and no maps of tissue");
     command("plan", d.plan, "Print what varies, how long it takes and how large it will be, and write nothing");
     command("verify", d.verify,
             "Read all parts in the folder, name those that are missing or damaged, and write nothing");

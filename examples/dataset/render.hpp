@@ -38,6 +38,7 @@ struct record {
     iq_lines iq{};                                   ///< on the lines of the probe
     std::vector<ray> beams{};                        ///< those lines
     std::vector<float> channels{};                   ///< transmits x samples x elements
+    tissue_maps tissue{};                            ///< on the slice of the array of those
     std::vector<std::vector<packed_chunk>> packed{}; ///< the arrays of `layout`, once they are compressed
 };
 
@@ -131,6 +132,7 @@ record render(const Probe& probe, const description& d, const anatomies& all,
         drawn.beams.push_back(probe.beam(static_cast<float>(line)));
 
     if (recorded) drawn.channels = recorded->record(body, at, s.number);
+    if (recorded && !d.no_truth) drawn.tissue = map_tissue(exec::unseq, body, at, recorded->grid());
 
     // About one sample for each row of the image, so that no surface falls between two.
     const label_settings maps{.depth = how.depth, .samples = d.size, .grid = label_settings::depth_grid::displayed};

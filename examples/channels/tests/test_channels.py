@@ -52,6 +52,13 @@ PROBE = {
     "element_width": ("m", [()], (1e-6, 1e-2), False),
     "element_height": ("m", [()], (1e-6, 1e-1), False),
 }
+MAPS = {  # unit, labels of the last axis, axes of space and frames
+    "sos_map": ("m/s", None, 3),
+    "attenuation_map": ("dB/m/Hz", None, 3),
+    "segmentation": (DASH, [], 4),
+    "displacement": ("m", ["x", "z"], 3),
+    "strain": (DASH, ["lateral", "axial", "shear"], 3),
+}
 
 
 def check_zea(file):
@@ -75,19 +82,23 @@ def check_zea(file):
     assert pose["translation"].shape == (sizes["n_frames"], 3) and pose["rotation"].shape == (sizes["n_frames"], 4)
     assert pose["rotation_representation"].asstr()[()] == "quaternion_wxyz"
     np.testing.assert_allclose(np.linalg.norm(pose["rotation"], axis=1), 1, atol=1e-5)
-    for name, unit in (("sos_map", "m/s"), ("attenuation_map", "dB/m/Hz"), ("segmentation", DASH)):
+    for name, (unit, labels, axes) in MAPS.items():
         group = file["tracks/track_0/data"][name]
         values, places = group["values"], group["coordinates"]
+        fields = {"values", "coordinates", "unit", "description"} | ({"labels"} if labels is not None else set()) | ({"gamma"} if name == "attenuation_map" else set())
+        assert set(group) == fields, name
         assert group["unit"].asstr()[()] == unit and values.attrs["unit"] == unit and group["description"].asstr()[()]
-        assert values.shape[0] == sizes["n_frames"]
+        assert values.shape[0] == sizes["n_frames"] and np.isfinite(values[:]).all()
         assert places.dtype == np.float32 and np.abs(places[:]).max() < 1
-        spatial = values.shape[:4] if name == "segmentation" else values.shape
-        assert places.shape == (*spatial, 3) and len(spatial) == (4 if name == "segmentation" else 3)
+        spatial = values.shape if labels is None else values.shape[:-1]
+        assert places.shape == (*spatial, 3) and len(spatial) == axes
         assert values.dtype == (bool if name == "segmentation" else np.float32)
+        if labels is not None:
+            assert group["labels"].shape == values.shape[-1:] and (not labels or [*group["labels"].asstr()[:]] == labels)
         rows, columns = places[0, :, 0, ..., 2].ravel(), places[0, 0, :, ..., 0].ravel()
         assert rows[0] == 0 and (np.diff(rows) > 0).all() and (np.diff(columns) > 0).all()
     masks = file["tracks/track_0/data/segmentation"]
-    assert masks["values"].shape[-1] == len(masks["labels"]) and (masks["values"][:].sum(axis=-1) == 1).all()
+    assert (masks["values"][:].sum(axis=-1) == 1).all()
     assert (file["tracks/track_0/data/sos_map/values"][:] > 300).all()
     assert file["tracks/track_0/data/attenuation_map/gamma"].shape == ()
     assert file.attrs["zea_version"]
@@ -240,6 +251,46 @@ def test_truth_of_a_file(tmp_path):
         rate = file["tracks/track_0/scan/sampling_frequency"][()]
         envelope = np.abs(beamform.baseband(trace[:, None, :], rate, 7.6e6, 0.77))[:, 0]
         assert abs(np.argmax(envelope) / (4 * rate) - 2 * 15e-3 / speeds.min()) < 60e-9
+
+
+def test_a_region_is_recorded_in_its_view(tmp_path):
+    """The probe of the view is pressed into the skin: what it displaces is in the file, and strain is the slope of displacement."""
+    told = run(tmp_path, "--anatomy", "leg", "--view", "calf_transverse", "--parameter", "resolution=0.3", "--transmits", "plane:1:0", "--wave-fronts").stdout
+    assert "Leg: thigh and calf" in told
+    with h5py.File(tmp_path / "channels.hdf5") as file:
+        check_zea(file)
+        data = file["tracks/track_0/data"]
+        masks, points = data["segmentation"], data["displacement/coordinates"][0]
+        names = [*masks["labels"].asstr()[:]]
+        assert {"skin", "gel"} < {*names}
+        moved, strain = data["displacement/values"][0].astype(float), data["strain/values"][0].astype(float)
+        middle = points.shape[1] // 2
+        print(f"the skin is pressed in by {1e3 * moved[:, middle, 1].max():.2f} mm")
+        assert 2e-3 < moved[:, middle, 1].max() < 3e-3  # 2.5 mm, of a probe that touches a round calf
+        assert np.abs(moved[-1]).max() < 0.5 * moved[:, middle, 1].max()
+        # F = 1 / (1 - du/dx), of tissue that is now at x, in the plane of the slice.
+        step = points[1, 0, 2] - points[0, 0, 2]
+        slope = np.stack([np.gradient(moved, step, axis=1), np.gradient(moved, step, axis=0)], -1)
+        stretched = np.linalg.inv(np.eye(2) - slope)
+        expected = np.stack([stretched[..., 0, 0] - 1, stretched[..., 1, 1] - 1, 0.5 * (stretched[..., 0, 1] + stretched[..., 1, 0])], -1)
+        tissue = ~masks["values"][0, :, :, 0, names.index("gel")]
+        inside = tissue.copy()
+        inside[1:-1, 1:-1] &= tissue[:-2, 1:-1] & tissue[2:, 1:-1] & tissue[1:-1, :-2] & tissue[1:-1, 2:]
+        off = np.abs(strain - expected)[inside]
+        print(f"largest strain {np.abs(strain).max():.3f}, differs from the slope by {np.median(off):.1e}, of one in a hundred by {np.quantile(off, 0.99):.1e}")
+        assert strain[..., 1].min() < -0.02 and np.quantile(off, 0.99) < 2e-3
+        assert file["probe/name"].asstr()[()] == "L11-5v"
+
+
+def test_a_view_chooses_the_kind_of_array_and_the_depth(tmp_path):
+    run(tmp_path, "--anatomy", "lumbar", "--parameter", "resolution=0.3", "--transmits", "plane:1:0", "--wave-fronts")
+    with h5py.File(tmp_path / "channels.hdf5") as file:
+        assert file["probe/type"].asstr()[()] == "curved"
+        assert file["tracks/track_0/data/sos_map/coordinates"][0, -1, 0, 2] > 0.06
+    run(tmp_path, "--anatomy", "lumbar", "--parameter", "resolution=0.3", "--transmits", "plane:1:0", "--wave-fronts", "--array", "p4_2v", "--depth", "30")
+    with h5py.File(tmp_path / "channels.hdf5") as file:
+        assert file["probe/type"].asstr()[()] == "phased"
+        assert 0.029 < file["tracks/track_0/data/sos_map/coordinates"][0, -1, 0, 2] <= 0.03
 
 
 def test_a_full_disk_leaves_nothing_half_written(tmp_path):

@@ -18,7 +18,7 @@ def is_text(leaf):
 def check_map(name, group, frames):
     """A map gives each point of space a value: values, their coordinates, and labels of what has an axis of channels."""
     values, points = group["values"], group["coordinates"]
-    channels = {"segmentation": 1, "beamformed_data": 1}.get(name, 0)
+    channels = {"segmentation": 1, "beamformed_data": 1, "displacement": 1, "strain": 1}.get(name, 0)
     assert values.shape[0] == frames
     assert points.dtype == np.float32 and points.shape == (*values.shape[: values.ndim - channels], 3), name
     assert np.isfinite(points[:]).all() and np.abs(points[:]).max() < 1  # metres
@@ -32,12 +32,12 @@ def check_map(name, group, frames):
         assert values.dtype == np.uint8 and values.ndim in (3, 4)
     elif name == "segmentation":
         assert values.dtype == np.bool_ and values.ndim == 5  # frames, z, x, y, labels
-    elif name == "beamformed_data":
-        assert values.dtype == np.float32 and values.ndim in (4, 5) and values.shape[-1] == 2
-        assert [each.decode() for each in group["labels"]] == ["I", "Q"]
+    elif channels:
+        assert values.dtype == np.float32 and values.ndim in (4, 5)
+        assert [each.decode() for each in group["labels"]] == {"beamformed_data": ["I", "Q"], "displacement": ["x", "z"], "strain": ["lateral", "axial", "shear"]}[name]
     else:
         assert values.dtype == np.float32 and values.ndim in (3, 4)
-    assert set(group) <= {"values", "coordinates", "labels", "unit", "description", "min", "max"}
+    assert set(group) <= {"values", "coordinates", "labels", "unit", "description", "min", "max"} | ({"gamma"} if name == "attenuation_map" else set())
 
 
 def check_layout(file):
@@ -216,6 +216,41 @@ def test_channels_are_those_of_an_array_where_the_probe_is(tmp_path):
         assert np.abs(values[0] - values[1]).max() > 1e-4
     one = samples(tmp_path / "out", channels=True)[1]
     np.testing.assert_array_equal(one["raw_data"], values[1, ..., 0])
+
+
+def test_the_tissue_of_channel_data_is_on_the_slice_of_its_array(tmp_path):
+    """Closed form: strain is the slope of displacement, which is that of the probe's contact; sound speeds are those of the media."""
+    options = ["--probe", "phased", "--channels", "p4_2v", "--transmits", "plane:1:0", "--depth", "20..25", "--pressure", "1..2", "--tilt", "0", "--rock", "0"]
+    run(tmp_path, *TINY, *options)
+    with whole_of(tmp_path) as file:
+        data = file["data"]
+        maps = {"sos_map": (), "attenuation_map": (), "displacement": (2,), "strain": (3,)}
+        assert set(data) == {"image", "segmentation", "incidence", "transmitted", "depth", "raw_data", *maps}
+        for name, last in maps.items():
+            check_map(name, data[name], 2)
+            assert data[name]["values"].shape[3:] == last and data[name]["unit"][()].decode() == {"sos_map": "m/s", "attenuation_map": "dB/m/Hz", "displacement": "m", "strain": "\u2013"}[name]
+            np.testing.assert_array_equal(data[name]["coordinates"][:], data["sos_map/coordinates"][:])
+        assert data["attenuation_map/gamma"][()] == 1
+        points = data["sos_map/coordinates"][0].astype(float)
+        step = points[1, 0, 2]
+        assert step == pytest.approx(0.5 * 1540 / file["tracks/track_0/scan/center_frequency"][()])
+        assert abs(points[-1, 0, 2] - 0.025) < step and np.allclose(np.diff(points[0, :, 0]), step, rtol=1e-4)
+        speeds = file["insonify/label_media"][0, :, 1]
+        for row in range(2):
+            assert np.isin(data["sos_map/values"][row], speeds).all() and len(np.unique(data["sos_map/values"][row])) > 3
+            moved, strain = data["displacement/values"][row].astype(float), data["strain/values"][row].astype(float)
+            pressed = file["insonify/contact_depth"][row]
+            print(f"pressed in by {1e3 * pressed:.2f} mm; tissue moves by up to {1e3 * moved[..., 1].max():.2f} mm")
+            assert 1e-3 < pressed < 3e-3 and 0.7 * pressed < moved[..., 1].max() < 1.01 * pressed
+            axial = 1 / (1 - np.gradient(moved[..., 1], step, axis=0)) - 1
+            off = np.abs(strain[..., 1] - axial)
+            print(f"largest strain {np.abs(strain[..., 1]).max():.3f}, differs from the slope by {np.quantile(off, 0.95):.1e} or less in 95 % of the pixels")
+            assert strain[..., 1].min() < -0.02 and np.quantile(off, 0.95) < 2e-3
+    one = samples(tmp_path / "out", tissue=True)[1]
+    np.testing.assert_array_equal(one["strain"], strain.astype(np.float32))
+    run(tmp_path, *TINY, *options, "--no-truth", output="without")
+    with whole_of(tmp_path, "without") as file:
+        assert set(file["data"]) == {"image", "segmentation", "raw_data"}
 
 
 def test_channels_of_another_kind_or_place_are_refused(tmp_path):
