@@ -1080,6 +1080,9 @@ class thread_pool {
         for (std::thread& worker : workers_) worker.join();
     }
 
+    /// Of this machine, at least 1.
+    std::uint32_t processors() const { return processors_; }
+
     /// Calls body(i) once for each i below count, on up to `participants` threads including the caller.
     ///
     /// If calls throw, the exception of the lowest index is rethrown; every index below it has run.
@@ -1299,6 +1302,26 @@ void for_each_index(const threads_policy<Unsequenced>& policy, std::size_t count
 template <class StandardPolicy, class Body, class Own = decltype(detail::own_policy(std::declval<StandardPolicy>()))>
 void for_each_index(const StandardPolicy&, std::size_t count, const Body& body) {
     for_each_index(Own{}, count, body);
+}
+/// @}
+
+/// Threads on which a policy calls a body at the same time, at most; memory that each of them needs is counted with it.
+/// Of a policy of your own it is one per processor, unless you write an overload in the namespace of your type.
+/// @{
+template <bool Unsequenced>
+std::uint32_t max_threads(const serial_policy<Unsequenced>&) {
+    return 1;
+}
+template <bool Unsequenced>
+std::uint32_t max_threads(const threads_policy<Unsequenced>& policy) {
+    return policy.participants != 0 ? policy.participants : detail::thread_pool::instance().processors();
+}
+template <class Policy>
+std::uint32_t max_threads(const Policy&) {
+    if constexpr (requires(const Policy& p) { detail::own_policy(p); })
+        return max_threads(decltype(detail::own_policy(std::declval<Policy>())){});
+    else
+        return max_threads(par);
 }
 /// @}
 
@@ -20715,11 +20738,11 @@ image b_mode(const Policy& policy, const scene& body, const Probe& probe, const 
 namespace insonify::inline INSONIFY_ABI {
 
 /// What a transducer array must state for channel data. `element(i)` is the centre of an element and the normal of its
-/// face, in the frame of the probe (x lateral, y elevation, z depth), from left to right; normals lie in the plane
-/// y = 0. All elements are rectangles of one size, `element_width` across, `height` out of the slice plane, with a lens
+/// face, in the frame of the probe (x lateral, y elevation, z depth), in order of x; normals lie in the plane
+/// y = 0, and z of them is above 0. All elements are rectangles of one size, `element_width` across, `height` out of the slice plane, with a lens
 /// that focuses at `elevation_focus`.
 ///
-///     struct ring {  // an array of one's own
+///     struct arc {  // an array of one's own
 ///         std::uint32_t elements = 64;
 ///         float element_width = 0.2_mm, height = 5_mm, elevation_focus = 30_mm;
 ///         float frequency = 5_MHz, bandwidth = 0.7F, sound_speed = 1540, fnumber = 2;
@@ -23329,29 +23352,48 @@ inline float smallest_slope(vec2 place, const element_fans& fans, view<const ray
     return smallest < FLT_MAX ? smallest : 0;
 }
 
-// Halves them across their longer side, at whole blocks. Those at one place keep their order.
-inline void sort_into_blocks(zone_key* begin, zone_key* end) {
-    const auto count = static_cast<std::size_t>(end - begin);
+// Neighbours in the order of reflectors, which are halved again and again.
+struct key_range {
+    zone_key *begin, *end;
+
+    std::size_t size() const { return static_cast<std::size_t>(end - begin); }
+    bool is_block() const { return size() <= reflectors_per_block; }
+    zone_key* middle() const { // at whole blocks
+        const std::size_t blocks = (size() + reflectors_per_block - 1) / reflectors_per_block;
+        return begin + blocks / 2 * reflectors_per_block;
+    }
+};
+
+// Halves a range across its longer side, or sorts a block. Those at one place keep their order.
+inline void halve(const key_range& one) {
     const auto by_x = [](const zone_key& a, const zone_key& b) {
         return std::tuple{a.place.x, a.place.y, a.reflector} < std::tuple{b.place.x, b.place.y, b.reflector};
     };
     const auto by_depth = [](const zone_key& a, const zone_key& b) {
         return std::tuple{a.place.y, a.place.x, a.reflector} < std::tuple{b.place.y, b.place.x, b.reflector};
     };
-    if (count <= reflectors_per_block) {
-        std::sort(begin, end, by_x);
+    if (one.is_block()) {
+        std::sort(one.begin, one.end, by_x);
         return;
     }
-    const std::size_t blocks = (count + reflectors_per_block - 1) / reflectors_per_block;
-    zone_key* const middle = begin + blocks / 2 * reflectors_per_block;
-    const auto [left, right] = std::minmax_element(begin, end, by_x);
-    const auto [top, bottom] = std::minmax_element(begin, end, by_depth);
+    const auto [left, right] = std::minmax_element(one.begin, one.end, by_x);
+    const auto [top, bottom] = std::minmax_element(one.begin, one.end, by_depth);
     if (right->place.x - left->place.x > bottom->place.y - top->place.y)
-        std::nth_element(begin, middle, end, by_x);
+        std::nth_element(one.begin, one.middle(), one.end, by_x);
     else
-        std::nth_element(begin, middle, end, by_depth);
-    sort_into_blocks(begin, middle);
-    sort_into_blocks(middle, end);
+        std::nth_element(one.begin, one.middle(), one.end, by_depth);
+}
+
+template <exec::policy Policy>
+void sort_into_blocks(const Policy& policy, const key_range& all) {
+    for (std::vector<key_range> ranges{all}; !ranges.empty();) {
+        exec::for_each_in_blocks(policy, ranges.size(), 1, 30 * static_cast<float>(ranges[0].size()),
+                                 [&](std::size_t i) { halve(ranges[i]); });
+        std::vector<key_range> halves;
+        for (const key_range& one : ranges)
+            if (!one.is_block()) halves.insert(halves.end(), {{one.begin, one.middle()}, {one.middle(), one.end}});
+        ranges = std::move(halves);
+    }
 }
 
 /// Sorts reflectors into zones, and each zone into blocks that are small in space, so that each adds to few samples of
@@ -23372,7 +23414,7 @@ std::vector<zone> sort_into_zones(const Policy& policy, std::vector<reflector>& 
     std::vector<zone> zones;
     for (std::size_t begin = 0, end = 0; begin < keys.size(); begin = end) {
         while (end < keys.size() && keys[end].zone == keys[begin].zone) ++end;
-        sort_into_blocks(keys.data() + begin, keys.data() + end);
+        sort_into_blocks(policy, {keys.data() + begin, keys.data() + end});
         double sum = 0;
         for (std::size_t i = begin; i < end; ++i) sum += static_cast<double>(keys[i].slope);
         zones.push_back({begin, end, static_cast<float>(sum / static_cast<double>(end - begin))});
@@ -23393,7 +23435,6 @@ std::vector<zone> sort_into_zones(const Policy& policy, std::vector<reflector>& 
 #include <cstdint>
 #include <span>
 #include <string>
-#include <thread>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -23451,8 +23492,10 @@ concept reflects_everything = requires(const Model& m, const medium& one, const 
 template <class Model>
 class channel_tracer {
   public:
-    channel_tracer(const scene& body, const pose& at, const Model& model, const channel_settings& settings)
-        : body_{body}, at_{at}, model_{model}, settings_{settings} {}
+    /// @param threads  see `exec::max_threads`
+    channel_tracer(const scene& body, const pose& at, const Model& model, const channel_settings& settings,
+                   std::uint32_t threads)
+        : body_{body}, at_{at}, model_{model}, settings_{settings}, threads_{threads} {}
 
     // Everything but places and samples is set in `out`.
     template <class Policy>
@@ -23519,23 +23562,28 @@ class channel_tracer {
                 ? (out.transmits + elements_) * std::uint64_t{wave_table<wave_fronts::nodes>::bytes_per_column()}
                 : elements_ * std::uint64_t{wave_table<spectral_value::nodes>::bytes_per_column()};
         const std::uint64_t sorting = reflectors * (2 * sizeof(reflector) + 2 * sizeof(zone_key)),
-                            tracing = reflectors * sizeof(reflector) + spectra + std::max(sums + tables, records);
-        // Of each thread: transforms, there and back.
-        const std::uint64_t threads = std::max(std::thread::hardware_concurrency(), 1U),
-                            transforms =
-                                threads * 2 * sizeof(complex_block) *
-                                std::max<std::uint64_t>(record_.transform, record_.transform * record_.halves / 2);
+                            summing =
+                                sums + tables + transforms(pairs, complex_batch::width / nodes, record_.transform),
+                            receiving = records + transforms(channels, complex_batch::width,
+                                                             record_.transform * record_.halves / 2),
+                            tracing = reflectors * sizeof(reflector) + spectra + std::max(summing, receiving);
         constexpr std::uint64_t small = 8U << 20U;               // tables and the like
         const std::uint64_t sent = channels * 5 * sizeof(float); // delays and weights, and those of wave fronts
-        return fans_.bytes() + field_.bytes() + sent + transforms + small + std::max(sorting, tracing);
+        return fans_.bytes() + field_.bytes() + sent + small + std::max(sorting, tracing);
+    }
+    // Of blocks of channels, one on each thread. @param together  channels of a block
+    std::uint64_t transforms(std::uint64_t channels, std::uint64_t together, std::uint64_t length) const {
+        const std::uint64_t blocks = std::min<std::uint64_t>(threads_, (channels + together - 1) / together);
+        return blocks * 2 * length * sizeof(complex_block);
     }
 
+    /// @param found  what is known of layers and reflectors: all, or "at least " these
     /// @throws usage_error  for more than `max_memory`
-    void check_memory(const channel_data& out, std::uint64_t reflectors) const {
+    void check_memory(const channel_data& out, std::uint64_t reflectors, const char* found) const {
         if (const std::uint64_t bytes = memory(out, reflectors); bytes > settings_.max_memory)
             throw usage_error{
                 joined({"trace_channels: ", std::to_string(out.transmits), " transmits of ", std::to_string(elements_),
-                        " elements, ", std::to_string(record_.samples), " samples each, take ",
+                        " elements, ", std::to_string(record_.samples), " samples each, take ", found,
                         number_text(1e-9F * static_cast<float>(bytes)), " GB, more than `max_memory` (",
                         number_text(1e-9F * static_cast<float>(settings_.max_memory)),
                         " GB); lower depth, transmits or elements, or raise it"})};
@@ -23546,11 +23594,10 @@ class channel_tracer {
         reflector_search<Model> search{
             body_,           out.places,       at_, model_, frequency_, out.bandwidth, record_.node_step,
             settings_.depth, settings_.opening};
-        constexpr float long_search = 1e7F; // takes a second: what is too much without its reflectors is refused before
-        if (search.size() > long_search) check_memory(out, settings_.points.size());
+        constexpr float long_search = 1e7F; // takes a second: what is too much without its tissue is refused before
+        if (search.size() > long_search) check_memory(out, settings_.points.size(), "at least ");
         float highest = 0, highest_element = 0, lateral = 0;
         std::vector<reflector>& all = reflectors_;
-        all.reserve(settings_.points.size());
         for (const point_scatterer& one : settings_.points) {
             const vec3 local = at_.local_point(one.position);
             if (!is_finite(one.position) || !is_finite(one.scattering_length))
@@ -23558,8 +23605,6 @@ class channel_tracer {
             if (!(local.z > 0)) continue; // behind the face
             highest = max(highest, std::fabs(local.y));
             lateral = max(lateral, length(local - out.places[nearest_element(out.places, {local.x, local.z})].origin));
-            const auto root = spectral_value::everywhere(square_root(vec2{one.scattering_length, 0}));
-            all.push_back({.place = {local.x, local.z}, .y = local.y, .root = root});
         }
         for (const ray& one : out.places) highest_element = max(highest_element, std::fabs(one.origin.y));
         const float aperture = length(out.places.back().origin - out.places.front().origin);
@@ -23587,9 +23632,19 @@ class channel_tracer {
             if (found > max_count) uncounted = found;
         }
         if (settings_.surfaces) search.add_surfaces(policy, field_, all);
-        check_memory(out, all.size() + uncounted);
-
+        check_memory(out, all.size() + settings_.points.size() + uncounted, "");
+        add_points(all);
         zones_ = sort_into_zones(policy, all, fans_, out.places, record_.sigma_frequency);
+    }
+
+    void add_points(std::vector<reflector>& all) const {
+        all.reserve(all.size() + settings_.points.size());
+        for (const point_scatterer& one : settings_.points) {
+            const vec3 local = at_.local_point(one.position);
+            if (!(local.z > 0)) continue; // behind the face
+            const auto root = spectral_value::everywhere(square_root(vec2{one.scattering_length, 0}));
+            all.push_back({.place = {local.x, local.z}, .y = local.y, .root = root});
+        }
     }
 
     // Scattering lengths from levels of speckle: `medium::backscatter` states them for pictures, relative to a mirror
@@ -23848,6 +23903,7 @@ class channel_tracer {
     pose at_;
     const Model& model_;
     const channel_settings& settings_;
+    std::uint32_t threads_;
     float frequency_ = 0, width_ = 0, height_ = 0, speed_ = display_speed;
     std::uint32_t elements_ = 0;
     pair_numbers pairs_{};
@@ -23858,6 +23914,24 @@ class channel_tracer {
     std::vector<reflector> reflectors_{};
     std::vector<zone> zones_{};
 };
+
+/// @throws usage_error  for elements that do not look into the slice, or are not in order
+inline void check_places(view<const ray> places) {
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        const ray& one = places[i];
+        const std::string name = "trace_channels: element " + std::to_string(i);
+        if (!is_finite(one.origin) || !is_finite(one.direction))
+            throw usage_error{name + " is not finite; check its centre and its normal"};
+        if (std::fabs(one.direction.y) > 1e-5F || std::fabs(length(one.direction) - 1) > 1e-4F)
+            throw usage_error{name + ": its normal must have length 1 and lie in the plane y = 0"};
+        if (!(one.direction.z > 0))
+            throw usage_error{name + " looks back; z of its normal must be above 0: round arrays have no channel data"};
+        constexpr float rounding = 1e-7F; // metres
+        if (i > 0 && one.origin.x < places[i - 1].origin.x - rounding)
+            throw usage_error{name + " lies left of the one before; elements must be in order of x, a matrix array "
+                                     "column after column"};
+    }
+}
 
 } // namespace detail
 
@@ -23902,17 +23976,14 @@ channel_data trace_channels(const Policy& policy, const scene& body, const Array
     out.element_width = array.element_width;
     out.height = array.height;
     out.elevation_focus = array.elevation_focus;
-    for (std::uint32_t i = 0; i < array.elements; ++i) {
-        out.places.push_back(array.element(i));
-        if (!is_finite(out.places[i].origin) || std::fabs(out.places[i].direction.y) > 1e-5F ||
-            std::fabs(length(out.places[i].direction) - 1) > 1e-4F)
-            throw usage_error{"trace_channels: the normal of an element must have length 1 and lie in the plane y = 0"};
-    }
+    for (std::uint32_t i = 0; i < array.elements; ++i) out.places.push_back(array.element(i));
+    detail::check_places(out.places);
     for (std::uint32_t i = 1; i < array.elements; ++i)
         out.pitch += length(out.places[i].origin - out.places[i - 1].origin) / static_cast<float>(array.elements - 1);
     if (array.elements == 1) out.pitch = array.element_width;
     out.sent.assign(sent.begin(), sent.end());
-    detail::channel_tracer<Model>{body, at, model, settings}.run(
+    using exec::max_threads;
+    detail::channel_tracer<Model>{body, at, model, settings, max_threads(policy)}.run(
         detail::any_policy<exec::is_unsequenced_v<Policy>>{policy}, array.fnumber, out);
     return out;
 }

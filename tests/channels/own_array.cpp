@@ -1,3 +1,4 @@
+#include <insonify/acoustics/tissue.hpp>
 #include <insonify/channels.hpp>
 #include <insonify/core/units.hpp>
 #include <insonify/probe/linear_array.hpp>
@@ -140,6 +141,31 @@ TEST_CASE("beamform: a matrix array of one's own sees points out of the plane y 
                 }
     }
     CHECK(length(found - points[0].position) < 0.12_mm);
+}
+
+TEST_CASE("channels: an array of one's own whose elements look back or are out of order is named") {
+    const scene body = scene{tissue::gel}.build(exec::seq);
+    struct wrong_array : matrix_array {
+        ray changed{};
+        ray element(std::uint32_t i) const { return i == 5 ? changed : matrix_array::element(i); }
+    };
+    const std::vector<transmit> sent = full_synthetic_aperture(matrix_array{});
+    wrong_array array;
+    const vec3 centre = array.matrix_array::element(5).origin;
+    const auto refused = [&](const ray& changed, const char* sentence) {
+        array.changed = changed;
+        CHECK_THROWS_WITH_AS(trace_channels(exec::seq, body, array, pose{}, physical{}, sent, {}), sentence,
+                             usage_error);
+    };
+    refused({.origin = {NAN, 0, 0}}, "trace_channels: element 5 is not finite; check its centre and its normal");
+    const char* const tilted = "trace_channels: element 5: its normal must have length 1 and lie in the plane y = 0";
+    refused({.origin = centre, .direction = {0, 0.6F, 0.8F}}, tilted);
+    refused({.origin = centre, .direction = {0, 0, 2}}, tilted);
+    refused({.origin = centre, .direction = {1, 0, 0}},
+            "trace_channels: element 5 looks back; z of its normal must be above 0: round arrays have no channel data");
+    refused({.origin = centre - vec3{1_mm, 0, 0}},
+            "trace_channels: element 5 lies left of the one before; elements must be in order of x, a matrix array "
+            "column after column");
 }
 
 } // namespace own_array_test

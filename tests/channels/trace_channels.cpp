@@ -474,6 +474,13 @@ TEST_CASE("channels: what cannot be traced is named") {
         CHECK_THROWS_AS(trace(body, row_of_24, sent, {.sampling_frequency = wrong}), usage_error);
     CHECK_THROWS_AS(trace(body, row_of_24, sent, {.noise_level_db = std::nanf("")}), usage_error);
     CHECK_THROWS_AS(trace(body, row_of_24, sent, {.max_memory = 1000}), usage_error);
+    const channel_settings long_search{.depth = 900_mm, .opening = 45_deg, .max_memory = 1000};
+    try { // of layers and tissue nothing is known yet
+        trace(body, row_of_24, sent, long_search);
+        FAIL("it was not refused");
+    } catch (const usage_error& refused) {
+        CHECK(std::string{refused.what()}.find("take at least 0.") != std::string::npos);
+    }
     CHECK_THROWS_AS(trace(body, {.elements = 0}, sent, {}), usage_error);
     CHECK_THROWS_AS(trace(body, {.pitch = 0.2_mm}, sent, {}), usage_error);
     const auto refuses = [&](const char* sentence, auto&& change) {

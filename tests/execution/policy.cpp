@@ -22,5 +22,7 @@ TEST_CASE("the standard's policy objects run on the library's own threads") {
     for_each_index(policy_test::standard::sequenced_policy{}, calls.size(), [&](std::size_t i) { ++calls[i]; });
     for_each_index(policy_test::standard::unsequenced_policy{}, calls.size(), [&](std::size_t i) { ++calls[i]; });
     CHECK(calls == std::vector<int>(1000, 4));
+    CHECK(exec::max_threads(policy_test::standard::sequenced_policy{}) == 1);
+    CHECK(exec::max_threads(policy_test::standard::parallel_policy{}) == exec::max_threads(exec::par));
 }
 #endif

@@ -1,5 +1,8 @@
 #include <insonify/execution/policy.hpp>
+#include <algorithm>
+#include <cstdint>
 #include <doctest/doctest.h>
+#include <thread>
 #include <vector>
 
 namespace foreign {
@@ -10,6 +13,9 @@ template <class Body>
 void for_each_index(const backwards&, std::size_t count, const Body& body) {
     while (count > 0) body(--count);
 }
+
+struct alone : backwards {}; // says on how many threads it runs
+std::uint32_t max_threads(const alone&) { return 1; }
 
 } // namespace foreign
 
@@ -58,4 +64,16 @@ TEST_CASE("seq and unseq go in order, and let exceptions through at once") {
     CHECK_THROWS_AS(for_each_index(exec::seq, 10, throws_at_3), int);
     CHECK_THROWS_AS(for_each_index(exec::unseq, 10, throws_at_3), int);
     CHECK(calls == 8);
+}
+
+TEST_CASE("a policy says on how many threads it runs at most") {
+    using exec::max_threads;
+    CHECK(max_threads(exec::seq) == 1);
+    CHECK(max_threads(exec::unseq) == 1);
+    CHECK(max_threads(exec::par.threads(3)) == 3);
+    CHECK(max_threads(exec::par_unseq.threads(5)) == 5);
+    const std::uint32_t processors = std::max(1U, std::thread::hardware_concurrency());
+    CHECK(max_threads(exec::par) == processors);
+    CHECK(max_threads(foreign::backwards{}) == processors); // it could be any number
+    CHECK(max_threads(foreign::alone{}) == 1);
 }

@@ -17,11 +17,11 @@
 namespace insonify::inline INSONIFY_ABI {
 
 /// What a transducer array must state for channel data. `element(i)` is the centre of an element and the normal of its
-/// face, in the frame of the probe (x lateral, y elevation, z depth), from left to right; normals lie in the plane
-/// y = 0. All elements are rectangles of one size, `element_width` across, `height` out of the slice plane, with a lens
+/// face, in the frame of the probe (x lateral, y elevation, z depth), in order of x; normals lie in the plane
+/// y = 0, and z of them is above 0. All elements are rectangles of one size, `element_width` across, `height` out of the slice plane, with a lens
 /// that focuses at `elevation_focus`.
 ///
-///     struct ring {  // an array of one's own
+///     struct arc {  // an array of one's own
 ///         std::uint32_t elements = 64;
 ///         float element_width = 0.2_mm, height = 5_mm, elevation_focus = 30_mm;
 ///         float frequency = 5_MHz, bandwidth = 0.7F, sound_speed = 1540, fnumber = 2;

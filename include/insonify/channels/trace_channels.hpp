@@ -27,7 +27,6 @@
 #include <cstdint>
 #include <span>
 #include <string>
-#include <thread>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -85,8 +84,10 @@ concept reflects_everything = requires(const Model& m, const medium& one, const 
 template <class Model>
 class channel_tracer {
   public:
-    channel_tracer(const scene& body, const pose& at, const Model& model, const channel_settings& settings)
-        : body_{body}, at_{at}, model_{model}, settings_{settings} {}
+    /// @param threads  see `exec::max_threads`
+    channel_tracer(const scene& body, const pose& at, const Model& model, const channel_settings& settings,
+                   std::uint32_t threads)
+        : body_{body}, at_{at}, model_{model}, settings_{settings}, threads_{threads} {}
 
     // Everything but places and samples is set in `out`.
     template <class Policy>
@@ -153,23 +154,28 @@ class channel_tracer {
                 ? (out.transmits + elements_) * std::uint64_t{wave_table<wave_fronts::nodes>::bytes_per_column()}
                 : elements_ * std::uint64_t{wave_table<spectral_value::nodes>::bytes_per_column()};
         const std::uint64_t sorting = reflectors * (2 * sizeof(reflector) + 2 * sizeof(zone_key)),
-                            tracing = reflectors * sizeof(reflector) + spectra + std::max(sums + tables, records);
-        // Of each thread: transforms, there and back.
-        const std::uint64_t threads = std::max(std::thread::hardware_concurrency(), 1U),
-                            transforms =
-                                threads * 2 * sizeof(complex_block) *
-                                std::max<std::uint64_t>(record_.transform, record_.transform * record_.halves / 2);
+                            summing =
+                                sums + tables + transforms(pairs, complex_batch::width / nodes, record_.transform),
+                            receiving = records + transforms(channels, complex_batch::width,
+                                                             record_.transform * record_.halves / 2),
+                            tracing = reflectors * sizeof(reflector) + spectra + std::max(summing, receiving);
         constexpr std::uint64_t small = 8U << 20U;               // tables and the like
         const std::uint64_t sent = channels * 5 * sizeof(float); // delays and weights, and those of wave fronts
-        return fans_.bytes() + field_.bytes() + sent + transforms + small + std::max(sorting, tracing);
+        return fans_.bytes() + field_.bytes() + sent + small + std::max(sorting, tracing);
+    }
+    // Of blocks of channels, one on each thread. @param together  channels of a block
+    std::uint64_t transforms(std::uint64_t channels, std::uint64_t together, std::uint64_t length) const {
+        const std::uint64_t blocks = std::min<std::uint64_t>(threads_, (channels + together - 1) / together);
+        return blocks * 2 * length * sizeof(complex_block);
     }
 
+    /// @param found  what is known of layers and reflectors: all, or "at least " these
     /// @throws usage_error  for more than `max_memory`
-    void check_memory(const channel_data& out, std::uint64_t reflectors) const {
+    void check_memory(const channel_data& out, std::uint64_t reflectors, const char* found) const {
         if (const std::uint64_t bytes = memory(out, reflectors); bytes > settings_.max_memory)
             throw usage_error{
                 joined({"trace_channels: ", std::to_string(out.transmits), " transmits of ", std::to_string(elements_),
-                        " elements, ", std::to_string(record_.samples), " samples each, take ",
+                        " elements, ", std::to_string(record_.samples), " samples each, take ", found,
                         number_text(1e-9F * static_cast<float>(bytes)), " GB, more than `max_memory` (",
                         number_text(1e-9F * static_cast<float>(settings_.max_memory)),
                         " GB); lower depth, transmits or elements, or raise it"})};
@@ -180,11 +186,10 @@ class channel_tracer {
         reflector_search<Model> search{
             body_,           out.places,       at_, model_, frequency_, out.bandwidth, record_.node_step,
             settings_.depth, settings_.opening};
-        constexpr float long_search = 1e7F; // takes a second: what is too much without its reflectors is refused before
-        if (search.size() > long_search) check_memory(out, settings_.points.size());
+        constexpr float long_search = 1e7F; // takes a second: what is too much without its tissue is refused before
+        if (search.size() > long_search) check_memory(out, settings_.points.size(), "at least ");
         float highest = 0, highest_element = 0, lateral = 0;
         std::vector<reflector>& all = reflectors_;
-        all.reserve(settings_.points.size());
         for (const point_scatterer& one : settings_.points) {
             const vec3 local = at_.local_point(one.position);
             if (!is_finite(one.position) || !is_finite(one.scattering_length))
@@ -192,8 +197,6 @@ class channel_tracer {
             if (!(local.z > 0)) continue; // behind the face
             highest = max(highest, std::fabs(local.y));
             lateral = max(lateral, length(local - out.places[nearest_element(out.places, {local.x, local.z})].origin));
-            const auto root = spectral_value::everywhere(square_root(vec2{one.scattering_length, 0}));
-            all.push_back({.place = {local.x, local.z}, .y = local.y, .root = root});
         }
         for (const ray& one : out.places) highest_element = max(highest_element, std::fabs(one.origin.y));
         const float aperture = length(out.places.back().origin - out.places.front().origin);
@@ -221,9 +224,19 @@ class channel_tracer {
             if (found > max_count) uncounted = found;
         }
         if (settings_.surfaces) search.add_surfaces(policy, field_, all);
-        check_memory(out, all.size() + uncounted);
-
+        check_memory(out, all.size() + settings_.points.size() + uncounted, "");
+        add_points(all);
         zones_ = sort_into_zones(policy, all, fans_, out.places, record_.sigma_frequency);
+    }
+
+    void add_points(std::vector<reflector>& all) const {
+        all.reserve(all.size() + settings_.points.size());
+        for (const point_scatterer& one : settings_.points) {
+            const vec3 local = at_.local_point(one.position);
+            if (!(local.z > 0)) continue; // behind the face
+            const auto root = spectral_value::everywhere(square_root(vec2{one.scattering_length, 0}));
+            all.push_back({.place = {local.x, local.z}, .y = local.y, .root = root});
+        }
     }
 
     // Scattering lengths from levels of speckle: `medium::backscatter` states them for pictures, relative to a mirror
@@ -482,6 +495,7 @@ class channel_tracer {
     pose at_;
     const Model& model_;
     const channel_settings& settings_;
+    std::uint32_t threads_;
     float frequency_ = 0, width_ = 0, height_ = 0, speed_ = display_speed;
     std::uint32_t elements_ = 0;
     pair_numbers pairs_{};
@@ -492,6 +506,24 @@ class channel_tracer {
     std::vector<reflector> reflectors_{};
     std::vector<zone> zones_{};
 };
+
+/// @throws usage_error  for elements that do not look into the slice, or are not in order
+inline void check_places(view<const ray> places) {
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        const ray& one = places[i];
+        const std::string name = "trace_channels: element " + std::to_string(i);
+        if (!is_finite(one.origin) || !is_finite(one.direction))
+            throw usage_error{name + " is not finite; check its centre and its normal"};
+        if (std::fabs(one.direction.y) > 1e-5F || std::fabs(length(one.direction) - 1) > 1e-4F)
+            throw usage_error{name + ": its normal must have length 1 and lie in the plane y = 0"};
+        if (!(one.direction.z > 0))
+            throw usage_error{name + " looks back; z of its normal must be above 0: round arrays have no channel data"};
+        constexpr float rounding = 1e-7F; // metres
+        if (i > 0 && one.origin.x < places[i - 1].origin.x - rounding)
+            throw usage_error{name + " lies left of the one before; elements must be in order of x, a matrix array "
+                                     "column after column"};
+    }
+}
 
 } // namespace detail
 
@@ -536,17 +568,14 @@ channel_data trace_channels(const Policy& policy, const scene& body, const Array
     out.element_width = array.element_width;
     out.height = array.height;
     out.elevation_focus = array.elevation_focus;
-    for (std::uint32_t i = 0; i < array.elements; ++i) {
-        out.places.push_back(array.element(i));
-        if (!is_finite(out.places[i].origin) || std::fabs(out.places[i].direction.y) > 1e-5F ||
-            std::fabs(length(out.places[i].direction) - 1) > 1e-4F)
-            throw usage_error{"trace_channels: the normal of an element must have length 1 and lie in the plane y = 0"};
-    }
+    for (std::uint32_t i = 0; i < array.elements; ++i) out.places.push_back(array.element(i));
+    detail::check_places(out.places);
     for (std::uint32_t i = 1; i < array.elements; ++i)
         out.pitch += length(out.places[i].origin - out.places[i - 1].origin) / static_cast<float>(array.elements - 1);
     if (array.elements == 1) out.pitch = array.element_width;
     out.sent.assign(sent.begin(), sent.end());
-    detail::channel_tracer<Model>{body, at, model, settings}.run(
+    using exec::max_threads;
+    detail::channel_tracer<Model>{body, at, model, settings, max_threads(policy)}.run(
         detail::any_policy<exec::is_unsequenced_v<Policy>>{policy}, array.fnumber, out);
     return out;
 }

@@ -46,29 +46,48 @@ inline float smallest_slope(vec2 place, const element_fans& fans, view<const ray
     return smallest < FLT_MAX ? smallest : 0;
 }
 
-// Halves them across their longer side, at whole blocks. Those at one place keep their order.
-inline void sort_into_blocks(zone_key* begin, zone_key* end) {
-    const auto count = static_cast<std::size_t>(end - begin);
+// Neighbours in the order of reflectors, which are halved again and again.
+struct key_range {
+    zone_key *begin, *end;
+
+    std::size_t size() const { return static_cast<std::size_t>(end - begin); }
+    bool is_block() const { return size() <= reflectors_per_block; }
+    zone_key* middle() const { // at whole blocks
+        const std::size_t blocks = (size() + reflectors_per_block - 1) / reflectors_per_block;
+        return begin + blocks / 2 * reflectors_per_block;
+    }
+};
+
+// Halves a range across its longer side, or sorts a block. Those at one place keep their order.
+inline void halve(const key_range& one) {
     const auto by_x = [](const zone_key& a, const zone_key& b) {
         return std::tuple{a.place.x, a.place.y, a.reflector} < std::tuple{b.place.x, b.place.y, b.reflector};
     };
     const auto by_depth = [](const zone_key& a, const zone_key& b) {
         return std::tuple{a.place.y, a.place.x, a.reflector} < std::tuple{b.place.y, b.place.x, b.reflector};
     };
-    if (count <= reflectors_per_block) {
-        std::sort(begin, end, by_x);
+    if (one.is_block()) {
+        std::sort(one.begin, one.end, by_x);
         return;
     }
-    const std::size_t blocks = (count + reflectors_per_block - 1) / reflectors_per_block;
-    zone_key* const middle = begin + blocks / 2 * reflectors_per_block;
-    const auto [left, right] = std::minmax_element(begin, end, by_x);
-    const auto [top, bottom] = std::minmax_element(begin, end, by_depth);
+    const auto [left, right] = std::minmax_element(one.begin, one.end, by_x);
+    const auto [top, bottom] = std::minmax_element(one.begin, one.end, by_depth);
     if (right->place.x - left->place.x > bottom->place.y - top->place.y)
-        std::nth_element(begin, middle, end, by_x);
+        std::nth_element(one.begin, one.middle(), one.end, by_x);
     else
-        std::nth_element(begin, middle, end, by_depth);
-    sort_into_blocks(begin, middle);
-    sort_into_blocks(middle, end);
+        std::nth_element(one.begin, one.middle(), one.end, by_depth);
+}
+
+template <exec::policy Policy>
+void sort_into_blocks(const Policy& policy, const key_range& all) {
+    for (std::vector<key_range> ranges{all}; !ranges.empty();) {
+        exec::for_each_in_blocks(policy, ranges.size(), 1, 30 * static_cast<float>(ranges[0].size()),
+                                 [&](std::size_t i) { halve(ranges[i]); });
+        std::vector<key_range> halves;
+        for (const key_range& one : ranges)
+            if (!one.is_block()) halves.insert(halves.end(), {{one.begin, one.middle()}, {one.middle(), one.end}});
+        ranges = std::move(halves);
+    }
 }
 
 /// Sorts reflectors into zones, and each zone into blocks that are small in space, so that each adds to few samples of
@@ -89,7 +108,7 @@ std::vector<zone> sort_into_zones(const Policy& policy, std::vector<reflector>& 
     std::vector<zone> zones;
     for (std::size_t begin = 0, end = 0; begin < keys.size(); begin = end) {
         while (end < keys.size() && keys[end].zone == keys[begin].zone) ++end;
-        sort_into_blocks(keys.data() + begin, keys.data() + end);
+        sort_into_blocks(policy, {keys.data() + begin, keys.data() + end});
         double sum = 0;
         for (std::size_t i = begin; i < end; ++i) sum += static_cast<double>(keys[i].slope);
         zones.push_back({begin, end, static_cast<float>(sum / static_cast<double>(end - begin))});

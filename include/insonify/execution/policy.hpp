@@ -103,6 +103,26 @@ void for_each_index(const StandardPolicy&, std::size_t count, const Body& body) 
 }
 /// @}
 
+/// Threads on which a policy calls a body at the same time, at most; memory that each of them needs is counted with it.
+/// Of a policy of your own it is one per processor, unless you write an overload in the namespace of your type.
+/// @{
+template <bool Unsequenced>
+std::uint32_t max_threads(const serial_policy<Unsequenced>&) {
+    return 1;
+}
+template <bool Unsequenced>
+std::uint32_t max_threads(const threads_policy<Unsequenced>& policy) {
+    return policy.participants != 0 ? policy.participants : detail::thread_pool::instance().processors();
+}
+template <class Policy>
+std::uint32_t max_threads(const Policy&) {
+    if constexpr (requires(const Policy& p) { detail::own_policy(p); })
+        return max_threads(decltype(detail::own_policy(std::declval<Policy>())){});
+    else
+        return max_threads(par);
+}
+/// @}
+
 /// A type for which `for_each_index` is found.
 template <class Policy>
 concept policy = requires(const Policy& p, void (*body)(std::size_t index)) {

@@ -46,6 +46,9 @@ class thread_pool {
         for (std::thread& worker : workers_) worker.join();
     }
 
+    /// Of this machine, at least 1.
+    std::uint32_t processors() const { return processors_; }
+
     /// Calls body(i) once for each i below count, on up to `participants` threads including the caller.
     ///
     /// If calls throw, the exception of the lowest index is rethrown; every index below it has run.
