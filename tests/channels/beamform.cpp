@@ -286,6 +286,28 @@ TEST_CASE("beamform: another sound speed moves a point to its travel time times 
     }
 }
 
+TEST_CASE("beamform: behind a layer that is slower, points are displayed as much deeper as its time is longer") {
+    constexpr float speed = 1450;
+    scene body{medium{.density = 1000, .sound_speed = speed}};
+    body.add(make_box({-60_mm, -60_mm, 10_mm}, {60_mm, 60_mm, 60_mm}, 1), uniform_1540);
+    body.build(exec::par);
+    const element_array array{.elements = 64};
+    const linear_array lines{.lines = 41, .width = 8.2_mm, .frequency = array.frequency};
+    for (const vec3 place : {vec3{0, 0, 20_mm}, vec3{3_mm, 0, 25_mm}}) {
+        const std::vector<point_scatterer> points{{place, 1e-3F}};
+        const channel_data data =
+            trace_channels(exec::par_unseq, body, array, pose{}, physical{}, plane_waves(array, 1, 0),
+                           {.depth = 28_mm, .surfaces = false, .points = points});
+        const vec2 found =
+            brightest_point(envelope(exec::par_unseq, beamform(exec::par_unseq, data, lines,
+                                                               {.depth = 28_mm, .samples = 5600}, {.fnumber = 2})),
+                            lines);
+        const double deeper = 10e-3 * (1540.0 / static_cast<double>(speed) - 1); // 0.62 mm
+        CHECK(static_cast<double>(found.y - place.z) == doctest::Approx(deeper).scale(1e-30).epsilon(0.02 / 0.62));
+        CHECK(std::fabs(found.x - place.x) < 0.11_mm);
+    }
+}
+
 TEST_CASE("beamform: speckle of tissues has the level of b_mode") {
     const element_array array{.elements = 32, .height = 3_mm, .elevation_focus = 10_mm};
     const linear_array lines{.lines = 64,

@@ -2,6 +2,7 @@
 #include <insonify/channels.hpp>
 #include <insonify/core/units.hpp>
 #include <insonify/geometry/shapes.hpp>
+#include <insonify/probe/linear_array.hpp>
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -21,27 +22,31 @@ const complex imaginary_unit{0, 1};
 const element_array row_of_24{.elements = 24, .pitch = 0.3_mm, .element_width = 0.27_mm};
 const medium medium_1540{.density = 1000, .sound_speed = 1540};
 
-// Spectrum of an RF record at a frequency over that of the pulse: what lies between the two.
-complex transfer(const channel_data& data, std::uint32_t transmit, std::uint32_t element, double frequency) {
+// Spectrum of an RF record at a frequency, that of the pulse, and what lies between the two.
+complex spectrum(const channel_data& data, std::uint32_t transmit, std::uint32_t element, double frequency) {
     complex sum = 0;
     for (std::uint32_t k = 0; k < data.samples; ++k)
         sum += static_cast<double>(data(transmit, element, k)) *
                std::exp(-imaginary_unit * full_turn * frequency * (k / static_cast<double>(data.sampling_frequency)));
-    const double sigma = static_cast<double>(data.bandwidth * data.frequency) / 2.3548,
-                 offset = (frequency - static_cast<double>(data.frequency)) / sigma;
-    const double pulse =
-        std::sqrt(full_turn) / (full_turn * sigma) * std::exp(-0.5 * offset * offset) / 2; // of the real pulse
-    return sum / static_cast<double>(data.sampling_frequency) / pulse;
+    return sum / static_cast<double>(data.sampling_frequency);
+}
+double deviation_of(const channel_data& data) { return static_cast<double>(data.bandwidth * data.frequency) / 2.3548; }
+double pulse_spectrum(const channel_data& data, double frequency) { // of the real pulse
+    const double sigma = deviation_of(data), offset = (frequency - static_cast<double>(data.frequency)) / sigma;
+    return std::sqrt(full_turn) / (full_turn * sigma) * std::exp(-0.5 * offset * offset) / 2;
+}
+complex transfer(const channel_data& data, std::uint32_t transmit, std::uint32_t element, double frequency) {
+    return spectrum(data, transmit, element, frequency) / pulse_spectrum(data, frequency);
 }
 
 // Rayleigh's integral over the face of an element with its lens, soft baffle.
-complex element_field_at(const element_array& of, std::uint32_t element, double x, double y, double z,
-                         double frequency) {
+// @param across, along  pieces of the face
+complex element_field_at(const element_array& of, std::uint32_t element, double x, double y, double z, double frequency,
+                         int across = 24, int along = 160) {
     const double k = full_turn * frequency / static_cast<double>(of.sound_speed),
                  w = static_cast<double>(of.element_width), h = static_cast<double>(of.height),
                  focus = static_cast<double>(of.elevation_focus);
     const double centre = static_cast<double>(of.element(element).origin.x);
-    constexpr int across = 24, along = 160;
     complex sum = 0;
     for (int a = 0; a < across; ++a)
         for (int b = 0; b < along; ++b) {
@@ -323,6 +328,117 @@ TEST_CASE("channels: attenuation follows frequency") {
             CHECK(lost == doctest::Approx(-2 * 0.5 * 3 * megahertz).scale(1e-30).epsilon(0.01));
         }
     }
+}
+
+// A Gaussian around f0 times exp(-a f) is one around m = f0 - a s^2, times exp(-a f0 + a^2 s^2 / 2). Times f, as a small element
+// sends to a point and receives from it, its middle is m + s^2 / m, and the peak of its pulse is times m.
+TEST_CASE("channels: attenuation moves the middle of the spectrum and lowers the peak by closed forms") {
+    const std::vector<point_scatterer> points{{{0, 0, 30_mm}, 1e-3F}};
+    for (const float bandwidth : {0.3F, 0.4F, 0.5F}) {
+        element_array one = row_of_24;
+        one.elements = 1;
+        one.height = 0.3_mm;
+        one.elevation_focus = 1; // no lens, nearly
+        one.bandwidth = bandwidth;
+        const auto through = [&](float attenuation) {
+            const scene body =
+                scene{medium{.density = 1000, .sound_speed = 1540, .attenuation = attenuation}}.build(exec::par);
+            return echoes(body, one, {.depth = 40_mm, .sampling_frequency = 60.8_MHz, .points = points});
+        };
+        const channel_data without = through(0), with = through(50); // 0.5 dB/(cm MHz)
+        const double sigma = deviation_of(with);
+        const auto middle = [&](const channel_data& data) {
+            double moment = 0, sum = 0;
+            for (double frequency = 0.05e6; frequency < 2 * carrier; frequency += 0.05e6) {
+                const double size = std::abs(spectrum(data, 0, 0, frequency));
+                moment += frequency * size;
+                sum += size;
+            }
+            return moment / sum;
+        };
+        const auto peak = [](const channel_data& data) {
+            float largest = 0;
+            for (const vec2 value : demodulate(exec::par, data).values) largest = std::max(largest, length(value));
+            return 20 * std::log10(static_cast<double>(largest));
+        };
+        const double slope = 0.5e-6 * 2 * 3 * std::log(10.0) / 20, square = sigma * sigma; // Np/Hz
+        const double m = carrier - slope * square,
+                     nepers = -slope * carrier + 0.5 * slope * slope * square + std::log(m / carrier);
+        const double moved = middle(with) - middle(without), lowered = peak(with) - peak(without),
+                     expected = m + square / m - carrier - square / carrier, decibels = 20 / std::log(10.0) * nepers;
+        MESSAGE("bandwidth ", bandwidth, ": ", moved * 1e-6, " MHz instead of ", expected * 1e-6, ", ", lowered,
+                " dB instead of ", decibels);
+        CHECK(std::fabs(moved - expected) < 0.05e6);
+        CHECK(std::fabs(lowered - decibels) < 0.2);
+    }
+}
+
+TEST_CASE("channels: speckle around a cyst is that of a sum over all scatterers at every frequency") {
+    element_array array = row_of_24;
+    array.height = 0.3_mm;
+    array.elevation_focus = 1;
+    array.bandwidth = 0.4F;
+    const vec2 cyst{0.5_mm, 13_mm};
+    std::vector<point_scatterer> points;
+    for (std::uint64_t i = 0; points.size() < 500; ++i) {
+        const vec2 place{(hash_uniform(1, i) - 0.5F) * 6_mm, 10_mm + hash_uniform(2, i) * 6_mm};
+        if (length(place - cyst) > 1.2_mm) points.push_back({{place.x, 0, place.y}, 1e-6F * hash_normal(3, i).x});
+    }
+    const scene body = scene{medium_1540}.build(exec::par);
+    const channel_data received = trace_channels(exec::par_unseq, body, array, pose{}, physical{},
+                                                 plane_waves(array, 1, 0), {.depth = 18_mm, .points = points});
+    channel_data exact = received;
+    std::fill(exact.values.begin(), exact.values.end(), 0.0F);
+    const double rate = static_cast<double>(exact.sampling_frequency), step = rate / exact.samples;
+    for (double frequency = step; frequency < rate / 2; frequency += step) {
+        const double pulse = pulse_spectrum(exact, frequency);
+        if (pulse < 1e-3 * pulse_spectrum(exact, carrier)) continue;
+        std::vector<complex> back(array.elements);
+        for (const point_scatterer& one : points) {
+            std::vector<complex> field(array.elements);
+            complex sent = 0;
+            for (std::uint32_t n = 0; n < array.elements; ++n) {
+                field[n] = element_field_at(array, n, static_cast<double>(one.position.x), 0,
+                                            static_cast<double>(one.position.z), frequency, 6, 2);
+                sent += field[n];
+            }
+            for (std::uint32_t n = 0; n < array.elements; ++n)
+                back[n] += static_cast<double>(one.scattering_length) * sent * field[n];
+        }
+        const double k = full_turn * frequency / 1540;
+        const complex received_of_sent = full_turn / (imaginary_unit * k * static_cast<double>(array.element_width) *
+                                                      static_cast<double>(array.height));
+        for (std::uint32_t n = 0; n < array.elements; ++n)
+            for (std::uint32_t i = 0; i < exact.samples; ++i)
+                exact(0, n, i) +=
+                    static_cast<float>(2 * step *
+                                       std::real(back[n] * received_of_sent * pulse *
+                                                 std::exp(imaginary_unit * full_turn * frequency * (i / rate))));
+    }
+    const linear_array probe{.lines = 61, .width = 6_mm, .frequency = array.frequency};
+    const auto beamformed = [&](const channel_data& data) {
+        return beamform(exec::par_unseq, data, probe, {.depth = 17_mm, .samples = 850}, {.fnumber = 2});
+    };
+    const iq_lines here = beamformed(received), there = beamformed(exact);
+    double apart = 0, power = 0, inside[2]{}, outside[2]{};
+    for (std::uint32_t line = 0; line < here.count; ++line)
+        for (std::uint32_t k = 500; k < 800; ++k) {
+            const vec2 a = here(line, k), b = there(line, k);
+            const auto square = [](vec2 of) { return static_cast<double>(dot(of, of)); };
+            apart += square(a - b);
+            power += square(b);
+            const ray beam = probe.beam(static_cast<float>(line));
+            const float away = length(vec2{beam.origin.x, (static_cast<float>(k) + 0.5F) * 0.02_mm} - cyst);
+            double* const of = away < 0.8_mm ? inside : outside;
+            of[0] += square(a);
+            of[1] += square(b);
+        }
+    const double error = 10 * std::log10(apart / power),
+                 contrast = 10 * std::log10(inside[0] / outside[0]) - 10 * std::log10(inside[1] / outside[1]);
+    MESSAGE("lines differ by ", error, " dB, the contrast of the cyst, ", 10 * std::log10(inside[1] / outside[1]),
+            " dB of sums, by ", contrast);
+    CHECK(error < -30);
+    CHECK(std::fabs(contrast) < 0.5);
 }
 
 TEST_CASE("channels: many scatterers are the sum of few, however they are sorted into blocks") {
