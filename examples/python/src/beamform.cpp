@@ -130,6 +130,13 @@ void bind_beamform(py::module_& module) {
     bind(static_cast<const convex_array*>(nullptr));
     bind(static_cast<const phased_array*>(nullptr));
     bind(static_cast<const radial_array*>(nullptr));
+    refuse_others(module, "beamform", 4,
+                  {{"received", "channel_data or iq_channel_data", fits<channel_data, iq_channel_data>},
+                   {"probe", "the probe of the lines, such as linear_array()",
+                    fits<linear_array, convex_array, phased_array, radial_array>},
+                   {"grid", "acquisition(...)", fits<acquisition>},
+                   {"settings", "beamform_settings(...)", fits<beamform_settings>, true},
+                   {"policy", "the name of a policy, such as \"par_unseq\"", fits<std::string>, true}});
     bind_maps(module);
 }
 

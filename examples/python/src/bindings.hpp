@@ -65,6 +65,9 @@ struct named_policy {
         else
             for_each_index(exec::par.threads(policy.threads), count, checked);
     }
+    friend std::uint32_t max_threads(const named_policy& policy) {
+        return policy.parallel ? exec::max_threads(exec::par.threads(policy.threads)) : 1;
+    }
 };
 
 } // namespace insonify_python
@@ -136,6 +139,24 @@ inline constexpr bool is_sequence_v<std::array<Value, Count>> = true;
 /// @param what  for the message, such as "tetrahedra: the nodes"
 /// @throws usage_error  for an array of another shape
 std::vector<vec3> rows_of(const float_array& numbers, const char* what);
+/// The other way: copies, which refuse changes, as they would be lost.
+float_array array_of_rows(const std::vector<vec3>& rows);
+
+/// An argument of a function, for the sentence about a call that does not fit.
+struct argument {
+    const char* name;
+    std::string kind; ///< what it must be, such as "a scene"
+    bool (*fits)(py::handle given);
+    bool is_optional = false;
+};
+/// Whether it is one of these types, or becomes one. @throws usage_error  where its array has a sentence of its own
+template <class... Types>
+bool fits(py::handle given) {
+    return (py::detail::make_caster<Types>{}.load(given, true) || ...);
+}
+/// The last overload of a function: a sentence about the first wrong argument, instead of the signatures of all overloads.
+/// @param positional  how many of them may be given without a name
+void refuse_others(py::module_& module, const char* function, std::size_t positional, std::vector<argument> arguments);
 
 /// A constant of the library as a Python object, not a copy: it and all that it contains refuse changes.
 template <class Type>

@@ -1,5 +1,6 @@
 // Channel data: what each element of an array receives.
 #include "bindings.hpp"
+#include "custom_array.hpp"
 #include <algorithm>
 #include <complex>
 #include <cstddef>
@@ -52,15 +53,14 @@ using point_arrays = std::pair<float_array, float_array>;
 
 /// Copies, which refuse changes.
 point_arrays points_of(const settings_with_points& self) {
-    const auto count = static_cast<py::ssize_t>(self.own.size());
-    float_array positions(std::vector<py::ssize_t>{count, 3}), lengths(count);
-    for (py::ssize_t i = 0; i < count; ++i) {
-        const point_scatterer& one = self.own[static_cast<std::size_t>(i)];
-        for (int axis = 0; axis < 3; ++axis) positions.mutable_at(i, axis) = one.position[axis];
-        lengths.mutable_at(i) = one.scattering_length;
+    std::vector<vec3> positions;
+    float_array lengths(static_cast<py::ssize_t>(self.own.size()));
+    for (const point_scatterer& one : self.own) {
+        lengths.mutable_at(static_cast<py::ssize_t>(positions.size())) = one.scattering_length;
+        positions.push_back(one.position);
     }
-    for (const float_array& each : {positions, lengths}) each.attr("setflags")(py::arg("write") = false);
-    return {positions, lengths};
+    lengths.attr("setflags")(py::arg("write") = false);
+    return {array_of_rows(positions), lengths};
 }
 
 void set_points(settings_with_points& self, const point_arrays& given) {
@@ -217,26 +217,6 @@ void bind_trace(py::module_& module) {
         py::arg("policy") = "par_unseq", "What each element receives of each transmit.");
 }
 
-// Probes of pictures, which are no arrays of elements: a sentence instead of the signatures of all overloads.
-void refuse_probes(py::module_& module) {
-    module.def(
-        "trace_channels",
-        [](const scene&, const py::object& array, const py::args&, const py::kwargs&) -> py::object {
-            const auto name = py::cast<std::string>(py::type::of(array).attr("__name__"));
-            if (py::isinstance<element_array>(array) || py::isinstance<convex_element_array>(array))
-                throw py::type_error(
-                    "trace_channels: the arguments are trace_channels(scene, array, pose, model, sent, "
-                    "settings): a pose, physical(), a list of transmits and channel_settings()");
-            if (py::isinstance<radial_array>(array))
-                throw py::type_error("trace_channels: round arrays have no channel data; use an element_array, or a "
-                                     "convex_element_array on less than half a circle");
-            throw py::type_error("trace_channels: the array is a " + name +
-                                 "; it must be an element_array or a convex_element_array, such as "
-                                 "presets.l11_5v_elements");
-        },
-        py::arg("scene"), py::arg("array"), "Refuses what is not an array of elements.");
-}
-
 } // namespace
 
 void bind_channels(py::module_& module) {
@@ -261,7 +241,15 @@ void bind_channels(py::module_& module) {
     bind_channel_grid<vec2>(module, "iq_channel_data", "Complex baseband of each element and transmit.");
     bind_trace<element_array>(module);
     bind_trace<convex_element_array>(module);
-    refuse_probes(module);
+    bind_trace<custom_element_array>(module);
+    refuse_others(module, "trace_channels", 6,
+                  {{"scene", "a scene", fits<scene>},
+                   array_argument(),
+                   {"pose", "a pose", fits<pose>},
+                   {"model", "physical(...)", fits<physical<>>},
+                   {"sent", "a list of transmits", fits<std::vector<transmit>>},
+                   {"settings", "channel_settings(...)", fits<settings_with_points>, true},
+                   {"policy", "the name of a policy, such as \"par_unseq\"", fits<std::string>, true}});
     module.def(
         "demodulate",
         [](const channel_data& received, const std::string& policy) {

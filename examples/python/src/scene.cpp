@@ -12,6 +12,13 @@ std::vector<vec3> rows_of(const float_array& numbers, const char* what) {
     return rows;
 }
 
+float_array array_of_rows(const std::vector<vec3>& rows) {
+    float_array made(std::vector<py::ssize_t>{static_cast<py::ssize_t>(rows.size()), 3});
+    if (!rows.empty()) std::memcpy(made.mutable_data(), rows.data(), sizeof(vec3) * rows.size());
+    made.attr("setflags")(py::arg("write") = false);
+    return made;
+}
+
 py::object read_only(const py::dict& values) { return py::module_::import("types").attr("MappingProxyType")(values); }
 
 namespace {

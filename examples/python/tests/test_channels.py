@@ -146,6 +146,67 @@ def test_data_are_made_of_arrays_copied_and_pickled(plane):
         us.presets.l11_5v_elements.elements = 4
 
 
+def as_custom(array, **changed):
+    """The same elements, as arrays."""
+    places = [array.element(i) for i in range(array.elements)]
+    numbers = {name: getattr(array, name) for name in ("element_width", "height", "elevation_focus", "frequency", "bandwidth", "sound_speed", "fnumber")}
+    return us.custom_element_array(**{"positions": [p for p, _ in places], "directions": [d for _, d in places], **numbers, **changed})
+
+
+@pytest.mark.parametrize("array, probe", [(ARRAY, LINES), (BENT, SECTOR)], ids=["flat", "convex"])
+@pytest.mark.parametrize("transmits", [lambda array: us.plane_waves(array, 3, 10 * deg), us.full_synthetic_aperture,
+                                       lambda array: us.diverging_waves(array, [(0, 0, -10 * mm)]), lambda array: us.focused(array, [TARGET], fnumber=2)],
+                         ids=["plane", "synthetic", "diverging", "focused"])
+def test_a_custom_array_of_the_same_elements_receives_the_same_bits(phantom, array, probe, transmits):
+    custom = as_custom(array)
+    assert custom.elements == 48 and [custom.element(i) for i in range(48)] == [array.element(i) for i in range(48)]
+    body, settings, grid = phantom(), us.channel_settings(depth=20 * mm), us.acquisition(depth=18 * mm, samples=600)
+    sent = transmits(array)
+    assert transmits(custom) == sent
+    built_in, own = (us.trace_channels(body, each, us.pose(), us.physical(), sent, settings) for each in (array, custom))
+    assert np.abs(own.values).max() > 0 and own == built_in and np.array_equal(own.places, built_in.places) and own.pitch == built_in.pitch
+    assert us.beamform(own, probe, grid) == us.beamform(built_in, probe, grid)
+
+
+def test_a_matrix_array_receives_points_out_of_the_slice_after_their_travel_time():
+    columns, rows = 0.3 * mm * (np.arange(8) - 3.5), 0.3 * mm * (np.arange(4) - 1.5)
+    x, y = (each.ravel() for each in np.meshgrid(columns, rows, indexing="ij"))  # column after column
+    array = us.custom_element_array(positions=np.stack([x, y, 0 * x], axis=1), element_width=0.27 * mm, height=0.27 * mm, elevation_focus=1, frequency=5 * MHz, bandwidth=0.6)
+    assert array.elements == 32 and array.element(5) == (pytest.approx((x[5], y[5], 0)), (0, 0, 1))
+    point = np.array([1, 1.5, 10]) * mm
+    settings = us.channel_settings(depth=15 * mm, points=([point], [1 * mm]), sampling_frequency=40 * MHz)
+    received = us.trace_channels(us.scene(us.medium(density=1000, sound_speed=1540)).build(), array, us.pose(), us.physical(), us.full_synthetic_aperture(array), settings)
+    energy = received.values.astype(float) ** 2
+    middle = (energy * np.arange(received.samples)).sum(axis=-1) / energy.sum(axis=-1) / 40e6
+    way = np.linalg.norm(np.stack([x, y, 0 * x], axis=1) - point, axis=1)
+    off = np.abs(middle - (way[:, None] + way) / 1540).max()
+    print(f"within {1e9 * off:.2f} ns of the travel time")
+    assert off < 5e-9
+
+
+def test_custom_arrays_are_values_and_name_what_is_wrong():
+    array = as_custom(BENT)
+    assert pickle.loads(pickle.dumps(array)) == array == copy.copy(array) != as_custom(BENT, height=4 * mm)
+    assert array.positions.shape == array.directions.shape == (48, 3) and us.custom_element_array(positions=array.positions).directions.shape == (0, 3)
+    with pytest.raises(ValueError, match="read-only"):
+        array.positions[0] = 0
+    places = np.array([(0, 0, 0), (1, 0, 0), (2, 0, 0)]) * mm
+    body = us.scene(tissue.gel).build()
+    trace = lambda array: us.trace_channels(body, array, us.pose(), us.physical(), us.full_synthetic_aperture(array), us.channel_settings(depth=5 * mm))
+    for changed, sentence in (({"positions": places[0]}, "`positions` must be an array of N x 3"), ({"positions": places, "directions": places[:, :2]}, "`directions` must be an array of N x 3"),
+                              ({"positions": places * 1j}, "real numbers, not of complex"), ({}, "there are no elements; state `positions`"),
+                              ({"positions": places, "directions": [(0, 0, 1)]}, "`directions` are 1, but `positions` are 3"), ({"positions": 0.1 * places}, "elements 0 and 1 overlap; move them apart"),
+                              ({"positions": places, "frequency": 0}, "custom_element_array: frequency is 0"), ({"positions": np.zeros((4097, 3))}, "elements is 4097; it must be 1 to 4096"),
+                              ({"positions": places[::-1]}, "element 1 lies left of the one before"), ({"positions": places, "directions": [(0, 0, -1)] * 3}, "element 0 looks back"),
+                              ({"positions": places, "directions": [(0, 0, 2)] * 3}, "element 0: its normal must have length 1"), ({"positions": places * np.nan}, "custom_element_array: element 0 is not finite; check `positions`")):
+        with pytest.raises(us.usage_error, match=sentence):
+            trace(us.custom_element_array(**changed))
+    for changed, sentence in (({"element_width": [1, 2]}, r"`element_width` of custom_element_array cannot be \[1, 2\]; it is of the kind of"), ({"positions": "left"}, "`positions` of custom_element_array cannot be 'left'"),
+                              ({"pitch": 1}, "custom_element_array has no setting 'pitch'; it has positions, directions")):
+        with pytest.raises(TypeError, match=sentence):
+            us.custom_element_array(**changed)
+
+
 def test_points_are_arrays():
     how = us.channel_settings(points=(np.arange(6).reshape(2, 3) * mm, [1e-3, -1e-3]))
     positions, lengths = how.points
@@ -186,14 +247,28 @@ def test_errors_keep_their_sentences(plane, phantom):
             call()
     with pytest.raises(IndexError, match="element 48 is not one of the 48, counted from 0"):
         ARRAY.element(48)
-    with pytest.raises(TypeError):
-        us.plane_waves(us.linear_array(), 3, 0.1)
-    for array, sentence in ((us.radial_array(), "^trace_channels: round arrays have no channel data; use an element_array"),
-                            (us.linear_array(), "^trace_channels: the array is a linear_array; it must be an element_array")):
-        with pytest.raises(TypeError, match=sentence):
-            trace(array=array)
-    with pytest.raises(TypeError, match="^trace_channels: the arguments are trace_channels"):
-        us.trace_channels(body, ARRAY, us.pose(), us.physical())
+    arrays = "it must be an element_array, a convex_element_array or a custom_element_array"
+    at, model, grid = us.pose(), us.physical(), us.acquisition()
+    for call, sentence in ((lambda: trace(array=us.radial_array()), "trace_channels: `array` is of the type radial_array; " + arrays),
+                           (lambda: us.trace_channels(body, ARRAY, at, model), "trace_channels: `sent` is missing; it must be a list of transmits"),
+                           (lambda: us.trace_channels(body, ARRAY, (0, 0, 0), model, sent), "trace_channels: `pose` is of the type tuple; it must be a pose"),
+                           (lambda: us.trace_channels(None, ARRAY, at, model, sent), "trace_channels: `scene` is of the type NoneType; it must be a scene"),
+                           (lambda: us.trace_channels(body, ARRAY, at, at, sent), "trace_channels: `model` is of the type pose; it must be physical"),
+                           (lambda: us.trace_channels(body, ARRAY, at, model, sent[0]), "trace_channels: `sent` is of the type transmit; it must be a list of transmits"),
+                           (lambda: us.trace_channels(body, ARRAY, at, model, sent, grid), "trace_channels: `settings` is of the type acquisition"),
+                           (lambda: us.trace_channels(body, ARRAY, at, model, sent, policy=4), "trace_channels: `policy` is of the type int"),
+                           (lambda: us.trace_channels(body, ARRAY, at, model, sent, us.channel_settings(), "seq"), "trace_channels: it takes 6 arguments without a name, but 7 were given"),
+                           (lambda: us.trace_channels(body, ARRAY, at, model, transmits=sent), "trace_channels: there is no argument `transmits`; they are scene, array, pose"),
+                           (lambda: us.trace_channels(body, ARRAY, at, model, sent, pose=at), "trace_channels: `pose` is given twice"),
+                           (lambda: us.beamform(plane, ARRAY, grid), "beamform: `probe` is of the type element_array; it must be the probe of the lines"),
+                           (lambda: us.beamform(plane.values, LINES, grid), "beamform: `received` is of the type ndarray; it must be channel_data or iq_channel_data"),
+                           (lambda: us.beamform(plane, LINES, 25 * mm), "beamform: `grid` is of the type float"),
+                           (lambda: us.plane_waves(us.linear_array(), 3, 0.1), "plane_waves: `array` is of the type linear_array; " + arrays),
+                           (lambda: us.plane_waves(ARRAY, 2.5, 0.1), "plane_waves: `count` is of the type float; it must be a whole number"),
+                           (lambda: us.focused(ARRAY, "deep"), "focused: `points` is of the type str"), (lambda: us.full_synthetic_aperture(), "full_synthetic_aperture: `array` is missing"),
+                           (lambda: us.diverging_waves(ARRAY, None), "diverging_waves: `sources` is of the type NoneType")):
+        with pytest.raises(TypeError, match="^" + sentence):
+            call()
 
 
 def test_the_truth_beside_channel_data(phantom):

@@ -315,7 +315,7 @@ def test_the_lines_of_the_page_run(tmp_path):
     page = (pathlib.Path(__file__).resolve().parent.parent / "README.md").read_text()
     blocks = re.findall(r"```python\n(.*?)```", page, re.S)
     program, others = blocks[:-1], [blocks[0], blocks[-1]]
-    assert len(program) == 11 and "multiprocessing" in others[1]
+    assert len(program) == 12 and "multiprocessing" in others[1]
     for number, part in enumerate((program, others)):
         (tmp_path / f"page{number}.py").write_text("\n".join(part))
         subprocess.run([sys.executable, tmp_path / f"page{number}.py"], cwd=tmp_path, check=True)
