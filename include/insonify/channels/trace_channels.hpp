@@ -325,11 +325,11 @@ class channel_tracer {
                                  });
             for (std::size_t block = own.begin; block < own.end; block += wave_table<nodes>::block) {
                 const std::size_t size = std::min(wave_table<nodes>::block, own.end - block);
-                find_waves(policy, waves, own.slope, block, size, received);
-                if constexpr (Fronts)
-                    exec::for_each_block(
-                        policy, received.whole_groups(size), 64, 5 * static_cast<float>(out.transmits * elements_),
-                        [&](std::size_t begin, std::size_t end) { fronts.find(received, sent, begin, end); });
+                exec::for_each_block(policy, received.whole_groups(size), wave_table<nodes>::group,
+                                     30 * static_cast<float>(elements_), [&](std::size_t begin, std::size_t end) {
+                                         find_waves(waves, own.slope, block, size, begin, end, received);
+                                         if constexpr (Fronts) fronts.find(received, sent, begin, end);
+                                     });
                 // In tiles of sources and receivers, whose waves stay in a cache.
                 constexpr std::size_t tile = 8;
                 const std::size_t source_tiles = (pairs_.sources + tile - 1) / tile,
@@ -356,23 +356,18 @@ class channel_tracer {
         return spectra;
     }
 
-    // What arrives from all elements at a block of reflectors.
-    template <int Nodes, class Policy>
-    void find_waves(const Policy& policy, const arriving_waves<Model>& waves, float slope, std::size_t block,
-                    std::size_t size, wave_table<Nodes>& to) const {
+    // What arrives from all elements at some reflectors of a block of this size.
+    template <int Nodes>
+    void find_waves(const arriving_waves<Model>& waves, float slope, std::size_t block, std::size_t size,
+                    std::size_t begin, std::size_t end, wave_table<Nodes>& to) const {
         // Some elements at a time, whose fans stay in a cache.
-        constexpr std::size_t elements = max_simd_width, part = 256;
-        const std::size_t groups = (elements_ + elements - 1) / elements, padded = to.whole_groups(size);
-        exec::for_each_block(policy, groups * ((padded + part - 1) / part), 1, 30.0F * elements * part,
-                             [&](std::size_t number, std::size_t) {
-                                 const std::size_t first = number % groups * elements, begin = number / groups * part;
-                                 for (std::size_t i = begin; i < std::min(begin + part, size); ++i)
-                                     waves.find(reflectors_[block + i], slope, first, to, i);
-                                 for (std::size_t i = std::max(begin, size); i < std::min(begin + part, padded); ++i)
-                                     for (std::size_t n = first; n < std::min<std::size_t>(first + elements, elements_);
-                                          ++n)
-                                         to.clear(n, i);
-                             });
+        for (std::size_t first = 0; first < elements_; first += max_simd_width) {
+            for (std::size_t i = begin; i < std::min(end, size); ++i)
+                waves.find(reflectors_[block + i], slope, first, to, i);
+            for (std::size_t i = std::max(begin, size); i < end; ++i)
+                for (std::size_t n = first; n < std::min<std::size_t>(first + max_simd_width, elements_); ++n)
+                    to.clear(n, i);
+        }
     }
 
     // RF from the spectra of pairs.
