@@ -28493,7 +28493,23 @@ void write_png(const std::string& path, const colour_image& picture);
 #define INSONIFY_IO_IMPLEMENTATION_PACKAGES_HPP
 
 
+#include <algorithm>
+#include <array>
 #include <cassert>
+#include <cctype>
+#include <cmath>
+#include <cstddef>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <iostream>
+#include <limits>
+#include <map>
+#include <set>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
 // NOLINTBEGIN(modernize-deprecated-headers): stb_image_write includes these names.
 #include <math.h>
 #include <stdarg.h>
@@ -28501,10 +28517,10 @@ void write_png(const std::string& path, const colour_image& picture);
 #include <string.h>
 // NOLINTEND(modernize-deprecated-headers)
 
-// Private copies of tinyobjloader, in a renamed namespace, and of stb_image_write, static functions in a namespace.
-// Every macro that configures them or that they define is saved and restored, so that a program can include its own
-// copies in this file, before or after, and in others. The C headers that stb_image_write needs are included above,
-// outside its namespace. The rest of this file counts as a header of the system: compilers do not warn of the packages.
+// Private copies of tinyobjloader, in an unnamed namespace, and of stb_image_write, static functions in a namespace: so what is not
+// used of them is not compiled, a tenth of what the README's program emits. Every macro that configures them or that they define is
+// saved and restored, so that a program can include its own copies in this file, before or after, and in others. The headers that
+// they need are included above, outside these namespaces. The rest of this file counts as a header of the system: compilers do not warn of the packages.
 #if !defined(_MSC_VER)
 #pragma GCC system_header
 #endif
@@ -28556,22 +28572,23 @@ INSONIFY_MACROS_OF_PACKAGES(push_macro)
 #undef STBIW_CRC32
 #undef STBIW_ZLIB_COMPRESS
 #define TINYOBJLOADER_IMPLEMENTATION
-#define INSONIFY_JOIN(left, right) left##right
-#define INSONIFY_TINYOBJ(abi) INSONIFY_JOIN(insonify_tinyobj_, abi)
-#define tinyobj INSONIFY_TINYOBJ(INSONIFY_ABI)
 #define STB_IMAGE_WRITE_IMPLEMENTATION
 #define STB_IMAGE_WRITE_STATIC
 #define STBI_WRITE_NO_STDIO
 #define STBIW_ASSERT(condition) assert(condition)
 
+namespace insonify_packages {
+namespace {
 #if __has_include(<tiny_obj_loader.h>)
 #include <tiny_obj_loader.h>
 #else
 #error "insonify needs tiny_obj_loader.h to read OBJ files: install libtinyobjloader-dev"
 #endif
+} // namespace
+} // namespace insonify_packages
 
 namespace insonify::inline INSONIFY_ABI::detail {
-namespace loader = tinyobj;
+namespace loader = insonify_packages::tinyobj;
 
 namespace stb {
 using ::abs; // insonify::abs would hide it
@@ -28585,8 +28602,6 @@ using ::abs; // insonify::abs would hide it
 } // namespace stb
 } // namespace insonify::inline INSONIFY_ABI::detail
 
-#undef INSONIFY_JOIN
-#undef INSONIFY_TINYOBJ
 INSONIFY_MACROS_OF_PACKAGES(pop_macro)
 #undef INSONIFY_MACROS_OF_PACKAGES
 #undef INSONIFY_PRAGMA
@@ -29373,10 +29388,9 @@ inline obj_content read_obj(const std::string& path, float unit) {
     std::vector<std::uint32_t> found(content.text.lines.size()); // triangles of each line
     for (const loader::shape_t& shape : shapes)
         for (std::size_t i = 0; i < shape.mesh.smoothing_group_ids.size(); ++i) {
-            const auto corner = [&](std::size_t k) {
-                return static_cast<std::uint32_t>(shape.mesh.indices[3 * i + k].vertex_index);
-            };
-            content.faces.push_back({{corner(0), corner(1), corner(2)}, shape.mesh.smoothing_group_ids[i]});
+            const loader::index_t* const corner = &shape.mesh.indices[3 * i];
+            content.faces.push_back({uvec3{corner[0].vertex_index, corner[1].vertex_index, corner[2].vertex_index},
+                                     shape.mesh.smoothing_group_ids[i]});
             ++found[content.faces.back().line];
         }
     for (std::size_t line = 0; line < found.size(); ++line)
