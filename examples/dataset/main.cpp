@@ -130,7 +130,7 @@ int run(const description& d, const std::vector<described_option>& options, rank
         d.check();
         all.emplace(d);
         identity = identity_of(d, options);
-        check_folder(d, identity);
+        if (!d.plan || d.verify) check_folder(d, identity);
         files.emplace(d, *all, text_of(identity));
     });
     if (!ready) return 1;

@@ -48,6 +48,8 @@ class configuration : public CLI::Config {
             constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
             if (number == 1 && line.starts_with(byte_order_mark)) line.erase(0, byte_order_mark.size());
             const std::string content = CLI::detail::trim_copy(line);
+            if (std::any_of(content.begin(), content.end(), [](unsigned char c) { return c < ' ' && c != '\t'; }))
+                fail("it has control characters; the file is no text, or a damaged one");
             if (content.empty() || content[0] == '#' || content[0] == ';') continue;
             const std::size_t sign = content.find('=');
             if (sign == std::string::npos) fail("'" + shortened(content) + "' is not of the form option = value");

@@ -202,5 +202,10 @@ def test_plan(tmp_path):
     assert "24 samples of 64 x 64 pixels in 6 parts" in told and "MB on disk" in told
     assert re.search(r"pressure: 0\.\d+ to 2\.\d+ mm\n", told) and "focus: 15" in told and "frequency:" not in told
     assert not (tmp_path / "out").exists()
+    # A plan is that of a folder to come, whatever the folder holds.
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "description.ini").write_text("size = 32\n")
+    assert run(tmp_path, *SMALL, "--plan").stdout.splitlines()[0] == told.splitlines()[0]
+    assert run(tmp_path, *SMALL, check=False).returncode != 0
 
 
