@@ -404,9 +404,9 @@ INSONIFY_FN view<const layer> stack_layers(const scene_view& scene, const Line& 
     detail::layer_walk walk{scene, line, found, depth, incident};
     walk.enter_at_face();
     std::size_t count = 0;
-    for (layer here; walk.next(here);) {
+    for (; !walk.at_end(); ++count) {
         if (count == room.size()) return {};
-        room[count++] = here;
+        walk.next(room[count]);
     }
     return found.inside.overflow ? view<const layer>{} : view<const layer>{room.data(), count};
 }
