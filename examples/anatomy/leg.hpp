@@ -168,7 +168,7 @@ struct leg_builder : builder {
             part->fascia = part->shape;
             part->fascia.sections = scaled(part->shape.sections);
         }
-        artery_depth = 4.2_mm * m + 0.5F * of.artery + of.wall + adventitia;
+        artery_depth = 4.2_mm * m + 0.53F * of.artery + of.wall + adventitia;
         const float w = 0.5F * of.vein_width, t = 0.5F * of.vein_height;
         vein_place = -(0.5F * of.artery + of.wall + adventitia + of.vein_gap + w);
         vein_depth = max(artery_depth, 1.3F * t + 4_mm);

@@ -109,6 +109,8 @@ struct neck_builder : builder {
     }
 
     float cell(float usual) const { return usual / of.resolution; }
+    /// Height of the carotid's division: the region ends above it.
+    float division() const { return min(of.division, -top - 16_mm); }
     std::string sided(float side, const std::string& name) const { return (side > 0 ? "left " : "right ") + name; }
     /// Depth below the fascia, metres.
     float depth(vec3 p) const { return -fascia.distance(p); }
@@ -165,7 +167,7 @@ struct neck_builder : builder {
     }
 
     void add_skin() {
-        const float coarse = min(cell(3.4_mm), 4_mm);
+        const float coarse = min(cell(3.6_mm), 4_mm);
         swept outside = fascia;
         outside.start = outside.end = 2_mm;
         outside.waves = 0.12_mm;
@@ -189,8 +191,8 @@ struct neck_builder : builder {
                     const float ends =
                         ramp(u, 0, 0.35F) * ramp(1 - u, 0, 0.4F) * ramp(v, 0, 0.1F) * ramp(1 - v, 0, 0.1F);
                     const float thick = (0.15F + 0.85F * ramp(noise(seed + 2, {x, y, 0}, 9_mm), -0.6F, 0.4F)) * ends;
-                    const float height =
-                        0.75_mm + 0.08F * (of.fat - 1.5_mm) + 0.06F * of.fat * noise(seed + 3, {x, y, side}, 8_mm);
+                    const float height = min(0.75_mm, 0.5F * of.fat) + 0.08F * max(of.fat - 1.5_mm, 0) +
+                                         0.06F * of.fat * noise(seed + 3, {x, y, side}, 8_mm);
                     points.push_back({under(x, y, -height), 0.08_mm + 0.9_mm * of.muscle * thick});
                 }
             if (side < 0) // so that the upper side stays the upper one
@@ -373,7 +375,7 @@ struct neck_builder : builder {
             return smooth_max(shell, std::fabs(p.y - lower + 5_mm * behind) - (3_mm + 5_mm * behind), 2_mm);
         };
         add(mesh_implicit(cricoid, {{-r - 4_mm, lower - 14_mm, front - 4_mm}, {r + 4_mm, lower + 6_mm, front + 24_mm}},
-                          min(cell(1.3_mm), 1.4_mm), {.max_slope = 2}),
+                          min(cell(1.4_mm), 1.4_mm), {.max_slope = 2}),
             tissue::cartilage, 8, "cricoid cartilage", "deep fascia");
         const auto columns = static_cast<std::uint32_t>(40 * of.resolution),
                    rows = static_cast<std::uint32_t>(14 * of.resolution) + 2;
@@ -400,7 +402,7 @@ struct neck_builder : builder {
     }
 
     void add_spine() {
-        const float size = cell(2_mm);
+        const float size = cell(2.2_mm);
         const char* names[] = {"fifth cervical vertebra", "sixth cervical vertebra", "seventh cervical vertebra",
                                "first thoracic vertebra"};
         for (int i = 0; i < 4; ++i) {
@@ -463,7 +465,7 @@ struct neck_builder : builder {
         for (const float side : {1.0F, -1.0F}) {
             const bool viewed = side == sign;
             const std::uint64_t own = side > 0 ? 300 : 350;
-            const float up = -of.division;
+            const float up = -division();
             // Common and internal carotid artery, with the bulb where it begins; and the external one. Both reach
             // beyond the view above the division.
             const float last = max(up - 18_mm, top + 6_mm), between = max(up - 10_mm, last + 4_mm);
@@ -659,7 +661,8 @@ struct neck_builder : builder {
             return all;
         };
         const aabb box{{-34_mm, middle - half - 3_mm, 0}, {34_mm, max(middle + half, 14_mm) + 3_mm, 34_mm}};
-        mesh thyroid = mesh_implicit(gland, box, min(cell(1.5_mm), 0.5F * of.isthmus), {.max_slope = 1.6F});
+        mesh thyroid =
+            mesh_implicit(gland, box, min(cell(1.5_mm), max(0.5F * of.isthmus, 1.3_mm)), {.max_slope = 1.6F});
         add(grown(thyroid, 0.28_mm, 0.25F, 5_mm, seed + 63), tissue::capsule, 4, "thyroid capsule", "deep fascia");
         add(std::move(thyroid), tissue::thyroid, 4, "thyroid", "thyroid capsule");
         for (int i = 0; i < 3; ++i) { // small vessels in the lobe of the views
@@ -704,7 +707,7 @@ struct neck_builder : builder {
                               {}});
         made.views.push_back({"carotid_division",
                               "internal and external carotid artery above the division, across",
-                              across(34_mm, max(-of.division - 9_mm, top + 11_mm)),
+                              across(34_mm, max(-division() - 9_mm, top + 11_mm)),
                               probe,
                               settings,
                               {}});

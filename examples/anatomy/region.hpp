@@ -53,13 +53,16 @@ struct body {
     std::vector<vessel> vessels{};                             ///< in which blood flows
     std::vector<std::pair<std::string, std::string>> nested{}; ///< what lies in what: names of objects, inner and outer
 
-    /// The velocity of the blood, for Doppler. Make it again when objects were placed elsewhere.
-    /// @param heart_rate  beats per second; 0: systole that lasts
-    blood_flow flow(float heart_rate = 1.2_Hz) const { return flow_of(anatomy, vessels, heart_rate); }
-    /// How arteries pulse and veins collapse: a map for `scene::deform`.
-    /// @param beat     of an artery of `beat.radius`; that of others is in proportion to their radii
-    /// @param outside  pressure of the tissue around the veins, Pa: under a probe, 5 to 30 mmHg
-    vessel_motion motion(const pulsation& beat, float outside = 0) const { return motion_of(vessels, beat, outside); }
+    /// The velocity of the blood, for Doppler: in coordinates of the objects, so that it moves with them.
+    /// @param heart_rate  beats per second; 0: as in systole, steadily
+    blood_flow flow(float heart_rate = 1.2_Hz, const contact_pressure& under = {}) const {
+        return flow_of(anatomy, vessels, heart_rate, under);
+    }
+    /// How arteries pulse, and veins collapse under the face of a probe: a map for `scene::deform`, of the body at rest.
+    /// @param beat  of an artery of `beat.radius`; that of others is in proportion to their radii
+    vessel_motion motion(const pulsation& beat, const contact_pressure& under = {}) const {
+        return motion_of(vessels, beat, under);
+    }
 
     /// @throws usage_error  where there is no view of that name
     const view& find_view(const std::string& name) const {
@@ -222,11 +225,18 @@ struct member {
 
 /// The body of some parameters, one of which is its `size`. Lengths that are parameters are what they say in a body of any size.
 /// @param make_usual  body(const Parameters&): the body of the usual size
+/// @throws usage_error  for a value out of range
 template <class Parameters, class MakeUsual>
 body make_in_size(const Parameters& of, const MakeUsual& make_usual) {
+    for (const member<Parameters>& one : Parameters::members())
+        if (!(of.*one.of >= one.smallest && of.*one.of <= one.largest))
+            throw usage_error{std::string{"`"} + one.name + "` is " + insonify::detail::number_text(of.*one.of) +
+                              "; it must be from " + insonify::detail::number_text(one.smallest) + " to " +
+                              insonify::detail::number_text(one.largest) + ": " + one.description};
     Parameters usual = of;
     for (const member<Parameters>& one : Parameters::members())
         if (std::string{one.unit} == "m") usual.*one.of /= of.size;
+    usual.resolution *= min(of.size, 1); // as many cells in a small body
     usual.size = 1;
     return of.size == 1 ? make_usual(usual) : enlarged(make_usual(usual), of.size);
 }

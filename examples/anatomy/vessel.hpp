@@ -7,7 +7,9 @@
 #include <insonify/geometry/centre_line.hpp>
 #include <insonify/motion/body_motion.hpp>
 #include <insonify/scene/scene.hpp>
+#include <cfloat>
 #include <cmath>
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <utility>
@@ -57,14 +59,33 @@ inline std::vector<tube_section> thinned(const std::vector<tube_section>& sectio
     return sections_of(fewer);
 }
 
+/// Pressure in tissue that the face of a probe presses: that of the contact, and less where it lies deeper than `decay`.
+struct contact_pressure {
+    std::vector<vec3> face{}; ///< points along it, in the body; none: nothing presses
+    float pressure = 0;       ///< Pa, such as 12_mmHg
+    float decay = 24_mm;      ///< by convention, as the displacement: see `indentation`
+
+    /// At a distance from the nearest point of the face, metres.
+    float at(float distance) const { return pressure * std::exp(-max(distance - decay, 0) / decay); }
+    /// @throws usage_error  for a setting out of range
+    void check() const {
+        constexpr float max_pressure = 1e6F; // Pa
+        if (!(std::fabs(pressure) <= max_pressure) || !(decay > 0) || !is_finite(decay))
+            throw usage_error{"contact_pressure: `pressure` is " + insonify::detail::number_text(pressure) +
+                              " Pa; it must be at most 1000000, such as 12_mmHg, and `decay` above 0 and finite"};
+    }
+};
+
 /// A vessel of a body at rest: blood flows in it, and it pulses, or collapses under pressure.
 struct vessel {
     /// An artery pulses, a vein collapses.
     enum class kind { artery, vein };
-    std::string name{}; ///< of the object that is its blood; that of branches may be one
+    std::string
+        name{}; ///< of the object that is its blood; that of branches may be one, of which the first is the trunk
     kind type = kind::artery;
     std::vector<tube_section> line{}; ///< of its lumen, in the body; blood flows from the first section to the last
-    float peak_velocity = 0.5F; ///< on the axis at the first section, of an artery in systole, m/s; below 0: towards it
+    float peak_velocity =
+        0.5F; ///< on the axis, of an artery in systole, m/s; below 0: from the last section to the first
     float resistive_index = 0.75F; ///< of an artery: see `pulsatile`. The flow of veins is steady
     float pressure = 8_mmHg;       ///< of the blood of a vein: see `collapse`
 
@@ -84,8 +105,19 @@ struct vessel {
         }
         return nearest;
     }
-    /// How it closes. @param outside  pressure of the tissue around it, Pa
-    collapse collapsed(float outside) const { return {.radius = radius(), .outside = outside, .inside = pressure}; }
+    /// How a face closes it; an artery stays open.
+    collapse collapsed(const contact_pressure& under) const {
+        float below = FLT_MAX;
+        for (const vec3 point : under.face) below = min(below, distance(point));
+        const bool presses = type == kind::vein && below < FLT_MAX;
+        return {.radius = radius(), .outside = presses ? under.at(below) : 0, .inside = pressure};
+    }
+    /// The flow that is left where it closes, over that at rest: laminar, through an ellipse, of the pressure gradient that gives
+    /// 1 through the circle of its width.
+    static float left_by(const collapse& closed) {
+        const float opening = closed.opening();
+        return 2 * opening * opening * opening / (1 + opening * opening);
+    }
 };
 
 /// The velocity of the blood in all vessels of a body: a `velocity_field`.
@@ -101,9 +133,12 @@ struct blood_flow {
     }
 };
 
-/// @param heart_rate  beats per second, such as 1.2_Hz; 0: systole that lasts
-/// @throws usage_error  for a vessel whose blood is not in the body
-inline blood_flow flow_of(const scene& body, const std::vector<vessel>& vessels, float heart_rate) {
+/// Where a vessel tapers, branches take the rest of its flow, so that its velocity stays.
+/// @param heart_rate  beats per second, such as 1.2_Hz; 0: as in systole, steadily
+/// @throws usage_error  for a vessel whose blood is not in the body, and a setting out of range
+inline blood_flow flow_of(const scene& body, const std::vector<vessel>& vessels, float heart_rate,
+                          const contact_pressure& under = {}) {
+    under.check();
     blood_flow all;
     for (const vessel& one : vessels) {
         const std::optional<object_id> blood = body.find(one.name);
@@ -111,16 +146,21 @@ inline blood_flow flow_of(const scene& body, const std::vector<vessel>& vessels,
             throw usage_error{"flow_of: there is no object '" + one.name + "', which a vessel names as its blood"};
         pulsatile waveform{.resistive_index = one.resistive_index};
         if (one.type == vessel::kind::artery) waveform.heart_rate = heart_rate;
-        all.tubes.push_back({*blood, moved(one.line, inverse(body[*blood].at)), one.peak_velocity, waveform});
+        all.tubes.push_back({.object = *blood,
+                             .line = moved(one.line, inverse(body[*blood].at)),
+                             .peak_velocity = vessel::left_by(one.collapsed(under)) * one.peak_velocity,
+                             .waveform = waveform,
+                             .side_branches = 1});
         all.tubes.back().check();
     }
     return all;
 }
 
-/// How vessels move, and the tissue around them: a map for `scene::deform`, which brings its inverse.
+/// How vessels move, and the tissue around them: a map for `scene::deform`, which brings its inverse. Beyond the ends of its line
+/// each goes on straight.
 struct vessel_motion {
     std::vector<bent<pulsation>> arteries{};
-    std::vector<bent<collapse>> veins{}; ///< those that are not quite open
+    std::vector<bent<collapse>> veins{}; ///< those that are partly closed
 
     vec3 operator()(vec3 rest) const {
         vec3 now = rest;
@@ -139,14 +179,21 @@ struct vessel_motion {
     friend bool operator==(const vessel_motion&, const vessel_motion&) = default;
 };
 
-/// @param beat     of an artery of `beat.radius`; that of others is in proportion to their radii
-/// @param outside  pressure of the tissue around the veins, Pa
-inline vessel_motion motion_of(const std::vector<vessel>& vessels, const pulsation& beat, float outside) {
+/// Of trees, the trunk moves alone: two that overlap would fold tissue over where they meet.
+/// @param beat   of an artery of `beat.radius`; that of others is in proportion to their radii
+/// @param under  the face that presses on veins
+/// @throws usage_error  for a setting out of range
+inline vessel_motion motion_of(const std::vector<vessel>& vessels, const pulsation& beat,
+                               const contact_pressure& under) {
+    beat.check();
+    under.check();
     vessel_motion all;
+    const std::string* trunk = nullptr;
     for (const vessel& one : vessels) {
+        if (trunk != nullptr && *trunk == one.name) continue;
+        trunk = &one.name;
         if (one.type == vessel::kind::artery && beat.amplitude != 0) all.arteries.push_back({one.line, beat});
-        const collapse wall = one.collapsed(outside);
-        if (one.type == vessel::kind::vein && wall.opening() < 1) all.veins.push_back({one.line, wall});
+        if (const collapse wall = one.collapsed(under); wall.opening() < 1) all.veins.push_back({one.line, wall});
     }
     return all;
 }

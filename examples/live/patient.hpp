@@ -32,7 +32,6 @@ class patient {
     /// @param vessels  of the anatomy
     explicit patient(scene anatomy = scene{}, std::vector<vessel> vessels = {})
         : body{without_tools(anatomy)}, at_rest_{surfaces_of(body)}, vessels_{std::move(vessels)} {
-        for (const vessel& one : vessels_) lines_.push_back(one.line);
         flow = ::anatomy::flow_of(body, vessels_, 0);
         for (const object& one : body.objects()) {
             is_stiff_.resize(static_cast<std::size_t>(one.id) + 1);
@@ -104,9 +103,9 @@ class patient {
         if (now.pressed) {
             constexpr float slope = 1.2F; // where the body ends, there is no skin, and the depth of the face falls off
             now.face = touch.deformation;
-            now.face.limit_slope(now.face.depth, slope);
+            now.face.depth = now.face.with_slope(now.face.depth, slope);
         }
-        for (std::size_t i = 0; i < vessels_.size(); ++i) add_motion(now, i, touch, probe, time, beat);
+        move_vessels(now, touch, probe, time, beat);
         now.dragged = std::fabs(held.drag) > 1_um && held.inserted > 2_mm && !held.held;
         if (now.dragged) now.drag = {.entry = held.entry, .tip = held.tip(), .drag = held.drag};
         body.place(gel_id, at);
@@ -157,30 +156,20 @@ class patient {
         return bare.build(exec::par);
     }
 
-    // The flow through a vein that closes: laminar, through an ellipse, of the pressure gradient that gives 1 through the circle
-    // of its width.
-    static float let_through(float opening) { return 2 * opening * opening * opening / (1 + opening * opening); }
-
-    // Adds the beat of an artery, or the collapse of a vein. As deep as tissue is pressed, its pressure is that of the contact;
-    // deeper it falls off as the displacement does.
-    void add_motion(tissue_motion& now, std::size_t number, const contact& touch, const array_probe& probe, float time,
-                    const pulsation& beat) {
-        const vessel& one = vessels_[number];
-        if (one.type == vessel::kind::artery) {
-            pulsation wall = beat;
-            wall.radius = radius_of_pulse;
-            wall.time = time;
-            if (wall.amplitude > 0) now.vessels.arteries.push_back({lines_[number], wall});
-            flow.tubes[number].waveform.heart_rate = beat.rate;
-            return;
+    // Sets how vessels move, and how their blood flows then.
+    void move_vessels(tissue_motion& now, const contact& touch, const array_probe& probe, float time,
+                      const pulsation& beat) {
+        ::anatomy::contact_pressure under{.pressure = touch.pressure, .decay = decay};
+        for (const float fraction : along_face) under.face.push_back(face_point(touch.deformation.at, probe, fraction));
+        pulsation wall = beat;
+        wall.radius = radius_of_pulse;
+        wall.time = time;
+        now.vessels = ::anatomy::motion_of(vessels_, wall, under);
+        for (std::size_t i = 0; i < vessels_.size(); ++i) {
+            const vessel& one = vessels_[i];
+            flow.tubes[i].peak_velocity = vessel::left_by(one.collapsed(under)) * one.peak_velocity;
+            if (one.type == vessel::kind::artery) flow.tubes[i].waveform.heart_rate = beat.rate;
         }
-        float below = FLT_MAX;
-        for (const float share : along_face)
-            below = std::min(below, one.distance(face_point(touch.deformation.at, probe, share)));
-        const float deeper = std::max(below - decay, 0.0F);
-        const collapse wall = one.collapsed(touch.pressure * std::exp(-deeper / decay));
-        flow.tubes[number].peak_velocity = let_through(wall.opening()) * one.peak_velocity;
-        if (wall.opening() < 1) now.vessels.veins.push_back({lines_[number], wall});
     }
 
     // Where whatever the picture shows has its vertices.
@@ -214,7 +203,6 @@ class patient {
 
     scene at_rest_;
     std::vector<vessel> vessels_;
-    std::vector<centre_line> lines_{};     // of the vessels
     std::vector<std::uint8_t> is_stiff_{}; // objects, by id
     std::vector<object_id> moved_{};
     float longest_edge_ = 0; // of all triangles

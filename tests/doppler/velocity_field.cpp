@@ -122,6 +122,20 @@ TEST_CASE("velocity fields: settings out of range are refused") {
 
 } // namespace poiseuille_test
 
+TEST_CASE("tube_flow: branches take what a taper leaves no room for") {
+    const object_id blood{3};
+    const std::vector<tube_section> taper{{{0, 0, 0}, {4_mm, 4_mm}}, {{0, 0, 40_mm}, {2_mm, 2_mm}}};
+    for (const float branches : {0.0F, 0.5F, 1.0F}) {
+        const tube_flow flow{.object = blood, .line = taper, .peak_velocity = 0.5F, .side_branches = branches};
+        flow.check();
+        CHECK(flow(blood, {0, 0, 0}, 0).z == doctest::Approx(0.5).scale(1e-30));
+        // A quarter of the area.
+        CHECK(flow(blood, {0, 0, 40_mm}, 0).z ==
+              doctest::Approx(0.5 * std::pow(4, 1 - branches)).scale(1e-30).epsilon(1e-4));
+    }
+    CHECK_THROWS_AS(tube_flow({.object = blood, .line = taper, .side_branches = 1.5F}).check(), usage_error);
+}
+
 TEST_CASE("tube_flow: on a straight line it is the law of poiseuille") {
     const centre_line line{{{{0, 0, 10_mm}, vec2{3_mm}}, {{20_mm, 0, 30_mm}, vec2{3_mm}}}};
     const tube_flow bent{.object = object_id{3}, .line = line, .peak_velocity = 0.4F, .waveform = {.heart_rate = 1.2F}};

@@ -2,6 +2,7 @@
 #include "../../anatomy/regions.hpp"
 #include "scene_past.hpp"
 #include "tube_lines.hpp"
+#include <algorithm>
 
 namespace insonify_python {
 
@@ -99,10 +100,12 @@ std::vector<anatomy::vessel> vessels_of(const region_body& body) {
     return py::cast<std::vector<anatomy::vessel>>(body.vessels);
 }
 
-typed<flow_list> flow_of(const region_body& body, float heart_rate) {
+anatomy::contact_pressure pressure_of(const std::vector<vec3>& face, float pressure) { return {face, pressure}; }
+
+typed<flow_list> flow_of(const region_body& body, float heart_rate, float pressure, const std::vector<vec3>& face) {
     const auto& own = py::cast<const scene&>(body.body_scene);
     const std::vector<anatomy::vessel> vessels = vessels_of(body);
-    anatomy::blood_flow flow = anatomy::flow_of(own, vessels, heart_rate);
+    anatomy::blood_flow flow = anatomy::flow_of(own, vessels, heart_rate, pressure_of(face, pressure));
     py::list all;
     for (std::size_t i = 0; i < vessels.size(); ++i) {
         const pose to_object = inverse(own[flow.tubes[i].object].at);
@@ -112,18 +115,18 @@ typed<flow_list> flow_of(const region_body& body, float heart_rate) {
     return typed<flow_list>{all};
 }
 
-typed<composed_type> motion_of(const region_body& body, const pulsation& beat, float outside) {
-    beat.check();
+typed<composed_type> motion_of(const region_body& body, const pulsation& beat, float pressure,
+                               const std::vector<vec3>& face) {
     const std::vector<anatomy::vessel> vessels = vessels_of(body);
+    const anatomy::vessel_motion motion = anatomy::motion_of(vessels, beat, pressure_of(face, pressure));
     py::list maps;
-    const auto add = [&]<class Map>(const std::vector<tube_section>& line, const bent<Map>& one) {
-        maps.append(line_map<Map>{one, {line, {}, one.line}});
+    const auto add = [&]<class Map>(const bent<Map>& one) {
+        const auto its = std::find_if(vessels.begin(), vessels.end(),
+                                      [&](const anatomy::vessel& of) { return centre_line{of.line} == one.line; });
+        maps.append(line_map<Map>{one, {its->line, {}, one.line}});
     };
-    for (const anatomy::vessel& vessel : vessels) {
-        const anatomy::vessel_motion motion = anatomy::motion_of({vessel}, beat, outside);
-        for (const auto& one : motion.arteries) add(vessel.line, one);
-        for (const auto& one : motion.veins) add(vessel.line, one);
-    }
+    for (const auto& one : motion.arteries) add(one);
+    for (const auto& one : motion.veins) add(one);
     return typed<composed_type>{py::module_::import("insonify").attr("compose")(*maps)};
 }
 
@@ -247,13 +250,16 @@ void bind_body(py::module_& module) {
         .def_property_readonly(
             "values", [](const region_body& self) { return typed<numbers_by_name>{read_only(py::cast(self.values))}; },
             "of all parameters, given, drawn or by default")
-        .def("flow", &flow_of, py::arg("heart_rate") = 1.2F,
-             "The velocity of the blood, for Doppler: a tube_flow for each vessel. Heart beats per second; 0: systole\n"
-             "that lasts. Make it again when objects were placed elsewhere.")
-        .def("motion", &motion_of, py::arg("beat"), py::arg("outside") = 0.0F,
+        .def("flow", &flow_of, py::arg("heart_rate") = 1.2F, py::arg("pressure") = 0.0F,
+             py::arg("face") = std::vector<vec3>{},
+             "The velocity of the blood, for Doppler: a tube_flow for each vessel. Heart beats per second; 0: as in "
+             "systole.\n"
+             "`pressure`, Pa, at `face`: points of a face that presses on veins, see motion.")
+        .def("motion", &motion_of, py::arg("beat"), py::arg("pressure") = 0.0F, py::arg("face") = std::vector<vec3>{},
              "How arteries pulse and veins collapse, for deform. `beat`: a pulsation, of an artery of its radius; that "
              "of\n"
-             "others is in proportion to theirs. `outside`: pressure of the tissue around the veins, Pa.")
+             "others is in proportion to theirs. `pressure`, Pa: of the tissue at `face`, points along the face that\n"
+             "presses; more than 24 mm below them it falls off.")
         .def("press", &press_view, py::arg("view"),
              "Presses the probe of a view into the skin as an operator does, and returns its pose: bone and cartilage\n"
              "stay, the tissue above them gives way. deform(compose()) puts the scene to rest.")

@@ -48,7 +48,9 @@ void bind_fields(py::module_& module) {
     bind_line(bending,
               "of the tube, in coordinates of the object: a centre_line or its sections; blood flows to the last");
     bending.member("peak_velocity", &tube_flow::peak_velocity, "on the axis of the first section in systole, m/s")
-        .member("waveform", &tube_flow::waveform, "a pulsatile; steady by default");
+        .member("waveform", &tube_flow::waveform, "a pulsatile; steady by default")
+        .member("side_branches", &tube_flow::side_branches,
+                "what branches take where the tube tapers: 0 nothing, to 1, so much that the velocity stays");
     bending.type().def(
         "volume_flow",
         [](const line_flow& self, float time) {

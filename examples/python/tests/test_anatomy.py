@@ -159,7 +159,7 @@ def test_colour_of_a_carotid_artery(neck):
         point = at.rotation @ (origin + direction * (column + 0.5) / seen.samples * 40 * mm) + at.translation
         place = line.place(tuple(point))
         if place.squared(tuple(point)) < 0.1:  # on the axis
-            speed = artery.peak_velocity * line.first.area / place.area * (1 - place.squared(tuple(point)))
+            speed = artery.peak_velocity * (1 - place.squared(tuple(point)))
             expected.append(-speed * np.dot(place.along, at.rotation @ direction) * 1540 / us.tissue.blood.sound_speed)
             found.append(seen.velocity[row, column])
     print(f"{len(found)} samples on the axis: {np.median(found):.3f} m/s, expected {np.median(expected):.3f}")
@@ -172,23 +172,28 @@ def test_flow_and_motion_of_all_vessels(neck):
     assert [neck.scene.names[one.object] for one in flow] == [one.name for one in neck.vessels]
     for one, vessel in zip(flow, neck.vessels):
         is_artery = vessel.kind == "artery"
-        assert one.waveform.heart_rate == (1 if is_artery else 0) and np.array_equal(us.centre_line(vessel.line).sections, one.line.sections)
+        assert one.waveform.heart_rate == (1 if is_artery else 0) and np.allclose(vessel.line, one.line.sections, atol=1e-6)
+        assert one.side_branches == 1 and one.peak_velocity == vessel.peak_velocity
         assert not is_artery or one.waveform.resistive_index == vessel.resistive_index
     vein = next(one for one in neck.vessels if one.name == "right internal jugular vein")
     middle = vein.line[len(vein.line) // 2, :3]
     points = middle + np.array([[0, 0, 0], [0, 0, 0.1 * mm]])
     still = pulsation_at(0)
     assert np.array_equal(neck.motion(still)(points), points)  # at rest
-    assert np.array_equal(neck.motion(still, outside=vein.pressure - 1)(points), points)
-    closed = neck.motion(still, outside=30 * us.mmHg)(points)
+    assert np.array_equal(neck.motion(still, vein.pressure - 1, [middle])(points), points)
+    closed = neck.motion(still, 30 * us.mmHg, [middle])(points)
     assert closed[1, 2] - closed[0, 2] < 0.02 * mm  # a tenth of its height
     artery = neck.vessels[0]
     axis = artery.line[len(artery.line) // 2, :3]
     wall = axis + [0, 0, np.float32(artery.line[len(artery.line) // 2, 3])]
     moved = neck.motion(pulsation_at(0.15))(wall[None])[0]
     assert np.linalg.norm(moved - wall) == pytest.approx(0.1 * np.linalg.norm(wall - axis), rel=0.1)  # 0.3 of 3 mm
-    neck.scene.deform(neck.motion(pulsation_at(0.15), outside=20 * us.mmHg))
+    neck.scene.deform(neck.motion(pulsation_at(0.15), 20 * us.mmHg, [middle]))
     neck.scene.deform(us.compose())
+    closing = neck.flow(pressure=20 * us.mmHg, face=[middle])
+    assert [abs(one.peak_velocity) < 0.5 * abs(vessel.peak_velocity) for one, vessel in zip(closing, neck.vessels)].count(True) == 2  # both jugular veins
+    with pytest.raises(ValueError, match="pressure"):
+        neck.motion(still, float("nan"), [middle])
     with pytest.raises(ValueError, match="pulsation: "):
         neck.motion(us.pulsation(amplitude=5 * mm))
 

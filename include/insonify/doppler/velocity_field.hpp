@@ -112,8 +112,9 @@ struct poiseuille {
 };
 
 /// Laminar flow in a tube that bends, tapers, and has elliptical sections: along its line, by
-/// v = peak_velocity w(t) A_0 / A (1 - r^2), where r is the distance from the line over that of the wall, A the area of
-/// the section and A_0 that of the first one; 0 outside the wall. All sections have the same volume flow.
+/// v = peak_velocity w(t) (A_0 / A)^(1 - side_branches) (1 - r^2), where r is the distance from the line over that of the
+/// wall, A the area of the section and A_0 that of the first one; 0 outside the wall. All sections have the same volume
+/// flow, unless branches take some of it.
 ///
 /// The profile across an ellipse is exact for a straight tube; flow that is parallel to the line holds where the tube
 /// bends and tapers slowly.
@@ -122,6 +123,9 @@ struct tube_flow {
     centre_line line{};      ///< in coordinates of the object; blood flows towards its last section
     float peak_velocity = 0; ///< on the axis of the first section in systole, m/s; below 0: towards it
     pulsatile waveform{};    ///< steady by default
+    /// What branches take of the flow, or bring, where the tube tapers: 0: nothing; 1: so much that the velocity is the
+    /// same everywhere.
+    float side_branches = 0;
 
     /// See `velocity_field`.
     vec3 operator()(object_id of, vec3 point, float time) const {
@@ -129,9 +133,11 @@ struct tube_flow {
         const line_place here = line.place(point);
         const float fraction = 1 - here.squared(point);
         if (!(fraction > 0)) return {0, 0, 0};
-        return peak_velocity * waveform(time) * (line.first().area() / here.area()) * fraction * here.along;
+        const float narrowed = line.first().area() / here.area();
+        const float faster = side_branches == 0 ? narrowed : std::pow(narrowed, 1 - side_branches);
+        return peak_velocity * waveform(time) * faster * fraction * here.along;
     }
-    /// Volume per second at a time, m^3/s: half the first section times the velocity on its axis.
+    /// Volume per second at a time through the first section, m^3/s: half its area times the velocity on its axis.
     float volume_flow(float time) const { return 0.5F * line.first().area() * peak_velocity * waveform(time); }
 
     /// @throws usage_error  for a setting out of range
@@ -139,6 +145,8 @@ struct tube_flow {
         if (line.empty()) throw usage_error{"tube_flow: `line` is empty; give the sections of the tube"};
         if (!is_finite(peak_velocity) || !(std::fabs(peak_velocity) <= 100))
             throw usage_error{"tube_flow: `peak_velocity` must be at most 100 m/s, such as 0.4_m_per_s"};
+        if (!(side_branches >= 0 && side_branches <= 1))
+            throw usage_error{"tube_flow: `side_branches` must be 0 (none) to 1 (the velocity is the same everywhere)"};
         waveform.check();
     }
 

@@ -94,7 +94,7 @@ struct pressed_face {
     float decay = 20e-3F;    ///< see `indentation`
     float recovery = 8e-3F;  ///< see `indentation`
     /// exp(-S / decay), where something stiff, which does not move, lies S metres below the skin; 0: nothing. Bone holds
-    /// what is beside it, too, so that tissue does not tear there: `press` lets S grow by at most 2 metres a metre.
+    /// what is beside it, too, so that tissue does not tear there: as if it lay 2 metres deeper for each metre.
     values stop{};
 
     /// Where a row and a column are: x and y of the probe, metres.
@@ -141,8 +141,8 @@ struct pressed_face {
     /// By how much it is displaced along z, likewise.
     float depth_at(vec2 place) const { return mixed(depth, cell_of(place)); }
 
-    /// Lowers values so that from point to point of the grid they rise by at most a slope. @param slope  per metre
-    void limit_slope(values& of, float slope) const {
+    /// Values of the grid, lowered so that they rise by at most a slope from point to point. @param slope  per metre
+    values with_slope(values of, float slope) const {
         for (std::size_t pass = 0; pass < 2; ++pass)
             for (std::size_t n = 0; n < rows; ++n)
                 for (std::size_t m = 0; m < columns; ++m) { // forwards, then backwards
@@ -155,6 +155,7 @@ struct pressed_face {
                     lower(pass == 0 ? k - 1 : k + 1, i);
                     lower(k, pass == 0 ? i - 1 : i + 1);
                 }
+        return of;
     }
     /// Sets the depth beside the face from that at its edge: it recovers exponentially, up to the rim of the grid, and is
     /// at most three quarters of that by which tissue above something stiff would fold over.
@@ -398,7 +399,7 @@ class presser {
         for (std::size_t i = 0; i < pressed_face::columns; ++i)
             height[i] = height_at(probe, clamp(face.place(0, i).x, face.left, face.right));
         skin_.find(body, face, height, accepts, is_stiff);
-        face.limit_slope(skin_.stiff, beside_stiff);
+        const pressed_face::values holding = face.with_slope(skin_.stiff, beside_stiff);
         float sum = 0, points = 0, pressed = 0;
         vec2 folding{0, 0}; // the largest depth at which tissue would fold over, and how far below something is stiff
         for (std::size_t row = 0; row < pressed_face::rows; ++row)
@@ -407,9 +408,13 @@ class presser {
                             skin = height[i] - (found_depth > -FLT_MAX ? found_depth : 0),
                             below = skin_.stiff[row][i] < FLT_MAX ? max(skin_.stiff[row][i] - skin, 0) : FLT_MAX;
                 face.skin[row][i] = skin;
-                face.stop[row][i] = below < FLT_MAX ? std::exp(-below / settings.decay) : 0;
+                const float stop = below < FLT_MAX ? std::exp(-below / settings.decay) : 0;
+                // Beside bone as much as the face leaves without folding.
+                const float beside = std::exp(-max(holding[row][i] - skin, 0) / settings.decay),
+                            left = 1 - max(found_depth, 0) / (0.75F * settings.decay);
+                face.stop[row][i] = max(stop, min(beside, left));
                 if (!pressed_face::is_on_face(row, i)) continue;
-                const float depth = max(found_depth, 0), folds = settings.decay * (1 - face.stop[row][i]);
+                const float depth = max(found_depth, 0), folds = settings.decay * (1 - stop);
                 found.depth = max(found.depth, depth);
                 sum += depth;
                 points += 1;
