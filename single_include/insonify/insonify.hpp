@@ -7459,9 +7459,9 @@ INSONIFY_FN view<const layer> stack_layers(const scene_view& scene, const Line& 
     detail::layer_walk walk{scene, line, found, depth, incident};
     walk.enter_at_face();
     std::size_t count = 0;
-    for (layer here; walk.next(here);) {
+    for (; !walk.at_end(); ++count) {
         if (count == room.size()) return {};
-        room[count++] = here;
+        walk.next(room[count]);
     }
     return found.inside.overflow ? view<const layer>{} : view<const layer>{room.data(), count};
 }
@@ -23602,9 +23602,9 @@ class channel_tracer {
             const vec3 local = at_.local_point(one.position);
             if (!is_finite(one.position) || !is_finite(one.scattering_length))
                 throw usage_error{"trace_channels: a point scatterer is not finite; check `points`"};
-            if (!(local.z > 0)) continue; // behind the face
+            if (!is_in_front(out.places, local)) continue;
             highest = max(highest, std::fabs(local.y));
-            lateral = max(lateral, length(local - out.places[nearest_element(out.places, {local.x, local.z})].origin));
+            lateral = max(lateral, length(local - nearest_to(out.places, local).origin));
         }
         for (const ray& one : out.places) highest_element = max(highest_element, std::fabs(one.origin.y));
         const float aperture = length(out.places.back().origin - out.places.front().origin);
@@ -23633,15 +23633,24 @@ class channel_tracer {
         }
         if (settings_.surfaces) search.add_surfaces(policy, field_, all);
         check_memory(out, all.size() + settings_.points.size() + uncounted, "");
-        add_points(all);
+        add_points(out.places, all);
         zones_ = sort_into_zones(policy, all, fans_, out.places, record_.sigma_frequency);
     }
 
-    void add_points(std::vector<reflector>& all) const {
+    static const ray& nearest_to(view<const ray> places, vec3 local) {
+        return places[nearest_element(places, {local.x, local.z})];
+    }
+    // Of the face of the nearest element: before the flanks of a convex array, z is below 0.
+    static bool is_in_front(view<const ray> places, vec3 local) {
+        const ray& nearest = nearest_to(places, local);
+        return dot(local - nearest.origin, nearest.direction) > 0;
+    }
+
+    void add_points(view<const ray> places, std::vector<reflector>& all) const {
         all.reserve(all.size() + settings_.points.size());
         for (const point_scatterer& one : settings_.points) {
             const vec3 local = at_.local_point(one.position);
-            if (!(local.z > 0)) continue; // behind the face
+            if (!is_in_front(places, local)) continue;
             const auto root = spectral_value::everywhere(square_root(vec2{one.scattering_length, 0}));
             all.push_back({.place = {local.x, local.z}, .y = local.y, .root = root});
         }

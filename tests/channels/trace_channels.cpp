@@ -150,6 +150,46 @@ TEST_CASE("channels: a point returns what Rayleigh's integral over the elements 
     }
 }
 
+TEST_CASE("channels: each element of a convex array receives a point in front of it, on the flanks as in the middle") {
+    convex_element_array array = presets::c5_2v_elements;
+    array.height = 2_mm; // 8 mm is far from it, and the lens does nothing
+    const element_array flat{.elements = 1,
+                             .pitch = array.pitch,
+                             .element_width = array.element_width,
+                             .frequency = array.frequency,
+                             .height = array.height,
+                             .elevation_focus = array.elevation_focus,
+                             .sound_speed = array.sound_speed};
+    const scene body = scene{medium_1540}.build(exec::par);
+    const std::vector<transmit> each = full_synthetic_aperture(array);
+    const double f0 = static_cast<double>(array.frequency), k = full_turn * f0 / 1540;
+    const complex field = element_field_at(flat, 0, 0, 0, 8e-3, f0);
+    const complex expected = 1e-3 * field * field * full_turn /
+                             (imaginary_unit * k * static_cast<double>(array.element_width * array.height));
+    for (const std::uint32_t element : {0U, 10U, 30U, 63U}) {
+        const ray face = array.element(element);
+        const std::vector<transmit> alone{each[element]};
+        const auto received = [&](float distance) {
+            const std::vector<point_scatterer> points{{face.at(distance), 1e-3F}};
+            return trace_channels(exec::par_unseq, body, array, pose{}, physical{}, alone,
+                                  {.depth = 20_mm, .points = points});
+        };
+        const channel_data data = received(8_mm);
+        const complex ratio = transfer(data, 0, element, f0) / expected;
+        const iq_channel_data envelope = demodulate(exec::seq, data);
+        std::uint32_t peak = 0;
+        for (std::uint32_t i = 0; i < data.samples; ++i)
+            if (length(envelope(0, element, i)) > length(envelope(0, element, peak))) peak = i;
+        CHECK(std::fabs(static_cast<float>(peak) / data.sampling_frequency - 2 * 8_mm / 1540) < 70e-9F); // a sample
+        MESSAGE("element ", element, ", point at z = ", face.at(8_mm).z * 1e3F, " mm: ", decibels_of(ratio), " dB, ",
+                nanoseconds(ratio, f0), " ns");
+        CHECK(std::fabs(decibels_of(ratio)) < 0.1);
+        CHECK(std::fabs(nanoseconds(ratio, f0)) < 2); // of 280, a period
+        const channel_data behind = received(-2_mm);
+        CHECK(std::all_of(behind.values.begin(), behind.values.end(), [](float value) { return value == 0; }));
+    }
+}
+
 TEST_CASE("channels: a plate returns Kirchhoff's integral over its surface") {
     for (const float degrees : {0.0F, 10.0F}) {
         const float tilt = degrees * pi / 180;
