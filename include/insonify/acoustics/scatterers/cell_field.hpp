@@ -408,7 +408,8 @@ class structured_line {
         // A fibre at an angle a to the surface curves over its last `insertion` metres, from D = insertion / 2 sin a on.
         const auto insertion = [&](float surface, float cosine, vec3 normal) -> fibre_insertion {
             if (cosine == 0) return {};
-            const float half = std::fabs(cosine) * max_range(line), above = min(sheath.thickness, half);
+            constexpr float of_half = 0.4F; // of a thin object, so that fibres remain between both ends
+            const float half = std::fabs(cosine) * max_range(line), above = min(sheath.thickness, of_half * half);
             const float sine = std::fabs(dot(line.structure->axes[0], normal));
             return {dot(normal, line.along) * cosine < 0 ? normal : -normal, surface - begin_ + above / cosine, cosine,
                     min(0.5F * sheath.insertion * sine, half - above)};
