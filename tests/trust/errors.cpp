@@ -84,9 +84,21 @@ TEST_CASE("geometry that cannot be used is refused with a sentence") {
 TEST_CASE("settings of scenes and probes out of range are refused with a sentence") {
     scene unbuilt{tissue::fat};
     unbuilt.add(make_box({0, 0, 0}, {1, 1, 1}), tissue::bone);
+    const auto sheathed = [](float thickness, float insertion) {
+        medium muscle = tissue::muscle;
+        muscle.structure.sheath.thickness = thickness;
+        muscle.structure.sheath.insertion = insertion;
+        return muscle;
+    };
     check<usage_error>({
         {[&] { (scene{{.density = -1}}); }, "scene: the background needs a density and a sound speed above 0"},
         {[&] { unbuilt.add({}, {.sound_speed = 0}); }, "its medium needs a density and a sound speed above 0"},
+        {[&] { (scene{sheathed(20, 0)}); },
+         "scene: the background has a `structure.sheath.thickness` of 20 m; it must be 0 to 1 m, such as 20_mm"},
+        {[&] { unbuilt.add({}, sheathed(1_mm, 20), {.name = "calf"}); },
+         "object 'calf': its medium has a `structure.sheath.insertion` of 20 m; it must be 0 to 1 m, such as 20_mm"},
+        {[&] { unbuilt.add({}, sheathed(1_mm, nan)); },
+         "its medium has a `structure.sheath.insertion` of nan m; it must be 0 to 1 m, such as 20_mm"},
         {[&] { unbuilt.remove(object_id{7}); }, "scene: no object has the id 7"},
         {[&] { unbuilt.update(exec::seq); }, "scene: call build(policy) after the last add or remove"},
         {[&] { trace(exec::seq, unbuilt, probe, pose{}, law2011{}, scan); }, "scene: call build(policy)"},

@@ -57,6 +57,13 @@ inline void check_point(vec3 point, const char* caller) {
 /// @param what  begins the message, such as "scene: the background"
 /// @throws usage_error  for a medium out of range
 inline void check_medium(const medium& m, const std::string& what) {
+    const auto check_length = [&](const char* name, float metres) {
+        if (!(metres >= 0 && metres <= 1))
+            throw usage_error{joined({what, " has a `structure.sheath.", name, "` of ", number_text(metres),
+                                      " m; it must be 0 to 1 m, such as 20_mm"})};
+    };
+    check_length("thickness", m.structure.sheath.thickness);
+    check_length("insertion", m.structure.sheath.insertion);
     if (!is_valid(m.structure))
         throw usage_error{what + " has a `structure` out of range: sizes must be above 0, fractions 0 to 1, "
                                  "`lattices` 1 to 6, deviations 0 to 40 dB, bundles no wider than their spacing"};
