@@ -63,6 +63,14 @@ inline const named_array& array_of_type(const std::string& type) {
     return *std::find_if(arrays().begin(), arrays().end(), [&](const named_array& one) { return one.type == type; });
 }
 
+/// The names of all arrays of a type, in words.
+inline std::string arrays_of_type(const std::string& type) {
+    std::string names;
+    for (const named_array& one : arrays())
+        if (one.type == type) names += (names.empty() ? "" : " or ") + std::string{one.name};
+    return names;
+}
+
 /// The transmits that --transmits names.
 /// @throws usage_error  for a word that is none of its kinds, or numbers out of range
 template <element_transducer Array>

@@ -45,8 +45,20 @@ subject load_phantom(const channels::options& chosen) {
     return one;
 }
 
+/// The probe of a view, pressed into the skin, gives it the shape of its face.
+/// @throws usage_error  for an array of another kind
+void check_array(const channels::options& chosen, const anatomy::view& seen) {
+    const std::string type = channels::array_type(seen.probe);
+    if (chosen.array.empty() || chosen.from) return;
+    if (const char* const own = channels::find_array(chosen.array).type; own != type)
+        throw usage_error{"--array: " + chosen.array + " is a " + own + " array, but a " + type +
+                          " probe is pressed into the skin in the view '" + seen.name + "'; choose " +
+                          channels::arrays_of_type(type) + ", or another place with --from"};
+}
+
 subject load_view(const channels::options& chosen) {
     region_in_view made = load_region(chosen);
+    check_array(chosen, made.seen);
     return {.title = made.title,
             .body = std::move(made.body),
             .at = made.at,

@@ -287,10 +287,25 @@ def test_a_view_chooses_the_kind_of_array_and_the_depth(tmp_path):
     with h5py.File(tmp_path / "channels.hdf5") as file:
         assert file["probe/type"].asstr()[()] == "curved"
         assert file["tracks/track_0/data/sos_map/coordinates"][0, -1, 0, 2] > 0.06
-    run(tmp_path, "--anatomy", "lumbar", "--parameter", "resolution=0.3", "--transmits", "plane:1:0", "--wave-fronts", "--array", "p4_2v", "--depth", "30")
+    run(tmp_path, "--anatomy", "lumbar", "--parameter", "resolution=0.3", "--transmits", "plane:1:0", "--wave-fronts", "--array", "c5_2v", "--depth", "30")
     with h5py.File(tmp_path / "channels.hdf5") as file:
-        assert file["probe/type"].asstr()[()] == "phased"
+        assert file["probe/type"].asstr()[()] == "curved"
         assert 0.029 < file["tracks/track_0/data/sos_map/coordinates"][0, -1, 0, 2] <= 0.03
+
+
+def test_an_array_of_another_kind_than_the_probe_of_a_view_is_refused(tmp_path):
+    coarse = ["--parameter", "resolution=0.5", "--transmits", "plane:1:0", "--wave-fronts", "--depth", "20"]
+    refused = "channels: --array: {} array, but a {} probe is pressed into the skin in the view '{}'; choose {}, or another place with --from\n"
+    for view, array, words in (
+        (["--anatomy", "lumbar"], "p4_2v", ("p4_2v is a phased", "curved", "paramedian_oblique", "c5_2v")),
+        (["--anatomy", "leg", "--view", "calf_transverse"], "c5_2v", ("c5_2v is a curved", "linear", "calf_transverse", "l11_5v or l12_3v")),
+    ):
+        done = run(tmp_path, *view, *coarse, "--array", array, check=False)
+        assert done.returncode == 2 and done.stderr == refused.format(*words) and not [*tmp_path.iterdir()]
+    # Elsewhere no probe is pressed in: every array fits.
+    run(tmp_path, "--anatomy", "leg", "--view", "calf_transverse", *coarse, "--array", "c5_2v", "--from", "0,-30,0", "--towards", "0,0,0")
+    with h5py.File(tmp_path / "channels.hdf5") as file:
+        assert file["probe/type"].asstr()[()] == "curved"
 
 
 def test_a_full_disk_leaves_nothing_half_written(tmp_path):
