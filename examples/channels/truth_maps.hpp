@@ -5,6 +5,7 @@
 #include <insonify/channels/tissue_maps.hpp>
 #include "../dataset/hdf5_file.hpp"
 #include "arrays.hpp"
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <string>
@@ -13,17 +14,20 @@
 /// The truth behind channel data, as maps of files in the layout of zea.
 namespace channels {
 
-/// The slice that is traced, in steps of half a wavelength, or of as many as give no more than 2^22 pixels.
+/// The slice that is traced, from the element that lies furthest back, in steps of half a wavelength, or of as many as
+/// give no more than 2^22 pixels.
 inline map_grid slice_grid(const named_array& array, const channel_data& data, float depth) {
     constexpr std::size_t max_pixels = std::size_t{1} << 22U;
     const float half = 0.5F * length(data.places.back().origin - data.places.front().origin) +
                        depth * std::tan(array.opening_deg * 1_deg);
+    float top = 0; // of the flanks of a convex array
+    for (const ray& one : data.places) top = std::min(top, one.origin.z);
     const float step = 0.5F * data.sound_speed / data.frequency;
     for (float spacing = step;; spacing += step) {
         const auto columns = static_cast<std::uint32_t>(2 * half / spacing) + 1;
-        const map_grid grid{.from = {-0.5F * static_cast<float>(columns - 1) * spacing, 0},
+        const map_grid grid{.from = {-0.5F * static_cast<float>(columns - 1) * spacing, top},
                             .spacing = spacing,
-                            .size = {columns, static_cast<std::uint32_t>(depth / spacing) + 1}};
+                            .size = {columns, static_cast<std::uint32_t>((depth - top) / spacing) + 1}};
         if (grid.count() <= max_pixels) return grid;
     }
 }
