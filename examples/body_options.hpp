@@ -92,7 +92,8 @@ inline region_in_view load_region(const body_options& chosen) {
     const anatomy::view seen = chosen.view.empty() ? made.views.front() : made.find_view(chosen.view);
     made.anatomy.build(insonify::exec::par);
     const insonify::pose at = chosen.from ? pose_of(chosen, seen.at) : anatomy::press_probe(made.anatomy, seen);
-    return {std::string{region.title} + ": " + seen.title, std::move(made.anatomy), at, seen};
+    const std::string title{region.title};
+    return {chosen.from ? title : title + ": " + seen.title, std::move(made.anatomy), at, seen};
 }
 
 /// The body of a file, not built, and what was read.

@@ -302,10 +302,10 @@ def test_an_array_of_another_kind_than_the_probe_of_a_view_is_refused(tmp_path):
     ):
         done = run(tmp_path, *view, *coarse, "--array", array, check=False)
         assert done.returncode == 2 and done.stderr == refused.format(*words) and not [*tmp_path.iterdir()]
-    # Elsewhere no probe is pressed in: every array fits.
+    # Elsewhere no probe is pressed in: every array fits, and the title is not that of a view.
     run(tmp_path, "--anatomy", "leg", "--view", "calf_transverse", *coarse, "--array", "c5_2v", "--from", "0,-30,0", "--towards", "0,0,0")
     with h5py.File(tmp_path / "channels.hdf5") as file:
-        assert file["probe/type"].asstr()[()] == "curved"
+        assert file["probe/type"].asstr()[()] == "curved" and file.attrs["description"] == "Leg: thigh and calf"
 
 
 def test_a_full_disk_leaves_nothing_half_written(tmp_path):
