@@ -11,6 +11,7 @@
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -80,6 +81,19 @@ subject load(const channels::options& chosen) {
     return chosen.file.empty() ? load_phantom(chosen) : load_mesh(chosen);
 }
 
+/// @throws usage_error  as `trace_channels`; too much memory with the options that lower it
+template <element_transducer Array>
+channel_data trace(const subject& one, const Array& array, std::span<const transmit> sent,
+                   const channel_settings& settings) {
+    try {
+        return trace_channels(exec::par_unseq, one.body, array, one.at, physical{}, sent, settings);
+    } catch (const usage_error& refused) {
+        const std::string said = refused.what();
+        if (said.find("more than `max_memory`") == std::string::npos) throw;
+        throw usage_error{said.substr(0, said.rfind(';')) + "; lower --depth or --transmits"};
+    }
+}
+
 template <element_transducer Array>
 void run(const channels::options& chosen, const subject& one, const channels::named_array& named, const Array& array) {
     const std::vector<transmit> sent = channels::transmits_named(chosen.transmits, array);
@@ -95,7 +109,7 @@ void run(const channels::options& chosen, const subject& one, const channels::na
     const auto trace_one = [&](std::uint32_t frame) -> channels::frame_data {
         const auto begin = std::chrono::steady_clock::now();
         settings.frame = frame;
-        channel_data received = trace_channels(exec::par_unseq, one.body, array, one.at, physical{}, sent, settings);
+        channel_data received = trace(one, array, sent, settings);
         const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
         if (frame == 0)
             std::printf("%s: %u transmits, %u elements, %u samples at %g MHz; %.2f s a frame\n", one.title.c_str(),
