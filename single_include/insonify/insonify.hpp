@@ -3623,8 +3623,9 @@ struct poiseuille {
 };
 
 /// Laminar flow in a tube that bends, tapers, and has elliptical sections: along its line, by
-/// v = peak_velocity w(t) A_0 / A (1 - r^2), where r is the distance from the line over that of the wall, A the area of
-/// the section and A_0 that of the first one; 0 outside the wall. All sections have the same volume flow.
+/// v = peak_velocity w(t) (A_0 / A)^(1 - side_branches) (1 - r^2), where r is the distance from the line over that of the
+/// wall, A the area of the section and A_0 that of the first one; 0 outside the wall. All sections have the same volume
+/// flow, unless branches take some of it.
 ///
 /// The profile across an ellipse is exact for a straight tube; flow that is parallel to the line holds where the tube
 /// bends and tapers slowly.
@@ -3633,6 +3634,9 @@ struct tube_flow {
     centre_line line{};      ///< in coordinates of the object; blood flows towards its last section
     float peak_velocity = 0; ///< on the axis of the first section in systole, m/s; below 0: towards it
     pulsatile waveform{};    ///< steady by default
+    /// What branches take of the flow, or bring, where the tube tapers: 0: nothing; 1: so much that the velocity is the
+    /// same everywhere.
+    float side_branches = 0;
 
     /// See `velocity_field`.
     vec3 operator()(object_id of, vec3 point, float time) const {
@@ -3640,9 +3644,11 @@ struct tube_flow {
         const line_place here = line.place(point);
         const float fraction = 1 - here.squared(point);
         if (!(fraction > 0)) return {0, 0, 0};
-        return peak_velocity * waveform(time) * (line.first().area() / here.area()) * fraction * here.along;
+        const float narrowed = line.first().area() / here.area();
+        const float faster = side_branches == 0 ? narrowed : std::pow(narrowed, 1 - side_branches);
+        return peak_velocity * waveform(time) * faster * fraction * here.along;
     }
-    /// Volume per second at a time, m^3/s: half the first section times the velocity on its axis.
+    /// Volume per second at a time through the first section, m^3/s: half its area times the velocity on its axis.
     float volume_flow(float time) const { return 0.5F * line.first().area() * peak_velocity * waveform(time); }
 
     /// @throws usage_error  for a setting out of range
@@ -3650,6 +3656,8 @@ struct tube_flow {
         if (line.empty()) throw usage_error{"tube_flow: `line` is empty; give the sections of the tube"};
         if (!is_finite(peak_velocity) || !(std::fabs(peak_velocity) <= 100))
             throw usage_error{"tube_flow: `peak_velocity` must be at most 100 m/s, such as 0.4_m_per_s"};
+        if (!(side_branches >= 0 && side_branches <= 1))
+            throw usage_error{"tube_flow: `side_branches` must be 0 (none) to 1 (the velocity is the same everywhere)"};
         waveform.check();
     }
 
@@ -26283,7 +26291,7 @@ struct pressed_face {
     float decay = 20e-3F;    ///< see `indentation`
     float recovery = 8e-3F;  ///< see `indentation`
     /// exp(-S / decay), where something stiff, which does not move, lies S metres below the skin; 0: nothing. Bone holds
-    /// what is beside it, too, so that tissue does not tear there: `press` lets S grow by at most 2 metres a metre.
+    /// what is beside it, too, so that tissue does not tear there: as if it lay 2 metres deeper for each metre.
     values stop{};
 
     /// Where a row and a column are: x and y of the probe, metres.
@@ -26330,8 +26338,8 @@ struct pressed_face {
     /// By how much it is displaced along z, likewise.
     float depth_at(vec2 place) const { return mixed(depth, cell_of(place)); }
 
-    /// Lowers values so that from point to point of the grid they rise by at most a slope. @param slope  per metre
-    void limit_slope(values& of, float slope) const {
+    /// Values of the grid, lowered so that they rise by at most a slope from point to point. @param slope  per metre
+    values with_slope(values of, float slope) const {
         for (std::size_t pass = 0; pass < 2; ++pass)
             for (std::size_t n = 0; n < rows; ++n)
                 for (std::size_t m = 0; m < columns; ++m) { // forwards, then backwards
@@ -26344,6 +26352,7 @@ struct pressed_face {
                     lower(pass == 0 ? k - 1 : k + 1, i);
                     lower(k, pass == 0 ? i - 1 : i + 1);
                 }
+        return of;
     }
     /// Sets the depth beside the face from that at its edge: it recovers exponentially, up to the rim of the grid, and is
     /// at most three quarters of that by which tissue above something stiff would fold over.
@@ -26587,7 +26596,7 @@ class presser {
         for (std::size_t i = 0; i < pressed_face::columns; ++i)
             height[i] = height_at(probe, clamp(face.place(0, i).x, face.left, face.right));
         skin_.find(body, face, height, accepts, is_stiff);
-        face.limit_slope(skin_.stiff, beside_stiff);
+        const pressed_face::values holding = face.with_slope(skin_.stiff, beside_stiff);
         float sum = 0, points = 0, pressed = 0;
         vec2 folding{0, 0}; // the largest depth at which tissue would fold over, and how far below something is stiff
         for (std::size_t row = 0; row < pressed_face::rows; ++row)
@@ -26596,9 +26605,13 @@ class presser {
                             skin = height[i] - (found_depth > -FLT_MAX ? found_depth : 0),
                             below = skin_.stiff[row][i] < FLT_MAX ? max(skin_.stiff[row][i] - skin, 0) : FLT_MAX;
                 face.skin[row][i] = skin;
-                face.stop[row][i] = below < FLT_MAX ? std::exp(-below / settings.decay) : 0;
+                const float stop = below < FLT_MAX ? std::exp(-below / settings.decay) : 0;
+                // Beside bone as much as the face leaves without folding.
+                const float beside = std::exp(-max(holding[row][i] - skin, 0) / settings.decay),
+                            left = 1 - max(found_depth, 0) / (0.75F * settings.decay);
+                face.stop[row][i] = max(stop, min(beside, left));
                 if (!pressed_face::is_on_face(row, i)) continue;
-                const float depth = max(found_depth, 0), folds = settings.decay * (1 - face.stop[row][i]);
+                const float depth = max(found_depth, 0), folds = settings.decay * (1 - stop);
                 found.depth = max(found.depth, depth);
                 sum += depth;
                 points += 1;
