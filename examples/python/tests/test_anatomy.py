@@ -177,7 +177,7 @@ def test_flow_and_motion_of_all_vessels(neck):
         assert not is_artery or one.waveform.resistive_index == vessel.resistive_index
     vein = next(one for one in neck.vessels if one.name == "right internal jugular vein")
     middle = vein.line[len(vein.line) // 2, :3]
-    points = middle + np.array([[0, 0, 0], [0, 0, 0.1 * mm]])
+    points = (middle + np.array([[0, 0, 0], [0, 0, 0.1 * mm]])).astype(np.float32)
     still = pulsation_at(0)
     assert np.array_equal(neck.motion(still)(points), points)  # at rest
     assert np.array_equal(neck.motion(still, vein.pressure - 1, [middle])(points), points)
