@@ -571,7 +571,7 @@ struct leg_builder : builder {
                                            {"media", tissue::tunica_media, 0.72F * of.wall, 0.15F},
                                            {"adventitia", media::limb::soft_adventitia, adventitia, 0.6F}};
         const auto wide = [&](float y) { return r * (1 - 0.2F * ramp(y, of.division - 5_mm, of.division + 12_mm)); };
-        std::vector<tube_section> course{round(-3_mm, thigh_top + 8_mm, z - 0.3_mm, r), round(-1_mm, -20_mm, z, r),
+        std::vector<tube_section> course{round(-3_mm, thigh_top + 10_mm, z - 0.3_mm, r), round(-1_mm, -20_mm, z, r),
                                          round(0, 0, z, wide(0))};
         for (const vec3 p : {vec3{-1_mm, 20_mm, 0.6_mm}, vec3{-3.5_mm, 42_mm, 2.2_mm}})
             course.push_back(round(p.x * m, p.y, z + p.z, wide(p.y)));

@@ -178,6 +178,7 @@ struct neck_builder : builder {
         add(outside.surface(coarse, of.fat), tissue::fat, 0, "fat", "skin", {0, 1, 0}, own_surface{});
         add(fascia.surface(coarse), media::deep_fascia, 0, "deep fascia", "fat", {0, 1, 0}, own_surface{});
         // The platysma tapers to all sides, and has thin places.
+        const float room = min(of.fat * of.fat / (1.5_mm * 1.5_mm), 1); // in thin fat
         for (const float side : {1.0F, -1.0F}) {
             const std::uint32_t columns = static_cast<std::uint32_t>(44 * of.resolution),
                                 rows = static_cast<std::uint32_t>(30 * of.resolution);
@@ -191,9 +192,9 @@ struct neck_builder : builder {
                     const float ends =
                         ramp(u, 0, 0.35F) * ramp(1 - u, 0, 0.4F) * ramp(v, 0, 0.1F) * ramp(1 - v, 0, 0.1F);
                     const float thick = (0.15F + 0.85F * ramp(noise(seed + 2, {x, y, 0}, 9_mm), -0.6F, 0.4F)) * ends;
-                    const float height = min(0.75_mm, 0.5F * of.fat) + 0.08F * max(of.fat - 1.5_mm, 0) +
+                    const float height = 0.75_mm * room + 0.08F * max(of.fat - 1.5_mm, 0) +
                                          0.06F * of.fat * noise(seed + 3, {x, y, side}, 8_mm);
-                    points.push_back({under(x, y, -height), 0.08_mm + 0.9_mm * of.muscle * thick});
+                    points.push_back({under(x, y, -height), 0.08_mm + 0.9_mm * of.muscle * thick * room});
                 }
             if (side < 0) // so that the upper side stays the upper one
                 for (std::size_t row = 0; row < points.size(); row += columns)
