@@ -266,12 +266,12 @@ TEST_CASE(
     const object_id block = body.add(make_box({-30_mm, -30_mm, 2_mm}, {30_mm, 30_mm, 33_mm}, 5), tissue::liver);
     body.build(exec::par);
     body.deform(exec::par, indentation{.depth = 3_mm, .face = {20_mm, 20_mm}});
-    const auto moves = [](object_id of, vec3, float) {
+    const auto falls = [](object_id of, vec3, float) {
         return of == background_object ? vec3{0, 0, 0} : vec3{0, 0, -0.04F};
     };
     const auto seen = [&](const pose& at) {
         const iq_ensemble echoes =
-            doppler_ensemble(exec::par_unseq, body, probe, at, physical{}, moves, {.depth = 30_mm, .pulses = 2});
+            doppler_ensemble(exec::par_unseq, body, probe, at, physical{}, falls, {.depth = 30_mm, .pulses = 2});
         return echoes;
     };
     const iq_ensemble before = seen({});

@@ -104,7 +104,9 @@ std::vector<zone> sort_into_zones(const Policy& policy, std::vector<reflector>& 
         keys[i] = {all[i].place, slope, static_cast<std::uint32_t>(clamp(slope * sigma_frequency / step, 0, last)),
                    static_cast<std::uint32_t>(i)};
     });
-    std::stable_sort(keys.begin(), keys.end(), [](const zone_key& a, const zone_key& b) { return a.zone < b.zone; });
+    std::sort(keys.begin(), keys.end(), [](const zone_key& a, const zone_key& b) {
+        return a.zone < b.zone || (a.zone == b.zone && a.reflector < b.reflector);
+    });
     std::vector<zone> zones;
     for (std::size_t begin = 0, end = 0; begin < keys.size(); begin = end) {
         while (end < keys.size() && keys[end].zone == keys[begin].zone) ++end;
