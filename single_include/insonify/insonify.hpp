@@ -12465,7 +12465,8 @@ class sheet_crossings {
         const float first = std::floor(min(from, to)), others = std::floor(max(from, to)) - first;
         if (!is_finite(others)) return;
         const float step = 1 + std::floor(others * (1.0F / max_cells));
-        for (float away = 0; away <= others; away += step) visit(first + away);
+        for (std::uint32_t i = 0; static_cast<float>(i) * step <= others; ++i)
+            visit(first + static_cast<float>(i) * step);
     }
 
     // Cells within a row are shifted too.
