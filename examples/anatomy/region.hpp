@@ -147,6 +147,23 @@ struct parameter {
     }
 };
 
+/// A value of a parameter. One beyond a limit by no more than that is rounded in text, or in another unit, is the limit.
+/// @param in     the unit of the message
+/// @param whose  begins the message, such as "neck: "
+/// @throws usage_error  for a value out of range
+inline float checked(const parameter& one, float value, const parameter_unit& in, const std::string& whose = "") {
+    constexpr float rounding = 5e-4F; // of `number_text`
+    const float nearest = clamp(value, one.smallest, one.largest);
+    const float tolerance = one.is_choice ? 0 : rounding * std::fabs(nearest);
+    if (std::fabs(value - nearest) <= tolerance && (!one.is_choice || value == std::round(value))) return nearest;
+    const auto text = [&](float number) {
+        return insonify::detail::number_text(number / in.size) + (*in.name ? std::string{" "} + in.name : "");
+    };
+    throw usage_error{whose + "`" + one.name + "` is " + text(value) + "; it must be " +
+                      (one.is_choice ? "a whole number " : "") + "from " + text(one.smallest) + " to " +
+                      text(one.largest) + ": " + one.description};
+}
+
 /// Values by the names of their parameters. What is missing has its default.
 using values = std::map<std::string, float>;
 
@@ -168,19 +185,9 @@ struct region {
                           (known.empty() ? "it has none: it is always the same" : "known are " + known)};
     }
 
-    /// A value of a parameter. One beyond a limit by no more than that is rounded in text, or in another unit, is the limit.
-    /// @param in  the unit of the message  @throws usage_error  for a value out of range
+    /// A value of one of them. @param in  the unit of the message  @throws usage_error  for a value out of range
     float checked(const parameter& one, float value, const parameter_unit& in) const {
-        constexpr float rounding = 5e-4F; // of `number_text`
-        const float nearest = clamp(value, one.smallest, one.largest);
-        const float tolerance = one.is_choice ? 0 : rounding * std::fabs(nearest);
-        if (std::fabs(value - nearest) <= tolerance && (!one.is_choice || value == std::round(value))) return nearest;
-        const auto text = [&](float number) {
-            return insonify::detail::number_text(number / in.size) + (*in.name ? std::string{" "} + in.name : "");
-        };
-        throw usage_error{std::string{name} + ": `" + one.name + "` is " + text(value) + "; it must be " +
-                          (one.is_choice ? "a whole number " : "") + "from " + text(one.smallest) + " to " +
-                          text(one.largest) + ": " + one.description};
+        return anatomy::checked(one, value, in, std::string{name} + ": ");
     }
 
     /// All values: those that are given, and the defaults of the others.
@@ -228,14 +235,13 @@ struct member {
 /// @throws usage_error  for a value out of range
 template <class Parameters, class MakeUsual>
 body make_in_size(const Parameters& of, const MakeUsual& make_usual) {
-    for (const member<Parameters>& one : Parameters::members())
-        if (!(of.*one.of >= one.smallest && of.*one.of <= one.largest))
-            throw usage_error{std::string{"`"} + one.name + "` is " + insonify::detail::number_text(of.*one.of) +
-                              "; it must be from " + insonify::detail::number_text(one.smallest) + " to " +
-                              insonify::detail::number_text(one.largest) + ": " + one.description};
     Parameters usual = of;
-    for (const member<Parameters>& one : Parameters::members())
-        if (std::string{one.unit} == "m") usual.*one.of /= of.size;
+    for (const member<Parameters>& one : Parameters::members()) {
+        float& value = usual.*one.of;
+        value = checked({one.name, one.unit, one.description, one.smallest, one.largest, 0, one.is_choice}, value,
+                        {one.unit});
+        if (std::string{one.unit} == "m") value /= of.size;
+    }
     usual.resolution *= min(of.size, 1); // as many cells in a small body
     usual.size = 1;
     return of.size == 1 ? make_usual(usual) : enlarged(make_usual(usual), of.size);

@@ -124,6 +124,15 @@ struct vessel {
 struct blood_flow {
     std::vector<tube_flow> tubes{}; ///< one for each vessel, in this order
 
+    /// Sets how fast the heart beats, and which face presses.
+    void set(const std::vector<vessel>& vessels, float heart_rate, const contact_pressure& under) {
+        for (std::size_t i = 0; i < vessels.size(); ++i) {
+            const vessel& one = vessels[i];
+            tubes[i].peak_velocity = vessel::left_by(one.collapsed(under)) * one.peak_velocity;
+            if (one.type == vessel::kind::artery) tubes[i].waveform.heart_rate = heart_rate;
+        }
+    }
+
     /// See `velocity_field`. Where branches meet, that of the first vessel in which the point lies.
     vec3 operator()(object_id object, vec3 point, float time) const {
         for (const tube_flow& one : tubes)
@@ -144,15 +153,13 @@ inline blood_flow flow_of(const scene& body, const std::vector<vessel>& vessels,
         const std::optional<object_id> blood = body.find(one.name);
         if (!blood)
             throw usage_error{"flow_of: there is no object '" + one.name + "', which a vessel names as its blood"};
-        pulsatile waveform{.resistive_index = one.resistive_index};
-        if (one.type == vessel::kind::artery) waveform.heart_rate = heart_rate;
         all.tubes.push_back({.object = *blood,
                              .line = moved(one.line, inverse(body[*blood].at)),
-                             .peak_velocity = vessel::left_by(one.collapsed(under)) * one.peak_velocity,
-                             .waveform = waveform,
+                             .waveform = {.resistive_index = one.resistive_index},
                              .side_branches = 1});
-        all.tubes.back().check();
     }
+    all.set(vessels, heart_rate, under);
+    for (const tube_flow& one : all.tubes) one.check();
     return all;
 }
 

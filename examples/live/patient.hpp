@@ -165,11 +165,7 @@ class patient {
         wall.radius = radius_of_pulse;
         wall.time = time;
         now.vessels = ::anatomy::motion_of(vessels_, wall, under);
-        for (std::size_t i = 0; i < vessels_.size(); ++i) {
-            const vessel& one = vessels_[i];
-            flow.tubes[i].peak_velocity = vessel::left_by(one.collapsed(under)) * one.peak_velocity;
-            if (one.type == vessel::kind::artery) flow.tubes[i].waveform.heart_rate = beat.rate;
-        }
+        flow.set(vessels_, beat.rate, under);
     }
 
     // Where whatever the picture shows has its vertices.

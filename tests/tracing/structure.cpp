@@ -142,7 +142,7 @@ TEST_CASE("the sheaths of a thin muscle meet in its middle: each is as bright as
     }
 }
 
-TEST_CASE("a thin muscle is as bright where fibres curve into its surface as where they do not") {
+TEST_CASE("a thin muscle keeps its brightness where fibres end on its sheath") {
     // Fibres parallel to the surfaces, and a sheath that adds nothing: only the ends of the fibres differ.
     for (const float thickness : {1.5_mm, 2_mm, 2.5_mm, 3_mm, 5_mm}) {
         const auto power = [&](float insertion) { // of the middle half

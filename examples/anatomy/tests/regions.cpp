@@ -464,4 +464,14 @@ TEST_CASE("bad parameters and names are refused with a sentence") {
         CHECK_THROWS_AS(region.make({{"resolution", coarse}}).find_view("inside_out"), usage_error);
     }
     CHECK_THROWS_AS(anatomy::find_region("tail"), usage_error);
+    // The structs likewise.
+    CHECK_THROWS_WITH_AS(
+        make(anatomy::leg{.fat = 0.06F}),
+        "`fat` is 0.06 m; it must be from 0.003 m to 0.016 m: thickness of the subcutaneous fat of the "
+        "thigh; the calf has 0.7 of it",
+        usage_error);
+    CHECK_THROWS_AS(make(anatomy::neck{.side = 0.5F}), usage_error);
+    CHECK_THROWS_AS(make(anatomy::lumbar{.size = 2}), usage_error);
+    CHECK_THROWS_AS(make(anatomy::neck{.size = 0}), usage_error);
+    CHECK_THROWS_AS(make(anatomy::right_upper_quadrant{.fat = std::nanf("")}), usage_error);
 }
