@@ -11,7 +11,6 @@
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -81,19 +80,6 @@ subject load(const channels::options& chosen) {
     return chosen.file.empty() ? load_phantom(chosen) : load_mesh(chosen);
 }
 
-/// @throws usage_error  as `trace_channels`; too much memory with the options that lower it
-template <element_transducer Array>
-channel_data trace(const subject& one, const Array& array, std::span<const transmit> sent,
-                   const channel_settings& settings) {
-    try {
-        return trace_channels(exec::par_unseq, one.body, array, one.at, physical{}, sent, settings);
-    } catch (const usage_error& refused) {
-        const std::string said = refused.what();
-        if (said.find("more than `max_memory`") == std::string::npos) throw;
-        throw usage_error{said.substr(0, said.rfind(';')) + "; lower --depth or --transmits"};
-    }
-}
-
 template <element_transducer Array>
 void run(const channels::options& chosen, const subject& one, const channels::named_array& named, const Array& array) {
     const std::vector<transmit> sent = channels::transmits_named(chosen.transmits, array);
@@ -105,11 +91,12 @@ void run(const channels::options& chosen, const subject& one, const channels::na
                               .opening = named.opening_deg * 1_deg,
                               .wave_fronts = chosen.wave_fronts,
                               .noise_level_db = chosen.noise.value_or(no_level_db),
+                              .max_memory = static_cast<std::uint64_t>(1e9 * static_cast<double>(chosen.memory)),
                               .points = points};
     const auto trace_one = [&](std::uint32_t frame) -> channels::frame_data {
         const auto begin = std::chrono::steady_clock::now();
         settings.frame = frame;
-        channel_data received = trace(one, array, sent, settings);
+        channel_data received = trace_channels(exec::par_unseq, one.body, array, one.at, physical{}, sent, settings);
         const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
         if (frame == 0)
             std::printf("%s: %u transmits, %u elements, %u samples at %g MHz; %.2f s a frame\n", one.title.c_str(),
@@ -153,6 +140,8 @@ int main(int count, char** arguments) {
             }
             check_place(chosen);
             check_output(chosen.output);
+            std::visit([&](const auto& any) { static_cast<void>(channels::transmits_named(chosen.transmits, any)); },
+                       channels::arrays().front().elements); // its words, before the work starts
             const subject one = load(chosen);
             const channels::named_array& named =
                 chosen.array.empty() ? channels::array_of_type(one.array_type) : channels::find_array(chosen.array);

@@ -18,6 +18,7 @@ struct options : body_options {
     std::uint32_t frames = 1;
     float sampling_frequency = 0; ///< 0: four times the carrier
     std::optional<float> noise{};
+    float memory = 4;
     bool iq = false, wave_fronts = false;
     std::string format = "zea";
     std::string output = "channels.hdf5";
@@ -57,6 +58,8 @@ inline void add_options(CLI::App& app, options& into) {
     add(app, "--noise", into.noise, "NUMBER",
         "electronic noise of an element, dB relative to the echo of a perfect mirror, -200 to 0 (none)")
         ->check(number(-200, 0));
+    add(app, "--memory", into.memory, "NUMBER", "memory that a frame may take, GB, 0.1 to 1000 (4)")
+        ->check(number(0.1, 1000));
     app.add_flag("--iq", into.iq, "IQ, demodulated with the carrier, instead of RF");
     app.add_flag("--wave-fronts", into.wave_fronts,
                  "each transmit as one wave front: faster, without waves from the ends of the aperture");

@@ -308,9 +308,13 @@ def test_an_array_of_another_kind_than_the_probe_of_a_view_is_refused(tmp_path):
         assert file["probe/type"].asstr()[()] == "curved" and file.attrs["description"] == "Leg: thigh and calf"
 
 
-def test_too_much_memory_names_the_options_that_lower_it(tmp_path):
-    done = run(tmp_path, "--phantom", "points", "--array", "l12_3v", "--transmits", "fsa", "--depth", "1000", check=False)
-    assert done.returncode == 2 and "more than `max_memory`" in done.stderr and done.stderr.endswith("GB); lower --depth or --transmits\n")
+def test_memory_is_bounded_by_an_option(tmp_path):
+    job = ["--phantom", "points", "--array", "l12_3v", "--transmits"]
+    done = run(tmp_path, *job, "fsa", "--depth", "1000", check=False)
+    assert done.returncode == 2 and "more than `max_memory` (4 GB); lower " in done.stderr
+    done = run(tmp_path, *job, "fsa", "--depth", "60", "--memory", "0.1", check=False)
+    assert done.returncode == 2 and "more than `max_memory` (0.1 GB); lower " in done.stderr
+    run(tmp_path, *job, "plane:3:10", "--depth", "30", "--memory", "0.5")
 
 
 def test_a_full_disk_leaves_nothing_half_written(tmp_path):
