@@ -23621,9 +23621,10 @@ class channel_tracer {
             const vec3 local = at_.local_point(one.position);
             if (!is_finite(one.position) || !is_finite(one.scattering_length))
                 throw usage_error{"trace_channels: a point scatterer is not finite; check `points`"};
-            if (!is_in_front(out.places, local)) continue;
+            const ray& nearest = nearest_to(out.places, local);
+            if (!is_in_front(nearest, local)) continue;
             highest = max(highest, std::fabs(local.y));
-            lateral = max(lateral, length(local - nearest_to(out.places, local).origin));
+            lateral = max(lateral, length(local - nearest.origin));
         }
         for (const ray& one : out.places) highest_element = max(highest_element, std::fabs(one.origin.y));
         const float aperture = length(out.places.back().origin - out.places.front().origin);
@@ -23660,8 +23661,7 @@ class channel_tracer {
         return places[nearest_element(places, {local.x, local.z})];
     }
     // Of the face of the nearest element: before the flanks of a convex array, z is below 0.
-    static bool is_in_front(view<const ray> places, vec3 local) {
-        const ray& nearest = nearest_to(places, local);
+    static bool is_in_front(const ray& nearest, vec3 local) {
         return dot(local - nearest.origin, nearest.direction) > 0;
     }
 
@@ -23669,7 +23669,7 @@ class channel_tracer {
         all.reserve(all.size() + settings_.points.size());
         for (const point_scatterer& one : settings_.points) {
             const vec3 local = at_.local_point(one.position);
-            if (!is_in_front(places, local)) continue;
+            if (!is_in_front(nearest_to(places, local), local)) continue;
             const auto root = spectral_value::everywhere(square_root(vec2{one.scattering_length, 0}));
             all.push_back({.place = {local.x, local.z}, .y = local.y, .root = root});
         }
@@ -26284,6 +26284,8 @@ struct pressed_face {
     static constexpr std::size_t columns = 33 + 2 * margin;      ///< along x, 33 of them from edge to edge
     static constexpr std::size_t rows = 5 + 2 * margin;          ///< along y, 5 of them from edge to edge
     using values = std::array<std::array<float, columns>, rows>; ///< one for each point of the grid
+    /// Of the depth at which tissue would fold over, what it gives way by at most.
+    static constexpr float max_of_fold = 0.75F;
 
     pose at{};               ///< probe to world
     float left = -20e-3F;    ///< edge of the face along x, metres
@@ -26367,7 +26369,7 @@ struct pressed_face {
                                   column = std::clamp(i, margin, columns - 1 - margin);
                 const float left_over = detail::beside_face(length(place(k, i) - place(row, column)), recovery);
                 const bool at_rim = k == 0 || i == 0 || k == rows - 1 || i == columns - 1;
-                depth[k][i] = at_rim ? 0 : min(depth[row][column] * left_over, 0.75F * decay * (1 - stop[k][i]));
+                depth[k][i] = at_rim ? 0 : min(depth[row][column] * left_over, max_of_fold * decay * (1 - stop[k][i]));
             }
     }
 
@@ -26611,7 +26613,7 @@ class presser {
                 const float stop = below < FLT_MAX ? std::exp(-below / settings.decay) : 0;
                 // Beside bone as much as the face leaves without folding.
                 const float beside = std::exp(-max(holding[row][i] - skin, 0) / settings.decay),
-                            left = 1 - max(found_depth, 0) / (0.75F * settings.decay);
+                            left = 1 - max(found_depth, 0) / (pressed_face::max_of_fold * settings.decay);
                 face.stop[row][i] = max(stop, min(beside, left));
                 if (!pressed_face::is_on_face(row, i)) continue;
                 const float depth = max(found_depth, 0), folds = settings.decay * (1 - stop);
@@ -26621,7 +26623,7 @@ class presser {
                 pressed += depth > 0 ? 1.0F : 0.0F;
                 face.depth[row][i] = max(depth - behind, 0);
                 if (settings.yields)
-                    face.depth[row][i] = min(face.depth[row][i], 0.75F * folds);
+                    face.depth[row][i] = min(face.depth[row][i], pressed_face::max_of_fold * folds);
                 else if (depth > folding.x && !(depth < folds))
                     folding = {depth, below};
             }

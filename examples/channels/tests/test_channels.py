@@ -314,7 +314,7 @@ def test_memory_is_bounded_by_an_option(tmp_path):
     assert done.returncode == 2 and "more than `max_memory` (4 GB); lower " in done.stderr
     done = run(tmp_path, *job, "fsa", "--depth", "60", "--memory", "0.1", check=False)
     assert done.returncode == 2 and "more than `max_memory` (0.1 GB); lower " in done.stderr
-    run(tmp_path, *job, "plane:3:10", "--depth", "30", "--memory", "0.5")
+    run(tmp_path, *job, "plane:3:10", "--depth", "30", "--memory", "2")
 
 
 def test_a_full_disk_leaves_nothing_half_written(tmp_path):

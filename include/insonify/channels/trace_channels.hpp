@@ -194,9 +194,10 @@ class channel_tracer {
             const vec3 local = at_.local_point(one.position);
             if (!is_finite(one.position) || !is_finite(one.scattering_length))
                 throw usage_error{"trace_channels: a point scatterer is not finite; check `points`"};
-            if (!is_in_front(out.places, local)) continue;
+            const ray& nearest = nearest_to(out.places, local);
+            if (!is_in_front(nearest, local)) continue;
             highest = max(highest, std::fabs(local.y));
-            lateral = max(lateral, length(local - nearest_to(out.places, local).origin));
+            lateral = max(lateral, length(local - nearest.origin));
         }
         for (const ray& one : out.places) highest_element = max(highest_element, std::fabs(one.origin.y));
         const float aperture = length(out.places.back().origin - out.places.front().origin);
@@ -233,8 +234,7 @@ class channel_tracer {
         return places[nearest_element(places, {local.x, local.z})];
     }
     // Of the face of the nearest element: before the flanks of a convex array, z is below 0.
-    static bool is_in_front(view<const ray> places, vec3 local) {
-        const ray& nearest = nearest_to(places, local);
+    static bool is_in_front(const ray& nearest, vec3 local) {
         return dot(local - nearest.origin, nearest.direction) > 0;
     }
 
@@ -242,7 +242,7 @@ class channel_tracer {
         all.reserve(all.size() + settings_.points.size());
         for (const point_scatterer& one : settings_.points) {
             const vec3 local = at_.local_point(one.position);
-            if (!is_in_front(places, local)) continue;
+            if (!is_in_front(nearest_to(places, local), local)) continue;
             const auto root = spectral_value::everywhere(square_root(vec2{one.scattering_length, 0}));
             all.push_back({.place = {local.x, local.z}, .y = local.y, .root = root});
         }

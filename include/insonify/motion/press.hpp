@@ -84,6 +84,8 @@ struct pressed_face {
     static constexpr std::size_t columns = 33 + 2 * margin;      ///< along x, 33 of them from edge to edge
     static constexpr std::size_t rows = 5 + 2 * margin;          ///< along y, 5 of them from edge to edge
     using values = std::array<std::array<float, columns>, rows>; ///< one for each point of the grid
+    /// Of the depth at which tissue would fold over, what it gives way by at most.
+    static constexpr float max_of_fold = 0.75F;
 
     pose at{};               ///< probe to world
     float left = -20e-3F;    ///< edge of the face along x, metres
@@ -167,7 +169,7 @@ struct pressed_face {
                                   column = std::clamp(i, margin, columns - 1 - margin);
                 const float left_over = detail::beside_face(length(place(k, i) - place(row, column)), recovery);
                 const bool at_rim = k == 0 || i == 0 || k == rows - 1 || i == columns - 1;
-                depth[k][i] = at_rim ? 0 : min(depth[row][column] * left_over, 0.75F * decay * (1 - stop[k][i]));
+                depth[k][i] = at_rim ? 0 : min(depth[row][column] * left_over, max_of_fold * decay * (1 - stop[k][i]));
             }
     }
 
@@ -411,7 +413,7 @@ class presser {
                 const float stop = below < FLT_MAX ? std::exp(-below / settings.decay) : 0;
                 // Beside bone as much as the face leaves without folding.
                 const float beside = std::exp(-max(holding[row][i] - skin, 0) / settings.decay),
-                            left = 1 - max(found_depth, 0) / (0.75F * settings.decay);
+                            left = 1 - max(found_depth, 0) / (pressed_face::max_of_fold * settings.decay);
                 face.stop[row][i] = max(stop, min(beside, left));
                 if (!pressed_face::is_on_face(row, i)) continue;
                 const float depth = max(found_depth, 0), folds = settings.decay * (1 - stop);
@@ -421,7 +423,7 @@ class presser {
                 pressed += depth > 0 ? 1.0F : 0.0F;
                 face.depth[row][i] = max(depth - behind, 0);
                 if (settings.yields)
-                    face.depth[row][i] = min(face.depth[row][i], 0.75F * folds);
+                    face.depth[row][i] = min(face.depth[row][i], pressed_face::max_of_fold * folds);
                 else if (depth > folding.x && !(depth < folds))
                     folding = {depth, below};
             }
