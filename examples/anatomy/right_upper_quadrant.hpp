@@ -707,6 +707,19 @@ struct right_upper_quadrant_builder : builder {
                               settings,
                               {},
                               pressed});
+        // The small face of a phased array stands between two ribs, across them.
+        const float axillary = 84;
+        const vec3 between_ribs = on_skin(axillary, 0.5F * (rib_at(10, axillary) + rib_at(11, axillary)));
+        const float recess = (between_ribs.y - kidney_centre.y) / long_axis.y;
+        settings = presets::heart.settings;
+        settings.depth = 140_mm;
+        made.views.push_back({"trauma",
+                              "hepatorenal recess between the ribs, by a phased array",
+                              look_at(between_ribs, kidney_centre + recess * long_axis, long_axis),
+                              presets::heart.probe,
+                              settings,
+                              {},
+                              pressed});
     }
 };
 

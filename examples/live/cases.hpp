@@ -36,6 +36,7 @@ inline constexpr case_entry cases[] = {
     {"Abdomen: liver, intercostal", "right_upper_quadrant", "intercostal"},
     {"Abdomen: gallbladder", "right_upper_quadrant", "gallbladder"},
     {"Abdomen: Morison's pouch", "right_upper_quadrant", "morison"},
+    {"Abdomen: emergency, phased array", "right_upper_quadrant", "trauma"},
     {"Lumbar spine: paramedian oblique", "lumbar", "paramedian_oblique"},
     {"Lumbar spine: across, between laminae", "lumbar", "transverse_interlaminar"},
     {"Lumbar spine: across, spinous process", "lumbar", "transverse_spinous"},

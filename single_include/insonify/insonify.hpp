@@ -12225,10 +12225,18 @@ struct fibre_insertion {
     float cosine = 0; ///< of the angle of incidence; negative where the line leaves the object, 0: fibres do not end
     float depth = 0;  ///< D, metres; 0: fibres stay straight
 
+    /// Depth below the sheath at distances along the segment, metres.
+    INSONIFY_FN INSONIFY_INLINE wide_floats below(const wide_floats& distance) const {
+        return (distance - wide_floats(end)) * wide_floats(cosine);
+    }
+    /// Whether fibres curve at one of these distances.
+    INSONIFY_FN INSONIFY_INLINE bool curves(const wide_floats& distance) const {
+        return depth > 0 && bits_of(below(distance) < wide_floats(depth)) != 0;
+    }
     /// u at distances along the segment, metres.
     INSONIFY_FN INSONIFY_INLINE wide_floats displacement(const wide_floats& distance) const {
-        const wide_floats largest(depth), below = (distance - wide_floats(end)) * wide_floats(cosine);
-        const wide_floats missing = sqrt(largest) - sqrt(min(max(below, wide_floats(0.0F)), largest));
+        const wide_floats largest(depth);
+        const wide_floats missing = sqrt(largest) - sqrt(min(max(below(distance), wide_floats(0.0F)), largest));
         return missing * missing;
     }
 };
@@ -12318,7 +12326,7 @@ struct object_segment {
         wide_floats place[3];
         for (int i = 0; i < 3; ++i) place[i] = coordinate(axes[i], size[i]).at(distance);
         for (const fibre_insertion& one : course.insertions()) {
-            if (one.depth == 0) continue;
+            if (!one.curves(distance)) continue;
             const wide_floats aside = one.displacement(distance);
             for (int i = 0; i < 3; ++i)
                 place[i] = multiply_add(aside, wide_floats(dot(axes[i], one.normal) / size[i]), place[i]);

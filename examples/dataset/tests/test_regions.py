@@ -22,7 +22,7 @@ def parameters_of(file, row):
 def regions(tmp_path_factory):
     """Two cycles of all views."""
     folder = tmp_path_factory.mktemp("regions")
-    run(folder, *SKETCH, "--samples", "38")
+    run(folder, *SKETCH, "--samples", "40")
     return folder
 
 
@@ -30,13 +30,13 @@ def test_every_view_of_every_region_occurs_as_often(regions):
     with whole_of(regions) as file:
         views, found = texts(file, "views"), file["insonify/view"][:].astype(int)
         assert texts(file, "anatomies") == ["neck", "leg", "right_upper_quadrant", "lumbar", "nerve_block"]
-        assert len(views) == 19 and len(set(views)) == 19
-        for cycle in (found[:19], found[19:]):
-            assert sorted(cycle) == list(range(19))
+        assert len(views) == 20 and len(set(views)) == 20
+        for cycle in (found[:20], found[20:]):
+            assert sorted(cycle) == list(range(20))
         of = {views[view]: int(anatomy) for view, anatomy in zip(found, file["insonify/anatomy"][:])}
         assert of["thyroid"] == 0 and of["calf_transverse"] == 1 and of["morison"] == 2 and of["transverse_spinous"] == 3
         images = file["data/image/values"][:]
-        assert (images.reshape(38, -1).std(axis=1) > 5).all()
+        assert (images.reshape(40, -1).std(axis=1) > 5).all()
         assert (file["insonify/on_surface"][:] == 1).all()
 
 
@@ -45,7 +45,7 @@ def test_samples_of_a_body_follow_each_other_and_share_its_parameters(regions):
         seeds, anatomies = file["insonify/body_seed"][:], file["insonify/anatomy"][:]
         starts = np.flatnonzero(np.concatenate([[True], seeds[1:] != seeds[:-1]]))
         assert len(starts) == len(np.unique(seeds)) == 10 and (seeds < 1_000_000_000).all()
-        for start, end in zip(starts, [*starts[1:], 38]):
+        for start, end in zip(starts, [*starts[1:], 40]):
             assert len(set(file["insonify/view"][start:end])) == end - start  # other views of one body
             first = parameters_of(file, start)
             assert all(parameters_of(file, row) == first for row in range(start, end))
@@ -55,7 +55,7 @@ def test_samples_of_a_body_follow_each_other_and_share_its_parameters(regions):
         for name, low, high in (("fat", 0.0015, 0.008), ("carotid", 0.0052, 0.0075), ("roots", 0.8, 1.2)):
             values = [parameters_of(file, row)[name] for row in np.flatnonzero(anatomies == 0)]
             assert low - 1e-6 <= min(values) and max(values) <= high + 1e-6 and len(set(values)) == 2
-        assert len(np.unique(file["insonify/gain"][:])) == 38 and len(np.unique(file["insonify/image_depth"][:])) == 38
+        assert len(np.unique(file["insonify/gain"][:])) == 40 and len(np.unique(file["insonify/image_depth"][:])) == 40
 
 
 def test_left_and_right_bodies_take_turns(regions):
@@ -227,7 +227,7 @@ def test_regions_beside_files(tmp_path):
 @pytest.fixture(scope="module")
 def pictures(regions, tmp_path_factory):
     folder = tmp_path_factory.mktemp("pictures")
-    run(folder, *SKETCH, "--samples", "38", "--format", "png")
+    run(folder, *SKETCH, "--samples", "40", "--format", "png")
     return folder
 
 
@@ -242,7 +242,7 @@ def test_the_summary_counts_what_is_stored(regions):
     assert f"is right for <b>{right:.1f} %</b> of the pixels in the field of view" in page
     never = [name for name, count in zip(names, counts.sum(axis=(1, 2))) if count == 0]
     assert f"<p>Labels that occur in no sample: {', '.join(never)}.</p>" in page
-    assert "<tr><td>neck<td>10<td>26.3 %\n" in page and "<tr><td>morison<td>2<td>5.3 %\n" in page
+    assert "<tr><td>neck<td>10<td>25.0 %\n" in page and "<tr><td>morison<td>2<td>5.0 %\n" in page
     assert re.search(r"side of the body<th>samples<th>share\n<tr><td>left<td>14<td>50.0 %\n<tr><td>right<td>14<td>50.0 %", page)
     assert f"<tr><td>present<td>{present.sum()}<td>" in page
     assert re.search(rf"needle from the<th>samples<th>share\n<tr><td>left<td>{(side == 0).sum()}<td>.*\n<tr><td>right<td>{(side == 1).sum()}<td>", page)
