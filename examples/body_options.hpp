@@ -37,7 +37,7 @@ inline CLI::Option* add_body_options(CLI::App& app, body_options& into, const st
         ->needs(file);
     add_mesh_options(app, into.repair, into.pennation, file);
     add_region_options(app, into, "a region of the body instead of a file: see --list", 0, 999'999'999)->excludes(file);
-    app.add_flag("--list", into.list, "lists the regions with their views and parameters, and ends");
+    app.add_flag("--list", into.list, "lists the regions, or that of --anatomy, with their views and parameters, and ends");
     auto* const from = add_list<3, float>(app, "--from", into.from, ',', length(), "X,Y,Z",
                                           "position of the " + probe + ": the middle of its face");
     auto* const towards =
@@ -114,9 +114,12 @@ inline body_of_file load_file(const body_options& chosen) {
     return made;
 }
 
-/// Lists the regions with their views and parameters.
-inline void list_regions() {
+/// Lists the regions, or one of them, with their views and parameters. @param only  empty: all
+/// @throws usage_error  where there is no such region
+inline void list_regions(const std::string& only) {
+    if (!only.empty()) static_cast<void>(anatomy::find_region(only));
     for (const anatomy::region& region : anatomy::regions()) {
+        if (!only.empty() && only != region.name) continue;
         std::printf("--anatomy %s: %s\n", region.name, region.title);
         for (const anatomy::view& view : region.make().views)
             std::printf("  --view %s: %s\n", view.name.c_str(), view.title.c_str());

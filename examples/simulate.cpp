@@ -228,7 +228,7 @@ int main(int count, char** arguments) {
         "simulate", count, arguments, [&](CLI::App& app) { add_options(app, chosen); },
         [&] {
             if (chosen.list) {
-                list_regions();
+                list_regions(chosen.anatomy);
                 return 0;
             }
             check_place(chosen);

@@ -458,14 +458,14 @@ struct right_upper_quadrant_builder : builder {
                                 .resistive_index = 0.85F, // of the aorta above the renal arteries
                                 .pressure = 6_mmHg});     // central veins, and nearly the portal one
     }
-    /// @param lines     from the trunk outwards, the trunk first
-    /// @param outwards  of the flow: else towards the trunk
+    enum class tree_flow { into_branches, into_trunk };
+    /// @param lines  from the trunk outwards, the trunk first
     void flows(const std::string& name, const std::vector<std::vector<tube_section>>& lines, float velocity,
-               bool outwards) {
+               tree_flow course) {
         for (const std::vector<tube_section>& branch : lines) {
             std::vector<tube_section> line = wide_part(branch);
             if (line.size() < 2) continue;
-            if (!outwards) std::reverse(line.begin(), line.end());
+            if (course == tree_flow::into_trunk) std::reverse(line.begin(), line.end());
             flows(name, vessel::kind::vein, std::move(line), velocity);
         }
     }
@@ -502,7 +502,7 @@ struct right_upper_quadrant_builder : builder {
                                 {{-18_mm, bottom - 12_mm, 90_mm}, 0.9F * r}});
         add_vessel(make_tube(cava, {.segments = count(36)}), 0.9_mm, tissue::vein_wall, "inferior vena cava", 60,
                    "body wall");
-        flows("inferior vena cava", {cava}, 0.3F, false);
+        flows("inferior vena cava", {cava}, 0.3F, tree_flow::into_trunk);
         const auto aorta = vein({{{10_mm, top + 25_mm, 86_mm}, 0.53F * of.aorta},
                                  {{10_mm, -60_mm, 87_mm}, 0.5F * of.aorta},
                                  {{9_mm, 0, 88_mm}, 0.47F * of.aorta},
@@ -557,9 +557,10 @@ struct right_upper_quadrant_builder : builder {
                           portal.box(p + 5_mm), fine, {.max_slope = 1.2F}),
             media::portal_tract, 6, "portal vein: wall", "body wall");
         add(lumen, tissue::blood, 8, "portal vein", "portal vein: wall");
-        flows("portal vein", portal.lines, 0.2F, true);
+        flows("portal vein", portal.lines, 0.2F, tree_flow::into_branches);
 
-        const float h = of.hepatic / 9.2F; // the radii below are millimetres in a usual liver
+        const float h =
+            of.hepatic / right_upper_quadrant{}.hepatic * 1_mm; // the radii below are those of a usual liver
         tree hepatic;
         const vec3 mouth{-21_mm, -86_mm, 76_mm};
         // Almost straight: it lies in the slice of the subcostal view.
@@ -592,7 +593,7 @@ struct right_upper_quadrant_builder : builder {
                                {{-70_mm, -66_mm, 38_mm}, 1.2F * h}})};
         add(mesh_implicit(hepatic, hepatic.box(8_mm), fine, {.max_slope = 1.1F}), tissue::blood, 9, "hepatic veins",
             "body wall");
-        flows("hepatic veins", hepatic.lines, 0.25F, false);
+        flows("hepatic veins", hepatic.lines, 0.25F, tree_flow::into_trunk);
 
         // Vessels of the kidney, in front of it and behind the vena cava.
         const vec3 hilum = from_kidney({2_mm, -0.22F * of.kidney_length, -2_mm});

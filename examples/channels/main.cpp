@@ -1,5 +1,5 @@
-// Channel data of an OBJ file, of a region of the body or of a phantom, as HDF5 in the layout of zea or of USTB. `channels --help` lists the
-// options.
+// Channel data of an OBJ file, of a region of the body or of a phantom, as HDF5 in the layout of zea or of USTB.
+// `channels --help` lists the options.
 #define INSONIFY_IMPLEMENTATION
 #include <insonify/insonify.hpp>
 #include "../dataset/file.hpp"
@@ -135,7 +135,7 @@ int main(int count, char** arguments) {
         "channels", count, arguments, [&](CLI::App& app) { channels::add_options(app, chosen); },
         [&] {
             if (chosen.list) {
-                list_regions();
+                list_regions(chosen.anatomy);
                 return 0;
             }
             check_place(chosen);
