@@ -37,7 +37,8 @@ inline CLI::Option* add_body_options(CLI::App& app, body_options& into, const st
         ->needs(file);
     add_mesh_options(app, into.repair, into.pennation, file);
     add_region_options(app, into, "a region of the body instead of a file: see --list", 0, 999'999'999)->excludes(file);
-    app.add_flag("--list", into.list, "lists the regions, or that of --anatomy, with their views and parameters, and ends");
+    app.add_flag("--list", into.list,
+                 "lists the regions, or that of --anatomy, with their views and parameters, and ends");
     auto* const from = add_list<3, float>(app, "--from", into.from, ',', length(), "X,Y,Z",
                                           "position of the " + probe + ": the middle of its face");
     auto* const towards =

@@ -347,7 +347,6 @@ INSONIFY_FN INSONIFY_INLINE bool is_number(float value) {
     return (__builtin_bit_cast(std::uint32_t, value) & 0x7FFFFFFFU) <= 0x7F800000U;
 }
 
-/// The product of two complex numbers.
 INSONIFY_FN constexpr vec2 complex_product(vec2 a, vec2 b) { return {a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x}; }
 /// exp(2 pi i turns)
 INSONIFY_FN inline vec2 turned(double turns) {
@@ -1061,7 +1060,6 @@ class thread_pool {
   public:
     static constexpr std::uint32_t max_participants = 1024; ///< per call, including the caller
 
-    /// The pool of the program.
     static thread_pool& instance() {
         static thread_pool pool;
         return pool;
@@ -1371,7 +1369,6 @@ class any_policy {
     template <exec::policy Policy>
     explicit any_policy(const Policy& policy) : policy_{&policy}, run_{&run<Policy>} {}
 
-    /// Forwards to the policy.
     friend void for_each_index(const any_policy& policy, std::size_t count,
                                const function_ref<void(std::size_t index)>& body) {
         policy.run_(policy.policy_, count, body);
@@ -3028,7 +3025,6 @@ struct face_groups_view {
     view<const std::size_t> ends{};       ///< where the vertices of each group end, in `vertices`
     view<const std::uint32_t> vertices{}; ///< of all groups, one after the other
 
-    /// Number of groups.
     std::size_t count() const { return ends.size(); }
     /// The vertices of a group, each once.
     view<const std::uint32_t> operator[](std::size_t group) const {
@@ -3268,7 +3264,6 @@ class fibre_grid {
         });
     }
 
-    /// As a view.
     fibre_chart view_of() const { return {nodes_, count_, origin_, spacing_}; }
 
   private:
@@ -4251,7 +4246,6 @@ inline constexpr std::uint32_t no_child = ~0U;
 
 namespace detail {
 
-/// The binary logarithm of a width.
 template <int Width>
 inline constexpr auto width_bits = static_cast<std::uint32_t>(std::countr_zero(static_cast<unsigned>(Width)));
 
@@ -4959,7 +4953,6 @@ struct alignas(32) build_box {
     std::uint32_t primitive() const {
         return static_cast<std::uint32_t>(row[3]) << 16U | static_cast<std::uint32_t>(row[7]);
     }
-    /// The empty box.
     static build_box none() { return {lanes<4>(-FLT_MAX), lanes<4>(-FLT_MAX)}; }
 
     INSONIFY_INLINE void add(const build_box& other) {
@@ -5425,14 +5418,12 @@ class morton_order {
         if constexpr (digits % 2 != 0) std::copy(keys, keys + count, other);
     }
 
-    // Turns a histogram into the begin of each digit.
     template <class Counts>
     static void exclusive_scan(Counts& counted) {
         std::uint32_t before = 0;
         for (std::uint32_t& one : counted) before += std::exchange(one, before);
     }
 
-    // Writes each key to the next position of its digit.
     template <class Digit, class Counts>
     static void scatter(const std::uint64_t* keys, std::uint32_t count, const Digit& digit, Counts& next,
                         std::uint64_t* to) {
@@ -6726,6 +6717,13 @@ struct displacement_view {
 
 namespace insonify::inline INSONIFY_ABI {
 
+/// Where a line meets a surface of the object that it is in; by default there is none, or it belongs to the object on its
+/// other side.
+struct object_surface {
+    float cosine = 0;     ///< of the angle of incidence
+    vec3 normal{0, 0, 0}; ///< in the world, on either side, of length 1
+};
+
 /// The segment of a line inside one object. Consecutive layers are adjacent, and the last one extends to the end of the
 /// line.
 ///
@@ -6743,11 +6741,8 @@ struct layer {
     vec3 curvature{0, 0, 0};
     float roughness = -1;    ///< of that surface: rms height, metres; below 0: the larger one of the two media
     std::uint32_t place = 0; ///< index into the poses of the line
-    /// Cosines of the angles of incidence on the surfaces at `begin` and `end`, where these are the object's own; 0
-    /// where there is none, or where it belongs to the object on its other side.
-    vec2 own_surfaces{0, 0};
-    vec3 own_normals[2] = {}; ///< of these surfaces in the world, on either side, of length 1; 0 where there is none
-    float moved = 0;          ///< of the surface at `begin` along the line since the first pulse of a train, metres
+    object_surface own_begin{}, own_end{}; ///< at `begin` and `end`
+    float moved = 0; ///< of the surface at `begin` along the line since the first pulse of a train, metres
 };
 
 /// The coordinate frame of a line in the world; axes of length 1.
@@ -6839,7 +6834,6 @@ struct layer_gains {
         return {a.surfaces + place.part * (b.surfaces - a.surfaces), a.speckle + place.part * (b.speckle - a.speckle),
                 a.deeper + place.part * (b.deeper - a.deeper)};
     }
-    /// The smallest `deeper` within the layer.
     INSONIFY_FN float min_deeper() const {
         float smallest = at_steps.empty() ? before.deeper : at_steps[0].deeper;
         for (const aperture_gain& gain : at_steps) smallest = min(smallest, gain.deeper);
@@ -7355,11 +7349,8 @@ class layer_walk {
             found_.inside.toggle(found_.room[next_].rank);
     }
     /// Crossings at the origin belong to the surface that a path has just left: they are skipped.
-    /// @param own_surface  cosine of incidence on that surface, if it is the object's own; else 0
-    /// @param own_normal   of that surface in the world, likewise
-    INSONIFY_FN void skip_departure(float own_surface, vec3 own_normal) {
-        own_ = own_surface;
-        own_normal_ = own_normal;
+    INSONIFY_FN void skip_departure(const object_surface& left) {
+        own_ = left;
         while (next_ < found_.count && found_.room[next_].distance <= touching_distance) ++next_;
     }
 
@@ -7367,9 +7358,8 @@ class layer_walk {
     INSONIFY_FN bool next(layer& here) {
         if (at_end_) return false;
         const std::uint32_t current = found_.inside.top();
-        here = layer_from(current, begin_, met_);
-        here.own_surfaces.x = own_;
-        here.own_normals[0] = own_normal_;
+        here = layer_from(current);
+        here.own_begin = own_;
         while (next_ < found_.count && found_.room[next_].distance < depth_) {
             group_ = next_;
             const float place = found_.room[group_].distance;
@@ -7379,11 +7369,8 @@ class layer_walk {
             if (after == current) continue;
             if (incident_) met_ = incidence_at_change(current, after);
             here.end = begin_ = place;
-            const bool belongs_to_next = after < current;
-            own_ = belongs_to_next ? met_.cosine : 0.0F;
-            own_normal_ = belongs_to_next ? met_.normal : vec3{0, 0, 0};
-            here.own_surfaces.y = belongs_to_next ? 0.0F : met_.cosine;
-            here.own_normals[1] = belongs_to_next ? vec3{0, 0, 0} : met_.normal;
+            own_ = {};
+            (after < current ? own_ : here.own_end) = {met_.cosine, met_.normal};
             return true;
         }
         at_end_ = true;
@@ -7394,12 +7381,12 @@ class layer_walk {
 
     /// What follows the surface at which the last layer ended, as a layer of no thickness.
     INSONIFY_FN layer beyond() const {
-        layer after = layer_from(found_.inside.top(), begin_, met_);
+        layer after = layer_from(found_.inside.top());
         after.end = begin_;
         return after;
     }
     /// Whether that surface belongs to the object behind it, not to the one before.
-    INSONIFY_FN bool is_own() const { return own_ > 0; }
+    INSONIFY_FN bool is_own() const { return own_.cosine > 0; }
     /// How the line meets that surface.
     INSONIFY_FN const surface_incidence& met() const { return met_; }
     /// Applies the crossings at that surface once more: the objects are again those before it.
@@ -7408,13 +7395,13 @@ class layer_walk {
     }
 
   private:
-    INSONIFY_FN layer layer_from(std::uint32_t rank, float begin, const surface_incidence& met) const {
-        layer here{.begin = begin,
+    INSONIFY_FN layer layer_from(std::uint32_t rank) const {
+        layer here{.begin = begin_,
                    .end = depth_,
-                   .cosine = met.cosine,
-                   .slope = met.slope,
-                   .curvature = met.curvature,
-                   .roughness = met.roughness};
+                   .cosine = met_.cosine,
+                   .slope = met_.slope,
+                   .curvature = met_.curvature,
+                   .roughness = met_.roughness};
         if (rank == media_stack::none) return here;
         const object_view& one = scene_.objects[rank];
         here.medium = one.medium;
@@ -7444,8 +7431,7 @@ class layer_walk {
     std::uint32_t next_ = 0, group_ = 0; // crossings: the next one, and the first at the last surface
     float begin_ = 0;
     surface_incidence met_{};
-    float own_ = 0;            // cosine of incidence on the last surface, if it belongs to the object behind it
-    vec3 own_normal_{0, 0, 0}; // likewise
+    object_surface own_{}; // the last one, if it belongs to the object behind it
     bool at_end_ = false;
 };
 
@@ -7758,7 +7744,6 @@ namespace detail {
 
 using tetrahedron = std::array<std::uint32_t, 4>;
 
-/// A point in a tetrahedron.
 struct tetrahedral_point {
     std::uint32_t cell = 0;                  ///< index of the tetrahedron
     std::array<float, 4> weight{1, 0, 0, 0}; ///< of its nodes; their sum is 1
@@ -7769,7 +7754,6 @@ inline float signed_volume(std::span<const vec3> nodes, const tetrahedron& cell)
     return dot(nodes[cell[1]] - a, cross(nodes[cell[2]] - a, nodes[cell[3]] - a)) / 6;
 }
 
-/// Barycentric coordinates of a point.
 inline std::array<float, 4> barycentric(std::span<const vec3> nodes, const tetrahedron& cell, vec3 point) {
     const vec3 a = nodes[cell[0]];
     const vec3 part = inverse(mat3{nodes[cell[1]] - a, nodes[cell[2]] - a, nodes[cell[3]] - a}) * (point - a);
@@ -8093,7 +8077,6 @@ struct point_bounds {
     bool finite = true; ///< whether all are
 };
 
-/// Bounds of two sets of points.
 inline point_bounds merged(const point_bounds& a, const point_bounds& b) {
     return {merged(a.box, b.box), a.finite && b.finite};
 }
@@ -8193,7 +8176,6 @@ struct object_state : object_past {
         accepted.swap(incoming);
     }
 
-    /// Takes over the structure of the medium.
     void place_structure(const object& of, view<const vec3> at_rest) {
         if (of.inside.structure.empty())
             structure = {};
@@ -8207,12 +8189,10 @@ struct object_state : object_past {
         return own;
     }
 
-    /// The positions are handed out for writing.
     void hand_out(const object& of) {
         if (accepted.empty()) accepted = of.surface.positions;
         moved = true;
     }
-    /// Whether they ever were.
     bool handed_out() const { return !accepted.empty(); }
 
     /// Reads the positions, which `accept` or `refuse` must follow. One pass. @return  whether all are finite
@@ -8399,7 +8379,6 @@ class kept_map {
     /// Whether there is none: all is at rest.
     bool empty() const { return !map_.has_value(); }
 
-    /// See `invert_map`.
     void invert(const any_policy<false>& policy, const displacement_lattice& where, float* nodes) const {
         invert_(map_, policy, where, nodes);
     }
@@ -8510,12 +8489,10 @@ class scene_views {
     /// Vertices have moved: trees are out of date again.
     void reset_slices() { sliced_.store(0, std::memory_order_relaxed); }
 
-    /// See `scene::view_for_slices` and `scene::view_for_rays`. @{
     template <class Threads>
     scene_view for_slices(const Threads& policy, const scene_parts& of);
     template <class Threads>
     scene_view for_rays(const Threads& policy, const scene_parts& of);
-    /// @}
 
   private:
     scene_view flattened(const any_policy<false>& policy, const scene_parts& of) {
@@ -9247,7 +9224,6 @@ float max_depth_of(const Model& model, float depth, view<const medium> media) {
         return depth;
 }
 
-/// True for models that assume normal incidence.
 template <class Model>
 concept takes_normal_incidence = requires {
     requires Model::normal_incidence;
@@ -11884,7 +11860,7 @@ INSONIFY_FN inline float power_beside(const layer& obstacle, const layer& behind
 template <class Model>
 INSONIFY_FN bool add_sound_beside(const Model& model, const traced_line& line, const layer& obstacle,
                                   const layer& behind, const echo_path& above, echo_path& below) {
-    if (!(obstacle.own_surfaces.x > 0) || !(obstacle.own_surfaces.y > 0) || above.passed == 0) return false;
+    if (!(obstacle.own_begin.cosine > 0) || !(obstacle.own_end.cosine > 0) || above.passed == 0) return false;
     layer tissue = obstacle; // beside it
     tissue.medium = behind.medium;
     echo_path around = above; // straight on
@@ -11966,8 +11942,7 @@ struct material_line {
     float fnumber = 2;           ///< of the receiving aperture
     const placed_structure* structure = nullptr;     ///< of the medium; null: none
     vec2 surfaces{0, 0};                             ///< metres along the line at which its layer begins and ends
-    vec2 own_surfaces{0, 0};                         ///< see `layer::own_surfaces`
-    vec3 own_normals[2] = {};                        ///< see `layer::own_normals`; in coordinates of the object
+    object_surface own_begin{}, own_end{};           ///< of the layer, in coordinates of the object
     vec3 steering{0, 0, 0};                          ///< see `line_frame::steering`
     bool flowing = false;                            ///< the medium flows
     std::uint32_t frame_number = 0;                  ///< where the medium flows; 0 elsewhere
@@ -12971,10 +12946,9 @@ INSONIFY_FN inline double slab_position(vec3 point) {
 struct rest_line : material_line {
     vec3 lateral{1, 0, 0}; ///< metres of material per metre across the line in the slice plane
 
-    /// Turns all its directions.
     template <class Turned>
     INSONIFY_FN void turn(const Turned& turned) {
-        for (vec3* each : {&along, &elevation, &lateral, &steering, &own_normals[0], &own_normals[1]})
+        for (vec3* each : {&along, &elevation, &lateral, &steering, &own_begin.normal, &own_end.normal})
             *each = turned(*each);
     }
 };
@@ -13160,7 +13134,6 @@ class rest_curve {
     INSONIFY_FN float distance(std::uint32_t i) const {
         return i == last_ ? end_ : begin_ + static_cast<float>(i) * step_;
     }
-    /// In tissue at rest.
     INSONIFY_FN vec3 point(std::uint32_t i) const { return point_[i]; }
     /// Metres of tissue at rest per metre of the line, from one point straight to another.
     INSONIFY_FN vec3 along(std::uint32_t from, std::uint32_t to) const {
@@ -13207,8 +13180,8 @@ class structured_line {
                                   .key = key,
                                   .length = end - begin},
           gains_{*line.structure, segment_, course_of(line)}, behind_entry_{sheath_at(line, line.surfaces.x,
-                                                                                      line.own_surfaces.x)},
-          before_exit_{sheath_at(line, line.surfaces.y, -line.own_surfaces.y)} {}
+                                                                                      line.own_begin.cosine)},
+          before_exit_{sheath_at(line, line.surfaces.y, -line.own_end.cosine)} {}
     structured_line(const structured_line&) = delete;
 
     /// Multiplies `count` complex amplitudes, at equal steps from a distance on, metres along the line; distances never
@@ -13222,7 +13195,7 @@ class structured_line {
   private:
     // Length of the line that belongs to each of its surfaces, metres: to the middle of a thin object.
     INSONIFY_FN static float max_range(const rest_line& line) {
-        const bool both_own = line.own_surfaces.x != 0 && line.own_surfaces.y != 0;
+        const bool both_own = line.own_begin.cosine != 0 && line.own_end.cosine != 0;
         return both_own ? 0.5F * (line.surfaces.y - line.surfaces.x) : FLT_MAX;
     }
     INSONIFY_FN sheath_gains sheath_at(const rest_line& line, float surface, float cosine) const {
@@ -13240,8 +13213,8 @@ class structured_line {
             return {dot(normal, line.along) * cosine < 0 ? normal : -normal, surface - begin_ + above / cosine, cosine,
                     min(0.5F * sheath.insertion * sine, half - above)};
         };
-        return {insertion(line.surfaces.x, line.own_surfaces.x, line.own_normals[0]),
-                insertion(line.surfaces.y, -line.own_surfaces.y, line.own_normals[1])};
+        return {insertion(line.surfaces.x, line.own_begin.cosine, line.own_begin.normal),
+                insertion(line.surfaces.y, -line.own_end.cosine, line.own_end.normal)};
     }
 
     float begin_; // metres along the line
@@ -13782,8 +13755,8 @@ struct physical {
             line.structures[here.place].of == m.structure) {
             within.fnumber = line.aperture.fnumber(path.shown + 0.5F * (here.end - here.begin) * displayed);
             within.structure = &line.structures[here.place];
-            within.own_surfaces = here.own_surfaces;
-            for (int i = 0; i < 2; ++i) within.own_normals[i] = place.local_direction(here.own_normals[i]);
+            within.own_begin = {here.own_begin.cosine, place.local_direction(here.own_begin.normal)};
+            within.own_end = {here.own_end.cosine, place.local_direction(here.own_end.normal)};
             level /= within.structure->rms(within.fnumber);
         }
         scattering.scatter(within, here.begin, end, slot, [&](const scatterer_run& run) {
@@ -14130,7 +14103,6 @@ class compensated_echoes {
         : echoes_{echoes}, kernels_{kernels}, frequency_{frequency}, sigma_{pulse_sigma},
           phase_per_metre_{4 * pi * frequency / display_speed} {}
 
-    /// As `echo_line::depth`.
     INSONIFY_FN float depth() const { return echoes_.depth(); }
     /// As `echo_line::add`: an echo without compensation.
     INSONIFY_FN void add(float depth, vec2 amplitude) const { echoes_.add(depth, amplitude); }
@@ -14332,7 +14304,6 @@ INSONIFY_INLINE void sum_taps_of_block(view<const tap> taps, const float* from, 
 
 /// Filters complex samples: to[i] = sum over the taps of weight * from[i + offset].
 ///
-/// @tparam Width  floats in a SIMD register
 /// @param from  read up to `tap_room` samples beyond what `count` results need
 /// @param to    must not overlap the samples read
 template <int Width>
@@ -14377,7 +14348,6 @@ class axial_kernel {
     /// Size of a polyphase line, in samples.
     std::size_t layout_size() const { return decimation_ * stride_; }
 
-    /// Approximate time for a line.
     float nanoseconds() const { return static_cast<float>(results_ * (2 + taps_.size() / 8)); }
 
     /// Stores a line as polyphase rows. @param layout  zeros, or an earlier line
@@ -14387,7 +14357,6 @@ class axial_kernel {
                 layout[phase * stride_ + zeros_ + i] = line[i * decimation_ + phase];
     }
 
-    /// @tparam Width  floats in a SIMD register
     template <int Width>
     void apply(const vec2* layout, vec2* results) const {
         sum_taps<Width>({taps_.data(), taps_.size()}, layout, results, results_);
@@ -14546,7 +14515,6 @@ class lateral_slab {
     }
 
     /// Filters across the lines; the weights are normalized over the lines that exist.
-    /// @tparam Width  floats in a SIMD register
     /// @param to      in place only where lines are not steered
     template <int Width>
     void apply(vec2* to, std::size_t stride, std::size_t count) const {
@@ -16324,8 +16292,7 @@ struct path_branch {
     line_frame frame{};        ///< where its next piece begins, and along what
     echo_path path{};          ///< the state of the sound there
     ray_tube tube{};           ///< curvature of the wave front there
-    float own_surface = 0;     ///< cosine of incidence on the surface it leaves; 0 where that is not its object's own
-    vec3 own_normal{0, 0, 0};  ///< of that surface in the world, likewise
+    object_surface left{};     ///< the surface it leaves
     std::uint32_t bounces = 0; ///< reflections so far
     std::uint32_t inside = 0;  ///< how many objects contain it: the last ones of `line_scratch::branch_objects`
     bool inverted = false;     ///< an odd number of the reflections turned the sign of the pressure
@@ -16408,7 +16375,7 @@ class path_follower {
         spread_sound(now, limit, spread);
         // Surfaces that touch the face do not lie before it.
         layer_walk walk{scene_, now.frame, found_, limit == face ? limit - touching_distance : limit, true};
-        walk.skip_departure(now.own_surface, now.own_normal);
+        walk.skip_departure(now.left);
         for (layer above; walk.next(above);) {
             if (walk.at_end()) above.end = limit;
             now.path.gains = now.path.gains.next(line_.gains, above, line_.media[above.medium]);
@@ -16486,12 +16453,8 @@ class path_follower {
         if (below.curvature != vec3{0, 0, 0} || !now.tube.plane())
             off.tube =
                 now.tube.mirrored(smooth, reflected, cross(frame.elevation, along), frame.elevation, below.curvature);
-        const float cosine = std::fabs(dot(smooth, along));
-        path_branch &owner = walk.is_own() ? on : off, &other = walk.is_own() ? off : on;
-        owner.own_surface = cosine;
-        owner.own_normal = smooth;
-        other.own_surface = 0;
-        other.own_normal = {0, 0, 0};
+        on.left = off.left = {};
+        (walk.is_own() ? on : off).left = {std::fabs(dot(smooth, along)), smooth};
         off.inverted = now.inverted != (met.reflected < 0);
         ++off.bounces;
         push(on, found_.inside);
@@ -17087,7 +17050,7 @@ class moving_surfaces {
             motion of_surface{};
             if (!(flows_above && flows_below)) {
                 // Of two tissues, the one whose surface it is.
-                const layer& tissue = flows_above || (!flows_below && below.own_surfaces.x > 0) ? below : above;
+                const layer& tissue = flows_above || (!flows_below && below.own_begin.cosine > 0) ? below : above;
                 const pose place = line.places.empty() ? pose{} : line.places[tissue.place];
                 const vec3 across = cross(line.frame.elevation, line.frame.along);
                 constexpr float steepest = 5.8F; // 80 degrees
@@ -18124,14 +18087,12 @@ class fourier {
     std::size_t size() const { return length_; }
 
     /// In place, of a sequence in each lane. @param room  as many values, which are overwritten
-    /// @{
     void forward(std::vector<complex_block>& values, std::vector<complex_block>& room) const {
         transform<false>(values, room);
     }
     void inverse(std::vector<complex_block>& values, std::vector<complex_block>& room) const {
         transform<true>(values, room);
     }
-    /// @}
 
   private:
     template <bool Inverse>
@@ -22193,7 +22154,7 @@ class element_fans {
             for (std::size_t i = 1; i < own_layers.size(); ++i) {
                 element_wave now = enter(before, own_layers[i]);
                 const layer& obstacle = own_layers[i - 1];
-                if (i > 1 && obstacle.own_surfaces.x > 0 && obstacle.own_surfaces.y > 0) {
+                if (i > 1 && obstacle.own_begin.cosine > 0 && obstacle.own_end.cosine > 0) {
                     // As along lines of pictures (`add_sound_beside`): by power, at the time of what passes beside it.
                     element_wave around = enter(above, own_layers[i]);
                     const float through = now.passed / max(around.passed, 1e-30F) * std::exp(around.lost - now.lost);
@@ -27112,15 +27073,18 @@ INSONIFY_FN inline bool find_pixel_crossings(const scene_view& scene, const ray&
 
 /// Intensity at `depth` metres along a beam in the world: a slow reference for `trace`.
 inline float intensity_at(const scene_view& scene, const law2011& model, float frequency, const ray& line, float depth,
-                          scratch_memory& memory) {
-    for (;; memory.grow()) {
-        line_scratch scratch = memory.scratch();
-        if (!find_pixel_crossings(scene, line, depth, model.reflection_length, scratch.found)) continue;
+                          line_memory& memory) {
+    float intensity = 0;
+    memory.fit([&](line_room room) {
+        if (!find_pixel_crossings(scene, line, depth, model.reflection_length, room.found)) return false;
         const line_frame frame{.origin = line.origin, .along = line.direction};
         const view<const layer> layers =
-            stack_layers(scene, frame, depth + model.reflection_length, scratch.found, scratch.layers, false);
-        if (!layers.empty()) return model.at({.layers = layers, .media = scene.media, .frequency = frequency}, depth);
-    }
+            stack_layers(scene, frame, depth + model.reflection_length, room.found, room.layers, false);
+        if (layers.empty()) return false;
+        intensity = model.at({.layers = layers, .media = scene.media, .frequency = frequency}, depth);
+        return true;
+    });
+    return intensity;
 }
 
 /// A (fractional) line of a probe in the world.
@@ -27187,7 +27151,7 @@ scan_lines trace_pixels(const Policy& policy, const scene& body, const Probe& pr
     scan_lines lines{probe.lines, samples, settings.depth};
     const float spacing = settings.depth / static_cast<float>(samples);
     exec::for_each_block(policy, lines.values.size(), 1024, 500, [&](std::size_t begin, std::size_t end) {
-        detail::scratch_memory memory;
+        detail::line_memory memory;
         for (std::size_t i = begin; i < end; ++i) {
             const ray line = detail::world_beam(probe, at, static_cast<float>(i / samples));
             const float depth = (static_cast<float>(i % samples) + 0.5F) * spacing;
@@ -27210,7 +27174,7 @@ image trace_pixels(const Policy& policy, const scene& body, const Probe& probe, 
     seen_by.check();
     image picture{seen_by.size};
     exec::for_each_block(policy, picture.pixels.size(), 1024, 500, [&](std::size_t begin, std::size_t end) {
-        detail::scratch_memory memory;
+        detail::line_memory memory;
         for (std::size_t i = begin; i < end; ++i) {
             const ray r1 = seen_by.through(
                 {static_cast<float>(i % picture.size.x) + 0.5F, static_cast<float>(i / picture.size.x) + 0.5F});
@@ -28849,7 +28813,6 @@ inline bool is_number(std::string_view word) {
 /// Largest number of corners of a face: the time to triangulate a polygon is quadratic in it.
 inline constexpr std::uint32_t max_corners = 10'000;
 
-/// A name in a file, with its line.
 struct named_line {
     std::string name{};
     std::uint32_t line = 0;
@@ -28955,7 +28918,6 @@ inline obj_text read_obj_text(const std::string& path, std::string_view text) {
     return obj;
 }
 
-/// One triangle of an OBJ file.
 struct obj_face {
     uvec3 corners{0, 0, 0};
     std::uint32_t line = 0;
@@ -29124,7 +29086,6 @@ struct obj_medium {
     std::optional<float> pennation{}; ///< radians
 };
 
-/// A value of a material library, as text.
 struct obj_value {
     std::string text{};
     std::uint32_t line = 0;
@@ -29137,14 +29098,12 @@ struct obj_material {
     std::map<std::string, obj_value> values{};
 };
 
-/// The material libraries of one OBJ file.
 struct obj_libraries {
     std::map<std::string, obj_material> materials{};   ///< by name; the first definition of a name is used
     std::string missing{};                             ///< text that names the libraries that were not found
     std::map<std::string, std::string> unknown_keys{}; ///< with the file and line where each is first
 };
 
-/// The keys that define a medium.
 inline constexpr std::string_view medium_keys[] = {"density",
                                                    "sound_speed",
                                                    "attenuation",
@@ -29181,7 +29140,6 @@ inline bool links_out_of(const std::filesystem::path& folder, const std::string&
     return fault || std::mismatch(home.begin(), home.end(), place.begin(), place.end()).first != home.end();
 }
 
-/// Adds the materials of a library.
 inline void read_library(const std::string& path, obj_libraries& libraries) {
     obj_material unused; // keys before the first name, and those of a name that is defined already
     obj_material* current = &unused;

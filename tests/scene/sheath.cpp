@@ -37,14 +37,14 @@ TEST_CASE("layers: a surface belongs to the object that has precedence") {
     body.build(exec::seq);
     const std::vector<layer> layers = layers_of(body, 60_mm); // fat, muscle, blood, muscle, fat
     REQUIRE(layers.size() == 5);
-    CHECK(layers[0].own_surfaces == vec2{0, 0});
-    CHECK(layers[1].own_surfaces == vec2{1, 0}); // its upper surface is the muscle's, the vessel's is not
-    CHECK(layers[2].own_surfaces == vec2{1, 1});
-    CHECK(layers[3].own_surfaces == vec2{0, 1});
-    CHECK(layers[4].own_surfaces == vec2{0, 0});
+    const auto cosines = [&](std::size_t i) { return vec2{layers[i].own_begin.cosine, layers[i].own_end.cosine}; };
+    CHECK(cosines(0) == vec2{0, 0});
+    CHECK(cosines(1) == vec2{1, 0}); // its upper surface is the muscle's, the vessel's is not
+    CHECK(cosines(2) == vec2{1, 1});
+    CHECK(cosines(3) == vec2{0, 1});
+    CHECK(cosines(4) == vec2{0, 0});
     for (const layer& each : layers)
-        for (const int end : {0, 1})
-            CHECK(each.own_normals[end] == vec3{0, 0, end == 0 ? each.own_surfaces.x : each.own_surfaces.y});
+        for (const object_surface& own : {each.own_begin, each.own_end}) CHECK(own.normal == vec3{0, 0, own.cosine});
 }
 
 TEST_CASE("layers: the normal of an object's own surface is that of a plane at any angle to the line") {
@@ -56,8 +56,9 @@ TEST_CASE("layers: the normal of an object's own surface is that of a plane at a
         body.build(exec::seq);
         const std::vector<layer> layers = layers_of(body, 60_mm);
         REQUIRE(layers.size() == 3);
-        for (const vec3 normal : layers[1].own_normals) CHECK(length(normal - vec3{s, 0, c}) < 1e-5F);
-        CHECK(std::fabs(layers[1].own_surfaces.x - c) < 1e-5F);
+        for (const object_surface& own : {layers[1].own_begin, layers[1].own_end})
+            CHECK(length(own.normal - vec3{s, 0, c}) < 1e-5F);
+        CHECK(std::fabs(layers[1].own_begin.cosine - c) < 1e-5F);
     }
 }
 
@@ -69,7 +70,7 @@ TEST_CASE("layers: two muscles that touch share one surface") {
     body.build(exec::seq);
     const std::vector<layer> layers = layers_of(body, 60_mm);
     REQUIRE(layers.size() == 4);
-    CHECK(layers[1].own_surfaces.y + layers[2].own_surfaces.x == 1);
-    CHECK(layers[1].own_surfaces.x == 1);
-    CHECK(layers[2].own_surfaces.y == 1);
+    CHECK(layers[1].own_end.cosine + layers[2].own_begin.cosine == 1);
+    CHECK(layers[1].own_begin.cosine == 1);
+    CHECK(layers[2].own_end.cosine == 1);
 }

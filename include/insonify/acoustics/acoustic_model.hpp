@@ -290,7 +290,6 @@ float max_depth_of(const Model& model, float depth, view<const medium> media) {
         return depth;
 }
 
-/// True for models that assume normal incidence.
 template <class Model>
 concept takes_normal_incidence = requires {
     requires Model::normal_incidence;

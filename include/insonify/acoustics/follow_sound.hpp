@@ -184,7 +184,7 @@ INSONIFY_FN inline float power_beside(const layer& obstacle, const layer& behind
 template <class Model>
 INSONIFY_FN bool add_sound_beside(const Model& model, const traced_line& line, const layer& obstacle,
                                   const layer& behind, const echo_path& above, echo_path& below) {
-    if (!(obstacle.own_surfaces.x > 0) || !(obstacle.own_surfaces.y > 0) || above.passed == 0) return false;
+    if (!(obstacle.own_begin.cosine > 0) || !(obstacle.own_end.cosine > 0) || above.passed == 0) return false;
     layer tissue = obstacle; // beside it
     tissue.medium = behind.medium;
     echo_path around = above; // straight on

@@ -12,6 +12,13 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
+/// Where a line meets a surface of the object that it is in; by default there is none, or it belongs to the object on its
+/// other side.
+struct object_surface {
+    float cosine = 0;     ///< of the angle of incidence
+    vec3 normal{0, 0, 0}; ///< in the world, on either side, of length 1
+};
+
 /// The segment of a line inside one object. Consecutive layers are adjacent, and the last one extends to the end of the
 /// line.
 ///
@@ -29,11 +36,8 @@ struct layer {
     vec3 curvature{0, 0, 0};
     float roughness = -1;    ///< of that surface: rms height, metres; below 0: the larger one of the two media
     std::uint32_t place = 0; ///< index into the poses of the line
-    /// Cosines of the angles of incidence on the surfaces at `begin` and `end`, where these are the object's own; 0
-    /// where there is none, or where it belongs to the object on its other side.
-    vec2 own_surfaces{0, 0};
-    vec3 own_normals[2] = {}; ///< of these surfaces in the world, on either side, of length 1; 0 where there is none
-    float moved = 0;          ///< of the surface at `begin` along the line since the first pulse of a train, metres
+    object_surface own_begin{}, own_end{}; ///< at `begin` and `end`
+    float moved = 0; ///< of the surface at `begin` along the line since the first pulse of a train, metres
 };
 
 /// The coordinate frame of a line in the world; axes of length 1.
@@ -125,7 +129,6 @@ struct layer_gains {
         return {a.surfaces + place.part * (b.surfaces - a.surfaces), a.speckle + place.part * (b.speckle - a.speckle),
                 a.deeper + place.part * (b.deeper - a.deeper)};
     }
-    /// The smallest `deeper` within the layer.
     INSONIFY_FN float min_deeper() const {
         float smallest = at_steps.empty() ? before.deeper : at_steps[0].deeper;
         for (const aperture_gain& gain : at_steps) smallest = min(smallest, gain.deeper);

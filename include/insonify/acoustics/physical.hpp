@@ -243,8 +243,8 @@ struct physical {
             line.structures[here.place].of == m.structure) {
             within.fnumber = line.aperture.fnumber(path.shown + 0.5F * (here.end - here.begin) * displayed);
             within.structure = &line.structures[here.place];
-            within.own_surfaces = here.own_surfaces;
-            for (int i = 0; i < 2; ++i) within.own_normals[i] = place.local_direction(here.own_normals[i]);
+            within.own_begin = {here.own_begin.cosine, place.local_direction(here.own_begin.normal)};
+            within.own_end = {here.own_end.cosine, place.local_direction(here.own_end.normal)};
             level /= within.structure->rms(within.fnumber);
         }
         scattering.scatter(within, here.begin, end, slot, [&](const scatterer_run& run) {

@@ -159,14 +159,12 @@ class morton_order {
         if constexpr (digits % 2 != 0) std::copy(keys, keys + count, other);
     }
 
-    // Turns a histogram into the begin of each digit.
     template <class Counts>
     static void exclusive_scan(Counts& counted) {
         std::uint32_t before = 0;
         for (std::uint32_t& one : counted) before += std::exchange(one, before);
     }
 
-    // Writes each key to the next position of its digit.
     template <class Digit, class Counts>
     static void scatter(const std::uint64_t* keys, std::uint32_t count, const Digit& digit, Counts& next,
                         std::uint64_t* to) {

@@ -29,7 +29,6 @@ struct alignas(32) build_box {
     std::uint32_t primitive() const {
         return static_cast<std::uint32_t>(row[3]) << 16U | static_cast<std::uint32_t>(row[7]);
     }
-    /// The empty box.
     static build_box none() { return {lanes<4>(-FLT_MAX), lanes<4>(-FLT_MAX)}; }
 
     INSONIFY_INLINE void add(const build_box& other) {

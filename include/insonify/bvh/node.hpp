@@ -29,7 +29,6 @@ inline constexpr std::uint32_t no_child = ~0U;
 
 namespace detail {
 
-/// The binary logarithm of a width.
 template <int Width>
 inline constexpr auto width_bits = static_cast<std::uint32_t>(std::countr_zero(static_cast<unsigned>(Width)));
 

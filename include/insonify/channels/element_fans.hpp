@@ -342,7 +342,7 @@ class element_fans {
             for (std::size_t i = 1; i < own_layers.size(); ++i) {
                 element_wave now = enter(before, own_layers[i]);
                 const layer& obstacle = own_layers[i - 1];
-                if (i > 1 && obstacle.own_surfaces.x > 0 && obstacle.own_surfaces.y > 0) {
+                if (i > 1 && obstacle.own_begin.cosine > 0 && obstacle.own_end.cosine > 0) {
                     // As along lines of pictures (`add_sound_beside`): by power, at the time of what passes beside it.
                     element_wave around = enter(above, own_layers[i]);
                     const float through = now.passed / max(around.passed, 1e-30F) * std::exp(around.lost - now.lost);

@@ -88,7 +88,6 @@ INSONIFY_FN INSONIFY_INLINE bool is_number(float value) {
     return (__builtin_bit_cast(std::uint32_t, value) & 0x7FFFFFFFU) <= 0x7F800000U;
 }
 
-/// The product of two complex numbers.
 INSONIFY_FN constexpr vec2 complex_product(vec2 a, vec2 b) { return {a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x}; }
 /// exp(2 pi i turns)
 INSONIFY_FN inline vec2 turned(double turns) {

@@ -203,7 +203,7 @@ class moving_surfaces {
             motion of_surface{};
             if (!(flows_above && flows_below)) {
                 // Of two tissues, the one whose surface it is.
-                const layer& tissue = flows_above || (!flows_below && below.own_surfaces.x > 0) ? below : above;
+                const layer& tissue = flows_above || (!flows_below && below.own_begin.cosine > 0) ? below : above;
                 const pose place = line.places.empty() ? pose{} : line.places[tissue.place];
                 const vec3 across = cross(line.frame.elevation, line.frame.along);
                 constexpr float steepest = 5.8F; // 80 degrees

@@ -169,7 +169,6 @@ class any_policy {
     template <exec::policy Policy>
     explicit any_policy(const Policy& policy) : policy_{&policy}, run_{&run<Policy>} {}
 
-    /// Forwards to the policy.
     friend void for_each_index(const any_policy& policy, std::size_t count,
                                const function_ref<void(std::size_t index)>& body) {
         policy.run_(policy.policy_, count, body);

@@ -27,7 +27,6 @@ class thread_pool {
   public:
     static constexpr std::uint32_t max_participants = 1024; ///< per call, including the caller
 
-    /// The pool of the program.
     static thread_pool& instance() {
         static thread_pool pool;
         return pool;

@@ -151,7 +151,6 @@ struct face_groups_view {
     view<const std::size_t> ends{};       ///< where the vertices of each group end, in `vertices`
     view<const std::uint32_t> vertices{}; ///< of all groups, one after the other
 
-    /// Number of groups.
     std::size_t count() const { return ends.size(); }
     /// The vertices of a group, each once.
     view<const std::uint32_t> operator[](std::size_t group) const {

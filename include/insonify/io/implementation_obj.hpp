@@ -31,7 +31,6 @@ struct obj_medium {
     std::optional<float> pennation{}; ///< radians
 };
 
-/// A value of a material library, as text.
 struct obj_value {
     std::string text{};
     std::uint32_t line = 0;
@@ -44,14 +43,12 @@ struct obj_material {
     std::map<std::string, obj_value> values{};
 };
 
-/// The material libraries of one OBJ file.
 struct obj_libraries {
     std::map<std::string, obj_material> materials{};   ///< by name; the first definition of a name is used
     std::string missing{};                             ///< text that names the libraries that were not found
     std::map<std::string, std::string> unknown_keys{}; ///< with the file and line where each is first
 };
 
-/// The keys that define a medium.
 inline constexpr std::string_view medium_keys[] = {"density",
                                                    "sound_speed",
                                                    "attenuation",
@@ -88,7 +85,6 @@ inline bool links_out_of(const std::filesystem::path& folder, const std::string&
     return fault || std::mismatch(home.begin(), home.end(), place.begin(), place.end()).first != home.end();
 }
 
-/// Adds the materials of a library.
 inline void read_library(const std::string& path, obj_libraries& libraries) {
     obj_material unused; // keys before the first name, and those of a name that is defined already
     obj_material* current = &unused;

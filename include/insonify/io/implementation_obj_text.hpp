@@ -82,7 +82,6 @@ inline bool is_number(std::string_view word) {
 /// Largest number of corners of a face: the time to triangulate a polygon is quadratic in it.
 inline constexpr std::uint32_t max_corners = 10'000;
 
-/// A name in a file, with its line.
 struct named_line {
     std::string name{};
     std::uint32_t line = 0;
@@ -188,7 +187,6 @@ inline obj_text read_obj_text(const std::string& path, std::string_view text) {
     return obj;
 }
 
-/// One triangle of an OBJ file.
 struct obj_face {
     uvec3 corners{0, 0, 0};
     std::uint32_t line = 0;

@@ -52,15 +52,18 @@ INSONIFY_FN inline bool find_pixel_crossings(const scene_view& scene, const ray&
 
 /// Intensity at `depth` metres along a beam in the world: a slow reference for `trace`.
 inline float intensity_at(const scene_view& scene, const law2011& model, float frequency, const ray& line, float depth,
-                          scratch_memory& memory) {
-    for (;; memory.grow()) {
-        line_scratch scratch = memory.scratch();
-        if (!find_pixel_crossings(scene, line, depth, model.reflection_length, scratch.found)) continue;
+                          line_memory& memory) {
+    float intensity = 0;
+    memory.fit([&](line_room room) {
+        if (!find_pixel_crossings(scene, line, depth, model.reflection_length, room.found)) return false;
         const line_frame frame{.origin = line.origin, .along = line.direction};
         const view<const layer> layers =
-            stack_layers(scene, frame, depth + model.reflection_length, scratch.found, scratch.layers, false);
-        if (!layers.empty()) return model.at({.layers = layers, .media = scene.media, .frequency = frequency}, depth);
-    }
+            stack_layers(scene, frame, depth + model.reflection_length, room.found, room.layers, false);
+        if (layers.empty()) return false;
+        intensity = model.at({.layers = layers, .media = scene.media, .frequency = frequency}, depth);
+        return true;
+    });
+    return intensity;
 }
 
 /// A (fractional) line of a probe in the world.
@@ -127,7 +130,7 @@ scan_lines trace_pixels(const Policy& policy, const scene& body, const Probe& pr
     scan_lines lines{probe.lines, samples, settings.depth};
     const float spacing = settings.depth / static_cast<float>(samples);
     exec::for_each_block(policy, lines.values.size(), 1024, 500, [&](std::size_t begin, std::size_t end) {
-        detail::scratch_memory memory;
+        detail::line_memory memory;
         for (std::size_t i = begin; i < end; ++i) {
             const ray line = detail::world_beam(probe, at, static_cast<float>(i / samples));
             const float depth = (static_cast<float>(i % samples) + 0.5F) * spacing;
@@ -150,7 +153,7 @@ image trace_pixels(const Policy& policy, const scene& body, const Probe& probe, 
     seen_by.check();
     image picture{seen_by.size};
     exec::for_each_block(policy, picture.pixels.size(), 1024, 500, [&](std::size_t begin, std::size_t end) {
-        detail::scratch_memory memory;
+        detail::line_memory memory;
         for (std::size_t i = begin; i < end; ++i) {
             const ray r1 = seen_by.through(
                 {static_cast<float>(i % picture.size.x) + 0.5F, static_cast<float>(i / picture.size.x) + 0.5F});

@@ -285,11 +285,8 @@ class layer_walk {
             found_.inside.toggle(found_.room[next_].rank);
     }
     /// Crossings at the origin belong to the surface that a path has just left: they are skipped.
-    /// @param own_surface  cosine of incidence on that surface, if it is the object's own; else 0
-    /// @param own_normal   of that surface in the world, likewise
-    INSONIFY_FN void skip_departure(float own_surface, vec3 own_normal) {
-        own_ = own_surface;
-        own_normal_ = own_normal;
+    INSONIFY_FN void skip_departure(const object_surface& left) {
+        own_ = left;
         while (next_ < found_.count && found_.room[next_].distance <= touching_distance) ++next_;
     }
 
@@ -297,9 +294,8 @@ class layer_walk {
     INSONIFY_FN bool next(layer& here) {
         if (at_end_) return false;
         const std::uint32_t current = found_.inside.top();
-        here = layer_from(current, begin_, met_);
-        here.own_surfaces.x = own_;
-        here.own_normals[0] = own_normal_;
+        here = layer_from(current);
+        here.own_begin = own_;
         while (next_ < found_.count && found_.room[next_].distance < depth_) {
             group_ = next_;
             const float place = found_.room[group_].distance;
@@ -309,11 +305,8 @@ class layer_walk {
             if (after == current) continue;
             if (incident_) met_ = incidence_at_change(current, after);
             here.end = begin_ = place;
-            const bool belongs_to_next = after < current;
-            own_ = belongs_to_next ? met_.cosine : 0.0F;
-            own_normal_ = belongs_to_next ? met_.normal : vec3{0, 0, 0};
-            here.own_surfaces.y = belongs_to_next ? 0.0F : met_.cosine;
-            here.own_normals[1] = belongs_to_next ? vec3{0, 0, 0} : met_.normal;
+            own_ = {};
+            (after < current ? own_ : here.own_end) = {met_.cosine, met_.normal};
             return true;
         }
         at_end_ = true;
@@ -324,12 +317,12 @@ class layer_walk {
 
     /// What follows the surface at which the last layer ended, as a layer of no thickness.
     INSONIFY_FN layer beyond() const {
-        layer after = layer_from(found_.inside.top(), begin_, met_);
+        layer after = layer_from(found_.inside.top());
         after.end = begin_;
         return after;
     }
     /// Whether that surface belongs to the object behind it, not to the one before.
-    INSONIFY_FN bool is_own() const { return own_ > 0; }
+    INSONIFY_FN bool is_own() const { return own_.cosine > 0; }
     /// How the line meets that surface.
     INSONIFY_FN const surface_incidence& met() const { return met_; }
     /// Applies the crossings at that surface once more: the objects are again those before it.
@@ -338,13 +331,13 @@ class layer_walk {
     }
 
   private:
-    INSONIFY_FN layer layer_from(std::uint32_t rank, float begin, const surface_incidence& met) const {
-        layer here{.begin = begin,
+    INSONIFY_FN layer layer_from(std::uint32_t rank) const {
+        layer here{.begin = begin_,
                    .end = depth_,
-                   .cosine = met.cosine,
-                   .slope = met.slope,
-                   .curvature = met.curvature,
-                   .roughness = met.roughness};
+                   .cosine = met_.cosine,
+                   .slope = met_.slope,
+                   .curvature = met_.curvature,
+                   .roughness = met_.roughness};
         if (rank == media_stack::none) return here;
         const object_view& one = scene_.objects[rank];
         here.medium = one.medium;
@@ -374,8 +367,7 @@ class layer_walk {
     std::uint32_t next_ = 0, group_ = 0; // crossings: the next one, and the first at the last surface
     float begin_ = 0;
     surface_incidence met_{};
-    float own_ = 0;            // cosine of incidence on the last surface, if it belongs to the object behind it
-    vec3 own_normal_{0, 0, 0}; // likewise
+    object_surface own_{}; // the last one, if it belongs to the object behind it
     bool at_end_ = false;
 };
 

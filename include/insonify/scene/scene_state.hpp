@@ -28,7 +28,6 @@ struct point_bounds {
     bool finite = true; ///< whether all are
 };
 
-/// Bounds of two sets of points.
 inline point_bounds merged(const point_bounds& a, const point_bounds& b) {
     return {merged(a.box, b.box), a.finite && b.finite};
 }
@@ -128,7 +127,6 @@ struct object_state : object_past {
         accepted.swap(incoming);
     }
 
-    /// Takes over the structure of the medium.
     void place_structure(const object& of, view<const vec3> at_rest) {
         if (of.inside.structure.empty())
             structure = {};
@@ -142,12 +140,10 @@ struct object_state : object_past {
         return own;
     }
 
-    /// The positions are handed out for writing.
     void hand_out(const object& of) {
         if (accepted.empty()) accepted = of.surface.positions;
         moved = true;
     }
-    /// Whether they ever were.
     bool handed_out() const { return !accepted.empty(); }
 
     /// Reads the positions, which `accept` or `refuse` must follow. One pass. @return  whether all are finite
@@ -334,7 +330,6 @@ class kept_map {
     /// Whether there is none: all is at rest.
     bool empty() const { return !map_.has_value(); }
 
-    /// See `invert_map`.
     void invert(const any_policy<false>& policy, const displacement_lattice& where, float* nodes) const {
         invert_(map_, policy, where, nodes);
     }
@@ -445,12 +440,10 @@ class scene_views {
     /// Vertices have moved: trees are out of date again.
     void reset_slices() { sliced_.store(0, std::memory_order_relaxed); }
 
-    /// See `scene::view_for_slices` and `scene::view_for_rays`. @{
     template <class Threads>
     scene_view for_slices(const Threads& policy, const scene_parts& of);
     template <class Threads>
     scene_view for_rays(const Threads& policy, const scene_parts& of);
-    /// @}
 
   private:
     scene_view flattened(const any_policy<false>& policy, const scene_parts& of) {

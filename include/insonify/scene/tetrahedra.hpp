@@ -21,7 +21,6 @@ namespace detail {
 
 using tetrahedron = std::array<std::uint32_t, 4>;
 
-/// A point in a tetrahedron.
 struct tetrahedral_point {
     std::uint32_t cell = 0;                  ///< index of the tetrahedron
     std::array<float, 4> weight{1, 0, 0, 0}; ///< of its nodes; their sum is 1
@@ -32,7 +31,6 @@ inline float signed_volume(std::span<const vec3> nodes, const tetrahedron& cell)
     return dot(nodes[cell[1]] - a, cross(nodes[cell[2]] - a, nodes[cell[3]] - a)) / 6;
 }
 
-/// Barycentric coordinates of a point.
 inline std::array<float, 4> barycentric(std::span<const vec3> nodes, const tetrahedron& cell, vec3 point) {
     const vec3 a = nodes[cell[0]];
     const vec3 part = inverse(mat3{nodes[cell[1]] - a, nodes[cell[2]] - a, nodes[cell[3]] - a}) * (point - a);

@@ -52,14 +52,12 @@ class fourier {
     std::size_t size() const { return length_; }
 
     /// In place, of a sequence in each lane. @param room  as many values, which are overwritten
-    /// @{
     void forward(std::vector<complex_block>& values, std::vector<complex_block>& room) const {
         transform<false>(values, room);
     }
     void inverse(std::vector<complex_block>& values, std::vector<complex_block>& room) const {
         transform<true>(values, room);
     }
-    /// @}
 
   private:
     template <bool Inverse>

@@ -199,7 +199,6 @@ class fibre_grid {
         });
     }
 
-    /// As a view.
     fibre_chart view_of() const { return {nodes_, count_, origin_, spacing_}; }
 
   private:

@@ -84,8 +84,7 @@ struct path_branch {
     line_frame frame{};        ///< where its next piece begins, and along what
     echo_path path{};          ///< the state of the sound there
     ray_tube tube{};           ///< curvature of the wave front there
-    float own_surface = 0;     ///< cosine of incidence on the surface it leaves; 0 where that is not its object's own
-    vec3 own_normal{0, 0, 0};  ///< of that surface in the world, likewise
+    object_surface left{};     ///< the surface it leaves
     std::uint32_t bounces = 0; ///< reflections so far
     std::uint32_t inside = 0;  ///< how many objects contain it: the last ones of `line_scratch::branch_objects`
     bool inverted = false;     ///< an odd number of the reflections turned the sign of the pressure
@@ -168,7 +167,7 @@ class path_follower {
         spread_sound(now, limit, spread);
         // Surfaces that touch the face do not lie before it.
         layer_walk walk{scene_, now.frame, found_, limit == face ? limit - touching_distance : limit, true};
-        walk.skip_departure(now.own_surface, now.own_normal);
+        walk.skip_departure(now.left);
         for (layer above; walk.next(above);) {
             if (walk.at_end()) above.end = limit;
             now.path.gains = now.path.gains.next(line_.gains, above, line_.media[above.medium]);
@@ -246,12 +245,8 @@ class path_follower {
         if (below.curvature != vec3{0, 0, 0} || !now.tube.plane())
             off.tube =
                 now.tube.mirrored(smooth, reflected, cross(frame.elevation, along), frame.elevation, below.curvature);
-        const float cosine = std::fabs(dot(smooth, along));
-        path_branch &owner = walk.is_own() ? on : off, &other = walk.is_own() ? off : on;
-        owner.own_surface = cosine;
-        owner.own_normal = smooth;
-        other.own_surface = 0;
-        other.own_normal = {0, 0, 0};
+        on.left = off.left = {};
+        (walk.is_own() ? on : off).left = {std::fabs(dot(smooth, along)), smooth};
         off.inverted = now.inverted != (met.reflected < 0);
         ++off.bounces;
         push(on, found_.inside);

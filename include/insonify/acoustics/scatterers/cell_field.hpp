@@ -145,10 +145,9 @@ INSONIFY_FN inline double slab_position(vec3 point) {
 struct rest_line : material_line {
     vec3 lateral{1, 0, 0}; ///< metres of material per metre across the line in the slice plane
 
-    /// Turns all its directions.
     template <class Turned>
     INSONIFY_FN void turn(const Turned& turned) {
-        for (vec3* each : {&along, &elevation, &lateral, &steering, &own_normals[0], &own_normals[1]})
+        for (vec3* each : {&along, &elevation, &lateral, &steering, &own_begin.normal, &own_end.normal})
             *each = turned(*each);
     }
 };
@@ -334,7 +333,6 @@ class rest_curve {
     INSONIFY_FN float distance(std::uint32_t i) const {
         return i == last_ ? end_ : begin_ + static_cast<float>(i) * step_;
     }
-    /// In tissue at rest.
     INSONIFY_FN vec3 point(std::uint32_t i) const { return point_[i]; }
     /// Metres of tissue at rest per metre of the line, from one point straight to another.
     INSONIFY_FN vec3 along(std::uint32_t from, std::uint32_t to) const {
@@ -381,8 +379,8 @@ class structured_line {
                                   .key = key,
                                   .length = end - begin},
           gains_{*line.structure, segment_, course_of(line)}, behind_entry_{sheath_at(line, line.surfaces.x,
-                                                                                      line.own_surfaces.x)},
-          before_exit_{sheath_at(line, line.surfaces.y, -line.own_surfaces.y)} {}
+                                                                                      line.own_begin.cosine)},
+          before_exit_{sheath_at(line, line.surfaces.y, -line.own_end.cosine)} {}
     structured_line(const structured_line&) = delete;
 
     /// Multiplies `count` complex amplitudes, at equal steps from a distance on, metres along the line; distances never
@@ -396,7 +394,7 @@ class structured_line {
   private:
     // Length of the line that belongs to each of its surfaces, metres: to the middle of a thin object.
     INSONIFY_FN static float max_range(const rest_line& line) {
-        const bool both_own = line.own_surfaces.x != 0 && line.own_surfaces.y != 0;
+        const bool both_own = line.own_begin.cosine != 0 && line.own_end.cosine != 0;
         return both_own ? 0.5F * (line.surfaces.y - line.surfaces.x) : FLT_MAX;
     }
     INSONIFY_FN sheath_gains sheath_at(const rest_line& line, float surface, float cosine) const {
@@ -414,8 +412,8 @@ class structured_line {
             return {dot(normal, line.along) * cosine < 0 ? normal : -normal, surface - begin_ + above / cosine, cosine,
                     min(0.5F * sheath.insertion * sine, half - above)};
         };
-        return {insertion(line.surfaces.x, line.own_surfaces.x, line.own_normals[0]),
-                insertion(line.surfaces.y, -line.own_surfaces.y, line.own_normals[1])};
+        return {insertion(line.surfaces.x, line.own_begin.cosine, line.own_begin.normal),
+                insertion(line.surfaces.y, -line.own_end.cosine, line.own_end.normal)};
     }
 
     float begin_; // metres along the line

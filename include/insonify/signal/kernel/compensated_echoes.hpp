@@ -185,7 +185,6 @@ class compensated_echoes {
         : echoes_{echoes}, kernels_{kernels}, frequency_{frequency}, sigma_{pulse_sigma},
           phase_per_metre_{4 * pi * frequency / display_speed} {}
 
-    /// As `echo_line::depth`.
     INSONIFY_FN float depth() const { return echoes_.depth(); }
     /// As `echo_line::add`: an echo without compensation.
     INSONIFY_FN void add(float depth, vec2 amplitude) const { echoes_.add(depth, amplitude); }

@@ -39,7 +39,6 @@ INSONIFY_INLINE void sum_taps_of_block(view<const tap> taps, const float* from, 
 
 /// Filters complex samples: to[i] = sum over the taps of weight * from[i + offset].
 ///
-/// @tparam Width  floats in a SIMD register
 /// @param from  read up to `tap_room` samples beyond what `count` results need
 /// @param to    must not overlap the samples read
 template <int Width>
@@ -84,7 +83,6 @@ class axial_kernel {
     /// Size of a polyphase line, in samples.
     std::size_t layout_size() const { return decimation_ * stride_; }
 
-    /// Approximate time for a line.
     float nanoseconds() const { return static_cast<float>(results_ * (2 + taps_.size() / 8)); }
 
     /// Stores a line as polyphase rows. @param layout  zeros, or an earlier line
@@ -94,7 +92,6 @@ class axial_kernel {
                 layout[phase * stride_ + zeros_ + i] = line[i * decimation_ + phase];
     }
 
-    /// @tparam Width  floats in a SIMD register
     template <int Width>
     void apply(const vec2* layout, vec2* results) const {
         sum_taps<Width>({taps_.data(), taps_.size()}, layout, results, results_);
@@ -253,7 +250,6 @@ class lateral_slab {
     }
 
     /// Filters across the lines; the weights are normalized over the lines that exist.
-    /// @tparam Width  floats in a SIMD register
     /// @param to      in place only where lines are not steered
     template <int Width>
     void apply(vec2* to, std::size_t stride, std::size_t count) const {
