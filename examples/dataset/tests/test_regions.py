@@ -136,7 +136,7 @@ def test_sectors_keep_their_shape_and_have_nothing_outside(tmp_path):
 
 def test_probes_of_several_kinds(regions, tmp_path):
     with whole_of(regions) as file:
-        assert "probe" not in file and set(file["insonify/probe"][:]) == {0, 1}
+        assert "probe" not in file and set(file["insonify/probe"][:]) == {0, 1, 2}
     run(tmp_path, *SKETCH, "--anatomy", "lumbar", "--probe", "phased", "--samples", "3")
     with whole_of(tmp_path) as file:
         assert file["probe/type"][()] == b"phased" and (file["insonify/probe"][:] == 2).all()

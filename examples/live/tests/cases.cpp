@@ -174,13 +174,17 @@ bool flows(live::session& one, std::uint32_t number) {
     one.apply({"case", {static_cast<float>(number)}});
     one.apply({"mode", {2}});
     one.apply({"scale", {20}});
+    constexpr int frames = 6; // of a beat, for each place of the probe
+    one.apply({"interval", {std::round(120 / one.beat.rate / frames)}});
     const bool crosses = one.doppler.box_middle != vec2{0, 0.5F * one.machine.settings.depth};
     std::size_t most = 0;
     for (const live::event& turn :
          {live::event{"tilt", {0}}, {"tilt", {15}}, {"tilt", {-30}}, {"tilt", {15}}, {"rock", {15}}, {"rock", {-30}}}) {
         one.apply(turn);
-        for (int i = 0; i < 4; ++i) draw(one); // of a beat
-        most = std::max(most, flowing(one));
+        for (int i = 0; i < frames; ++i) {
+            draw(one);
+            most = std::max(most, flowing(one));
+        }
     }
     const std::string text = std::string{live::cases[number].title} + ": " + std::to_string(one.vessels().size()) +
                              " vessels, " + std::to_string(most) + " samples of flow" +
