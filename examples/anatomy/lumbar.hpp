@@ -163,33 +163,43 @@ struct lumbar_builder : builder {
                 return section{
                     y, {side * x, fascia_at(y) + z * m}, half_width, half_thickness * m, side * turn, side * bend};
             };
-            const auto muscle = [&](std::vector<section> table, std::uint64_t number, const std::string& name,
-                                    int priority, vec3 fibres, float power) {
+            const auto belly = [&](std::vector<section> table, std::uint64_t number, float power) {
                 const swept shape{.sections = std::move(table),
                                   .power = power,
                                   .start = 6_mm,
                                   .end = 6_mm,
                                   .waves = 0.4_mm,
                                   .seed = seed + number + (side > 0 ? 0U : 20U)};
-                add(confined(
-                        shape.surface(cell(3_mm)), [&](vec3 p) { return -back.distance(p); }, 0.8_mm),
-                    media::back_muscle, priority, sided + name, "back", fibres);
+                return confined(
+                    shape.surface(cell(3_mm)), [&](vec3 p) { return -back.distance(p); }, 1.2_mm);
+            };
+            const auto muscle = [&](mesh shape, const std::string& name, int priority, vec3 fibres) {
+                add(std::move(shape), media::back_muscle, priority, sided + name, "back", fibres);
             };
             // They overlap one another and the bones: priorities cut them, so that they touch.
             const float last = bottom - 8_mm;
-            muscle({place(top + 3_mm, 13_mm, 16_mm, 12_mm, 16_mm), place(0, 14.5_mm, 17.5_mm, 15_mm, 17_mm),
-                    place(50_mm, 17_mm, 17_mm, 18_mm, 16.5_mm), place(90_mm, 19_mm, 12_mm, 17_mm, 11.5_mm),
-                    place(last, 16_mm, 6_mm, 12_mm, 5_mm)},
-                   100, "multifidus", 3, {-0.2F * side, -1, 0.08F}, 4);
-            muscle({place(top + 3_mm, 42_mm, 20_mm, 27_mm, 20_mm), place(0, 47_mm, 21_mm, 27_mm, 20.5_mm),
-                    place(50_mm, 50_mm, 17_mm, 24_mm, 16.5_mm), place(90_mm, 51_mm, 9_mm, 18_mm, 8.5_mm)},
-                   101, "erector spinae", 2, {0, 1, 0}, 3.2F);
-            muscle({place(top + 3_mm, 58_mm, 45_mm, 22_mm, 9_mm), place(0, 62_mm, 46_mm, 25_mm, 9_mm),
-                    place(45_mm, 66_mm, 44_mm, 24_mm, 8_mm)},
-                   102, "quadratus lumborum", 1, {0, 1, 0}, 2.6F);
-            muscle({place(top + 3_mm, 32_mm, 72_mm, 15_mm, 20_mm), place(0, 38_mm, 74_mm, 21_mm, 25_mm),
-                    place(80_mm, 48_mm, 80_mm, 24_mm, 24_mm)},
-                   103, "psoas", 0, {0, 1, 0}, 2.4F);
+            // Its border leans: at the fascia it is wider than at the laminae.
+            const mesh multifidus =
+                belly({place(top + 3_mm, 14_mm, 15_mm, 12_mm, 17_mm, 0.2F), place(0, 16_mm, 16_mm, 15_mm, 18_mm, 0.32F),
+                       place(50_mm, 19_mm, 16_mm, 18_mm, 17_mm, 0.32F),
+                       place(90_mm, 20_mm, 12_mm, 17_mm, 11.5_mm, 0.2F), place(last, 16_mm, 6_mm, 12_mm, 5_mm)},
+                      100, 2.6F);
+            // Between it and the erector spinae. Of the same priority, so that the muscle, which is added later, fills it.
+            add(grown(multifidus, 0.35_mm, 0.8F, 6_mm, seed + 140), tissue::fascia, 3,
+                sided + "fascia of the multifidus", "back");
+            muscle(multifidus, "multifidus", 3, {-0.2F * side, -1, 0.08F});
+            muscle(belly({place(top + 3_mm, 42_mm, 20_mm, 27_mm, 20_mm), place(0, 47_mm, 21_mm, 27_mm, 20.5_mm),
+                          place(50_mm, 50_mm, 17_mm, 24_mm, 16.5_mm), place(90_mm, 51_mm, 9_mm, 18_mm, 8.5_mm)},
+                         101, 3.2F),
+                   "erector spinae", 2, {0, 1, 0});
+            muscle(belly({place(top + 3_mm, 58_mm, 45_mm, 22_mm, 9_mm), place(0, 62_mm, 46_mm, 25_mm, 9_mm),
+                          place(45_mm, 66_mm, 44_mm, 24_mm, 8_mm)},
+                         102, 2.6F),
+                   "quadratus lumborum", 1, {0, 1, 0});
+            muscle(belly({place(top + 3_mm, 32_mm, 72_mm, 15_mm, 20_mm), place(0, 38_mm, 74_mm, 21_mm, 25_mm),
+                          place(80_mm, 48_mm, 80_mm, 24_mm, 24_mm)},
+                         103, 2.4F),
+                   "psoas", 0, {0, 1, 0});
         }
     }
 
