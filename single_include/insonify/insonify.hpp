@@ -6739,10 +6739,11 @@ struct layer {
     /// Second derivatives of that surface's depth, 1/m, positive where it recedes to both sides: across the line in the
     /// slice plane, out of it, and mixed.
     vec3 curvature{0, 0, 0};
-    float roughness = -1;    ///< of that surface: rms height, metres; below 0: the larger one of the two media
-    std::uint32_t place = 0; ///< index into the poses of the line
-    object_surface own_begin{}, own_end{}; ///< at `begin` and `end`
-    float moved = 0; ///< of the surface at `begin` along the line since the first pulse of a train, metres
+    float roughness = -1;       ///< of that surface: rms height, metres; below 0: the larger one of the two media
+    std::uint32_t place = 0;    ///< index into the poses of the line
+    object_surface own_begin{}; ///< at `begin`
+    object_surface own_end{};   ///< at `end`
+    float moved = 0;            ///< of the surface at `begin` along the line since the first pulse of a train, metres
 };
 
 /// The coordinate frame of a line in the world; axes of length 1.
@@ -11942,7 +11943,8 @@ struct material_line {
     float fnumber = 2;           ///< of the receiving aperture
     const placed_structure* structure = nullptr;     ///< of the medium; null: none
     vec2 surfaces{0, 0};                             ///< metres along the line at which its layer begins and ends
-    object_surface own_begin{}, own_end{};           ///< of the layer, in coordinates of the object
+    object_surface own_begin{};                      ///< of the layer, in coordinates of the object
+    object_surface own_end{};                        ///< likewise
     vec3 steering{0, 0, 0};                          ///< see `line_frame::steering`
     bool flowing = false;                            ///< the medium flows
     std::uint32_t frame_number = 0;                  ///< where the medium flows; 0 elsewhere

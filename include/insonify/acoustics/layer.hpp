@@ -34,10 +34,11 @@ struct layer {
     /// Second derivatives of that surface's depth, 1/m, positive where it recedes to both sides: across the line in the
     /// slice plane, out of it, and mixed.
     vec3 curvature{0, 0, 0};
-    float roughness = -1;    ///< of that surface: rms height, metres; below 0: the larger one of the two media
-    std::uint32_t place = 0; ///< index into the poses of the line
-    object_surface own_begin{}, own_end{}; ///< at `begin` and `end`
-    float moved = 0; ///< of the surface at `begin` along the line since the first pulse of a train, metres
+    float roughness = -1;       ///< of that surface: rms height, metres; below 0: the larger one of the two media
+    std::uint32_t place = 0;    ///< index into the poses of the line
+    object_surface own_begin{}; ///< at `begin`
+    object_surface own_end{};   ///< at `end`
+    float moved = 0;            ///< of the surface at `begin` along the line since the first pulse of a train, metres
 };
 
 /// The coordinate frame of a line in the world; axes of length 1.

@@ -25,7 +25,8 @@ struct material_line {
     float fnumber = 2;           ///< of the receiving aperture
     const placed_structure* structure = nullptr;     ///< of the medium; null: none
     vec2 surfaces{0, 0};                             ///< metres along the line at which its layer begins and ends
-    object_surface own_begin{}, own_end{};           ///< of the layer, in coordinates of the object
+    object_surface own_begin{};                      ///< of the layer, in coordinates of the object
+    object_surface own_end{};                        ///< likewise
     vec3 steering{0, 0, 0};                          ///< see `line_frame::steering`
     bool flowing = false;                            ///< the medium flows
     std::uint32_t frame_number = 0;                  ///< where the medium flows; 0 elsewhere
