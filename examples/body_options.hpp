@@ -115,25 +115,24 @@ inline body_of_file load_file(const body_options& chosen) {
     return made;
 }
 
-/// Lists the regions, or one of them, with their views and parameters. @param only  empty: all
-/// @throws usage_error  where there is no such region
-inline void list_regions(const std::string& only) {
-    if (!only.empty()) static_cast<void>(anatomy::find_region(only));
-    for (const anatomy::region& region : anatomy::regions()) {
-        if (!only.empty() && only != region.name) continue;
-        std::printf("--anatomy %s: %s\n", region.name, region.title);
-        for (const anatomy::view& view : region.make().views)
-            std::printf("  --view %s: %s\n", view.name.c_str(), view.title.c_str());
-        for (const anatomy::parameter& one : region.parameters) {
-            const anatomy::parameter_unit in = one.written_unit();
-            const auto text = [&](float value) {
-                return one.is_choice ? std::to_string(std::lround(value))
-                                     : insonify::detail::number_text(value / in.size);
-            };
-            std::printf("  --parameter %s=%s%s: %s, %s to %s\n", one.name, text(one.usual).c_str(), in.name,
-                        one.description, text(one.smallest).c_str(), text(one.largest).c_str());
-        }
+/// Lists a region with its views and parameters.
+inline void list_region(const anatomy::region& region) {
+    std::printf("--anatomy %s: %s\n", region.name, region.title);
+    for (const anatomy::view& view : region.make().views)
+        std::printf("  --view %s: %s\n", view.name.c_str(), view.title.c_str());
+    for (const anatomy::parameter& one : region.parameters) {
+        const anatomy::parameter_unit in = one.written_unit();
+        const auto text = [&](float value) {
+            return one.is_choice ? std::to_string(std::lround(value)) : insonify::detail::number_text(value / in.size);
+        };
+        std::printf("  --parameter %s=%s%s: %s, %s to %s\n", one.name, text(one.usual).c_str(), in.name,
+                    one.description, text(one.smallest).c_str(), text(one.largest).c_str());
     }
+}
+/// Lists a region by name, or all. @param only  empty: all  @throws usage_error  where there is no such region
+inline void list_regions(const std::string& only) {
+    if (!only.empty()) return list_region(anatomy::find_region(only));
+    for (const anatomy::region& region : anatomy::regions()) list_region(region);
 }
 
 #endif

@@ -170,8 +170,9 @@ struct lumbar_builder : builder {
                                   .end = 6_mm,
                                   .waves = 0.4_mm,
                                   .seed = seed + number + (side > 0 ? 0U : 20U)};
+                constexpr float room = 1.2_mm; // for the fascia of the multifidus, below that of the back
                 return confined(
-                    shape.surface(cell(3_mm)), [&](vec3 p) { return -back.distance(p); }, 1.2_mm);
+                    shape.surface(cell(3_mm)), [&](vec3 p) { return -back.distance(p); }, room);
             };
             const auto muscle = [&](mesh shape, const std::string& name, int priority, vec3 fibres) {
                 add(std::move(shape), media::back_muscle, priority, sided + name, "back", fibres);

@@ -698,25 +698,26 @@ struct right_upper_quadrant_builder : builder {
                               settings,
                               {},
                               pressed});
+        // Straight in, along the kidney, which is towards the feet.
+        const auto at_kidney = [&](vec3 from) {
+            const float along = (from.y - kidney_centre.y) / long_axis.y;
+            return look_at(from, kidney_centre + along * long_axis, long_axis);
+        };
         const float flank = 100;
-        const vec3 behind = on_skin(flank, rib_at(11, flank) + 11_mm);
-        const float along = (behind.y - kidney_centre.y) / long_axis.y; // straight in: the kidney towards the feet
         made.views.push_back({"morison",
                               "kidney lengthwise beside the liver: the hepatorenal recess",
-                              look_at(behind, kidney_centre + along * long_axis, long_axis),
+                              at_kidney(on_skin(flank, rib_at(11, flank) + 11_mm)),
                               probe,
                               settings,
                               {},
                               pressed});
         // The small face of a phased array stands between two ribs, across them.
         const float axillary = 84;
-        const vec3 between_ribs = on_skin(axillary, 0.5F * (rib_at(10, axillary) + rib_at(11, axillary)));
-        const float recess = (between_ribs.y - kidney_centre.y) / long_axis.y;
         settings = presets::heart.settings;
         settings.depth = 140_mm;
         made.views.push_back({"trauma",
                               "hepatorenal recess between the ribs, by a phased array",
-                              look_at(between_ribs, kidney_centre + recess * long_axis, long_axis),
+                              at_kidney(on_skin(axillary, 0.5F * (rib_at(10, axillary) + rib_at(11, axillary)))),
                               presets::heart.probe,
                               settings,
                               {},

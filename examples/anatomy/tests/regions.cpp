@@ -216,6 +216,33 @@ TEST_CASE("at the default resolution a body has at most 400,000 triangles and is
     }
 }
 
+TEST_CASE("between multifidus and erector spinae lies a fascia, on both sides") {
+    for (const float variant : {1.0F, 2.0F, 3.0F}) {
+        anatomy::body body = anatomy::find_region("lumbar").make({{"variant", variant}, {"resolution", coarse}});
+        body.anatomy.build(exec::par);
+        const auto name_at = [&](vec3 place) {
+            const std::optional<object_id> here = object_at(body.anatomy, place);
+            return here ? body.anatomy[*here].name : std::string{};
+        };
+        for (const std::string side : {"right ", "left "}) {
+            vec3 middle{0, 0, 0}; // of the muscle, in the middle of the region
+            float count = 0;
+            for (const vec3 p : named(body, side + "multifidus").surface.positions)
+                if (std::fabs(p.y) < 4_mm) {
+                    middle += p;
+                    ++count;
+                }
+            middle *= 1 / count;
+            CHECK(name_at(middle) == side + "multifidus");
+            std::set<std::string> passed;
+            const float outwards = middle.x > 0 ? 0.05_mm : -0.05_mm;
+            for (vec3 p = middle; std::fabs(p.x) < 60_mm && name_at(p) != side + "erector spinae"; p.x += outwards)
+                passed.insert(name_at(p));
+            CHECK(passed == std::set<std::string>{side + "multifidus", side + "fascia of the multifidus"});
+        }
+    }
+}
+
 TEST_CASE("a vessel's line says where its wall is, on all sides") {
     for (const anatomy::region& region : anatomy::regions())
         for (const float side : {0.0F, 1.0F}) {

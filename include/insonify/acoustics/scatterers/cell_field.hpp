@@ -333,6 +333,7 @@ class rest_curve {
     INSONIFY_FN float distance(std::uint32_t i) const {
         return i == last_ ? end_ : begin_ + static_cast<float>(i) * step_;
     }
+    /// In tissue at rest.
     INSONIFY_FN vec3 point(std::uint32_t i) const { return point_[i]; }
     /// Metres of tissue at rest per metre of the line, from one point straight to another.
     INSONIFY_FN vec3 along(std::uint32_t from, std::uint32_t to) const {
