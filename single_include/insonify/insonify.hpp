@@ -13136,6 +13136,7 @@ class rest_curve {
     INSONIFY_FN float distance(std::uint32_t i) const {
         return i == last_ ? end_ : begin_ + static_cast<float>(i) * step_;
     }
+    /// In tissue at rest.
     INSONIFY_FN vec3 point(std::uint32_t i) const { return point_[i]; }
     /// Metres of tissue at rest per metre of the line, from one point straight to another.
     INSONIFY_FN vec3 along(std::uint32_t from, std::uint32_t to) const {
@@ -14072,6 +14073,8 @@ struct line_kernels {
     float spacing = 1;                    ///< metres of displayed depth to each part
     std::uint32_t planes = 1;             ///< elevation planes
     std::uint32_t plane = 0;              ///< of the line
+    float speckle_length = 0;             ///< correlation length of speckle across the lines, metres
+    float surface_length = 0;             ///< the same of the echoes of rough surfaces
 
     /// The part that a displayed depth lies in, metres.
     INSONIFY_FN std::size_t index(float depth) const {
@@ -14096,6 +14099,17 @@ struct line_kernels {
     }
 };
 
+/// How far apart those paths are that stand for neighbouring lines, over the spacing of the lines: curved mirrors spread or
+/// gather them.
+struct path_spread {
+    float begin = 1;     ///< at the displayed depth `from`
+    float per_metre = 0; ///< of displayed depth
+    float from = 0;      ///< metres
+    float parts = 1;     ///< paths that each line is divided into
+
+    INSONIFY_FN float at(float depth) const { return std::fabs(begin + per_metre * (depth - from)); }
+};
+
 /// An `echo_line` that compensates for the kernels before it writes.
 class compensated_echoes {
   public:
@@ -14106,6 +14120,8 @@ class compensated_echoes {
           phase_per_metre_{4 * pi * frequency / display_speed} {}
 
     INSONIFY_FN float depth() const { return echoes_.depth(); }
+    /// Of what is written from now on.
+    INSONIFY_FN void set_spread(const path_spread& spread) { spread_ = spread; }
     /// As `echo_line::add`: an echo without compensation.
     INSONIFY_FN void add(float depth, vec2 amplitude) const { echoes_.add(depth, amplitude); }
 
@@ -14157,7 +14173,8 @@ class compensated_echoes {
             const kernel_sample here = kernels_.at(depth);
             const vec2 q_squared = square(phase_per_metre_) * run.slope * run.slope,
                        lost = 0.5F * q_squared * here.speckle_spread;
-            return here.speckle_gain * kernels_.random_weight(depth) *
+            return spread_gain(here, here.speckle_gain, kernels_.speckle_length, depth) *
+                   kernels_.random_weight(depth) *
                    std::exp(0.5F * min(lost.x + lost.y + here.speckle_loss * q_squared.x * q_squared.x, 2));
         };
         constexpr float max_level = 1e20F; // keeps sums finite
@@ -14179,10 +14196,11 @@ class compensated_echoes {
         const vec2 decorrelation = vec2{1, 1} + slope * slope * here.surface_spread * per_metre;
         const view<const plane_sample> planes = kernels_.planes_at(depth);
         const surface_strip strip{slope.y, curvature.y, planes.empty() ? vec2{0, 0} : planes[kernels_.plane].strip};
-        const float range = min(here.line_spacing * std::fabs(slope.x) + strip.range(), 3e-3F);
+        const float range = min(path_spacing(here, depth) * std::fabs(slope.x) + strip.range(), 3e-3F);
         const float part = max(0.5F * sigma_, 1e-6F), steps = std::ceil(range / part);
-        const float gain =
-            min(here.surface_gain * std::sqrt(std::sqrt(decorrelation.x * decorrelation.y)), here.uncorrelated_gain);
+        const float gain = min(spread_gain(here, here.surface_gain, kernels_.surface_length, depth) *
+                                   std::sqrt(std::sqrt(decorrelation.x * decorrelation.y)),
+                               here.uncorrelated_gain * std::sqrt(spread_.parts));
         const float level = amplitude * gain / std::sqrt(steps + 1);
         const float along_strip = strip.deeper(1) > strip.deeper(0) ? 1.0F : -1.0F,
                     across = along_strip * max(steps * part - strip.range(), 0);
@@ -14201,6 +14219,22 @@ class compensated_echoes {
     // The part of an echo that the aperture collects, over what the kernels keep of it. At most twice the echo: the
     // lines and planes that meet the edge of a steep surface have half of the kernel's weight.
     INSONIFY_FN static float raised(float collected, float transfer) { return min(collected / transfer, 2); }
+
+    // Metres from one path to the next.
+    INSONIFY_FN float path_spacing(const kernel_sample& here, float depth) const {
+        return here.line_spacing * spread_.at(depth) / spread_.parts;
+    }
+    // The gain that keeps the rms of random echoes on paths that are not as far apart as the lines. The kernels average
+    // over paths of which a number within the correlation length, at least 1, is as one, instead of over lines of which
+    // another number is.
+    INSONIFY_FN float spread_gain(const kernel_sample& here, float of_lines, float correlation_length,
+                                  float depth) const {
+        const float spacing = path_spacing(here, depth);
+        if (spacing == here.line_spacing) return of_lines;
+        const float as_one = max(correlation_length / max(spacing, 1e-9F), 1),
+                    lines_as_one = max(correlation_length / here.line_spacing, 1);
+        return max(of_lines * std::sqrt(spread_.parts * lines_as_one / as_one), 1);
+    }
 
     // Fraction of a sloping surface's echo that `convolve` keeps. The Gaussian across the lines, narrowed to where the
     // pulse still overlaps, 1 / sigma'^2 = 1 / sigma_x^2 + s^2 / sigma_z^2, and its spectrum at the phase gradient
@@ -14255,6 +14289,7 @@ class compensated_echoes {
     INSONIFY_FN static float square(float x) { return x * x; }
     echo_line echoes_;
     line_kernels kernels_;
+    path_spread spread_{};
     float frequency_;
     float sigma_;
     float phase_per_metre_;
@@ -14793,11 +14828,12 @@ struct kernel_table_view {
 
     view<const kernel_sample> samples{}; ///< by distance from the border in lines, then by part; empty: no compensation
     view<const std::uint32_t> sets{};    ///< of each line, the number of its set of planes
-    view<const plane_sample> of_planes{}; ///< by set, then by part, then by plane
-    std::uint32_t planes = 1;             ///< elevation planes
-    std::uint32_t lines = 0;              ///< of the probe
-    std::uint32_t border = 0;             ///< lines further than this from the border share a table
-    float spacing = 1;                    ///< metres to each part
+    view<const plane_sample> of_planes{};         ///< by set, then by part, then by plane
+    std::uint32_t planes = 1;                     ///< elevation planes
+    std::uint32_t lines = 0;                      ///< of the probe
+    std::uint32_t border = 0;                     ///< lines further than this from the border share a table
+    float spacing = 1;                            ///< metres to each part
+    float speckle_length = 0, surface_length = 0; ///< as in `line_kernels`
 
     /// The kernels along one line of one plane.
     INSONIFY_FN line_kernels of_line(std::uint32_t line, std::uint32_t plane) const {
@@ -14808,7 +14844,9 @@ struct kernel_table_view {
                 .of_planes = {of_planes.data() + sets[line] * of_set, of_set},
                 .spacing = spacing,
                 .planes = planes,
-                .plane = plane};
+                .plane = plane,
+                .speckle_length = speckle_length,
+                .surface_length = surface_length};
     }
 };
 
@@ -14843,6 +14881,8 @@ class kernel_table {
         samples_.resize(std::size_t{border_ + 1} * depths);
         of_planes_.resize(of_lines.sets() * depths * planes_);
         work_.resize(depths);
+        speckle_length_ = correlation_length(speckle);
+        surface_length_ = correlation_length(surface);
         constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
         const float chord = probe.lines < 2 ? 0.0F : length(all[0].direction - all[1].direction),
                     turned = 2 * std::asin(min(0.5F * chord, 1));
@@ -14890,7 +14930,9 @@ class kernel_table {
                 .planes = planes_,
                 .lines = lines_,
                 .border = border_,
-                .spacing = spacing_};
+                .spacing = spacing_,
+                .speckle_length = speckle_length_,
+                .surface_length = surface_length_};
     }
 
   private:
@@ -14913,6 +14955,14 @@ class kernel_table {
         std::vector<float> power, amplitudes;
         levels of_groups, speckle, surface, uncorrelated;
     };
+
+    // The integral of a covariance over the distance in the slice plane, to either side, metres.
+    static float correlation_length(const covariance& of) {
+        constexpr float step = 10e-6F, longest = 2e-3F;
+        float sum = 1;
+        for (float apart = step; apart < longest; apart += step) sum += 2 * of(vec2{apart, 0}, 0);
+        return step * max(sum, 0);
+    }
 
     // Lines that lie much closer together than the kernel is wide are taken in groups, each as one line: near the apex of a
     // sector the kernel reaches over all of them.
@@ -15023,6 +15073,7 @@ class kernel_table {
     std::uint32_t lines_ = 0;
     std::uint32_t border_ = 0;
     float spacing_ = 1;
+    float speckle_length_ = 0, surface_length_ = 0;
     large_array<kernel_sample> samples_;
     std::vector<std::uint32_t> sets_;
     std::vector<plane_sample> of_planes_;
@@ -16247,6 +16298,11 @@ class ray_tube {
     /// Whether the wave front is plane.
     INSONIFY_FN bool plane() const { return bend_ == mat3{0}; }
 
+    /// How a distance across the path grows: per metre of it, per metre of the path.
+    INSONIFY_FN float divergence(vec3 across) const { return dot(across, bend_ * across); }
+    /// How the path turns, a distance across it away: radians.
+    INSONIFY_FN vec3 turned(vec3 across) const { return bend_ * across; }
+
     /// a(s). Near a focus it is bounded: there the beam has its diffraction-limited width.
     INSONIFY_FN float amplitude(float metres) const {
         constexpr float smallest = 0.25F; // of the determinant: at most 6 dB
@@ -16298,6 +16354,10 @@ struct path_branch {
     std::uint32_t bounces = 0; ///< reflections so far
     std::uint32_t inside = 0;  ///< how many objects contain it: the last ones of `line_scratch::branch_objects`
     bool inverted = false;     ///< an odd number of the reflections turned the sign of the pressure
+    float apart = 1;           ///< distance between paths that stand for neighbouring lines, over that of the lines
+    std::uint32_t parts = 1;   ///< paths that the line is divided into here
+    bool in_middle = true;     ///< of these
+    bool to_mirror = false;    ///< it only leads to the mirror at which the line was divided
 };
 
 /// A path that arrived at a surface. Sound that arrives along one such path may return along another: see `paths`.
@@ -16319,6 +16379,7 @@ concept path_model = acoustic_model<Model> && requires(const Model& m, const tra
                                                        echo_path& path, const echo_line& echoes, const incidence& at) {
     m.emit_speckle(line, one, path, echoes);
     { m.add_interface(line, one, one, path, echoes) } -> std::same_as<response>;
+    { m.at_interface(at) } -> std::same_as<response>;
     { m.roughness.coherent(at) } -> std::convertible_to<float>;
     { m.refracted(vec3{}, vec3{}, at.before, at.after) } -> std::convertible_to<vec3>;
 };
@@ -16331,7 +16392,7 @@ class path_follower {
     INSONIFY_FN path_follower(const line_task& task, const Model& model, const path_settings& settings,
                               line_scratch& scratch, view<vec2> out)
         : scene_{task.scene}, model_{model}, settings_{settings}, line_{task.line}, face_{task.line.frame},
-          echoes_{task.echoes(out)}, found_{scratch.found}, branches_{scratch.branches},
+          echoes_{task.echoes(out)}, kernels_{task.kernels}, found_{scratch.found}, branches_{scratch.branches},
           branch_objects_{scratch.branch_objects}, arrivals_{scratch.arrivals} {
         for (const medium& m : scene_.media) fastest_ = max(fastest_, m.sound_speed);
     }
@@ -16375,22 +16436,24 @@ class path_follower {
         line_.frame = now.frame;
         aperture_gain spread[spread_steps];
         spread_sound(now, limit, spread);
+        echoes_.set_spread({now.apart, now.apart * divergence(now), now.path.shown, static_cast<float>(now.parts)});
         // Surfaces that touch the face do not lie before it.
         layer_walk walk{scene_, now.frame, found_, limit == face ? limit - touching_distance : limit, true};
         walk.skip_departure(now.left);
         for (layer above; walk.next(above);) {
             if (walk.at_end()) above.end = limit;
             now.path.gains = now.path.gains.next(line_.gains, above, line_.media[above.medium]);
-            model_.emit_speckle(line_, above, now.path, echoes_);
+            if (!now.to_mirror) model_.emit_speckle(line_, above, now.path, echoes_);
+            const echo_path entered = now.path;
             pass(model_, line_, above, now.path);
             if (walk.at_end()) break;
             layer below = walk.beyond();
             if (above.medium != below.medium) {
-                split(now, walk, above, below);
+                split(now, entered, walk, above, below);
                 return !found_.inside.overflow;
             }
         }
-        if (limit == face) return_from_face(now, face);
+        if (limit == face && !now.to_mirror) return_from_face(now, face);
         return !found_.inside.overflow;
     }
 
@@ -16407,17 +16470,23 @@ class path_follower {
         }
         line_.gains = {{spread, spread_steps}, step};
     }
+    // Of the paths of neighbouring lines: see `ray_tube::divergence`.
+    INSONIFY_FN static float divergence(const path_branch& now) {
+        return now.tube.divergence(cross(now.frame.elevation, now.frame.along));
+    }
     // A path at the end of a piece.
     INSONIFY_FN static path_branch arrived_at(path_branch now, float distance) {
         now.path.passed *= now.tube.amplitude(distance);
         now.path.gains = {};
+        now.apart *= std::fabs(1 + distance * divergence(now));
         now.tube = now.tube.after(distance);
         return now;
     }
 
     // Splits a path at a surface into a transmitted and a reflected branch.
-    INSONIFY_FN void split(const path_branch& arriving, const layer_walk<>& walk, const layer& above,
-                           const layer& below) {
+    // @param entered  the state of the sound where the layer above began
+    INSONIFY_FN void split(const path_branch& arriving, const echo_path& entered, const layer_walk<>& walk,
+                           const layer& above, const layer& below) {
         const medium &before = line_.media[above.medium], &after = line_.media[below.medium];
         const path_branch now = arriving.tube.plane() ? arriving : arrived_at(arriving, below.begin);
         const vec3 smooth = walk.met().normal, flat = walk.met().flat;
@@ -16429,8 +16498,9 @@ class path_follower {
             frame = {frame.origin, normalize(frame.path()), frame.elevation, 0, frame.steering};
         const vec3 along = frame.along;
         const incidence at{before, after, walk.met().cosine, line_.frequency, below.roughness};
-        const response met = model_.add_interface(line_, above, below, now.path, echoes_);
-        if (settings_.pairs) record(now, below.begin, walk.met().normal, above, below);
+        const response met =
+            now.to_mirror ? model_.at_interface(at) : model_.add_interface(line_, above, below, now.path, echoes_);
+        if (settings_.pairs && !now.to_mirror) record(now, below.begin, walk.met().normal, above, below);
         // There and back. A rough surface mirrors only its coherent part.
         const float mirrored = model_.roughness.coherent(at);
         const float back = met.reflected * met.reflected * mirrored * mirrored;
@@ -16459,9 +16529,48 @@ class path_follower {
         (walk.is_own() ? on : off).left = {std::fabs(dot(smooth, along)), smooth};
         off.inverted = now.inverted != (met.reflected < 0);
         ++off.bounces;
-        push(on, found_.inside);
+        off.to_mirror = false;
+        if (!now.to_mirror) push(on, found_.inside);
         walk.step_back(found_.inside);
-        push(off, found_.inside);
+        if (const std::uint32_t parts = now.to_mirror ? 1 : parts_behind(off); parts > 1)
+            divide(arriving, entered, above, parts);
+        else
+            push(off, found_.inside);
+    }
+
+    // Into how many paths sound divides that a curved mirror spreads, so that they are no further apart than the lines.
+    INSONIFY_FN std::uint32_t parts_behind(const path_branch& off) const {
+        constexpr float faintest = 0.1F; // amplitude of what goes on: behind gas and bone, not soft tissue
+        constexpr float most = 15;
+        if (!(off.path.passed * static_cast<float>(off.parts) >= faintest)) return 1;
+        const float left = min(max(echoes_.depth() - off.path.shown, 0), to_face(off.frame));
+        const float apart = off.apart * std::fabs(1 + left * divergence(off)) / static_cast<float>(off.parts);
+        return apart < 1.5F ? 1 : 2 * static_cast<std::uint32_t>(0.5F * min(apart, most)) + 1;
+    }
+    // Divides a path in front of a mirror into parts, side by side. Each finds the mirror by itself.
+    // @param above  the layer in front of the mirror, on the path
+    INSONIFY_FN void divide(const path_branch& arriving, const echo_path& entered, layer above, std::uint32_t parts) {
+        path_branch now = arriving;
+        above.end = 0.5F * (above.begin + above.end);
+        now.path = entered;
+        pass(model_, line_, above, now.path);
+        const vec3 point = now.frame.at(above.end), along = now.frame.along, across = cross(now.frame.elevation, along);
+        now = arrived_at(now, above.end);
+        now.left = {};
+        now.to_mirror = true;
+        now.parts *= parts;
+        now.path.passed /= static_cast<float>(parts);
+        const kernel_sample lines = kernels_.at(now.path.shown);
+        const float width = lines.line_spacing * now.apart / static_cast<float>(now.parts);
+        const line_frame before = now.frame;
+        for (std::uint32_t i = 0; i < parts; ++i) {
+            const float beside = (static_cast<float>(i) - 0.5F * static_cast<float>(parts - 1)) * width;
+            path_branch part = now;
+            part.frame = turned(before, point + beside * across - 0.5F * beside * beside * divergence(now) * along,
+                                normalize(along + beside * (now.tube.turned(across) + lines.divergence * across)));
+            part.in_middle = now.in_middle && 2 * i + 1 == parts;
+            push(part, found_.inside);
+        }
     }
 
     // Ends a path at the face of the probe, and starts its reflection there if the face reflects.
@@ -16471,8 +16580,7 @@ class path_follower {
         if (!now.tube.plane()) now = arrived_at(now, distance);
         add_face_echo(now.path);
         const vec3 point = now.frame.at(distance);
-        if (settings_.pairs) record(now, distance, face_.along, {}, {});
-        if (settings_.pairs && !overflow_) arrivals_[arrived_ - 1].at_face = true;
+        if (settings_.pairs) record(now, distance, face_.along, {}, {}, true);
         now.frame = turned(now.frame, point, now.frame.along - 2 * dot(now.frame.along, face_.along) * face_.along);
         if (!now.tube.plane())
             now.tube = now.tube.mirrored(face_.along, now.frame.along, {0, 0, 0}, {0, 0, 0}, {0, 0, 0});
@@ -16489,17 +16597,21 @@ class path_follower {
                                  0});
     }
 
-    INSONIFY_FN void record(const path_branch& now, float distance, vec3 normal, const layer& above,
-                            const layer& below) {
+    INSONIFY_FN void record(const path_branch& now, float distance, vec3 normal, const layer& above, const layer& below,
+                            bool at_face = false) {
+        if (!now.in_middle) return;
         overflow_ = overflow_ || arrived_ == arrivals_.size();
         if (overflow_) return;
         const vec3 point = now.frame.at(distance);
-        arrivals_[arrived_++] = {now.frame, point, normal, now.path, above, below, now.bounces, now.inverted};
+        path_arrival& one = arrivals_[arrived_++];
+        one = {now.frame, point, normal, now.path, above, below, now.bounces, now.inverted, at_face};
+        one.path.passed *= static_cast<float>(now.parts); // the middle part stands for the whole
     }
 
     // Sound that goes out along one path may return along another that reaches the same surface, at the mean of both
     // times. A sequence of reflections and its reverse add up, hence the 2.
     INSONIFY_FN void add_pairs() {
+        echoes_.set_spread({});
         for (std::uint32_t i = 0; i < arrived_; ++i)
             for (std::uint32_t j = i + 1; j < arrived_; ++j) {
                 const path_arrival &out = arrivals_[i], &home = arrivals_[j];
@@ -16551,6 +16663,7 @@ class path_follower {
     traced_line line_;
     line_frame face_;
     compensated_echoes echoes_;
+    const line_kernels& kernels_;
     line_crossings& found_;
     view<path_branch> branches_;
     view<std::uint32_t> branch_objects_;
@@ -16572,7 +16685,8 @@ class path_follower {
 /// direction, sound also goes out along one and returns along the other: plane layers thus give all of their
 /// echoes, as the sum over every sequence of reflections does, above `min_amplitude`. Directions follow the model's
 /// own interface law where it gives one, else Snell's. The face of the probe is an infinite plane, where paths end.
-/// Curved mirrors spread or focus the sound, curved surfaces that refract it do not. Speckle is that of sound which
+/// Curved mirrors spread or focus the sound, curved surfaces that refract it do not: where a mirror would spread it to
+/// more than the distance of the lines, the line is divided into up to 15 paths. Speckle is that of sound which
 /// returns as it went out.
 struct paths {
     path_settings settings{}; ///< how far they are followed

@@ -1,9 +1,13 @@
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/probe/linear_array.hpp>
+#include <insonify/signal/kernel/convolve.hpp>
 #include <insonify/tracing/paths.hpp>
 #include <insonify/tracing/trace.hpp>
+#include <algorithm>
+#include <cmath>
 #include <doctest/doctest.h>
+#include <vector>
 
 #include "echoes.hpp"
 
@@ -196,6 +200,55 @@ TEST_CASE("behind a mirror stands the image of what is before it") {
                                      straight_lines{line_search::rays}),
                                20))
         CHECK(std::fabs(e.depth - static_cast<double>(29_mm * scale)) > 40e-6);
+}
+
+TEST_CASE("behind a curved mirror stands one image, not one of each line") {
+    // A thin rough plate, whose image on the sides of a tube of gas is steep: there the paths of neighbouring lines meet it
+    // far apart.
+    const medium around{.density = 1050, .sound_speed = 1540, .attenuation = 0.1_dB_per_cm};
+    scene body{around};
+    body.add(paths_test::slab(6_mm, 6.5_mm),
+             medium{.density = 950, .sound_speed = 1540, .attenuation = 0.1_dB_per_cm, .roughness = 60_um});
+    body.add(make_tube({{{0, -40_mm, 26_mm}, vec2{10_mm}}, {{0, 40_mm, 26_mm}, vec2{10_mm}}}, {.segments = 256}),
+             tissue::air);
+    body.build(exec::par);
+    const acquisition scan{.depth = 36_mm, .samples = 1440, .planes = 1};
+    const auto image_of = [&](std::uint32_t lines) { // power by depth, from 2 mm below its top on
+        const linear_array probe{.lines = lines, .width = 20_mm, .frequency = 9_MHz};
+        const iq_lines seen =
+            convolve(exec::par, trace(exec::par, body, probe, pose{}, physical<>{}, scan, paths{}), pulse{}, probe);
+        std::vector<double> power;
+        for (std::uint32_t k = 1130; k < 1330; ++k) {
+            power.push_back(0);
+            for (std::uint32_t line = 0; line < lines; ++line)
+                power.back() += static_cast<double>(dot(seen(line, k), seen(line, k))) / lines;
+        }
+        return power;
+    };
+    const auto total = [](const std::vector<double>& power) {
+        double sum = 0;
+        for (const double one : power) sum += one;
+        return sum;
+    };
+    // A smooth image has some power at every depth: the least within a millimetre, over the mean.
+    const auto evenness = [](const std::vector<double>& power) {
+        double least = 0, mean = 0;
+        for (std::size_t k = 0; k + 40 <= power.size(); k += 40) {
+            least += *std::min_element(power.begin() + static_cast<std::ptrdiff_t>(k),
+                                       power.begin() + static_cast<std::ptrdiff_t>(k) + 40);
+            for (std::size_t i = k; i < k + 40; ++i) mean += power[i] / 40;
+        }
+        return least / mean;
+    };
+    const std::vector<double> fine = image_of(1024);
+    for (const std::uint32_t lines : {64U, 128U, 256U}) {
+        const std::vector<double> coarse = image_of(lines);
+        const double level = 10 * std::log10(total(coarse) / total(fine));
+        MESSAGE(lines, " lines: ", level, " dB of 1,024 lines, least over mean ", evenness(coarse), ", of these ",
+                evenness(fine));
+        CHECK(std::fabs(level) < 1.5);
+        CHECK(evenness(coarse) > 0.5 * evenness(fine));
+    }
 }
 
 TEST_CASE("paths are bit-equal on any number of threads, and refuse settings out of range") {

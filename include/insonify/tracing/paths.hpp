@@ -37,6 +37,11 @@ class ray_tube {
     /// Whether the wave front is plane.
     INSONIFY_FN bool plane() const { return bend_ == mat3{0}; }
 
+    /// How a distance across the path grows: per metre of it, per metre of the path.
+    INSONIFY_FN float divergence(vec3 across) const { return dot(across, bend_ * across); }
+    /// How the path turns, a distance across it away: radians.
+    INSONIFY_FN vec3 turned(vec3 across) const { return bend_ * across; }
+
     /// a(s). Near a focus it is bounded: there the beam has its diffraction-limited width.
     INSONIFY_FN float amplitude(float metres) const {
         constexpr float smallest = 0.25F; // of the determinant: at most 6 dB
@@ -88,6 +93,10 @@ struct path_branch {
     std::uint32_t bounces = 0; ///< reflections so far
     std::uint32_t inside = 0;  ///< how many objects contain it: the last ones of `line_scratch::branch_objects`
     bool inverted = false;     ///< an odd number of the reflections turned the sign of the pressure
+    float apart = 1;           ///< distance between paths that stand for neighbouring lines, over that of the lines
+    std::uint32_t parts = 1;   ///< paths that the line is divided into here
+    bool in_middle = true;     ///< of these
+    bool to_mirror = false;    ///< it only leads to the mirror at which the line was divided
 };
 
 /// A path that arrived at a surface. Sound that arrives along one such path may return along another: see `paths`.
@@ -109,6 +118,7 @@ concept path_model = acoustic_model<Model> && requires(const Model& m, const tra
                                                        echo_path& path, const echo_line& echoes, const incidence& at) {
     m.emit_speckle(line, one, path, echoes);
     { m.add_interface(line, one, one, path, echoes) } -> std::same_as<response>;
+    { m.at_interface(at) } -> std::same_as<response>;
     { m.roughness.coherent(at) } -> std::convertible_to<float>;
     { m.refracted(vec3{}, vec3{}, at.before, at.after) } -> std::convertible_to<vec3>;
 };
@@ -121,7 +131,7 @@ class path_follower {
     INSONIFY_FN path_follower(const line_task& task, const Model& model, const path_settings& settings,
                               line_scratch& scratch, view<vec2> out)
         : scene_{task.scene}, model_{model}, settings_{settings}, line_{task.line}, face_{task.line.frame},
-          echoes_{task.echoes(out)}, found_{scratch.found}, branches_{scratch.branches},
+          echoes_{task.echoes(out)}, kernels_{task.kernels}, found_{scratch.found}, branches_{scratch.branches},
           branch_objects_{scratch.branch_objects}, arrivals_{scratch.arrivals} {
         for (const medium& m : scene_.media) fastest_ = max(fastest_, m.sound_speed);
     }
@@ -165,22 +175,24 @@ class path_follower {
         line_.frame = now.frame;
         aperture_gain spread[spread_steps];
         spread_sound(now, limit, spread);
+        echoes_.set_spread({now.apart, now.apart * divergence(now), now.path.shown, static_cast<float>(now.parts)});
         // Surfaces that touch the face do not lie before it.
         layer_walk walk{scene_, now.frame, found_, limit == face ? limit - touching_distance : limit, true};
         walk.skip_departure(now.left);
         for (layer above; walk.next(above);) {
             if (walk.at_end()) above.end = limit;
             now.path.gains = now.path.gains.next(line_.gains, above, line_.media[above.medium]);
-            model_.emit_speckle(line_, above, now.path, echoes_);
+            if (!now.to_mirror) model_.emit_speckle(line_, above, now.path, echoes_);
+            const echo_path entered = now.path;
             pass(model_, line_, above, now.path);
             if (walk.at_end()) break;
             layer below = walk.beyond();
             if (above.medium != below.medium) {
-                split(now, walk, above, below);
+                split(now, entered, walk, above, below);
                 return !found_.inside.overflow;
             }
         }
-        if (limit == face) return_from_face(now, face);
+        if (limit == face && !now.to_mirror) return_from_face(now, face);
         return !found_.inside.overflow;
     }
 
@@ -197,17 +209,23 @@ class path_follower {
         }
         line_.gains = {{spread, spread_steps}, step};
     }
+    // Of the paths of neighbouring lines: see `ray_tube::divergence`.
+    INSONIFY_FN static float divergence(const path_branch& now) {
+        return now.tube.divergence(cross(now.frame.elevation, now.frame.along));
+    }
     // A path at the end of a piece.
     INSONIFY_FN static path_branch arrived_at(path_branch now, float distance) {
         now.path.passed *= now.tube.amplitude(distance);
         now.path.gains = {};
+        now.apart *= std::fabs(1 + distance * divergence(now));
         now.tube = now.tube.after(distance);
         return now;
     }
 
     // Splits a path at a surface into a transmitted and a reflected branch.
-    INSONIFY_FN void split(const path_branch& arriving, const layer_walk<>& walk, const layer& above,
-                           const layer& below) {
+    // @param entered  the state of the sound where the layer above began
+    INSONIFY_FN void split(const path_branch& arriving, const echo_path& entered, const layer_walk<>& walk,
+                           const layer& above, const layer& below) {
         const medium &before = line_.media[above.medium], &after = line_.media[below.medium];
         const path_branch now = arriving.tube.plane() ? arriving : arrived_at(arriving, below.begin);
         const vec3 smooth = walk.met().normal, flat = walk.met().flat;
@@ -219,8 +237,9 @@ class path_follower {
             frame = {frame.origin, normalize(frame.path()), frame.elevation, 0, frame.steering};
         const vec3 along = frame.along;
         const incidence at{before, after, walk.met().cosine, line_.frequency, below.roughness};
-        const response met = model_.add_interface(line_, above, below, now.path, echoes_);
-        if (settings_.pairs) record(now, below.begin, walk.met().normal, above, below);
+        const response met =
+            now.to_mirror ? model_.at_interface(at) : model_.add_interface(line_, above, below, now.path, echoes_);
+        if (settings_.pairs && !now.to_mirror) record(now, below.begin, walk.met().normal, above, below);
         // There and back. A rough surface mirrors only its coherent part.
         const float mirrored = model_.roughness.coherent(at);
         const float back = met.reflected * met.reflected * mirrored * mirrored;
@@ -249,9 +268,48 @@ class path_follower {
         (walk.is_own() ? on : off).left = {std::fabs(dot(smooth, along)), smooth};
         off.inverted = now.inverted != (met.reflected < 0);
         ++off.bounces;
-        push(on, found_.inside);
+        off.to_mirror = false;
+        if (!now.to_mirror) push(on, found_.inside);
         walk.step_back(found_.inside);
-        push(off, found_.inside);
+        if (const std::uint32_t parts = now.to_mirror ? 1 : parts_behind(off); parts > 1)
+            divide(arriving, entered, above, parts);
+        else
+            push(off, found_.inside);
+    }
+
+    // Into how many paths sound divides that a curved mirror spreads, so that they are no further apart than the lines.
+    INSONIFY_FN std::uint32_t parts_behind(const path_branch& off) const {
+        constexpr float faintest = 0.1F; // amplitude of what goes on: behind gas and bone, not soft tissue
+        constexpr float most = 15;
+        if (!(off.path.passed * static_cast<float>(off.parts) >= faintest)) return 1;
+        const float left = min(max(echoes_.depth() - off.path.shown, 0), to_face(off.frame));
+        const float apart = off.apart * std::fabs(1 + left * divergence(off)) / static_cast<float>(off.parts);
+        return apart < 1.5F ? 1 : 2 * static_cast<std::uint32_t>(0.5F * min(apart, most)) + 1;
+    }
+    // Divides a path in front of a mirror into parts, side by side. Each finds the mirror by itself.
+    // @param above  the layer in front of the mirror, on the path
+    INSONIFY_FN void divide(const path_branch& arriving, const echo_path& entered, layer above, std::uint32_t parts) {
+        path_branch now = arriving;
+        above.end = 0.5F * (above.begin + above.end);
+        now.path = entered;
+        pass(model_, line_, above, now.path);
+        const vec3 point = now.frame.at(above.end), along = now.frame.along, across = cross(now.frame.elevation, along);
+        now = arrived_at(now, above.end);
+        now.left = {};
+        now.to_mirror = true;
+        now.parts *= parts;
+        now.path.passed /= static_cast<float>(parts);
+        const kernel_sample lines = kernels_.at(now.path.shown);
+        const float width = lines.line_spacing * now.apart / static_cast<float>(now.parts);
+        const line_frame before = now.frame;
+        for (std::uint32_t i = 0; i < parts; ++i) {
+            const float beside = (static_cast<float>(i) - 0.5F * static_cast<float>(parts - 1)) * width;
+            path_branch part = now;
+            part.frame = turned(before, point + beside * across - 0.5F * beside * beside * divergence(now) * along,
+                                normalize(along + beside * (now.tube.turned(across) + lines.divergence * across)));
+            part.in_middle = now.in_middle && 2 * i + 1 == parts;
+            push(part, found_.inside);
+        }
     }
 
     // Ends a path at the face of the probe, and starts its reflection there if the face reflects.
@@ -261,8 +319,7 @@ class path_follower {
         if (!now.tube.plane()) now = arrived_at(now, distance);
         add_face_echo(now.path);
         const vec3 point = now.frame.at(distance);
-        if (settings_.pairs) record(now, distance, face_.along, {}, {});
-        if (settings_.pairs && !overflow_) arrivals_[arrived_ - 1].at_face = true;
+        if (settings_.pairs) record(now, distance, face_.along, {}, {}, true);
         now.frame = turned(now.frame, point, now.frame.along - 2 * dot(now.frame.along, face_.along) * face_.along);
         if (!now.tube.plane())
             now.tube = now.tube.mirrored(face_.along, now.frame.along, {0, 0, 0}, {0, 0, 0}, {0, 0, 0});
@@ -279,17 +336,21 @@ class path_follower {
                                  0});
     }
 
-    INSONIFY_FN void record(const path_branch& now, float distance, vec3 normal, const layer& above,
-                            const layer& below) {
+    INSONIFY_FN void record(const path_branch& now, float distance, vec3 normal, const layer& above, const layer& below,
+                            bool at_face = false) {
+        if (!now.in_middle) return;
         overflow_ = overflow_ || arrived_ == arrivals_.size();
         if (overflow_) return;
         const vec3 point = now.frame.at(distance);
-        arrivals_[arrived_++] = {now.frame, point, normal, now.path, above, below, now.bounces, now.inverted};
+        path_arrival& one = arrivals_[arrived_++];
+        one = {now.frame, point, normal, now.path, above, below, now.bounces, now.inverted, at_face};
+        one.path.passed *= static_cast<float>(now.parts); // the middle part stands for the whole
     }
 
     // Sound that goes out along one path may return along another that reaches the same surface, at the mean of both
     // times. A sequence of reflections and its reverse add up, hence the 2.
     INSONIFY_FN void add_pairs() {
+        echoes_.set_spread({});
         for (std::uint32_t i = 0; i < arrived_; ++i)
             for (std::uint32_t j = i + 1; j < arrived_; ++j) {
                 const path_arrival &out = arrivals_[i], &home = arrivals_[j];
@@ -341,6 +402,7 @@ class path_follower {
     traced_line line_;
     line_frame face_;
     compensated_echoes echoes_;
+    const line_kernels& kernels_;
     line_crossings& found_;
     view<path_branch> branches_;
     view<std::uint32_t> branch_objects_;
@@ -362,7 +424,8 @@ class path_follower {
 /// direction, sound also goes out along one and returns along the other: plane layers thus give all of their
 /// echoes, as the sum over every sequence of reflections does, above `min_amplitude`. Directions follow the model's
 /// own interface law where it gives one, else Snell's. The face of the probe is an infinite plane, where paths end.
-/// Curved mirrors spread or focus the sound, curved surfaces that refract it do not. Speckle is that of sound which
+/// Curved mirrors spread or focus the sound, curved surfaces that refract it do not: where a mirror would spread it to
+/// more than the distance of the lines, the line is divided into up to 15 paths. Speckle is that of sound which
 /// returns as it went out.
 struct paths {
     path_settings settings{}; ///< how far they are followed

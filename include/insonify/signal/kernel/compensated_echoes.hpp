@@ -152,6 +152,8 @@ struct line_kernels {
     float spacing = 1;                    ///< metres of displayed depth to each part
     std::uint32_t planes = 1;             ///< elevation planes
     std::uint32_t plane = 0;              ///< of the line
+    float speckle_length = 0;             ///< correlation length of speckle across the lines, metres
+    float surface_length = 0;             ///< the same of the echoes of rough surfaces
 
     /// The part that a displayed depth lies in, metres.
     INSONIFY_FN std::size_t index(float depth) const {
@@ -176,6 +178,17 @@ struct line_kernels {
     }
 };
 
+/// How far apart those paths are that stand for neighbouring lines, over the spacing of the lines: curved mirrors spread or
+/// gather them.
+struct path_spread {
+    float begin = 1;     ///< at the displayed depth `from`
+    float per_metre = 0; ///< of displayed depth
+    float from = 0;      ///< metres
+    float parts = 1;     ///< paths that each line is divided into
+
+    INSONIFY_FN float at(float depth) const { return std::fabs(begin + per_metre * (depth - from)); }
+};
+
 /// An `echo_line` that compensates for the kernels before it writes.
 class compensated_echoes {
   public:
@@ -186,6 +199,8 @@ class compensated_echoes {
           phase_per_metre_{4 * pi * frequency / display_speed} {}
 
     INSONIFY_FN float depth() const { return echoes_.depth(); }
+    /// Of what is written from now on.
+    INSONIFY_FN void set_spread(const path_spread& spread) { spread_ = spread; }
     /// As `echo_line::add`: an echo without compensation.
     INSONIFY_FN void add(float depth, vec2 amplitude) const { echoes_.add(depth, amplitude); }
 
@@ -237,7 +252,8 @@ class compensated_echoes {
             const kernel_sample here = kernels_.at(depth);
             const vec2 q_squared = square(phase_per_metre_) * run.slope * run.slope,
                        lost = 0.5F * q_squared * here.speckle_spread;
-            return here.speckle_gain * kernels_.random_weight(depth) *
+            return spread_gain(here, here.speckle_gain, kernels_.speckle_length, depth) *
+                   kernels_.random_weight(depth) *
                    std::exp(0.5F * min(lost.x + lost.y + here.speckle_loss * q_squared.x * q_squared.x, 2));
         };
         constexpr float max_level = 1e20F; // keeps sums finite
@@ -259,10 +275,11 @@ class compensated_echoes {
         const vec2 decorrelation = vec2{1, 1} + slope * slope * here.surface_spread * per_metre;
         const view<const plane_sample> planes = kernels_.planes_at(depth);
         const surface_strip strip{slope.y, curvature.y, planes.empty() ? vec2{0, 0} : planes[kernels_.plane].strip};
-        const float range = min(here.line_spacing * std::fabs(slope.x) + strip.range(), 3e-3F);
+        const float range = min(path_spacing(here, depth) * std::fabs(slope.x) + strip.range(), 3e-3F);
         const float part = max(0.5F * sigma_, 1e-6F), steps = std::ceil(range / part);
-        const float gain =
-            min(here.surface_gain * std::sqrt(std::sqrt(decorrelation.x * decorrelation.y)), here.uncorrelated_gain);
+        const float gain = min(spread_gain(here, here.surface_gain, kernels_.surface_length, depth) *
+                                   std::sqrt(std::sqrt(decorrelation.x * decorrelation.y)),
+                               here.uncorrelated_gain * std::sqrt(spread_.parts));
         const float level = amplitude * gain / std::sqrt(steps + 1);
         const float along_strip = strip.deeper(1) > strip.deeper(0) ? 1.0F : -1.0F,
                     across = along_strip * max(steps * part - strip.range(), 0);
@@ -281,6 +298,22 @@ class compensated_echoes {
     // The part of an echo that the aperture collects, over what the kernels keep of it. At most twice the echo: the
     // lines and planes that meet the edge of a steep surface have half of the kernel's weight.
     INSONIFY_FN static float raised(float collected, float transfer) { return min(collected / transfer, 2); }
+
+    // Metres from one path to the next.
+    INSONIFY_FN float path_spacing(const kernel_sample& here, float depth) const {
+        return here.line_spacing * spread_.at(depth) / spread_.parts;
+    }
+    // The gain that keeps the rms of random echoes on paths that are not as far apart as the lines. The kernels average
+    // over paths of which a number within the correlation length, at least 1, is as one, instead of over lines of which
+    // another number is.
+    INSONIFY_FN float spread_gain(const kernel_sample& here, float of_lines, float correlation_length,
+                                  float depth) const {
+        const float spacing = path_spacing(here, depth);
+        if (spacing == here.line_spacing) return of_lines;
+        const float as_one = max(correlation_length / max(spacing, 1e-9F), 1),
+                    lines_as_one = max(correlation_length / here.line_spacing, 1);
+        return max(of_lines * std::sqrt(spread_.parts * lines_as_one / as_one), 1);
+    }
 
     // Fraction of a sloping surface's echo that `convolve` keeps. The Gaussian across the lines, narrowed to where the
     // pulse still overlaps, 1 / sigma'^2 = 1 / sigma_x^2 + s^2 / sigma_z^2, and its spectrum at the phase gradient
@@ -335,6 +368,7 @@ class compensated_echoes {
     INSONIFY_FN static float square(float x) { return x * x; }
     echo_line echoes_;
     line_kernels kernels_;
+    path_spread spread_{};
     float frequency_;
     float sigma_;
     float phase_per_metre_;

@@ -105,11 +105,12 @@ struct kernel_table_view {
 
     view<const kernel_sample> samples{}; ///< by distance from the border in lines, then by part; empty: no compensation
     view<const std::uint32_t> sets{};    ///< of each line, the number of its set of planes
-    view<const plane_sample> of_planes{}; ///< by set, then by part, then by plane
-    std::uint32_t planes = 1;             ///< elevation planes
-    std::uint32_t lines = 0;              ///< of the probe
-    std::uint32_t border = 0;             ///< lines further than this from the border share a table
-    float spacing = 1;                    ///< metres to each part
+    view<const plane_sample> of_planes{};         ///< by set, then by part, then by plane
+    std::uint32_t planes = 1;                     ///< elevation planes
+    std::uint32_t lines = 0;                      ///< of the probe
+    std::uint32_t border = 0;                     ///< lines further than this from the border share a table
+    float spacing = 1;                            ///< metres to each part
+    float speckle_length = 0, surface_length = 0; ///< as in `line_kernels`
 
     /// The kernels along one line of one plane.
     INSONIFY_FN line_kernels of_line(std::uint32_t line, std::uint32_t plane) const {
@@ -120,7 +121,9 @@ struct kernel_table_view {
                 .of_planes = {of_planes.data() + sets[line] * of_set, of_set},
                 .spacing = spacing,
                 .planes = planes,
-                .plane = plane};
+                .plane = plane,
+                .speckle_length = speckle_length,
+                .surface_length = surface_length};
     }
 };
 
@@ -155,6 +158,8 @@ class kernel_table {
         samples_.resize(std::size_t{border_ + 1} * depths);
         of_planes_.resize(of_lines.sets() * depths * planes_);
         work_.resize(depths);
+        speckle_length_ = correlation_length(speckle);
+        surface_length_ = correlation_length(surface);
         constexpr int width = exec::is_unsequenced_v<Policy> ? simd_width : 1;
         const float chord = probe.lines < 2 ? 0.0F : length(all[0].direction - all[1].direction),
                     turned = 2 * std::asin(min(0.5F * chord, 1));
@@ -202,7 +207,9 @@ class kernel_table {
                 .planes = planes_,
                 .lines = lines_,
                 .border = border_,
-                .spacing = spacing_};
+                .spacing = spacing_,
+                .speckle_length = speckle_length_,
+                .surface_length = surface_length_};
     }
 
   private:
@@ -225,6 +232,14 @@ class kernel_table {
         std::vector<float> power, amplitudes;
         levels of_groups, speckle, surface, uncorrelated;
     };
+
+    // The integral of a covariance over the distance in the slice plane, to either side, metres.
+    static float correlation_length(const covariance& of) {
+        constexpr float step = 10e-6F, longest = 2e-3F;
+        float sum = 1;
+        for (float apart = step; apart < longest; apart += step) sum += 2 * of(vec2{apart, 0}, 0);
+        return step * max(sum, 0);
+    }
 
     // Lines that lie much closer together than the kernel is wide are taken in groups, each as one line: near the apex of a
     // sector the kernel reaches over all of them.
@@ -335,6 +350,7 @@ class kernel_table {
     std::uint32_t lines_ = 0;
     std::uint32_t border_ = 0;
     float spacing_ = 1;
+    float speckle_length_ = 0, surface_length_ = 0;
     large_array<kernel_sample> samples_;
     std::vector<std::uint32_t> sets_;
     std::vector<plane_sample> of_planes_;
