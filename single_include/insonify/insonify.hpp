@@ -14105,7 +14105,9 @@ struct path_spread {
     float begin = 1;     ///< at the displayed depth `from`
     float per_metre = 0; ///< of displayed depth
     float from = 0;      ///< metres
-    float parts = 1;     ///< paths that each line is divided into
+    float parts = 1;     ///< paths that each line is divided into, among which random echoes are divided
+    float coherent =
+        1; ///< factor on coherent echoes, whose law is that of the whole: `parts` on the middle one, else 0
 
     INSONIFY_FN float at(float depth) const { return std::fabs(begin + per_metre * (depth - from)); }
 };
@@ -14127,13 +14129,17 @@ class compensated_echoes {
 
     /// The specular law contains the loss of a tilted surface; what the kernels would take again is divided out.
     INSONIFY_FN void surface(float depth, float amplitude, vec2 slope) const {
+        if (spread_.coherent == 0) return;
+        amplitude *= spread_.coherent;
         echoes_.surface(depth, amplitude / (lateral_transfer(depth, slope.x) * elevation_transfer(depth, slope.y)),
                         slope);
     }
 
     /// The echo of a surface that turns from line to line, or from plane to plane, with its repetitions. Every plane
     /// that meets it emits the echo of the whole, where the surface is nearest to the probe.
-    INSONIFY_FN void curved_surface(const curved_echo& one) const {
+    INSONIFY_FN void curved_surface(curved_echo one) const {
+        if (spread_.coherent == 0) return;
+        one.amplitude *= spread_.coherent;
         const kernel_sample here = kernels_.at(one.depth);
         // Depth is measured along the lines: their divergence adds to the curvature that is seen from line to line, but
         // does not weaken the echo.
@@ -16436,7 +16442,9 @@ class path_follower {
         line_.frame = now.frame;
         aperture_gain spread[spread_steps];
         spread_sound(now, limit, spread);
-        echoes_.set_spread({now.apart, now.apart * divergence(now), now.path.shown, static_cast<float>(now.parts)});
+        const auto parts = static_cast<float>(now.parts);
+        echoes_.set_spread(
+            {now.apart, now.apart * divergence(now), now.path.shown, parts, now.in_middle ? parts : 0.0F});
         // Surfaces that touch the face do not lie before it.
         layer_walk walk{scene_, now.frame, found_, limit == face ? limit - touching_distance : limit, true};
         walk.skip_departure(now.left);

@@ -175,7 +175,9 @@ class path_follower {
         line_.frame = now.frame;
         aperture_gain spread[spread_steps];
         spread_sound(now, limit, spread);
-        echoes_.set_spread({now.apart, now.apart * divergence(now), now.path.shown, static_cast<float>(now.parts)});
+        const auto parts = static_cast<float>(now.parts);
+        echoes_.set_spread(
+            {now.apart, now.apart * divergence(now), now.path.shown, parts, now.in_middle ? parts : 0.0F});
         // Surfaces that touch the face do not lie before it.
         layer_walk walk{scene_, now.frame, found_, limit == face ? limit - touching_distance : limit, true};
         walk.skip_departure(now.left);
