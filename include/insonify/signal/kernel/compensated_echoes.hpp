@@ -314,10 +314,10 @@ class compensated_echoes {
     // another number is.
     INSONIFY_FN float spread_gain(const kernel_sample& here, float of_lines, float correlation_length,
                                   float depth) const {
+        if (spread_.parts == 1 && spread_.begin == 1 && spread_.per_metre == 0) return of_lines;
         const float spacing = path_spacing(here, depth);
-        if (spacing == here.line_spacing) return of_lines;
         const float as_one = max(correlation_length / max(spacing, 1e-9F), 1),
-                    lines_as_one = max(correlation_length / here.line_spacing, 1);
+                    lines_as_one = max(correlation_length / max(here.line_spacing, 1e-9F), 1);
         return max(of_lines * std::sqrt(spread_.parts * lines_as_one / as_one), 1);
     }
 
