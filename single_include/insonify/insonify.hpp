@@ -14235,10 +14235,10 @@ class compensated_echoes {
     // another number is.
     INSONIFY_FN float spread_gain(const kernel_sample& here, float of_lines, float correlation_length,
                                   float depth) const {
+        if (spread_.parts == 1 && spread_.begin == 1 && spread_.per_metre == 0) return of_lines;
         const float spacing = path_spacing(here, depth);
-        if (spacing == here.line_spacing) return of_lines;
         const float as_one = max(correlation_length / max(spacing, 1e-9F), 1),
-                    lines_as_one = max(correlation_length / here.line_spacing, 1);
+                    lines_as_one = max(correlation_length / max(here.line_spacing, 1e-9F), 1);
         return max(of_lines * std::sqrt(spread_.parts * lines_as_one / as_one), 1);
     }
 
@@ -28875,16 +28875,18 @@ namespace insonify::inline INSONIFY_ABI::detail {
 
 /// Removes the first word from a line and returns it.
 inline std::string_view next_word(std::string_view& line) {
-    constexpr std::string_view blank = " \t";
-    line.remove_prefix(std::min(line.find_first_not_of(blank), line.size()));
-    const std::string_view word = line.substr(0, line.find_first_of(blank));
-    line.remove_prefix(word.size());
+    const auto is_blank = [](char c) { return c == ' ' || c == '\t'; };
+    const auto begin = std::find_if_not(line.begin(), line.end(), is_blank),
+               end = std::find_if(begin, line.end(), is_blank);
+    const std::string_view word{begin, end};
+    line = {end, line.end()};
     return word;
 }
 
 /// Removes the first line from a text, which LF, CR LF or CR ends; returns it without comments and trailing blanks.
 inline std::string_view next_line(std::string_view& text) {
-    std::string_view line = text.substr(0, text.find_first_of("\r\n"));
+    const auto ends = [](char c) { return c == '\r' || c == '\n'; };
+    std::string_view line{text.begin(), std::find_if(text.begin(), text.end(), ends)};
     text.remove_prefix(line.size());
     if (!text.empty()) text.remove_prefix(text.starts_with("\r\n") ? 2 : 1);
     for (std::size_t i = line.find('#'); i != std::string_view::npos; i = line.find('#', i + 1))
@@ -28956,12 +28958,18 @@ struct obj_line {
     int medium = -1;        ///< index into `media`; -1: none
 };
 
-/// An OBJ file, checked line by line and rewritten for tinyobjloader, which ignores malformed numbers, does not
-/// continue lines, and does not report the line of a triangle.
+struct obj_face {
+    uvec3 corners{0, 0, 0};
+    std::uint32_t line = 0;
+};
+
+/// An OBJ file, checked line by line. Its triangles are known, the rest is rewritten for tinyobjloader, which ignores
+/// malformed numbers, does not continue lines, and does not report the line of a triangle.
 struct obj_text {
-    std::string rewritten{};                   ///< vertices and faces, before each face an `s` with its line number
-    std::vector<named_line> media{};           ///< arguments of `usemtl`, each once, with the line of its first use
-    std::vector<named_line> libraries{};       ///< arguments of `mtllib`
+    std::string rewritten{};             ///< vertices and polygons, before each of these an `s` with its line number
+    std::vector<obj_face> triangles{};   ///< faces of three corners
+    std::vector<named_line> media{};     ///< arguments of `usemtl`, each once, with the line of its first use
+    std::vector<named_line> libraries{}; ///< arguments of `mtllib`
     std::vector<std::uint32_t> vertex_lines{}; ///< line of each vertex
     std::vector<obj_part> parts{};             ///< some may have no faces
     std::vector<obj_line> lines{};             ///< from line 0
@@ -28991,7 +28999,8 @@ inline obj_text read_obj_text(const std::string& path, std::string_view text) {
             obj.vertex_lines.push_back(line);
         } else if (keyword == "f") {
             const auto vertices = static_cast<std::int64_t>(obj.vertex_lines.size());
-            obj.rewritten.append("s ").append(std::to_string(line)).append("\nf");
+            obj_face triangle{.line = line};
+            std::string polygon;
             std::uint32_t corners = 0;
             for (std::string_view word = next_word(rest); !word.empty(); word = next_word(rest), ++corners) {
                 word = word.substr(0, word.find('/'));
@@ -29005,13 +29014,20 @@ inline obj_text read_obj_text(const std::string& path, std::string_view text) {
                     throw fault("a face names vertex " + printable(word) + ", but the file has " +
                                 std::to_string(vertices) +
                                 " up to this line; vertices must precede the faces that use them");
-                obj.rewritten.append(" ").append(std::to_string(position > 0 ? position : vertices + 1 + position));
+                const std::int64_t number = position > 0 ? position : vertices + 1 + position;
+                if (corners < 3) triangle.corners[static_cast<int>(corners)] = static_cast<std::uint32_t>(number - 1);
+                if (corners == 3)
+                    for (int i = 0; i < 3; ++i) polygon.append(" ").append(std::to_string(triangle.corners[i] + 1));
+                if (corners >= 3) polygon.append(" ").append(std::to_string(number));
             }
-            obj.rewritten.push_back('\n');
             if (corners < 3) throw fault("a face needs at least three corners; remove it");
             if (corners > max_corners)
                 throw fault("this face has " + std::to_string(corners) + " corners, more than " +
                             std::to_string(max_corners) + "; triangulate the mesh before exporting it");
+            if (corners == 3)
+                obj.triangles.push_back(triangle);
+            else
+                obj.rewritten.append("s ").append(std::to_string(line)).append("\nf").append(polygon).push_back('\n');
             now.triangles = corners - 2;
             obj.lines.resize(line);
             obj.lines.push_back(now);
@@ -29042,11 +29058,6 @@ inline obj_text read_obj_text(const std::string& path, std::string_view text) {
     return obj;
 }
 
-struct obj_face {
-    uvec3 corners{0, 0, 0};
-    std::uint32_t line = 0;
-};
-
 /// The content of an OBJ file, in its order.
 struct obj_content {
     obj_text text{};
@@ -29056,18 +29067,23 @@ struct obj_content {
 
 /// A mesh of some faces and the vertices that they use, whose order is kept.
 inline mesh select_faces(const std::vector<vec3>& positions, std::vector<uvec3> faces) {
-    std::vector<std::uint32_t> used;
-    used.reserve(3 * faces.size());
-    for (const uvec3& f : faces) used.insert(used.end(), {f.x, f.y, f.z});
-    std::sort(used.begin(), used.end());
-    used.erase(std::unique(used.begin(), used.end()), used.end());
-
     mesh selected;
-    selected.positions.reserve(used.size());
-    for (const std::uint32_t vertex : used) selected.positions.push_back(positions[vertex]);
+    if (faces.empty()) return selected;
+    uvec3 least = faces[0], most = faces[0];
+    for (const uvec3& f : faces) {
+        least = min(least, f);
+        most = max(most, f);
+    }
+    const std::uint32_t first = std::min({least.x, least.y, least.z}), last = std::max({most.x, most.y, most.z});
+    std::vector<std::uint32_t> number(last - first + 1); // in the mesh, plus 1; 0: not used
+    for (const uvec3& f : faces) number[f.x - first] = number[f.y - first] = number[f.z - first] = 1;
+    for (std::uint32_t i = 0; i < number.size(); ++i) {
+        if (number[i] == 0) continue;
+        selected.positions.push_back(positions[first + i]);
+        number[i] = static_cast<std::uint32_t>(selected.positions.size());
+    }
     for (uvec3& f : faces)
-        for (int i = 0; i < 3; ++i)
-            f[i] = static_cast<std::uint32_t>(std::lower_bound(used.begin(), used.end(), f[i]) - used.begin());
+        for (int i = 0; i < 3; ++i) f[i] = number[f[i] - first] - 1;
     selected.faces = std::move(faces);
     return selected;
 }
@@ -29510,14 +29526,17 @@ inline obj_content read_obj(const std::string& path, float unit) {
             throw io_error{path + ":" + std::to_string(content.text.vertex_lines[i / 3]) +
                            ": a coordinate of this vertex is too large; check the file and its unit"};
     }
-    std::vector<std::uint32_t> found(content.text.lines.size()); // triangles of each line
+    content.faces = std::exchange(content.text.triangles, {});
     for (const loader::shape_t& shape : shapes)
         for (std::size_t i = 0; i < shape.mesh.smoothing_group_ids.size(); ++i) {
             const loader::index_t* const corner = &shape.mesh.indices[3 * i];
             content.faces.push_back({uvec3{corner[0].vertex_index, corner[1].vertex_index, corner[2].vertex_index},
                                      shape.mesh.smoothing_group_ids[i]});
-            ++found[content.faces.back().line];
         }
+    std::stable_sort(content.faces.begin(), content.faces.end(),
+                     [](const obj_face& a, const obj_face& b) { return a.line < b.line; });
+    std::vector<std::uint32_t> found(content.text.lines.size()); // triangles of each line
+    for (const obj_face& face : content.faces) ++found[face.line];
     for (std::size_t line = 0; line < found.size(); ++line)
         if (found[line] != content.text.lines[line].triangles)
             throw io_error{path + ":" + std::to_string(line) +

@@ -331,14 +331,17 @@ inline obj_content read_obj(const std::string& path, float unit) {
             throw io_error{path + ":" + std::to_string(content.text.vertex_lines[i / 3]) +
                            ": a coordinate of this vertex is too large; check the file and its unit"};
     }
-    std::vector<std::uint32_t> found(content.text.lines.size()); // triangles of each line
+    content.faces = std::exchange(content.text.triangles, {});
     for (const loader::shape_t& shape : shapes)
         for (std::size_t i = 0; i < shape.mesh.smoothing_group_ids.size(); ++i) {
             const loader::index_t* const corner = &shape.mesh.indices[3 * i];
             content.faces.push_back({uvec3{corner[0].vertex_index, corner[1].vertex_index, corner[2].vertex_index},
                                      shape.mesh.smoothing_group_ids[i]});
-            ++found[content.faces.back().line];
         }
+    std::stable_sort(content.faces.begin(), content.faces.end(),
+                     [](const obj_face& a, const obj_face& b) { return a.line < b.line; });
+    std::vector<std::uint32_t> found(content.text.lines.size()); // triangles of each line
+    for (const obj_face& face : content.faces) ++found[face.line];
     for (std::size_t line = 0; line < found.size(); ++line)
         if (found[line] != content.text.lines[line].triangles)
             throw io_error{path + ":" + std::to_string(line) +

@@ -20,16 +20,18 @@ namespace insonify::inline INSONIFY_ABI::detail {
 
 /// Removes the first word from a line and returns it.
 inline std::string_view next_word(std::string_view& line) {
-    constexpr std::string_view blank = " \t";
-    line.remove_prefix(std::min(line.find_first_not_of(blank), line.size()));
-    const std::string_view word = line.substr(0, line.find_first_of(blank));
-    line.remove_prefix(word.size());
+    const auto is_blank = [](char c) { return c == ' ' || c == '\t'; };
+    const auto begin = std::find_if_not(line.begin(), line.end(), is_blank),
+               end = std::find_if(begin, line.end(), is_blank);
+    const std::string_view word{begin, end};
+    line = {end, line.end()};
     return word;
 }
 
 /// Removes the first line from a text, which LF, CR LF or CR ends; returns it without comments and trailing blanks.
 inline std::string_view next_line(std::string_view& text) {
-    std::string_view line = text.substr(0, text.find_first_of("\r\n"));
+    const auto ends = [](char c) { return c == '\r' || c == '\n'; };
+    std::string_view line{text.begin(), std::find_if(text.begin(), text.end(), ends)};
     text.remove_prefix(line.size());
     if (!text.empty()) text.remove_prefix(text.starts_with("\r\n") ? 2 : 1);
     for (std::size_t i = line.find('#'); i != std::string_view::npos; i = line.find('#', i + 1))
@@ -101,12 +103,18 @@ struct obj_line {
     int medium = -1;        ///< index into `media`; -1: none
 };
 
-/// An OBJ file, checked line by line and rewritten for tinyobjloader, which ignores malformed numbers, does not
-/// continue lines, and does not report the line of a triangle.
+struct obj_face {
+    uvec3 corners{0, 0, 0};
+    std::uint32_t line = 0;
+};
+
+/// An OBJ file, checked line by line. Its triangles are known, the rest is rewritten for tinyobjloader, which ignores
+/// malformed numbers, does not continue lines, and does not report the line of a triangle.
 struct obj_text {
-    std::string rewritten{};                   ///< vertices and faces, before each face an `s` with its line number
-    std::vector<named_line> media{};           ///< arguments of `usemtl`, each once, with the line of its first use
-    std::vector<named_line> libraries{};       ///< arguments of `mtllib`
+    std::string rewritten{};             ///< vertices and polygons, before each of these an `s` with its line number
+    std::vector<obj_face> triangles{};   ///< faces of three corners
+    std::vector<named_line> media{};     ///< arguments of `usemtl`, each once, with the line of its first use
+    std::vector<named_line> libraries{}; ///< arguments of `mtllib`
     std::vector<std::uint32_t> vertex_lines{}; ///< line of each vertex
     std::vector<obj_part> parts{};             ///< some may have no faces
     std::vector<obj_line> lines{};             ///< from line 0
@@ -136,7 +144,8 @@ inline obj_text read_obj_text(const std::string& path, std::string_view text) {
             obj.vertex_lines.push_back(line);
         } else if (keyword == "f") {
             const auto vertices = static_cast<std::int64_t>(obj.vertex_lines.size());
-            obj.rewritten.append("s ").append(std::to_string(line)).append("\nf");
+            obj_face triangle{.line = line};
+            std::string polygon;
             std::uint32_t corners = 0;
             for (std::string_view word = next_word(rest); !word.empty(); word = next_word(rest), ++corners) {
                 word = word.substr(0, word.find('/'));
@@ -150,13 +159,20 @@ inline obj_text read_obj_text(const std::string& path, std::string_view text) {
                     throw fault("a face names vertex " + printable(word) + ", but the file has " +
                                 std::to_string(vertices) +
                                 " up to this line; vertices must precede the faces that use them");
-                obj.rewritten.append(" ").append(std::to_string(position > 0 ? position : vertices + 1 + position));
+                const std::int64_t number = position > 0 ? position : vertices + 1 + position;
+                if (corners < 3) triangle.corners[static_cast<int>(corners)] = static_cast<std::uint32_t>(number - 1);
+                if (corners == 3)
+                    for (int i = 0; i < 3; ++i) polygon.append(" ").append(std::to_string(triangle.corners[i] + 1));
+                if (corners >= 3) polygon.append(" ").append(std::to_string(number));
             }
-            obj.rewritten.push_back('\n');
             if (corners < 3) throw fault("a face needs at least three corners; remove it");
             if (corners > max_corners)
                 throw fault("this face has " + std::to_string(corners) + " corners, more than " +
                             std::to_string(max_corners) + "; triangulate the mesh before exporting it");
+            if (corners == 3)
+                obj.triangles.push_back(triangle);
+            else
+                obj.rewritten.append("s ").append(std::to_string(line)).append("\nf").append(polygon).push_back('\n');
             now.triangles = corners - 2;
             obj.lines.resize(line);
             obj.lines.push_back(now);
@@ -187,11 +203,6 @@ inline obj_text read_obj_text(const std::string& path, std::string_view text) {
     return obj;
 }
 
-struct obj_face {
-    uvec3 corners{0, 0, 0};
-    std::uint32_t line = 0;
-};
-
 /// The content of an OBJ file, in its order.
 struct obj_content {
     obj_text text{};
@@ -201,18 +212,23 @@ struct obj_content {
 
 /// A mesh of some faces and the vertices that they use, whose order is kept.
 inline mesh select_faces(const std::vector<vec3>& positions, std::vector<uvec3> faces) {
-    std::vector<std::uint32_t> used;
-    used.reserve(3 * faces.size());
-    for (const uvec3& f : faces) used.insert(used.end(), {f.x, f.y, f.z});
-    std::sort(used.begin(), used.end());
-    used.erase(std::unique(used.begin(), used.end()), used.end());
-
     mesh selected;
-    selected.positions.reserve(used.size());
-    for (const std::uint32_t vertex : used) selected.positions.push_back(positions[vertex]);
+    if (faces.empty()) return selected;
+    uvec3 least = faces[0], most = faces[0];
+    for (const uvec3& f : faces) {
+        least = min(least, f);
+        most = max(most, f);
+    }
+    const std::uint32_t first = std::min({least.x, least.y, least.z}), last = std::max({most.x, most.y, most.z});
+    std::vector<std::uint32_t> number(last - first + 1); // in the mesh, plus 1; 0: not used
+    for (const uvec3& f : faces) number[f.x - first] = number[f.y - first] = number[f.z - first] = 1;
+    for (std::uint32_t i = 0; i < number.size(); ++i) {
+        if (number[i] == 0) continue;
+        selected.positions.push_back(positions[first + i]);
+        number[i] = static_cast<std::uint32_t>(selected.positions.size());
+    }
     for (uvec3& f : faces)
-        for (int i = 0; i < 3; ++i)
-            f[i] = static_cast<std::uint32_t>(std::lower_bound(used.begin(), used.end(), f[i]) - used.begin());
+        for (int i = 0; i < 3; ++i) f[i] = number[f[i] - first] - 1;
     selected.faces = std::move(faces);
     return selected;
 }
