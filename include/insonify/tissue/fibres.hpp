@@ -6,6 +6,7 @@
 #include <insonify/core/error.hpp>
 #include <insonify/core/math.hpp>
 #include <insonify/execution/policy.hpp>
+#include <insonify/execution/simd.hpp>
 #include <insonify/geometry/mesh.hpp>
 #include <insonify/geometry/ray.hpp>
 #include <insonify/tissue/structure.hpp>
@@ -194,8 +195,9 @@ class fibre_grid {
                                     normals.empty() ? direction(layers, "layer_normal") : normals[cell]);
         }
         nodes_.resize(std::size_t{count_.x} * count_.y * count_.z);
+        const equations all = equations_of(targets);
         exec::for_each_block(policy, 3, 1, 1e8F, [&](std::size_t coordinate, std::size_t) {
-            solve(targets, static_cast<int>(coordinate));
+            solve(all, start_of(targets, static_cast<int>(coordinate)), static_cast<int>(coordinate));
         });
     }
 
@@ -253,11 +255,15 @@ class fibre_grid {
         return normals;
     }
 
+    static constexpr int width = max_simd_width; // cells at a time, one after the other along x
+    using floats = lanes<width>;
+    using field = std::vector<float>; // by node, with room for the corners of the last register of cells
+
     // The values of a field at the corners of a cell, of which bit 0 is the side along x, bit 1 along y and bit 2 along
     // z, and their differences between the two sides: those along x, y and z, entries 1, 2 and 4, are its gradient in
     // the middle; those along several axes at a time are its twists, which vanish there. One is the transpose of the
     // other (the Walsh-Hadamard transform, but for its signs).
-    using cell_values = std::array<float, 8>;
+    using cell_values = std::array<floats, 8>;
     template <class Pair>
     static void for_sides(cell_values& v, const Pair& pair) {
         pair(v[0], v[1]), pair(v[2], v[3]), pair(v[4], v[5]), pair(v[6], v[7]);
@@ -265,75 +271,121 @@ class fibre_grid {
         pair(v[0], v[4]), pair(v[1], v[5]), pair(v[2], v[6]), pair(v[3], v[7]);
     }
     static void to_differences(cell_values& v) {
-        for_sides(v, [](float& a, float& b) {
-            const float sum = a + b;
-            b -= a;
+        for_sides(v, [](floats& a, floats& b) {
+            const floats sum = a + b;
+            b = b - a;
             a = sum;
         });
     }
     static void to_corners(cell_values& v) {
-        for_sides(v, [](float& a, float& b) {
-            const float difference = a - b;
-            b += a;
+        for_sides(v, [](floats& a, floats& b) {
+            const floats difference = a - b;
+            b = b + a;
             a = difference;
         });
     }
 
-    // Conjugate gradients on the normal equations, from the coordinates of the middle cell on.
-    void solve(const std::vector<mat3>& targets, int coordinate) {
-        const std::size_t size = nodes_.size(), row = count_.x, layer = row * count_.y;
-        const std::size_t corner[8] = {0, 1, row, row + 1, layer, layer + 1, layer + row, layer + row + 1};
-        const float each = 0.25F / spacing_; // of a difference
-        // The matrix of the equations, times its transpose.
-        const auto weigh = [&](std::size_t cell, cell_values& v) {
-            const vec3 f = targets[cell][0], gradient{v[1], v[2], v[4]};
-            const vec3 weighted = gradient + weight * dot(f, gradient) * f;
-            v = {0, weighted.x, weighted.y, damping * v[3], weighted.z, damping * v[5], damping * v[6], damping * v[7]};
-        };
-        const auto add = [&](std::size_t first, cell_values& v, std::vector<double>& field) {
-            to_corners(v);
-            for (std::size_t i = 0; i < v.size(); ++i) field[first + corner[i]] += static_cast<double>(each * v[i]);
-        };
-        std::vector<std::size_t> firsts(targets.size());
-        for (std::size_t cell = 0; cell < firsts.size(); ++cell) firsts[cell] = first_node(cell);
-
-        std::vector<double> solution(size, 0.0), residual(size, 0.0), direction, image(size);
-        const vec3 start = targets[targets.size() / 2][coordinate];
+    // The equations of all cells, each at the node that is its first corner. The last nodes along an axis begin no cell:
+    // there all is 0.
+    struct equations {
+        field weight;                     // 1 where a cell begins
+        std::array<field, 3> fibre;       // f, by axis
+        std::array<field, 3> wanted[3]{}; // t less what coordinates begin with: of each coordinate, by axis
+    };
+    std::array<std::size_t, 8> corners() const {
+        const std::size_t row = count_.x, layer = row * count_.y;
+        return {0, 1, row, row + 1, layer, layer + 1, layer + row, layer + row + 1};
+    }
+    equations equations_of(const std::vector<mat3>& targets) const {
+        equations all;
+        all.weight.assign(nodes_.size() + corners()[7] + width, 0.0F);
+        all.fibre.fill(all.weight);
+        for (std::array<field, 3>& of_coordinate : all.wanted) of_coordinate.fill(all.weight);
         for (std::size_t cell = 0; cell < targets.size(); ++cell) {
-            const vec3 wanted = targets[cell][coordinate] - start;
-            cell_values v{0, wanted.x, wanted.y, 0, wanted.z, 0, 0, 0};
-            weigh(cell, v);
-            add(firsts[cell], v, residual);
+            const std::size_t node = first_node(cell);
+            all.weight[node] = 1;
+            for (int axis = 0; axis < 3; ++axis) {
+                all.fibre[axis][node] = targets[cell][0][axis];
+                for (int i = 0; i < 3; ++i)
+                    all.wanted[i][axis][node] = targets[cell][i][axis] - start_of(targets, i)[axis];
+            }
         }
-        const auto power = [](const std::vector<double>& a) {
-            return std::inner_product(a.begin(), a.end(), a.begin(), 0.0);
+        return all;
+    }
+    // Coordinates begin with those of the middle cell everywhere.
+    static vec3 start_of(const std::vector<mat3>& targets, int coordinate) {
+        return targets[targets.size() / 2][coordinate];
+    }
+
+    // Conjugate gradients on the normal equations.
+    void solve(const equations& all, vec3 start, int coordinate) {
+        const std::size_t size = nodes_.size();
+        const std::array<std::size_t, 8> corner = corners();
+        const float each = 0.25F / spacing_; // of a difference
+        // Adds the transpose of the equations times their weights, of differences in the cells from a node on.
+        const auto add = [&](std::size_t first, cell_values& v, field& to) {
+            const auto at = [&](const field& values) { return load<width>(values.data() + first); };
+            const floats f[3] = {at(all.fibre[0]), at(all.fibre[1]), at(all.fibre[2])},
+                         part = at(all.weight) * floats(each), twist = part * floats(damping),
+                         along = (v[1] * f[0] + v[2] * f[1] + v[4] * f[2]) * floats(weight);
+            v = {floats(0.0F),
+                 part * (v[1] + along * f[0]),
+                 part * (v[2] + along * f[1]),
+                 twist * v[3],
+                 part * (v[4] + along * f[2]),
+                 twist * v[5],
+                 twist * v[6],
+                 twist * v[7]};
+            to_corners(v);
+            for (std::size_t i = 0; i < v.size(); ++i) {
+                float* const there = to.data() + first + corner[i];
+                store(load<width>(there) + v[i], there);
+            }
         };
-        direction = residual;
-        double left = power(residual);
-        const double enough = 1e-8 * left;
+        const auto product = [&](const field& a, const field& b) {
+            floats sum(0.0F);
+            for (std::size_t i = 0; i < size; i += width)
+                sum = multiply_add(load<width>(a.data() + i), load<width>(b.data() + i), sum);
+            float parts[width];
+            store(sum, parts);
+            return std::accumulate(parts, parts + width, 0.0F);
+        };
+        // a + factor b
+        const auto combine = [&](const field& a, float factor, const field& b, field& to) {
+            for (std::size_t i = 0; i < size; i += width)
+                store(multiply_add(floats(factor), load<width>(b.data() + i), load<width>(a.data() + i)),
+                      to.data() + i);
+        };
+
+        field solution(all.weight.size(), 0.0F), residual = solution, image;
+        for (std::size_t i = 0; i < size; i += width) {
+            const auto wanted = [&](int axis) { return load<width>(all.wanted[coordinate][axis].data() + i); };
+            const floats zero(0.0F);
+            cell_values v{zero, wanted(0), wanted(1), zero, wanted(2), zero, zero, zero};
+            add(i, v, residual);
+        }
+        field direction = residual;
+        float left = product(residual, residual);
+        const float enough = 1e-8F * left;
         for (int iteration = 0; iteration < 1000 && left > enough; ++iteration) {
-            image.assign(size, 0.0);
-            for (std::size_t cell = 0; cell < targets.size(); ++cell) {
+            image.assign(direction.size(), 0.0F);
+            for (std::size_t i = 0; i < size; i += width) {
                 cell_values v;
-                for (std::size_t i = 0; i < v.size(); ++i)
-                    v[i] = each * static_cast<float>(direction[firsts[cell] + corner[i]]);
+                for (std::size_t k = 0; k < v.size(); ++k)
+                    v[k] = load<width>(direction.data() + i + corner[k]) * floats(each);
                 to_differences(v);
-                weigh(cell, v);
-                add(firsts[cell], v, image);
+                add(i, v, image);
             }
-            const double along = std::inner_product(direction.begin(), direction.end(), image.begin(), 0.0);
+            const float along = product(direction, image);
             if (!(along > 0)) break;
-            const double step = left / along;
-            for (std::size_t i = 0; i < size; ++i) {
-                solution[i] += step * direction[i];
-                residual[i] -= step * image[i];
-            }
-            const double now = power(residual), turn = now / left;
+            combine(solution, left / along, direction, solution);
+            combine(residual, -left / along, image, residual);
+            const float now = product(residual, residual);
+            combine(residual, now / left, direction, direction);
             left = now;
-            for (std::size_t i = 0; i < size; ++i) direction[i] = residual[i] + turn * direction[i];
         }
         for (std::size_t node = 0; node < size; ++node)
-            nodes_[node][coordinate] = static_cast<float>(solution[node]) + dot(start, node_position(node));
+            nodes_[node][coordinate] = solution[node] + dot(start, node_position(node));
     }
 
     std::vector<vec3> nodes_{};
