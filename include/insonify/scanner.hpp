@@ -491,8 +491,11 @@ class scanner {
         if constexpr (finds_layers) {
             echoes = add_reverberation(policy, std::move(echoes), found, traced, model, settings.reverberation);
             echoes = add_near_field(policy, std::move(echoes), found, straight, settings.near_field);
-        } else {
-            echoes = add_near_field(policy, std::move(echoes), body, straight, at, settings.near_field);
+        } else if (settings.near_field.shown != near_field_settings::lines::none) {
+            constexpr float depth = 2 * detail::below_face;
+            const line_layers& here =
+                search_(detail::any_policy<false>{policy}, body, straight, at, {.depth = depth}, depth, true);
+            echoes = add_near_field(policy, std::move(echoes), here, straight, settings.near_field);
         }
         pulse sent = nominal_pulse(probe);
         sent.ring_down_db = settings.ring_down_db;

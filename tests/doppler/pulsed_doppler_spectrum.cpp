@@ -1,6 +1,9 @@
+#include <insonify/acoustics/tissue.hpp>
 #include <insonify/core/random.hpp>
 #include <insonify/core/units.hpp>
 #include <insonify/doppler/pulsed_doppler.hpp>
+#include <insonify/probe/linear_array.hpp>
+#include <insonify/scene/scene.hpp>
 #include <cmath>
 #include <complex>
 #include <doctest/doctest.h>
@@ -79,6 +82,17 @@ TEST_CASE("spectrum: settings out of range are refused") {
     CHECK_THROWS_WITH(attempt({}, 100),
                       "spectrum_of: 100 pulses are fewer than the window of 128; lower it or raise the "
                       "duration");
+    bool asked = false; // before anything is acquired
+    const auto flow = [&](object_id, vec3, float) {
+        asked = true;
+        return vec3{0, 0, 0};
+    };
+    scene body{tissue::blood};
+    body.build(exec::seq);
+    CHECK_THROWS_AS(pulsed_doppler(exec::seq, body, linear_array{.lines = 4}, pose{}, flow,
+                                   {.line = 1, .gate = 10_mm, .duration = 0.02F}),
+                    usage_error);
+    CHECK(!asked);
 }
 
 } // namespace doppler_spectrum_test

@@ -4,6 +4,7 @@
 #include <insonify/io/obj.hpp>
 #include "obj_errors.hpp"
 #include "temporary_folder.hpp"
+#include <algorithm>
 #include <cmath>
 #include <doctest/doctest.h>
 #include <string>
@@ -91,6 +92,43 @@ TEST_CASE("polygons are triangulated with the same orientation and area") {
     }
     CHECK(area_of(circle + face + "\n", 298) ==
           doctest::Approx(150 * std::sin(2 * 3.14159265358979323846 / 300)).scale(1e-30).epsilon(1e-4));
+}
+
+TEST_CASE("concave polygons in any plane are triangulated inside their outline, from whichever corner they begin") {
+    const temporary_folder folder;
+    const std::vector<std::vector<vec2>> outlines{
+        {{0, 0}, {0, 3}, {1, 3}, {1, 1}, {2, 1}, {2, 3}, {3, 3}, {3, 0}}, // a U
+        {{0, 0}, {2, 0}, {2, 1}, {1, 1}, {1, 2}, {0, 2}},                 // an L
+        {{0, 0}, {10, 1}, {9, 0}, {10, -1}},                              // a dart
+        {{0, 0}, {1, 0}, {2, 0}, {2, 2}, {0, 2}},                         // a corner on a side
+        {{0, 0}, {5, 0}, {5, 3}, {4, 3}, {4, 1}, {3, 1}, {3, 3}, {2, 3}, {2, 1}, {1, 1}, {1, 3}, {0, 3}}}; // a comb
+    for (const vec3 axis : {vec3{0, 0, 1}, vec3{1, 0, -1}, vec3{0.3F, 0.7F, -1}, vec3{-2, 1, 0.1F}, vec3{1, 1, 1}}) {
+        const vec3 across = normalize(cross(axis, vec3{0.2F, -1, 0.1F})), up = normalize(cross(axis, across));
+        for (const std::vector<vec2>& outline : outlines)
+            for (std::size_t first = 0; first < outline.size(); ++first) {
+                std::string text, face = "f";
+                double expected = 0;
+                for (std::size_t i = 0; i < outline.size(); ++i) {
+                    const vec2 here = outline[(first + i) % outline.size()],
+                               next = outline[(first + i + 1) % outline.size()];
+                    expected += 0.5 * static_cast<double>(here.x * next.y - here.y * next.x);
+                    const vec3 p = here.x * across + here.y * up;
+                    text += "v " + std::to_string(p.x) + " " + std::to_string(p.y) + " " + std::to_string(p.z) + "\n";
+                    face += " " + std::to_string(i + 1);
+                }
+                const mesh m = load_obj(folder.write("a.obj", text + face + "\n"), {.unit = 1_m});
+                CHECK(m.faces.size() == outline.size() - 2);
+                double area = 0, turned = 0; // of the triangles, and of those that face the other way
+                for (const uvec3& f : m.faces) {
+                    const vec3 normal = cross(m.positions[f.y] - m.positions[f.x], m.positions[f.z] - m.positions[f.x]);
+                    area += 0.5 * static_cast<double>(length(normal));
+                    turned =
+                        std::max(turned, (expected > 0 ? -1 : 1) * static_cast<double>(dot(normal, cross(across, up))));
+                }
+                CHECK(area == doctest::Approx(std::fabs(expected)).scale(1e-30).epsilon(1e-4));
+                CHECK(turned < 1e-4);
+            }
+    }
 }
 
 TEST_CASE("a face of n corners becomes n - 2 triangles, or an error") {

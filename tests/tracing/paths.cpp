@@ -1,6 +1,7 @@
 #include <insonify/acoustics/tissue.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/probe/linear_array.hpp>
+#include <insonify/probe/phased_array.hpp>
 #include <insonify/signal/kernel/convolve.hpp>
 #include <insonify/tracing/paths.hpp>
 #include <insonify/tracing/trace.hpp>
@@ -249,6 +250,56 @@ TEST_CASE("behind a curved mirror stands one image, not one of each line") {
         CHECK(std::fabs(level) < 1.5);
         CHECK(evenness(coarse) > 0.5 * evenness(fine));
     }
+}
+
+TEST_CASE("the parts of a divided line are in the objects that they are in") {
+    // A slab of bright tissue, narrower than a line is wide, in front of a tube of gas: its image ends where it does.
+    const medium around{.density = 1050, .sound_speed = 1540, .backscatter = 0.5F};
+    medium bright = around;
+    bright.backscatter = 5;
+    scene body{around};
+    body.add(make_tube({{{0, -40_mm, 26_mm}, vec2{10_mm}}, {{0, 40_mm, 26_mm}, vec2{10_mm}}}, {.segments = 256}),
+             tissue::air, {.priority = 1});
+    body.add(make_box({-0.1_mm, -30_mm, 8_mm}, {0.1_mm, 30_mm, 20_mm}), bright);
+    body.build(exec::par);
+    const auto level = [&](float spacing) { // of the image of what is above the slab, from 25 to 31 mm
+        const linear_array probe{.lines = 3, .width = 3 * spacing, .frequency = 7.5_MHz};
+        const iq_lines seen = trace(exec::par, body, probe, pose{}, physical<>{},
+                                    {.depth = 32_mm, .samples = 1280, .planes = 1}, paths{});
+        double power = 0;
+        for (std::uint32_t k = 1000; k < 1240; ++k) power += static_cast<double>(dot(seen(1, k), seen(1, k)));
+        return 10 * std::log10(power);
+    };
+    CHECK(std::fabs(level(0.05_mm) - level(1_mm)) < 4); // of one line, so of few echoes
+}
+
+TEST_CASE("behind a curved mirror the level does not depend on the number of lines where these diverge, either") {
+    const medium speckled{.density = 1060, .sound_speed = 1540, .backscatter = 1};
+    scene body{speckled};
+    body.add(make_tube({{{0, -60_mm, 60_mm}, vec2{15_mm}}, {{0, 60_mm, 60_mm}, vec2{15_mm}}}, {.segments = 256}),
+             tissue::air);
+    body.build(exec::par);
+    const acquisition scan{.depth = 90_mm, .samples = 1800, .planes = 1};
+    const auto image_over_tissue = [&](std::uint32_t lines) { // 65 to 74 mm deep, over its mirror image
+        const phased_array probe{.lines = lines};
+        double power[2] = {};
+        for (std::uint32_t seed = 1; seed <= 6; ++seed) {
+            const iq_lines seen =
+                convolve(exec::par,
+                         trace(exec::par, body, probe, pose{}, physical<>{.scattering = {.seed = seed}}, scan, paths{}),
+                         pulse{}, probe);
+            for (std::uint32_t line = 7 * lines / 16; line < 9 * lines / 16; ++line)
+                for (std::uint32_t k = 1300; k < 1480; ++k)
+                    for (const int image : {0, 1}) {
+                        const vec2 echo = seen(line, image == 1 ? k : 1800 - k);
+                        power[image] += static_cast<double>(dot(echo, echo));
+                    }
+        }
+        return 10 * std::log10(power[1] / power[0]);
+    };
+    const double few = image_over_tissue(64), many = image_over_tissue(1024);
+    MESSAGE("phased array: ", few, " dB by 64 lines, ", many, " dB by 1,024");
+    CHECK(std::fabs(few - many) < 1);
 }
 
 TEST_CASE("paths are bit-equal on any number of threads, and refuse settings out of range") {

@@ -47,7 +47,7 @@ TEST_CASE("settings of traces out of range are refused with a sentence") {
         {[&] { with(scan, physical<>{.shadow_floor_db = 3}); }, "physical: "},
         {[&] { poisson_numbers{.density = 0}.check(); }, "poisson"},
         {[&] { trace(exec::seq, one, probe, pose{}, physical{}, scan, paths{{.min_amplitude = 0}}); },
-         "paths: `min_amplitude` must be above 0, `face_reflection` from -1 to 1"},
+         "paths: `min_amplitude` must be above 0, at most 1, `face_reflection` from -1 to 1"},
         {[&] {
              orthographic_camera{.size = {0, 5}}.check();
          },

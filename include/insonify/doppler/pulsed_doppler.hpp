@@ -33,6 +33,13 @@ struct spectrum_settings {
             throw usage_error{
                 "spectrum_settings: `wall_order` is at most 8, and 2 less than `window`; 1 or 2 is usual"};
     }
+    /// @throws usage_error  for fewer pulses than a window has
+    void check_pulses(std::size_t pulses) const {
+        if (pulses < window)
+            throw usage_error{
+                detail::joined({"spectrum_of: ", std::to_string(pulses), " pulses are fewer than the window of ",
+                                std::to_string(window), "; lower it or raise the duration"})};
+    }
 
     friend bool operator==(const spectrum_settings&, const spectrum_settings&) = default;
 };
@@ -78,10 +85,7 @@ doppler_spectrum spectrum_of(const Policy& policy, const std::vector<vec2>& echo
     settings.check();
     if (!is_finite(prf) || !(prf > 0) || !is_finite(max_velocity) || !(max_velocity > 0) || !is_finite(start))
         throw usage_error{"spectrum_of: the prf and the largest velocity must be finite and above 0, `start` finite"};
-    if (echoes.size() < settings.window)
-        throw usage_error{
-            detail::joined({"spectrum_of: ", std::to_string(echoes.size()), " pulses are fewer than the window of ",
-                            std::to_string(settings.window), "; lower it or raise the duration"})};
+    settings.check_pulses(echoes.size());
     const std::uint32_t size = settings.window;
     const auto hop = static_cast<std::uint32_t>(max(1, std::round(static_cast<float>(size) * (1 - settings.overlap))));
     const float whole = 2 * max_velocity / std::cos(settings.angle);
@@ -147,6 +151,9 @@ struct pulsed_doppler_settings {
     float noise_db = -135;        ///< electronic noise: see `electronic_noise_settings`
     std::uint64_t seed = 1;       ///< of the noise
 
+    /// Number of pulses.
+    std::uint32_t pulses() const { return static_cast<std::uint32_t>(duration * prf); }
+
     /// @throws usage_error  for a setting out of range
     template <transducer Probe>
     void check(const Probe& probe) const {
@@ -192,7 +199,7 @@ class gate_scanner {
         const auto samples = static_cast<std::uint32_t>(std::ceil((to + beyond) / spacing));
         const auto first = static_cast<std::uint32_t>(from / spacing),
                    last = std::min(samples, static_cast<std::uint32_t>(to / spacing) + 1);
-        const auto pulses = static_cast<std::uint32_t>(settings.duration * settings.prf);
+        const std::uint32_t pulses = settings.pulses();
         const std::uint32_t parts = (pulses + 255) / 256; // each of a few megabytes
         const std::uint32_t part = (pulses + parts - 1) / parts;
         ensemble_settings train = detail::train_of(settings, samples, spacing, from - beyond);
@@ -216,6 +223,8 @@ class gate_scanner {
     template <exec::policy Policy, transducer Probe, velocity_field Field>
     doppler_spectrum acquire(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                              const Model& model, const Field& field, const pulsed_doppler_settings& settings) {
+        settings.check(probe);
+        settings.spectrum.check_pulses(settings.pulses());
         return spectrum_of(policy, gate_echoes(policy, body, probe, at, model, field, settings), settings.prf,
                            max_doppler_velocity(settings.prf, probe.frequency), settings.time, settings.spectrum);
     }

@@ -316,36 +316,27 @@ inline obj_content read_obj(const std::string& path, float unit) {
         throw usage_error{path + ": the unit must be finite and above 0, as in {.unit = 1_mm}"};
 
     obj_content content{.text = read_obj_text(path, read_file(path))};
-    loader::attrib_t vertices;
-    std::vector<loader::shape_t> shapes;
-    std::vector<loader::material_t> materials;
-    std::string warnings, errors;
     std::istringstream stream{std::exchange(content.text.rewritten, {})};
-    if (!loader::LoadObj(&vertices, &shapes, &materials, &warnings, &errors, &stream, nullptr, true, false))
+    loader::callback_t vertices;
+    vertices.vertex_cb = [](void* positions, float x, float y, float z, float) {
+        static_cast<std::vector<vec3>*>(positions)->push_back({x, y, z});
+    };
+    std::string warnings, errors;
+    if (!loader::LoadObjWithCallback(stream, vertices, &content.positions, nullptr, &warnings, &errors))
         throw io_error{path + ": tinyobjloader cannot read the file: " + errors};
-
-    for (std::size_t i = 0; i + 2 < vertices.vertices.size(); i += 3) {
-        const vec3 p{vertices.vertices[i], vertices.vertices[i + 1], vertices.vertices[i + 2]};
-        content.positions.push_back(unit * p);
-        if (!is_finite(content.positions.back()))
-            throw io_error{path + ":" + std::to_string(content.text.vertex_lines[i / 3]) +
+    for (std::size_t i = 0; i < content.positions.size(); ++i) {
+        content.positions[i] *= unit;
+        if (!is_finite(content.positions[i]))
+            throw io_error{path + ":" + std::to_string(content.text.vertex_lines[i]) +
                            ": a coordinate of this vertex is too large; check the file and its unit"};
     }
-    content.faces = std::exchange(content.text.triangles, {});
-    for (const loader::shape_t& shape : shapes)
-        for (std::size_t i = 0; i < shape.mesh.smoothing_group_ids.size(); ++i) {
-            const loader::index_t* const corner = &shape.mesh.indices[3 * i];
-            content.faces.push_back({uvec3{corner[0].vertex_index, corner[1].vertex_index, corner[2].vertex_index},
-                                     shape.mesh.smoothing_group_ids[i]});
-        }
-    std::stable_sort(content.faces.begin(), content.faces.end(),
-                     [](const obj_face& a, const obj_face& b) { return a.line < b.line; });
-    std::vector<std::uint32_t> found(content.text.lines.size()); // triangles of each line
-    for (const obj_face& face : content.faces) ++found[face.line];
-    for (std::size_t line = 0; line < found.size(); ++line)
-        if (found[line] != content.text.lines[line].triangles)
-            throw io_error{path + ":" + std::to_string(line) +
+    const std::uint32_t* corners = content.text.corners.data();
+    for (const obj_polygon& one : content.text.polygons) {
+        if (!triangulate(content.positions, {corners, one.corners}, one.line, content.faces))
+            throw io_error{path + ":" + std::to_string(one.line) +
                            ": this polygon cannot be triangulated; triangulate the mesh before exporting it"};
+        corners += one.corners;
+    }
     return content;
 }
 

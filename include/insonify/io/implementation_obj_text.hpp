@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <charconv>
 #include <map>
+#include <numeric>
 #include <set>
 #include <string>
 #include <string_view>
@@ -96,25 +97,25 @@ struct obj_part {
     std::uint32_t number = 0; ///< of the object: `o` lines up to there
 };
 
-/// A line with a face, or without where there are no triangles.
+/// What applies to the face on a line.
 struct obj_line {
-    std::uint32_t triangles = 0;
     std::uint32_t part = 0; ///< index into `parts`
     int medium = -1;        ///< index into `media`; -1: none
 };
 
-struct obj_face {
-    uvec3 corners{0, 0, 0};
+struct obj_polygon {
     std::uint32_t line = 0;
+    std::uint32_t corners = 0; ///< their number
 };
 
-/// An OBJ file, checked line by line. Its triangles are known, the rest is rewritten for tinyobjloader, which ignores
-/// malformed numbers, does not continue lines, and does not report the line of a triangle.
+/// An OBJ file, checked line by line. Its vertices are rewritten for tinyobjloader, which ignores malformed numbers and
+/// does not continue lines.
 struct obj_text {
-    std::string rewritten{};             ///< vertices and polygons, before each of these an `s` with its line number
-    std::vector<obj_face> triangles{};   ///< faces of three corners
-    std::vector<named_line> media{};     ///< arguments of `usemtl`, each once, with the line of its first use
-    std::vector<named_line> libraries{}; ///< arguments of `mtllib`
+    std::string rewritten{};                   ///< vertices
+    std::vector<obj_polygon> polygons{};       ///< faces of three corners or more
+    std::vector<std::uint32_t> corners{};      ///< of all of them, one after the other
+    std::vector<named_line> media{};           ///< arguments of `usemtl`, each once, with the line of its first use
+    std::vector<named_line> libraries{};       ///< arguments of `mtllib`
     std::vector<std::uint32_t> vertex_lines{}; ///< line of each vertex
     std::vector<obj_part> parts{};             ///< some may have no faces
     std::vector<obj_line> lines{};             ///< from line 0
@@ -144,8 +145,6 @@ inline obj_text read_obj_text(const std::string& path, std::string_view text) {
             obj.vertex_lines.push_back(line);
         } else if (keyword == "f") {
             const auto vertices = static_cast<std::int64_t>(obj.vertex_lines.size());
-            obj_face triangle{.line = line};
-            std::string polygon;
             std::uint32_t corners = 0;
             for (std::string_view word = next_word(rest); !word.empty(); word = next_word(rest), ++corners) {
                 word = word.substr(0, word.find('/'));
@@ -159,21 +158,13 @@ inline obj_text read_obj_text(const std::string& path, std::string_view text) {
                     throw fault("a face names vertex " + printable(word) + ", but the file has " +
                                 std::to_string(vertices) +
                                 " up to this line; vertices must precede the faces that use them");
-                const std::int64_t number = position > 0 ? position : vertices + 1 + position;
-                if (corners < 3) triangle.corners[static_cast<int>(corners)] = static_cast<std::uint32_t>(number - 1);
-                if (corners == 3)
-                    for (int i = 0; i < 3; ++i) polygon.append(" ").append(std::to_string(triangle.corners[i] + 1));
-                if (corners >= 3) polygon.append(" ").append(std::to_string(number));
+                obj.corners.push_back(static_cast<std::uint32_t>(position > 0 ? position - 1 : vertices + position));
             }
             if (corners < 3) throw fault("a face needs at least three corners; remove it");
             if (corners > max_corners)
                 throw fault("this face has " + std::to_string(corners) + " corners, more than " +
                             std::to_string(max_corners) + "; triangulate the mesh before exporting it");
-            if (corners == 3)
-                obj.triangles.push_back(triangle);
-            else
-                obj.rewritten.append("s ").append(std::to_string(line)).append("\nf").append(polygon).push_back('\n');
-            now.triangles = corners - 2;
+            obj.polygons.push_back({line, corners});
             obj.lines.resize(line);
             obj.lines.push_back(now);
         } else if (keyword == "usemtl") {
@@ -203,12 +194,77 @@ inline obj_text read_obj_text(const std::string& path, std::string_view text) {
     return obj;
 }
 
+struct obj_face {
+    uvec3 corners{0, 0, 0};
+    std::uint32_t line = 0;
+};
+
 /// The content of an OBJ file, in its order.
 struct obj_content {
     obj_text text{};
     std::vector<vec3> positions{}; ///< metres
     std::vector<obj_face> faces{};
 };
+
+/// Cuts a plane polygon into triangles: one ear after the other, which is a corner with the two beside it, in whose
+/// triangle no other corner lies. Of a quadrilateral the shorter diagonal is cut, where both lie inside.
+/// @return  false for a polygon that intersects itself
+inline bool triangulate(const std::vector<vec3>& positions, view<const std::uint32_t> corners, std::uint32_t line,
+                        std::vector<obj_face>& faces) {
+    const auto at = [&](std::size_t corner) { return dvec3{positions[corners[corner]]}; };
+    dvec3 normal{0, 0, 0}; // by Newell's method
+    double largest = 0, extent = 0;
+    for (std::size_t i = 1; i + 1 < corners.size(); ++i) {
+        const dvec3 of_triangle = cross(at(i) - at(0), at(i + 1) - at(0));
+        normal += of_triangle;
+        largest = std::max(largest, length(of_triangle));
+        extent = std::max({extent, length(at(i) - at(0)), length(at(i + 1) - at(0))});
+    }
+    constexpr double rounding = 1e-6;                                   // of coordinates, of the extent
+    if (corners.size() == 3 || largest <= rounding * extent * extent) { // corners on a line have no inside
+        for (std::size_t i = 1; i + 1 < corners.size(); ++i)
+            faces.push_back({{corners[0], corners[i], corners[i + 1]}, line});
+        return true;
+    }
+    const dvec3 size = abs(normal);
+    if (!(std::max({size.x, size.y, size.z}) > rounding * largest)) return false;
+    // The polygon as seen along the axis that its normal is nearest to, counter-clockwise.
+    const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+    const double facing = normal[axis] > 0 ? 1 : -1;
+    const auto area = [&](std::size_t a, std::size_t b, std::size_t c) {
+        return facing * cross(at(b) - at(a), at(c) - at(a))[axis];
+    };
+    std::vector<std::size_t> left(corners.size()); // corners that are not cut off yet
+    std::iota(left.begin(), left.end(), std::size_t{0});
+    const auto is_ear = [&](std::size_t a, std::size_t b, std::size_t c, bool flat) {
+        const double own = area(a, b, c);
+        if (!(flat ? own >= 0 : own > 0)) return false;
+        return std::none_of(left.begin(), left.end(), [&](std::size_t p) {
+            const auto is_at = [&](std::size_t corner) { return positions[corners[p]] == positions[corners[corner]]; };
+            return area(a, b, p) >= 0 && area(b, c, p) >= 0 && area(c, a, p) >= 0 && !is_at(a) && !is_at(b) &&
+                   !is_at(c);
+        });
+    };
+    std::size_t next = corners.size() == 4 && length(at(0) - at(2)) < length(at(1) - at(3)) ? 1 : 0;
+    for (std::size_t tried = 0; left.size() > 3;) {
+        if (tried == 2 * left.size()) return false;
+        const bool flat = tried++ >= left.size(); // where no other ear is left
+        next %= left.size();
+        const std::size_t a = left[(next + left.size() - 1) % left.size()], b = left[next],
+                          c = left[(next + 1) % left.size()];
+        if (!is_ear(a, b, c, flat)) {
+            ++next;
+            continue;
+        }
+        const bool begins = b < a; // the first corner of the polygon is also that of its triangle
+        faces.push_back(
+            {begins ? uvec3{corners[b], corners[c], corners[a]} : uvec3{corners[a], corners[b], corners[c]}, line});
+        left.erase(left.begin() + static_cast<std::ptrdiff_t>(next));
+        tried = 0;
+    }
+    faces.push_back({{corners[left[0]], corners[left[1]], corners[left[2]]}, line});
+    return area(left[0], left[1], left[2]) >= 0;
+}
 
 /// A mesh of some faces and the vertices that they use, whose order is kept.
 inline mesh select_faces(const std::vector<vec3>& positions, std::vector<uvec3> faces) {
@@ -323,6 +379,7 @@ inline void name_objects(const std::string& path, const obj_content& content, st
     std::map<std::uint32_t, std::set<std::uint32_t>> parts_of; // number of an object to its parts with faces
     for (const obj_object& one : objects) parts_of[content.text.parts[one.part].number].insert(one.part);
     std::set<std::string> meant, taken;
+    std::map<std::string, std::uint32_t> last_number; // by name
     for (obj_object& one : objects) {
         const obj_part& part = content.text.parts[one.part];
         one.name = name_of(part);
@@ -334,8 +391,9 @@ inline void name_objects(const std::string& path, const obj_content& content, st
     for (obj_object& one : objects) {
         if (taken.insert(one.name).second) continue;
         std::string name;
-        for (std::uint32_t i = 2; name.empty() || meant.contains(name) || taken.contains(name); ++i)
-            name = one.name + "." + std::to_string(i);
+        for (std::uint32_t& i = last_number.try_emplace(one.name, 1).first->second;
+             name.empty() || meant.contains(name) || taken.contains(name);)
+            name = one.name + "." + std::to_string(++i);
         taken.insert(name);
         notes.push_back(joined({path, ":", std::to_string(one.line), ": there are several objects of the name '",
                                 printable(one.name), "'; this one is called '", printable(name), "'"}));

@@ -256,10 +256,10 @@ struct steered : Probe {
 
     /// @throws usage_error  naming a setting that is out of range
     void check() const {
-        Probe::check();
-        if (!(std::fabs(steering) <= 45_deg))
+        if (!(std::fabs(steering) <= 45_deg)) // first: the F-number depends on it
             throw usage_error{"steered: the angle is " + detail::number_text(steering * 180 / pi) +
                               "_deg; it must be from -45_deg to 45_deg"};
+        Probe::check();
     }
 
     friend bool operator==(const steered&, const steered&) requires detail::comparable<Probe>

@@ -93,10 +93,13 @@ struct path_branch {
     std::uint32_t bounces = 0; ///< reflections so far
     std::uint32_t inside = 0;  ///< how many objects contain it: the last ones of `line_scratch::branch_objects`
     bool inverted = false;     ///< an odd number of the reflections turned the sign of the pressure
-    float apart = 1;           ///< distance between paths that stand for neighbouring lines, over that of the lines
+    float spacing = 0;         ///< between paths that stand for neighbouring lines, metres, as in `path_spread`
+    float turn = 0;            ///< radians between these: how their distance grows
     std::uint32_t parts = 1;   ///< paths that the line is divided into here
     bool in_middle = true;     ///< of these
-    bool to_mirror = false;    ///< it only leads to the mirror at which the line was divided
+    bool to_mirror = false;    ///< it only leads to the mirror in front of which the line was divided
+    label_id mirror{};         ///< the object of that
+    bool is_beside = false;    ///< it begins beside the path that was divided, and may lie in other objects
 };
 
 /// A path that arrived at a surface. Sound that arrives along one such path may return along another: see `paths`.
@@ -169,15 +172,16 @@ class path_follower {
         const bool complete =
             find_crossings(scene_, {.origin = now.frame.origin, .direction = now.frame.path()}, limit, found_);
         objects_ -= now.inside;
-        const view<std::uint32_t> containing{branch_objects_.data() + objects_, now.inside};
-        found_.inside.assign({.ranks = containing, .count = now.inside});
+        const bool is_beside = now.is_beside;
+        now.is_beside = false;
+        if (!is_beside)
+            found_.inside.assign({.ranks = {branch_objects_.data() + objects_, now.inside}, .count = now.inside});
         if (!complete || found_.inside.overflow) return false;
         line_.frame = now.frame;
         aperture_gain spread[spread_steps];
         spread_sound(now, limit, spread);
         const auto parts = static_cast<float>(now.parts);
-        echoes_.set_spread(
-            {now.apart, now.apart * divergence(now), now.path.shown, parts, now.in_middle ? parts : 0.0F});
+        echoes_.set_spread({now.spacing, now.turn, now.path.shown, parts, now.in_middle ? parts : 0.0F});
         // Surfaces that touch the face do not lie before it.
         layer_walk walk{scene_, now.frame, found_, limit == face ? limit - touching_distance : limit, true};
         walk.skip_departure(now.left);
@@ -219,7 +223,7 @@ class path_follower {
     INSONIFY_FN static path_branch arrived_at(path_branch now, float distance) {
         now.path.passed *= now.tube.amplitude(distance);
         now.path.gains = {};
-        now.apart *= std::fabs(1 + distance * divergence(now));
+        now.spacing += distance * now.turn;
         now.tube = now.tube.after(distance);
         return now;
     }
@@ -266,15 +270,24 @@ class path_follower {
         if (below.curvature != vec3{0, 0, 0} || !now.tube.plane())
             off.tube =
                 now.tube.mirrored(smooth, reflected, cross(frame.elevation, along), frame.elevation, below.curvature);
+        if (off.spacing == 0 && !off.tube.plane()) {
+            const kernel_sample lines = kernels_.at(now.path.shown);
+            off.spacing = lines.line_spacing;
+            off.turn = lines.divergence * lines.line_spacing;
+        }
+        off.turn += (divergence(off) - divergence(now)) * off.spacing;
         on.left = off.left = {};
         (walk.is_own() ? on : off).left = {std::fabs(dot(smooth, along)), smooth};
         off.inverted = now.inverted != (met.reflected < 0);
         ++off.bounces;
         off.to_mirror = false;
-        if (!now.to_mirror) push(on, found_.inside);
+        const label_id mirror = walk.is_own() ? below.object : above.object;
+        const bool at_mirror = now.to_mirror && mirror == now.mirror;
+        if (!at_mirror) push(on, found_.inside);
         walk.step_back(found_.inside);
+        if (now.to_mirror && !at_mirror) return;
         if (const std::uint32_t parts = now.to_mirror ? 1 : parts_behind(off); parts > 1)
-            divide(arriving, entered, above, parts);
+            divide(arriving, entered, above, mirror, parts);
         else
             push(off, found_.inside);
     }
@@ -285,12 +298,14 @@ class path_follower {
         constexpr float most = 15;
         if (!(off.path.passed * static_cast<float>(off.parts) >= faintest)) return 1;
         const float left = min(max(echoes_.depth() - off.path.shown, 0), to_face(off.frame));
-        const float apart = off.apart * std::fabs(1 + left * divergence(off)) / static_cast<float>(off.parts);
+        const float lines = kernels_.at(echoes_.depth()).line_spacing * static_cast<float>(off.parts);
+        const float apart = std::fabs(off.spacing + left * off.turn) / max(lines, 1e-9F);
         return apart < 1.5F ? 1 : 2 * static_cast<std::uint32_t>(0.5F * min(apart, most)) + 1;
     }
     // Divides a path in front of a mirror into parts, side by side. Each finds the mirror by itself.
     // @param above  the layer in front of the mirror, on the path
-    INSONIFY_FN void divide(const path_branch& arriving, const echo_path& entered, layer above, std::uint32_t parts) {
+    INSONIFY_FN void divide(const path_branch& arriving, const echo_path& entered, layer above, label_id mirror,
+                            std::uint32_t parts) {
         path_branch now = arriving;
         above.end = 0.5F * (above.begin + above.end);
         now.path = entered;
@@ -298,19 +313,23 @@ class path_follower {
         const vec3 point = now.frame.at(above.end), along = now.frame.along, across = cross(now.frame.elevation, along);
         now = arrived_at(now, above.end);
         now.left = {};
-        now.to_mirror = true;
+        now.to_mirror = now.is_beside = true;
+        now.mirror = mirror;
         now.parts *= parts;
         now.path.passed /= static_cast<float>(parts);
         const kernel_sample lines = kernels_.at(now.path.shown);
-        const float width = lines.line_spacing * now.apart / static_cast<float>(now.parts);
+        const float spacing = now.spacing == 0 ? lines.line_spacing : now.spacing,
+                    width = spacing / static_cast<float>(now.parts);
+        // Radians to the neighbours, but for those by which the wave front is curved.
+        const float fan = now.spacing == 0 ? lines.divergence : now.turn / spacing - divergence(now);
         const line_frame before = now.frame;
         for (std::uint32_t i = 0; i < parts; ++i) {
             const float beside = (static_cast<float>(i) - 0.5F * static_cast<float>(parts - 1)) * width;
             path_branch part = now;
             part.frame = turned(before, point + beside * across - 0.5F * beside * beside * divergence(now) * along,
-                                normalize(along + beside * (now.tube.turned(across) + lines.divergence * across)));
+                                normalize(along + beside * (now.tube.turned(across) + fan * across)));
             part.in_middle = now.in_middle && 2 * i + 1 == parts;
-            push(part, found_.inside);
+            push(part, {});
         }
     }
 
@@ -434,8 +453,8 @@ struct paths {
 
     /// @throws usage_error  for settings out of range
     void check() const {
-        if (!(settings.min_amplitude > 0) || !(std::fabs(settings.face_reflection) <= 1))
-            throw usage_error{"paths: `min_amplitude` must be above 0, `face_reflection` from -1 to 1"};
+        if (!(settings.min_amplitude > 0 && settings.min_amplitude <= 1) || !(std::fabs(settings.face_reflection) <= 1))
+            throw usage_error{"paths: `min_amplitude` must be above 0, at most 1, `face_reflection` from -1 to 1"};
     }
 
     /// Traces one line: see `tracer`.

@@ -178,17 +178,14 @@ struct line_kernels {
     }
 };
 
-/// How far apart those paths are that stand for neighbouring lines, over the spacing of the lines: curved mirrors spread or
-/// gather them.
+/// How far apart those paths are that stand for neighbouring lines: curved mirrors spread or gather them.
 struct path_spread {
-    float begin = 1;     ///< at the displayed depth `from`
-    float per_metre = 0; ///< of displayed depth
+    float spacing = 0;   ///< at the displayed depth `from`, metres; 0: that of the lines, at any depth
+    float per_metre = 0; ///< how it grows
     float from = 0;      ///< metres
     float parts = 1;     ///< paths that each line is divided into, among which random echoes are divided
     float coherent =
         1; ///< factor on coherent echoes, whose law is that of the whole: `parts` on the middle one, else 0
-
-    INSONIFY_FN float at(float depth) const { return std::fabs(begin + per_metre * (depth - from)); }
 };
 
 /// An `echo_line` that compensates for the kernels before it writes.
@@ -307,14 +304,15 @@ class compensated_echoes {
 
     // Metres from one path to the next.
     INSONIFY_FN float path_spacing(const kernel_sample& here, float depth) const {
-        return here.line_spacing * spread_.at(depth) / spread_.parts;
+        if (spread_.spacing == 0) return here.line_spacing;
+        return std::fabs(spread_.spacing + spread_.per_metre * (depth - spread_.from)) / spread_.parts;
     }
     // The gain that keeps the rms of random echoes on paths that are not as far apart as the lines. The kernels average
     // over paths of which a number within the correlation length, at least 1, is as one, instead of over lines of which
     // another number is.
     INSONIFY_FN float spread_gain(const kernel_sample& here, float of_lines, float correlation_length,
                                   float depth) const {
-        if (spread_.parts == 1 && spread_.begin == 1 && spread_.per_metre == 0) return of_lines;
+        if (spread_.spacing == 0) return of_lines;
         const float spacing = path_spacing(here, depth);
         const float as_one = max(correlation_length / max(spacing, 1e-9F), 1),
                     lines_as_one = max(correlation_length / max(here.line_spacing, 1e-9F), 1);
