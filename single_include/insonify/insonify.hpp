@@ -4016,10 +4016,10 @@ struct steered : Probe {
 
     /// @throws usage_error  naming a setting that is out of range
     void check() const {
-        Probe::check();
-        if (!(std::fabs(steering) <= 45_deg))
+        if (!(std::fabs(steering) <= 45_deg)) // first: the F-number depends on it
             throw usage_error{"steered: the angle is " + detail::number_text(steering * 180 / pi) +
                               "_deg; it must be from -45_deg to 45_deg"};
+        Probe::check();
     }
 
     friend bool operator==(const steered&, const steered&) requires detail::comparable<Probe>
@@ -14150,17 +14150,14 @@ struct line_kernels {
     }
 };
 
-/// How far apart those paths are that stand for neighbouring lines, over the spacing of the lines: curved mirrors spread or
-/// gather them.
+/// How far apart those paths are that stand for neighbouring lines: curved mirrors spread or gather them.
 struct path_spread {
-    float begin = 1;     ///< at the displayed depth `from`
-    float per_metre = 0; ///< of displayed depth
+    float spacing = 0;   ///< at the displayed depth `from`, metres; 0: that of the lines, at any depth
+    float per_metre = 0; ///< how it grows
     float from = 0;      ///< metres
     float parts = 1;     ///< paths that each line is divided into, among which random echoes are divided
     float coherent =
         1; ///< factor on coherent echoes, whose law is that of the whole: `parts` on the middle one, else 0
-
-    INSONIFY_FN float at(float depth) const { return std::fabs(begin + per_metre * (depth - from)); }
 };
 
 /// An `echo_line` that compensates for the kernels before it writes.
@@ -14279,14 +14276,15 @@ class compensated_echoes {
 
     // Metres from one path to the next.
     INSONIFY_FN float path_spacing(const kernel_sample& here, float depth) const {
-        return here.line_spacing * spread_.at(depth) / spread_.parts;
+        if (spread_.spacing == 0) return here.line_spacing;
+        return std::fabs(spread_.spacing + spread_.per_metre * (depth - spread_.from)) / spread_.parts;
     }
     // The gain that keeps the rms of random echoes on paths that are not as far apart as the lines. The kernels average
     // over paths of which a number within the correlation length, at least 1, is as one, instead of over lines of which
     // another number is.
     INSONIFY_FN float spread_gain(const kernel_sample& here, float of_lines, float correlation_length,
                                   float depth) const {
-        if (spread_.parts == 1 && spread_.begin == 1 && spread_.per_metre == 0) return of_lines;
+        if (spread_.spacing == 0) return of_lines;
         const float spacing = path_spacing(here, depth);
         const float as_one = max(correlation_length / max(spacing, 1e-9F), 1),
                     lines_as_one = max(correlation_length / max(here.line_spacing, 1e-9F), 1);
@@ -16411,10 +16409,13 @@ struct path_branch {
     std::uint32_t bounces = 0; ///< reflections so far
     std::uint32_t inside = 0;  ///< how many objects contain it: the last ones of `line_scratch::branch_objects`
     bool inverted = false;     ///< an odd number of the reflections turned the sign of the pressure
-    float apart = 1;           ///< distance between paths that stand for neighbouring lines, over that of the lines
+    float spacing = 0;         ///< between paths that stand for neighbouring lines, metres, as in `path_spread`
+    float turn = 0;            ///< radians between these: how their distance grows
     std::uint32_t parts = 1;   ///< paths that the line is divided into here
     bool in_middle = true;     ///< of these
-    bool to_mirror = false;    ///< it only leads to the mirror at which the line was divided
+    bool to_mirror = false;    ///< it only leads to the mirror in front of which the line was divided
+    label_id mirror{};         ///< the object of that
+    bool is_beside = false;    ///< it begins beside the path that was divided, and may lie in other objects
 };
 
 /// A path that arrived at a surface. Sound that arrives along one such path may return along another: see `paths`.
@@ -16487,15 +16488,16 @@ class path_follower {
         const bool complete =
             find_crossings(scene_, {.origin = now.frame.origin, .direction = now.frame.path()}, limit, found_);
         objects_ -= now.inside;
-        const view<std::uint32_t> containing{branch_objects_.data() + objects_, now.inside};
-        found_.inside.assign({.ranks = containing, .count = now.inside});
+        const bool is_beside = now.is_beside;
+        now.is_beside = false;
+        if (!is_beside)
+            found_.inside.assign({.ranks = {branch_objects_.data() + objects_, now.inside}, .count = now.inside});
         if (!complete || found_.inside.overflow) return false;
         line_.frame = now.frame;
         aperture_gain spread[spread_steps];
         spread_sound(now, limit, spread);
         const auto parts = static_cast<float>(now.parts);
-        echoes_.set_spread(
-            {now.apart, now.apart * divergence(now), now.path.shown, parts, now.in_middle ? parts : 0.0F});
+        echoes_.set_spread({now.spacing, now.turn, now.path.shown, parts, now.in_middle ? parts : 0.0F});
         // Surfaces that touch the face do not lie before it.
         layer_walk walk{scene_, now.frame, found_, limit == face ? limit - touching_distance : limit, true};
         walk.skip_departure(now.left);
@@ -16537,7 +16539,7 @@ class path_follower {
     INSONIFY_FN static path_branch arrived_at(path_branch now, float distance) {
         now.path.passed *= now.tube.amplitude(distance);
         now.path.gains = {};
-        now.apart *= std::fabs(1 + distance * divergence(now));
+        now.spacing += distance * now.turn;
         now.tube = now.tube.after(distance);
         return now;
     }
@@ -16584,15 +16586,24 @@ class path_follower {
         if (below.curvature != vec3{0, 0, 0} || !now.tube.plane())
             off.tube =
                 now.tube.mirrored(smooth, reflected, cross(frame.elevation, along), frame.elevation, below.curvature);
+        if (off.spacing == 0 && !off.tube.plane()) {
+            const kernel_sample lines = kernels_.at(now.path.shown);
+            off.spacing = lines.line_spacing;
+            off.turn = lines.divergence * lines.line_spacing;
+        }
+        off.turn += (divergence(off) - divergence(now)) * off.spacing;
         on.left = off.left = {};
         (walk.is_own() ? on : off).left = {std::fabs(dot(smooth, along)), smooth};
         off.inverted = now.inverted != (met.reflected < 0);
         ++off.bounces;
         off.to_mirror = false;
-        if (!now.to_mirror) push(on, found_.inside);
+        const label_id mirror = walk.is_own() ? below.object : above.object;
+        const bool at_mirror = now.to_mirror && mirror == now.mirror;
+        if (!at_mirror) push(on, found_.inside);
         walk.step_back(found_.inside);
+        if (now.to_mirror && !at_mirror) return;
         if (const std::uint32_t parts = now.to_mirror ? 1 : parts_behind(off); parts > 1)
-            divide(arriving, entered, above, parts);
+            divide(arriving, entered, above, mirror, parts);
         else
             push(off, found_.inside);
     }
@@ -16603,12 +16614,14 @@ class path_follower {
         constexpr float most = 15;
         if (!(off.path.passed * static_cast<float>(off.parts) >= faintest)) return 1;
         const float left = min(max(echoes_.depth() - off.path.shown, 0), to_face(off.frame));
-        const float apart = off.apart * std::fabs(1 + left * divergence(off)) / static_cast<float>(off.parts);
+        const float lines = kernels_.at(echoes_.depth()).line_spacing * static_cast<float>(off.parts);
+        const float apart = std::fabs(off.spacing + left * off.turn) / max(lines, 1e-9F);
         return apart < 1.5F ? 1 : 2 * static_cast<std::uint32_t>(0.5F * min(apart, most)) + 1;
     }
     // Divides a path in front of a mirror into parts, side by side. Each finds the mirror by itself.
     // @param above  the layer in front of the mirror, on the path
-    INSONIFY_FN void divide(const path_branch& arriving, const echo_path& entered, layer above, std::uint32_t parts) {
+    INSONIFY_FN void divide(const path_branch& arriving, const echo_path& entered, layer above, label_id mirror,
+                            std::uint32_t parts) {
         path_branch now = arriving;
         above.end = 0.5F * (above.begin + above.end);
         now.path = entered;
@@ -16616,19 +16629,23 @@ class path_follower {
         const vec3 point = now.frame.at(above.end), along = now.frame.along, across = cross(now.frame.elevation, along);
         now = arrived_at(now, above.end);
         now.left = {};
-        now.to_mirror = true;
+        now.to_mirror = now.is_beside = true;
+        now.mirror = mirror;
         now.parts *= parts;
         now.path.passed /= static_cast<float>(parts);
         const kernel_sample lines = kernels_.at(now.path.shown);
-        const float width = lines.line_spacing * now.apart / static_cast<float>(now.parts);
+        const float spacing = now.spacing == 0 ? lines.line_spacing : now.spacing,
+                    width = spacing / static_cast<float>(now.parts);
+        // Radians to the neighbours, but for those by which the wave front is curved.
+        const float fan = now.spacing == 0 ? lines.divergence : now.turn / spacing - divergence(now);
         const line_frame before = now.frame;
         for (std::uint32_t i = 0; i < parts; ++i) {
             const float beside = (static_cast<float>(i) - 0.5F * static_cast<float>(parts - 1)) * width;
             path_branch part = now;
             part.frame = turned(before, point + beside * across - 0.5F * beside * beside * divergence(now) * along,
-                                normalize(along + beside * (now.tube.turned(across) + lines.divergence * across)));
+                                normalize(along + beside * (now.tube.turned(across) + fan * across)));
             part.in_middle = now.in_middle && 2 * i + 1 == parts;
-            push(part, found_.inside);
+            push(part, {});
         }
     }
 
@@ -16752,8 +16769,8 @@ struct paths {
 
     /// @throws usage_error  for settings out of range
     void check() const {
-        if (!(settings.min_amplitude > 0) || !(std::fabs(settings.face_reflection) <= 1))
-            throw usage_error{"paths: `min_amplitude` must be above 0, `face_reflection` from -1 to 1"};
+        if (!(settings.min_amplitude > 0 && settings.min_amplitude <= 1) || !(std::fabs(settings.face_reflection) <= 1))
+            throw usage_error{"paths: `min_amplitude` must be above 0, at most 1, `face_reflection` from -1 to 1"};
     }
 
     /// Traces one line: see `tracer`.
@@ -18474,6 +18491,13 @@ struct spectrum_settings {
             throw usage_error{
                 "spectrum_settings: `wall_order` is at most 8, and 2 less than `window`; 1 or 2 is usual"};
     }
+    /// @throws usage_error  for fewer pulses than a window has
+    void check_pulses(std::size_t pulses) const {
+        if (pulses < window)
+            throw usage_error{
+                detail::joined({"spectrum_of: ", std::to_string(pulses), " pulses are fewer than the window of ",
+                                std::to_string(window), "; lower it or raise the duration"})};
+    }
 
     friend bool operator==(const spectrum_settings&, const spectrum_settings&) = default;
 };
@@ -18519,10 +18543,7 @@ doppler_spectrum spectrum_of(const Policy& policy, const std::vector<vec2>& echo
     settings.check();
     if (!is_finite(prf) || !(prf > 0) || !is_finite(max_velocity) || !(max_velocity > 0) || !is_finite(start))
         throw usage_error{"spectrum_of: the prf and the largest velocity must be finite and above 0, `start` finite"};
-    if (echoes.size() < settings.window)
-        throw usage_error{
-            detail::joined({"spectrum_of: ", std::to_string(echoes.size()), " pulses are fewer than the window of ",
-                            std::to_string(settings.window), "; lower it or raise the duration"})};
+    settings.check_pulses(echoes.size());
     const std::uint32_t size = settings.window;
     const auto hop = static_cast<std::uint32_t>(max(1, std::round(static_cast<float>(size) * (1 - settings.overlap))));
     const float whole = 2 * max_velocity / std::cos(settings.angle);
@@ -18588,6 +18609,9 @@ struct pulsed_doppler_settings {
     float noise_db = -135;        ///< electronic noise: see `electronic_noise_settings`
     std::uint64_t seed = 1;       ///< of the noise
 
+    /// Number of pulses.
+    std::uint32_t pulses() const { return static_cast<std::uint32_t>(duration * prf); }
+
     /// @throws usage_error  for a setting out of range
     template <transducer Probe>
     void check(const Probe& probe) const {
@@ -18633,7 +18657,7 @@ class gate_scanner {
         const auto samples = static_cast<std::uint32_t>(std::ceil((to + beyond) / spacing));
         const auto first = static_cast<std::uint32_t>(from / spacing),
                    last = std::min(samples, static_cast<std::uint32_t>(to / spacing) + 1);
-        const auto pulses = static_cast<std::uint32_t>(settings.duration * settings.prf);
+        const std::uint32_t pulses = settings.pulses();
         const std::uint32_t parts = (pulses + 255) / 256; // each of a few megabytes
         const std::uint32_t part = (pulses + parts - 1) / parts;
         ensemble_settings train = detail::train_of(settings, samples, spacing, from - beyond);
@@ -18657,6 +18681,8 @@ class gate_scanner {
     template <exec::policy Policy, transducer Probe, velocity_field Field>
     doppler_spectrum acquire(const Policy& policy, const scene& body, const Probe& probe, const pose& at,
                              const Model& model, const Field& field, const pulsed_doppler_settings& settings) {
+        settings.check(probe);
+        settings.spectrum.check_pulses(settings.pulses());
         return spectrum_of(policy, gate_echoes(policy, body, probe, at, model, field, settings), settings.prf,
                            max_doppler_velocity(settings.prf, probe.frequency), settings.time, settings.spectrum);
     }
@@ -20696,8 +20722,11 @@ class scanner {
         if constexpr (finds_layers) {
             echoes = add_reverberation(policy, std::move(echoes), found, traced, model, settings.reverberation);
             echoes = add_near_field(policy, std::move(echoes), found, straight, settings.near_field);
-        } else {
-            echoes = add_near_field(policy, std::move(echoes), body, straight, at, settings.near_field);
+        } else if (settings.near_field.shown != near_field_settings::lines::none) {
+            constexpr float depth = 2 * detail::below_face;
+            const line_layers& here =
+                search_(detail::any_policy<false>{policy}, body, straight, at, {.depth = depth}, depth, true);
+            echoes = add_near_field(policy, std::move(echoes), here, straight, settings.near_field);
         }
         pulse sent = nominal_pulse(probe);
         sent.ring_down_db = settings.ring_down_db;
@@ -28915,6 +28944,7 @@ void write_png(const std::string& path, const colour_image& picture) {
 #include <algorithm>
 #include <charconv>
 #include <map>
+#include <numeric>
 #include <set>
 #include <string>
 #include <string_view>
@@ -29002,25 +29032,25 @@ struct obj_part {
     std::uint32_t number = 0; ///< of the object: `o` lines up to there
 };
 
-/// A line with a face, or without where there are no triangles.
+/// What applies to the face on a line.
 struct obj_line {
-    std::uint32_t triangles = 0;
     std::uint32_t part = 0; ///< index into `parts`
     int medium = -1;        ///< index into `media`; -1: none
 };
 
-struct obj_face {
-    uvec3 corners{0, 0, 0};
+struct obj_polygon {
     std::uint32_t line = 0;
+    std::uint32_t corners = 0; ///< their number
 };
 
-/// An OBJ file, checked line by line. Its triangles are known, the rest is rewritten for tinyobjloader, which ignores
-/// malformed numbers, does not continue lines, and does not report the line of a triangle.
+/// An OBJ file, checked line by line. Its vertices are rewritten for tinyobjloader, which ignores malformed numbers and
+/// does not continue lines.
 struct obj_text {
-    std::string rewritten{};             ///< vertices and polygons, before each of these an `s` with its line number
-    std::vector<obj_face> triangles{};   ///< faces of three corners
-    std::vector<named_line> media{};     ///< arguments of `usemtl`, each once, with the line of its first use
-    std::vector<named_line> libraries{}; ///< arguments of `mtllib`
+    std::string rewritten{};                   ///< vertices
+    std::vector<obj_polygon> polygons{};       ///< faces of three corners or more
+    std::vector<std::uint32_t> corners{};      ///< of all of them, one after the other
+    std::vector<named_line> media{};           ///< arguments of `usemtl`, each once, with the line of its first use
+    std::vector<named_line> libraries{};       ///< arguments of `mtllib`
     std::vector<std::uint32_t> vertex_lines{}; ///< line of each vertex
     std::vector<obj_part> parts{};             ///< some may have no faces
     std::vector<obj_line> lines{};             ///< from line 0
@@ -29050,8 +29080,6 @@ inline obj_text read_obj_text(const std::string& path, std::string_view text) {
             obj.vertex_lines.push_back(line);
         } else if (keyword == "f") {
             const auto vertices = static_cast<std::int64_t>(obj.vertex_lines.size());
-            obj_face triangle{.line = line};
-            std::string polygon;
             std::uint32_t corners = 0;
             for (std::string_view word = next_word(rest); !word.empty(); word = next_word(rest), ++corners) {
                 word = word.substr(0, word.find('/'));
@@ -29065,21 +29093,13 @@ inline obj_text read_obj_text(const std::string& path, std::string_view text) {
                     throw fault("a face names vertex " + printable(word) + ", but the file has " +
                                 std::to_string(vertices) +
                                 " up to this line; vertices must precede the faces that use them");
-                const std::int64_t number = position > 0 ? position : vertices + 1 + position;
-                if (corners < 3) triangle.corners[static_cast<int>(corners)] = static_cast<std::uint32_t>(number - 1);
-                if (corners == 3)
-                    for (int i = 0; i < 3; ++i) polygon.append(" ").append(std::to_string(triangle.corners[i] + 1));
-                if (corners >= 3) polygon.append(" ").append(std::to_string(number));
+                obj.corners.push_back(static_cast<std::uint32_t>(position > 0 ? position - 1 : vertices + position));
             }
             if (corners < 3) throw fault("a face needs at least three corners; remove it");
             if (corners > max_corners)
                 throw fault("this face has " + std::to_string(corners) + " corners, more than " +
                             std::to_string(max_corners) + "; triangulate the mesh before exporting it");
-            if (corners == 3)
-                obj.triangles.push_back(triangle);
-            else
-                obj.rewritten.append("s ").append(std::to_string(line)).append("\nf").append(polygon).push_back('\n');
-            now.triangles = corners - 2;
+            obj.polygons.push_back({line, corners});
             obj.lines.resize(line);
             obj.lines.push_back(now);
         } else if (keyword == "usemtl") {
@@ -29109,12 +29129,77 @@ inline obj_text read_obj_text(const std::string& path, std::string_view text) {
     return obj;
 }
 
+struct obj_face {
+    uvec3 corners{0, 0, 0};
+    std::uint32_t line = 0;
+};
+
 /// The content of an OBJ file, in its order.
 struct obj_content {
     obj_text text{};
     std::vector<vec3> positions{}; ///< metres
     std::vector<obj_face> faces{};
 };
+
+/// Cuts a plane polygon into triangles: one ear after the other, which is a corner with the two beside it, in whose
+/// triangle no other corner lies. Of a quadrilateral the shorter diagonal is cut, where both lie inside.
+/// @return  false for a polygon that intersects itself
+inline bool triangulate(const std::vector<vec3>& positions, view<const std::uint32_t> corners, std::uint32_t line,
+                        std::vector<obj_face>& faces) {
+    const auto at = [&](std::size_t corner) { return dvec3{positions[corners[corner]]}; };
+    dvec3 normal{0, 0, 0}; // by Newell's method
+    double largest = 0, extent = 0;
+    for (std::size_t i = 1; i + 1 < corners.size(); ++i) {
+        const dvec3 of_triangle = cross(at(i) - at(0), at(i + 1) - at(0));
+        normal += of_triangle;
+        largest = std::max(largest, length(of_triangle));
+        extent = std::max({extent, length(at(i) - at(0)), length(at(i + 1) - at(0))});
+    }
+    constexpr double rounding = 1e-6;                                   // of coordinates, of the extent
+    if (corners.size() == 3 || largest <= rounding * extent * extent) { // corners on a line have no inside
+        for (std::size_t i = 1; i + 1 < corners.size(); ++i)
+            faces.push_back({{corners[0], corners[i], corners[i + 1]}, line});
+        return true;
+    }
+    const dvec3 size = abs(normal);
+    if (!(std::max({size.x, size.y, size.z}) > rounding * largest)) return false;
+    // The polygon as seen along the axis that its normal is nearest to, counter-clockwise.
+    const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+    const double facing = normal[axis] > 0 ? 1 : -1;
+    const auto area = [&](std::size_t a, std::size_t b, std::size_t c) {
+        return facing * cross(at(b) - at(a), at(c) - at(a))[axis];
+    };
+    std::vector<std::size_t> left(corners.size()); // corners that are not cut off yet
+    std::iota(left.begin(), left.end(), std::size_t{0});
+    const auto is_ear = [&](std::size_t a, std::size_t b, std::size_t c, bool flat) {
+        const double own = area(a, b, c);
+        if (!(flat ? own >= 0 : own > 0)) return false;
+        return std::none_of(left.begin(), left.end(), [&](std::size_t p) {
+            const auto is_at = [&](std::size_t corner) { return positions[corners[p]] == positions[corners[corner]]; };
+            return area(a, b, p) >= 0 && area(b, c, p) >= 0 && area(c, a, p) >= 0 && !is_at(a) && !is_at(b) &&
+                   !is_at(c);
+        });
+    };
+    std::size_t next = corners.size() == 4 && length(at(0) - at(2)) < length(at(1) - at(3)) ? 1 : 0;
+    for (std::size_t tried = 0; left.size() > 3;) {
+        if (tried == 2 * left.size()) return false;
+        const bool flat = tried++ >= left.size(); // where no other ear is left
+        next %= left.size();
+        const std::size_t a = left[(next + left.size() - 1) % left.size()], b = left[next],
+                          c = left[(next + 1) % left.size()];
+        if (!is_ear(a, b, c, flat)) {
+            ++next;
+            continue;
+        }
+        const bool begins = b < a; // the first corner of the polygon is also that of its triangle
+        faces.push_back(
+            {begins ? uvec3{corners[b], corners[c], corners[a]} : uvec3{corners[a], corners[b], corners[c]}, line});
+        left.erase(left.begin() + static_cast<std::ptrdiff_t>(next));
+        tried = 0;
+    }
+    faces.push_back({{corners[left[0]], corners[left[1]], corners[left[2]]}, line});
+    return area(left[0], left[1], left[2]) >= 0;
+}
 
 /// A mesh of some faces and the vertices that they use, whose order is kept.
 inline mesh select_faces(const std::vector<vec3>& positions, std::vector<uvec3> faces) {
@@ -29229,6 +29314,7 @@ inline void name_objects(const std::string& path, const obj_content& content, st
     std::map<std::uint32_t, std::set<std::uint32_t>> parts_of; // number of an object to its parts with faces
     for (const obj_object& one : objects) parts_of[content.text.parts[one.part].number].insert(one.part);
     std::set<std::string> meant, taken;
+    std::map<std::string, std::uint32_t> last_number; // by name
     for (obj_object& one : objects) {
         const obj_part& part = content.text.parts[one.part];
         one.name = name_of(part);
@@ -29240,8 +29326,9 @@ inline void name_objects(const std::string& path, const obj_content& content, st
     for (obj_object& one : objects) {
         if (taken.insert(one.name).second) continue;
         std::string name;
-        for (std::uint32_t i = 2; name.empty() || meant.contains(name) || taken.contains(name); ++i)
-            name = one.name + "." + std::to_string(i);
+        for (std::uint32_t& i = last_number.try_emplace(one.name, 1).first->second;
+             name.empty() || meant.contains(name) || taken.contains(name);)
+            name = one.name + "." + std::to_string(++i);
         taken.insert(name);
         notes.push_back(joined({path, ":", std::to_string(one.line), ": there are several objects of the name '",
                                 printable(one.name), "'; this one is called '", printable(name), "'"}));
@@ -29562,36 +29649,27 @@ inline obj_content read_obj(const std::string& path, float unit) {
         throw usage_error{path + ": the unit must be finite and above 0, as in {.unit = 1_mm}"};
 
     obj_content content{.text = read_obj_text(path, read_file(path))};
-    loader::attrib_t vertices;
-    std::vector<loader::shape_t> shapes;
-    std::vector<loader::material_t> materials;
-    std::string warnings, errors;
     std::istringstream stream{std::exchange(content.text.rewritten, {})};
-    if (!loader::LoadObj(&vertices, &shapes, &materials, &warnings, &errors, &stream, nullptr, true, false))
+    loader::callback_t vertices;
+    vertices.vertex_cb = [](void* positions, float x, float y, float z, float) {
+        static_cast<std::vector<vec3>*>(positions)->push_back({x, y, z});
+    };
+    std::string warnings, errors;
+    if (!loader::LoadObjWithCallback(stream, vertices, &content.positions, nullptr, &warnings, &errors))
         throw io_error{path + ": tinyobjloader cannot read the file: " + errors};
-
-    for (std::size_t i = 0; i + 2 < vertices.vertices.size(); i += 3) {
-        const vec3 p{vertices.vertices[i], vertices.vertices[i + 1], vertices.vertices[i + 2]};
-        content.positions.push_back(unit * p);
-        if (!is_finite(content.positions.back()))
-            throw io_error{path + ":" + std::to_string(content.text.vertex_lines[i / 3]) +
+    for (std::size_t i = 0; i < content.positions.size(); ++i) {
+        content.positions[i] *= unit;
+        if (!is_finite(content.positions[i]))
+            throw io_error{path + ":" + std::to_string(content.text.vertex_lines[i]) +
                            ": a coordinate of this vertex is too large; check the file and its unit"};
     }
-    content.faces = std::exchange(content.text.triangles, {});
-    for (const loader::shape_t& shape : shapes)
-        for (std::size_t i = 0; i < shape.mesh.smoothing_group_ids.size(); ++i) {
-            const loader::index_t* const corner = &shape.mesh.indices[3 * i];
-            content.faces.push_back({uvec3{corner[0].vertex_index, corner[1].vertex_index, corner[2].vertex_index},
-                                     shape.mesh.smoothing_group_ids[i]});
-        }
-    std::stable_sort(content.faces.begin(), content.faces.end(),
-                     [](const obj_face& a, const obj_face& b) { return a.line < b.line; });
-    std::vector<std::uint32_t> found(content.text.lines.size()); // triangles of each line
-    for (const obj_face& face : content.faces) ++found[face.line];
-    for (std::size_t line = 0; line < found.size(); ++line)
-        if (found[line] != content.text.lines[line].triangles)
-            throw io_error{path + ":" + std::to_string(line) +
+    const std::uint32_t* corners = content.text.corners.data();
+    for (const obj_polygon& one : content.text.polygons) {
+        if (!triangulate(content.positions, {corners, one.corners}, one.line, content.faces))
+            throw io_error{path + ":" + std::to_string(one.line) +
                            ": this polygon cannot be triangulated; triangulate the mesh before exporting it"};
+        corners += one.corners;
+    }
     return content;
 }
 

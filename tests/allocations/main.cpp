@@ -6,6 +6,7 @@
 #include <memory>
 #include <new>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 // Counts what a clip allocates, frame by frame: nothing when it is shown again, and memory has grown to what it takes. And
@@ -293,8 +294,8 @@ int main() {
 
     const linear_array probe{.lines = 128, .width = 40_mm, .frequency = 7.5_MHz};
     const b_mode_settings plain{.depth = 40_mm, .size = {256, 256}};
-    const auto allocated_by = [&](const auto& policy, const b_mode_settings& settings) {
-        scanner<linear_array> machine{probe, settings};
+    const auto allocated_by = [&](const auto& policy, const b_mode_settings& settings, const auto& how) {
+        scanner<linear_array, physical<>, std::decay_t<decltype(how)>> machine{probe, settings};
         const mesh rest = make_sphere({0, 0, 0}, 5_mm, 4);
         constexpr int frames = 8;
         const int seen = frames * static_cast<int>(settings.compound.angles); // every frame by every look
@@ -311,13 +312,17 @@ int main() {
         }
         return most;
     };
-    const long sequenced = allocated_by(exec::seq, plain), parallel = allocated_by(exec::par_unseq.threads(2), plain);
+    const straight_lines straight{};
+    const long sequenced = allocated_by(exec::seq, plain, straight),
+               parallel = allocated_by(exec::par_unseq.threads(2), plain, straight);
     std::printf("allocations a frame: %ld with seq, %ld with par_unseq; expected 0\n", sequenced, parallel);
+    const long followed = allocated_by(exec::par_unseq.threads(2), plain, paths{});
+    std::printf("by paths: %ld; expected 0\n", followed);
     b_mode_settings all = plain, one = plain;
     all.compound = {.angles = 3};
     one.compound = {.angles = 3, .update = compound_settings::update_mode::one};
-    const long compounded = allocated_by(exec::par_unseq.threads(2), all),
-               rolling = allocated_by(exec::par_unseq.threads(2), one);
+    const long compounded = allocated_by(exec::par_unseq.threads(2), all, straight),
+               rolling = allocated_by(exec::par_unseq.threads(2), one, straight);
     std::printf("compounded: %ld all at once, %ld one look at a time; expected 0\n", compounded, rolling);
     const long knobs =
         std::max(allocated_by_knobs(exec::seq, body, 1), allocated_by_knobs(exec::par_unseq.threads(2), body, 3));
@@ -333,8 +338,8 @@ int main() {
     std::printf("colour Doppler: %ld with seq, %ld with par_unseq; expected 0\n", flow, flow_parallel);
     const bool said = channels_say_memory();
     return said && flow == 0 && flow_parallel == 0 && pressed == 0 && pressed_parallel == 0 && maps == 0 &&
-                   maps_parallel == 0 && sequenced == 0 && parallel == 0 && compounded == 0 && rolling == 0 &&
-                   knobs == 0 && many == 0 && many_parallel == 0
+                   maps_parallel == 0 && sequenced == 0 && parallel == 0 && followed == 0 && compounded == 0 &&
+                   rolling == 0 && knobs == 0 && many == 0 && many_parallel == 0
                ? 0
                : 1;
 }
