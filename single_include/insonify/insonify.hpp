@@ -15013,9 +15013,10 @@ class kernel_table {
 
     // The integral of a covariance over the distance in the slice plane, to either side, metres.
     static float correlation_length(const covariance& of) {
-        constexpr float step = 10e-6F, longest = 2e-3F;
+        constexpr float step = 10e-6F; // metres
+        constexpr int steps = 200;
         float sum = 1;
-        for (float apart = step; apart < longest; apart += step) sum += 2 * of(vec2{apart, 0}, 0);
+        for (int i = 1; i < steps; ++i) sum += 2 * of(vec2{step * static_cast<float>(i), 0}, 0);
         return step * max(sum, 0);
     }
 
