@@ -3352,19 +3352,18 @@ class fibre_grid {
     // The equations of all cells, each at the node that is its first corner. The last nodes along an axis begin no cell:
     // there all is 0.
     struct equations {
-        field weight;                     // 1 where a cell begins
-        std::array<field, 3> fibre;       // f, by axis
-        std::array<field, 3> wanted[3]{}; // t less what coordinates begin with: of each coordinate, by axis
+        field weight;       // 1 where a cell begins
+        field fibre[3];     // f, by axis
+        field wanted[3][3]; // t less what coordinates begin with: by coordinate, then by axis
     };
     std::array<std::size_t, 8> corners() const {
         const std::size_t row = count_.x, layer = row * count_.y;
         return {0, 1, row, row + 1, layer, layer + 1, layer + row, layer + row + 1};
     }
     equations equations_of(const std::vector<mat3>& targets) const {
-        equations all;
-        all.weight.assign(nodes_.size() + corners()[7] + width, 0.0F);
-        all.fibre.fill(all.weight);
-        for (std::array<field, 3>& of_coordinate : all.wanted) of_coordinate.fill(all.weight);
+        const field zeros(nodes_.size() + corners()[7] + width, 0.0F);
+        equations all{
+            zeros, {zeros, zeros, zeros}, {{zeros, zeros, zeros}, {zeros, zeros, zeros}, {zeros, zeros, zeros}}};
         for (std::size_t cell = 0; cell < targets.size(); ++cell) {
             const std::size_t node = first_node(cell);
             all.weight[node] = 1;
@@ -28958,17 +28957,18 @@ namespace insonify::inline INSONIFY_ABI::detail {
 /// Removes the first word from a line and returns it.
 inline std::string_view next_word(std::string_view& line) {
     const auto is_blank = [](char c) { return c == ' ' || c == '\t'; };
-    const auto begin = std::find_if_not(line.begin(), line.end(), is_blank),
-               end = std::find_if(begin, line.end(), is_blank);
-    const std::string_view word{begin, end};
-    line = {end, line.end()};
+    line.remove_prefix(static_cast<std::size_t>(std::find_if_not(line.begin(), line.end(), is_blank) - line.begin()));
+    const std::string_view word =
+        line.substr(0, static_cast<std::size_t>(std::find_if(line.begin(), line.end(), is_blank) - line.begin()));
+    line.remove_prefix(word.size());
     return word;
 }
 
 /// Removes the first line from a text, which LF, CR LF or CR ends; returns it without comments and trailing blanks.
 inline std::string_view next_line(std::string_view& text) {
     const auto ends = [](char c) { return c == '\r' || c == '\n'; };
-    std::string_view line{text.begin(), std::find_if(text.begin(), text.end(), ends)};
+    std::string_view line =
+        text.substr(0, static_cast<std::size_t>(std::find_if(text.begin(), text.end(), ends) - text.begin()));
     text.remove_prefix(line.size());
     if (!text.empty()) text.remove_prefix(text.starts_with("\r\n") ? 2 : 1);
     for (std::size_t i = line.find('#'); i != std::string_view::npos; i = line.find('#', i + 1))

@@ -22,17 +22,18 @@ namespace insonify::inline INSONIFY_ABI::detail {
 /// Removes the first word from a line and returns it.
 inline std::string_view next_word(std::string_view& line) {
     const auto is_blank = [](char c) { return c == ' ' || c == '\t'; };
-    const auto begin = std::find_if_not(line.begin(), line.end(), is_blank),
-               end = std::find_if(begin, line.end(), is_blank);
-    const std::string_view word{begin, end};
-    line = {end, line.end()};
+    line.remove_prefix(static_cast<std::size_t>(std::find_if_not(line.begin(), line.end(), is_blank) - line.begin()));
+    const std::string_view word =
+        line.substr(0, static_cast<std::size_t>(std::find_if(line.begin(), line.end(), is_blank) - line.begin()));
+    line.remove_prefix(word.size());
     return word;
 }
 
 /// Removes the first line from a text, which LF, CR LF or CR ends; returns it without comments and trailing blanks.
 inline std::string_view next_line(std::string_view& text) {
     const auto ends = [](char c) { return c == '\r' || c == '\n'; };
-    std::string_view line{text.begin(), std::find_if(text.begin(), text.end(), ends)};
+    std::string_view line =
+        text.substr(0, static_cast<std::size_t>(std::find_if(text.begin(), text.end(), ends) - text.begin()));
     text.remove_prefix(line.size());
     if (!text.empty()) text.remove_prefix(text.starts_with("\r\n") ? 2 : 1);
     for (std::size_t i = line.find('#'); i != std::string_view::npos; i = line.find('#', i + 1))

@@ -288,19 +288,18 @@ class fibre_grid {
     // The equations of all cells, each at the node that is its first corner. The last nodes along an axis begin no cell:
     // there all is 0.
     struct equations {
-        field weight;                     // 1 where a cell begins
-        std::array<field, 3> fibre;       // f, by axis
-        std::array<field, 3> wanted[3]{}; // t less what coordinates begin with: of each coordinate, by axis
+        field weight;       // 1 where a cell begins
+        field fibre[3];     // f, by axis
+        field wanted[3][3]; // t less what coordinates begin with: by coordinate, then by axis
     };
     std::array<std::size_t, 8> corners() const {
         const std::size_t row = count_.x, layer = row * count_.y;
         return {0, 1, row, row + 1, layer, layer + 1, layer + row, layer + row + 1};
     }
     equations equations_of(const std::vector<mat3>& targets) const {
-        equations all;
-        all.weight.assign(nodes_.size() + corners()[7] + width, 0.0F);
-        all.fibre.fill(all.weight);
-        for (std::array<field, 3>& of_coordinate : all.wanted) of_coordinate.fill(all.weight);
+        const field zeros(nodes_.size() + corners()[7] + width, 0.0F);
+        equations all{
+            zeros, {zeros, zeros, zeros}, {{zeros, zeros, zeros}, {zeros, zeros, zeros}, {zeros, zeros, zeros}}};
         for (std::size_t cell = 0; cell < targets.size(); ++cell) {
             const std::size_t node = first_node(cell);
             all.weight[node] = 1;
