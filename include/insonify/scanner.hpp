@@ -491,7 +491,7 @@ class scanner {
         if constexpr (finds_layers) {
             echoes = add_reverberation(policy, std::move(echoes), found, traced, model, settings.reverberation);
             echoes = add_near_field(policy, std::move(echoes), found, straight, settings.near_field);
-        } else if (settings.near_field.shown != near_field_settings::lines::none) {
+        } else {
             constexpr float depth = 2 * detail::below_face;
             const line_layers& here =
                 search_(detail::any_policy<false>{policy}, body, straight, at, {.depth = depth}, depth, true);

@@ -14155,8 +14155,7 @@ struct path_spread {
     float per_metre = 0; ///< how it grows
     float from = 0;      ///< metres
     float parts = 1;     ///< paths that each line is divided into, among which random echoes are divided
-    float coherent =
-        1; ///< factor on coherent echoes, whose law is that of the whole: `parts` on the middle one, else 0
+    float coherent = 1;  ///< factor on coherent echoes, which are those of the whole: `parts` on the middle one, else 0
 };
 
 /// An `echo_line` that compensates for the kernels before it writes.
@@ -20722,7 +20721,7 @@ class scanner {
         if constexpr (finds_layers) {
             echoes = add_reverberation(policy, std::move(echoes), found, traced, model, settings.reverberation);
             echoes = add_near_field(policy, std::move(echoes), found, straight, settings.near_field);
-        } else if (settings.near_field.shown != near_field_settings::lines::none) {
+        } else {
             constexpr float depth = 2 * detail::below_face;
             const line_layers& here =
                 search_(detail::any_policy<false>{policy}, body, straight, at, {.depth = depth}, depth, true);
@@ -29147,6 +29146,12 @@ struct obj_content {
 /// @return  false for a polygon that intersects itself
 inline bool triangulate(const std::vector<vec3>& positions, view<const std::uint32_t> corners, std::uint32_t line,
                         std::vector<obj_face>& faces) {
+    const auto fan = [&] {
+        for (std::size_t i = 1; i + 1 < corners.size(); ++i)
+            faces.push_back({{corners[0], corners[i], corners[i + 1]}, line});
+        return true;
+    };
+    if (corners.size() == 3) return fan();
     const auto at = [&](std::size_t corner) { return dvec3{positions[corners[corner]]}; };
     dvec3 normal{0, 0, 0}; // by Newell's method
     double largest = 0, extent = 0;
@@ -29156,12 +29161,8 @@ inline bool triangulate(const std::vector<vec3>& positions, view<const std::uint
         largest = std::max(largest, length(of_triangle));
         extent = std::max({extent, length(at(i) - at(0)), length(at(i + 1) - at(0))});
     }
-    constexpr double rounding = 1e-6;                                   // of coordinates, of the extent
-    if (corners.size() == 3 || largest <= rounding * extent * extent) { // corners on a line have no inside
-        for (std::size_t i = 1; i + 1 < corners.size(); ++i)
-            faces.push_back({{corners[0], corners[i], corners[i + 1]}, line});
-        return true;
-    }
+    constexpr double rounding = 1e-6;                        // of coordinates, of the extent
+    if (largest <= rounding * extent * extent) return fan(); // corners on a line have no inside
     const dvec3 size = abs(normal);
     if (!(std::max({size.x, size.y, size.z}) > rounding * largest)) return false;
     // The polygon as seen along the axis that its normal is nearest to, counter-clockwise.
@@ -29326,10 +29327,10 @@ inline void name_objects(const std::string& path, const obj_content& content, st
     }
     for (obj_object& one : objects) {
         if (taken.insert(one.name).second) continue;
+        std::uint32_t& number = last_number.try_emplace(one.name, 1).first->second;
         std::string name;
-        for (std::uint32_t& i = last_number.try_emplace(one.name, 1).first->second;
-             name.empty() || meant.contains(name) || taken.contains(name);)
-            name = one.name + "." + std::to_string(++i);
+        do name = one.name + "." + std::to_string(++number);
+        while (meant.contains(name) || taken.contains(name));
         taken.insert(name);
         notes.push_back(joined({path, ":", std::to_string(one.line), ": there are several objects of the name '",
                                 printable(one.name), "'; this one is called '", printable(name), "'"}));

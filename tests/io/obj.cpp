@@ -131,6 +131,14 @@ TEST_CASE("concave polygons in any plane are triangulated inside their outline, 
     }
 }
 
+TEST_CASE("polygons that intersect themselves are refused") {
+    const temporary_folder folder;
+    for (const char* vertices :
+         {"v 0 0 0\nv 1 1 0\nv 1 0 0\nv 0 1 0\nf 1 2 3 4\n", "v 0 0 0\nv 3 2 1\nv 3 0 0\nv 0 1 0.5\nf 1 2 3 4\n",
+          "v 0 3 0\nv 2 -2 0\nv -3 1 0\nv 3 1 0\nv -2 -2 0\nf 1 2 3 4 5\n"}) // a pentagram
+        CHECK_THROWS_AS(load_obj(folder.write("a.obj", vertices), {.unit = 1_m}), io_error);
+}
+
 TEST_CASE("a face of n corners becomes n - 2 triangles, or an error") {
     const temporary_folder folder; // five corners on a line, and all at one point
     for (const char* vertices :

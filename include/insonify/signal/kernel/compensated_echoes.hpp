@@ -184,8 +184,7 @@ struct path_spread {
     float per_metre = 0; ///< how it grows
     float from = 0;      ///< metres
     float parts = 1;     ///< paths that each line is divided into, among which random echoes are divided
-    float coherent =
-        1; ///< factor on coherent echoes, whose law is that of the whole: `parts` on the middle one, else 0
+    float coherent = 1;  ///< factor on coherent echoes, which are those of the whole: `parts` on the middle one, else 0
 };
 
 /// An `echo_line` that compensates for the kernels before it writes.
