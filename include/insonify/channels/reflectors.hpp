@@ -93,6 +93,7 @@ struct lossless {
 
 /// Keeps the scatterers that a model emits, with their distances along the line. Beyond `max_count` of all lines they are
 /// only counted.
+template <class Deferred = void>
 struct scatterer_sink {
     struct one {
         float distance;
@@ -188,14 +189,14 @@ class reflector_search {
         line_driver<vec2> driver;
         line_grid<vec2> grid{lines_.lines, 1, depth_};
         line_grid<vec2>* const sink = &grid;
-        std::vector<std::vector<scatterer_sink::one>> of_line(lines_.lines);
+        std::vector<std::vector<scatterer_sink<>::one>> of_line(lines_.lines);
         std::atomic<std::uint64_t> count{0};
         driver.emit_lines(policy, body_, probe_, frame_, field, straight_lines{.directions = 1}, 2e4F, {&sink, 1},
                           [&](std::size_t, const line_task& task, view<vec2>) {
                               traced_line line = task.line;
                               line.plane = task.number % planes;
                               static_cast<const field_model&>(field).emit(
-                                  line, scatterer_sink{of_line[task.number], depth_, count, max_count});
+                                  line, scatterer_sink<>{of_line[task.number], depth_, count, max_count});
                           });
         if (count > max_count) return count;
         std::size_t kept = found.size();

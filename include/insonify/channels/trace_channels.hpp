@@ -512,7 +512,8 @@ class channel_tracer {
 };
 
 /// @throws usage_error  for elements that do not look into the slice, or are not in order
-inline void check_places(view<const ray> places) {
+template <class Deferred = void>
+void check_places(view<const ray> places) {
     for (std::size_t i = 0; i < places.size(); ++i) {
         const ray& one = places[i];
         const std::string name = "trace_channels: element " + std::to_string(i);

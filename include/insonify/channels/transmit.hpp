@@ -63,7 +63,8 @@ transmit fired_at(const Array& array, std::vector<float> times, transmit made) {
 }
 
 /// @throws usage_error  for delays or weights that do not fit to an array
-inline void check_transmit(const transmit& one, std::size_t number, std::uint32_t elements) {
+template <class Deferred = void>
+void check_transmit(const transmit& one, std::size_t number, std::uint32_t elements) {
     const std::string name = "transmit " + std::to_string(number) + ": ";
     if (one.delays.size() != elements)
         throw usage_error{joined({name, "it has ", std::to_string(one.delays.size()), " delays for ",

@@ -32,7 +32,8 @@ struct zone_key {
 
 // Of the attenuation there and back from the elements that see a place: what others see through bone is of no
 // account. The nearest element and some others stand for all.
-inline float smallest_slope(vec2 place, const element_fans& fans, view<const ray> places) {
+template <class Deferred = void>
+float smallest_slope(vec2 place, const element_fans& fans, view<const ray> places) {
     float smallest = FLT_MAX;
     const auto see = [&](std::size_t element) {
         const auto at = fans.find<1>(element, place);
@@ -59,7 +60,8 @@ struct key_range {
 };
 
 // Halves a range across its longer side, or sorts a block. Those at one place keep their order.
-inline void halve(const key_range& one) {
+template <class Deferred = void>
+void halve(const key_range& one) {
     const auto by_x = [](const zone_key& a, const zone_key& b) {
         return std::tuple{a.place.x, a.place.y, a.reflector} < std::tuple{b.place.x, b.place.y, b.reflector};
     };

@@ -53,7 +53,8 @@ struct wall_filter {
 namespace detail {
 
 /// The values of polynomials of degree 0 to `order` at equal steps, orthonormal by Gram-Schmidt.
-inline std::vector<std::vector<double>> orthonormal_polynomials(std::size_t count, std::uint32_t order) {
+template <class Deferred = void>
+std::vector<std::vector<double>> orthonormal_polynomials(std::size_t count, std::uint32_t order) {
     std::vector<std::vector<double>> basis(std::size_t{order} + 1, std::vector<double>(count));
     for (std::uint32_t degree = 0; degree <= order; ++degree) {
         std::vector<double>& own = basis[degree];
@@ -71,7 +72,8 @@ inline std::vector<std::vector<double>> orthonormal_polynomials(std::size_t coun
 }
 
 /// @throws usage_error  for an ensemble whose pulses differ in shape, or without a prf
-inline void check_ensemble(const iq_ensemble& echoes, const char* caller) {
+template <class Deferred = void>
+void check_ensemble(const iq_ensemble& echoes, const char* caller) {
     if (!is_finite(echoes.prf) || !(echoes.prf > 0))
         throw usage_error{joined({caller, ": the prf must be a frequency above 0, such as 4_kHz"})};
     for (const iq_lines& each : echoes.pulses)
@@ -84,7 +86,8 @@ inline void check_ensemble(const iq_ensemble& echoes, const char* caller) {
 
 /// The filter as a matrix, row by row: result j is the sum over k of element j * pulses + k times pulse k.
 /// @throws usage_error  as `wall_filter::check`
-inline std::vector<float> wall_filter_matrix(const wall_filter& filter, std::size_t pulses) {
+template <class Deferred = void>
+std::vector<float> wall_filter_matrix(const wall_filter& filter, std::size_t pulses) {
     filter.check(pulses);
     if (filter.type == wall_filter::kind::fir) {
         const std::size_t taps = std::size_t{filter.order} + 1, results = pulses - filter.order;

@@ -17,6 +17,7 @@
 namespace insonify::inline INSONIFY_ABI::detail {
 
 /// Triangulates a closed loop of points in space.
+template <class Deferred = void>
 class loop_filler {
   public:
     /// Three indices each into the loop; the index after its last point is that of its centre.

@@ -37,6 +37,7 @@ struct repaired_mesh {
 namespace detail {
 
 /// What `repair` does, step by step. Sides of faces are numbered as the slots of half edges.
+template <class Deferred = void>
 class mesh_repair {
   public:
     mesh_repair(const mesh_view& given, const repair_settings& settings)
@@ -381,7 +382,7 @@ class mesh_repair {
             const auto known = std::lower_bound(edges_.begin(), edges_.end(), wanted);
             return (known == edges_.end() || known->ends != wanted.ends) && !filled_.contains(wanted.ends);
         };
-        const loop_filler::triangles filling = loop_filler{points, is_free}.fill();
+        const auto filling = loop_filler{points, is_free}.fill();
         if (filling.front()[2] == loop.size()) loop.push_back(add_vertex(vec3{centre}));
         for (const auto& [a, b, c] : filling) {
             for (const auto& [i, j] : {std::pair{a, b}, std::pair{b, c}, std::pair{c, a}})
@@ -595,7 +596,8 @@ class mesh_repair {
 /// Cost: below a second for 400,000 faces.
 /// @throws usage_error     for a distance out of range
 /// @throws geometry_error  for a mesh without faces, a vertex that is not finite, or an index out of range
-inline repaired_mesh repair(const mesh_view& m, const repair_settings& settings = {}) {
+template <class Deferred = void>
+repaired_mesh repair(const mesh_view& m, const repair_settings& settings = {}) {
     if (!(settings.weld_distance >= 0) || !(settings.weld_distance <= 0.01F))
         throw usage_error{"repair: `weld_distance` is " + detail::number_text(settings.weld_distance) +
                           " m; it must be from 0 to 0.01 m; write it as in 0.01_mm"};

@@ -17,7 +17,8 @@ namespace insonify::inline INSONIFY_ABI {
 /// asks for `repair` does not compile it.
 class obj_repair {
   public:
-    obj_repair() = default;                                                                         ///< no repair
+    obj_repair() = default; ///< no repair
+    template <class Deferred = void>
     obj_repair(const repair_settings& settings) : settings_(settings), repair_(insonify::repair) {} ///< with `settings`
 
     explicit operator bool() const { return repair_ != nullptr; } ///< whether objects are mended

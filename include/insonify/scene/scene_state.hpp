@@ -105,7 +105,7 @@ struct object_state : object_past {
     aabb incoming_box{};               ///< around the positions that `read` has read
     bool tree_is_current = false;      ///< the tree and the normals fit the positions
     placed_structure structure{};      ///< of the medium, in the axes of the object as built
-    fibre_grid fibres{};               ///< where they are curved
+    fibre_grid<> fibres{};             ///< where they are curved
 
     /// Builds the tree and the normals. @throws std::bad_alloc
     /// @param at_rest  the positions at rest, if these are others

@@ -99,7 +99,8 @@ class face_grid {
 };
 
 /// The object that encloses all others, if there is one and it is soft.
-inline std::optional<object_id> find_outer(const scene& body) {
+template <class Deferred = void>
+std::optional<object_id> find_outer(const scene& body) {
     const auto box_of = [](const object& one) {
         aabb box;
         for (const vec3& p : one.surface.positions) box = merged(box, one.at.point(p));
@@ -115,14 +116,16 @@ inline std::optional<object_id> find_outer(const scene& body) {
 }
 
 /// The name, or with a number where an object has it.
-inline std::string unused_name(const scene& body, const std::string& name) {
+template <class Deferred = void>
+std::string unused_name(const scene& body, const std::string& name) {
     std::string unused = name;
     for (int number = 2; body.find(unused); ++number) unused = name + '.' + std::to_string(number);
     return unused;
 }
 
 /// A closed surface that is moved inwards, unevenly, wherever its faces point. @param by  metres, on average
-inline mesh moved_inwards(mesh surface, float by, std::uint32_t seed) {
+template <class Deferred = void>
+mesh moved_inwards(mesh surface, float by, std::uint32_t seed) {
     const std::vector<std::uint32_t> place = weld(surface.positions);
     std::vector<vec3> normals(surface.positions.size(), vec3{0, 0, 0}); // of each place
     for (const uvec3& face : surface.faces) {
@@ -147,13 +150,15 @@ inline void check_undeformed(const scene& body) {
     if (body.is_deformed()) throw usage_error{"add_skin: the body is deformed; cover it before `deform`"};
 }
 
-inline bool has_skin(const scene& body) {
+template <class Deferred = void>
+bool has_skin(const scene& body) {
     return std::any_of(body.objects().begin(), body.objects().end(),
                        [](const object& one) { return one.inside == tissue::skin; });
 }
 
 /// Makes the outer layer of the object that encloses all others skin. @return whether there is such an object
-inline bool cover_outer(scene& body, float thickness) {
+template <class Deferred = void>
+bool cover_outer(scene& body, float thickness) {
     const std::optional<object_id> outer = find_outer(body);
     if (!outer) return false;
     const object whole = body[*outer];
@@ -183,7 +188,8 @@ enum class skin_place {
 /// @param settings  only `thickness` matters
 /// @return `skin_place::surface` or `none`
 /// @throws usage_error  for a setting out of range, or a deformed body
-inline skin_place add_skin(scene& body, const skin_settings& settings = {}) {
+template <class Deferred = void>
+skin_place add_skin(scene& body, const skin_settings& settings = {}) {
     settings.check();
     detail::check_undeformed(body);
     return !detail::has_skin(body) && detail::cover_outer(body, settings.thickness) ? skin_place::surface

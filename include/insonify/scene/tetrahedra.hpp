@@ -38,6 +38,7 @@ inline std::array<float, 4> barycentric(std::span<const vec3> nodes, const tetra
 }
 
 /// Tetrahedra at rest, and what locates points in them.
+template <class Deferred = void>
 struct tetrahedral_mesh {
     std::vector<vec3> rest;              ///< nodes, metres
     std::vector<tetrahedron> cells;      ///< four nodes each
@@ -124,11 +125,12 @@ struct tetrahedral_mesh {
 
 /// The vertices of an object, located in tetrahedra.
 struct located_vertices {
-    std::shared_ptr<const tetrahedral_mesh> mesh{}; ///< in which; null: not yet
-    pose at{};                                      ///< of the object
-    std::vector<tetrahedral_point> points{};        ///< of each vertex at rest
+    std::shared_ptr<const tetrahedral_mesh<>> mesh{}; ///< in which; null: not yet
+    pose at{};                                        ///< of the object
+    std::vector<tetrahedral_point> points{};          ///< of each vertex at rest
 };
 
+template <class Deferred>
 struct inverse_tetrahedra;
 
 } // namespace detail
@@ -147,8 +149,9 @@ class tetrahedra {
     /// @param rest   positions of the nodes at rest, in the world, metres
     /// @param cells  four nodes each, from 0, in either orientation
     /// @throws geometry_error  for a node that does not exist or is not finite, or a tetrahedron without volume
+    template <class Deferred = void>
     tetrahedra(std::vector<vec3> rest, std::vector<std::array<std::uint32_t, 4>> cells)
-        : mesh_{std::make_shared<const detail::tetrahedral_mesh>(std::move(rest), std::move(cells))},
+        : mesh_{std::make_shared<const detail::tetrahedral_mesh<>>(std::move(rest), std::move(cells))},
           nodes_{mesh_->rest} {}
 
     /// Where the nodes are now, in the world, metres: to be written each frame.
@@ -157,9 +160,13 @@ class tetrahedra {
     std::span<const vec3> nodes() const { return nodes_; }
 
     /// Where a point at rest is now.
-    vec3 operator()(vec3 rest) const { return rest + displacement(mesh_->locate(rest)); }
+    template <class Deferred = void>
+    vec3 operator()(vec3 rest) const {
+        return rest + displacement(mesh_->locate(rest));
+    }
 
     /// @throws geometry_error  for a node that is not finite, or a tetrahedron that is turned inside out
+    template <class Deferred = void>
     void check() const {
         for (std::size_t i = 0; i < nodes_.size(); ++i)
             if (!is_finite(nodes_[i]))
@@ -173,6 +180,7 @@ class tetrahedra {
     }
 
   private:
+    template <class>
     friend struct detail::inverse_tetrahedra;
 
     vec3 displacement(const detail::tetrahedral_point& at) const {
@@ -182,13 +190,14 @@ class tetrahedra {
         return sum;
     }
 
-    std::shared_ptr<const detail::tetrahedral_mesh> mesh_;
+    std::shared_ptr<const detail::tetrahedral_mesh<>> mesh_;
     std::vector<vec3> nodes_;
 };
 
 namespace detail {
 
 /// What the scene does with `tetrahedra` in other ways than with other maps.
+template <class Deferred = void>
 struct inverse_tetrahedra {
     const tetrahedra& map;
 
@@ -222,7 +231,7 @@ struct inverse_tetrahedra {
 
     /// Finds where tissue was at rest: see `find_rest`.
     vec3 rest_of(vec3 now) const {
-        const tetrahedral_mesh& mesh = *map.mesh_;
+        const tetrahedral_mesh<>& mesh = *map.mesh_;
         tetrahedral_point best;
         float deepest = -FLT_MAX;
         for (std::uint32_t i = 0; i < mesh.cells.size(); ++i) {
@@ -311,18 +320,20 @@ struct inverse_tetrahedra {
     }
 };
 
-inline void invert_map(const any_policy<false>& policy, const tetrahedra& map, const displacement_lattice& where,
-                       float* nodes) {
-    inverse_tetrahedra{map}.invert(policy, where, nodes);
+template <class Deferred = void>
+void invert_map(const any_policy<false>& policy, const tetrahedra& map, const displacement_lattice& where,
+                float* nodes) {
+    inverse_tetrahedra<>{map}.invert(policy, where, nodes);
 }
-inline bool find_rest(const tetrahedra& map, vec3 now, vec3& rest) {
-    rest = inverse_tetrahedra{map}.rest_of(now);
+template <class Deferred = void>
+bool find_rest(const tetrahedra& map, vec3 now, vec3& rest) {
+    rest = inverse_tetrahedra<>{map}.rest_of(now);
     return true;
 }
 template <class Policy>
 bool displace_vertices(const Policy& policy, const tetrahedra& map, const pose& at, view<const vec3> rest,
                        located_vertices& located, view<vec3> now) {
-    return inverse_tetrahedra{map}.displace(policy, at, rest, located, now);
+    return inverse_tetrahedra<>{map}.displace(policy, at, rest, located, now);
 }
 template <class Policy>
 void check_map(const Policy&, const tetrahedra& map, const aabb&) {

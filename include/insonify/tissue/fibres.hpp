@@ -78,7 +78,8 @@ namespace detail {
 /// Eigenvectors of a symmetric matrix as columns, by descending eigenvalue. Eigenvalues that are equal within the
 /// rounding of vertices, as those of cubes and spheres are, do not turn the axes: compilers round differently.
 /// Source: the cyclic Jacobi method; Golub & Van Loan, Matrix Computations, section 8.5.
-inline mat3 principal_axes(dmat3 m) {
+template <class Deferred = void>
+mat3 principal_axes(dmat3 m) {
     const double rounding = 1e-6 * (std::fabs(m[0][0]) + std::fabs(m[1][1]) + std::fabs(m[2][2])); // of float vertices
     dmat3 v{1};
     for (int sweep = 0; sweep < 12; ++sweep)
@@ -107,7 +108,8 @@ inline mat3 principal_axes(dmat3 m) {
 
 /// Covariance of the volume that a closed surface encloses, times that volume. Each face adds its tetrahedron with the
 /// middle of the box; outside the surface these cancel.
-inline dmat3 volume_covariance(const mesh_view& surface, const aabb& box) {
+template <class Deferred = void>
+dmat3 volume_covariance(const mesh_view& surface, const aabb& box) {
     dmat3 second{0};
     dvec3 first{0, 0, 0};
     double volume = 0;
@@ -147,7 +149,8 @@ inline mat3 aligned(const mat3& axes, vec3 fibres, vec3 normal) {
 }
 
 /// The axes of an object's moments of inertia, the longest first; of its box where it encloses nothing.
-inline mat3 axes_of(const mesh_view& surface, const aabb& box) {
+template <class Deferred = void>
+mat3 axes_of(const mesh_view& surface, const aabb& box) {
     dmat3 moments = volume_covariance(surface, box);
     const double trace = moments[0][0] + moments[1][1] + moments[2][2];
     for (int i = 0; i < 3 && !(trace > 0 && trace < 1e30); ++i) {
@@ -164,6 +167,7 @@ inline mat3 axes_of(const mesh_view& surface, const aabb& box) {
 /// for y orthogonal to both. So sheets contain the fibres, as far as such sheets exist, and distances are kept as far
 /// as possible.
 /// Source: conjugate gradients for least squares; Bjorck, Numerical Methods for Least Squares Problems, section 7.4.
+template <class Deferred = void>
 class fibre_grid {
   public:
     fibre_grid() = default; ///< of straight fibres
