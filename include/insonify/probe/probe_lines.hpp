@@ -81,9 +81,11 @@ class probe_lines {
         lines_.resize(probe.lines);
         for (std::uint32_t i = 0; i < probe.lines; ++i) {
             const ray beam = probe.beam(static_cast<float>(i));
-            lines_[i] = {beam.origin, beam.direction, beam.direction};
+            probe_line& own = lines_[i];
+            own.origin = beam.origin;
+            own.direction = own.scatterer_axis = beam.direction;
             if constexpr (requires { probe.scatterer_axis(0.0F); })
-                lines_[i].scatterer_axis = probe.scatterer_axis(static_cast<float>(i));
+                own.scatterer_axis = probe.scatterer_axis(static_cast<float>(i));
         }
         settings_ = stated;
     }

@@ -294,7 +294,7 @@ class layer_walk {
     INSONIFY_FN bool next(layer& here) {
         if (at_end_) return false;
         const std::uint32_t current = found_.inside.top();
-        here = layer_from(current);
+        start(here, current);
         here.own_begin = own_;
         while (next_ < found_.count && found_.room[next_].distance < depth_) {
             group_ = next_;
@@ -317,7 +317,8 @@ class layer_walk {
 
     /// What follows the surface at which the last layer ended, as a layer of no thickness.
     INSONIFY_FN layer beyond() const {
-        layer after = layer_from(found_.inside.top());
+        layer after;
+        start(after, found_.inside.top());
         after.end = begin_;
         return after;
     }
@@ -331,19 +332,20 @@ class layer_walk {
     }
 
   private:
-    INSONIFY_FN layer layer_from(std::uint32_t rank) const {
-        layer here{.begin = begin_,
-                   .end = depth_,
-                   .cosine = met_.cosine,
-                   .slope = met_.slope,
-                   .curvature = met_.curvature,
-                   .roughness = met_.roughness};
-        if (rank == media_stack::none) return here;
-        const object_view& one = scene_.objects[rank];
-        here.medium = one.medium;
-        here.object = one.id;
-        here.place = 1 + rank;
-        return here;
+    // Member by member, where the layer lies: copies of what was just written in parts wait for it.
+    INSONIFY_FN void start(layer& here, std::uint32_t rank) const {
+        const bool is_object = rank != media_stack::none;
+        here.begin = begin_;
+        here.end = depth_;
+        here.medium = is_object ? scene_.objects[rank].medium : 0;
+        here.object = is_object ? scene_.objects[rank].id : layer{}.object;
+        here.place = is_object ? 1 + rank : 0;
+        here.cosine = met_.cosine;
+        here.slope = met_.slope;
+        here.curvature = met_.curvature;
+        here.roughness = met_.roughness;
+        here.own_end = {};
+        here.moved = 0;
     }
 
     // Of the touching surfaces, the first one that belongs to either medium.
@@ -445,11 +447,11 @@ struct line_memory {
     template <class Attempt>
     void fit(const Attempt& attempt) {
         if (layers.empty()) grow();
-        while (!attempt(room())) grow();
+        for (line_room own = room(); !attempt(own); own = room()) grow();
     }
     /// The same, first in memory of the caller, until a line has not fitted there.
     template <class Attempt>
-    void fit(const line_room& first, const Attempt& attempt) {
+    void fit(line_room first, const Attempt& attempt) {
         if (layers.empty() && attempt(first)) return;
         fit(attempt);
     }
@@ -465,8 +467,9 @@ struct found_line {
 /// Finds what lies along a straight line.
 /// @param max_depth  how far it is followed, metres
 /// @param incident   whether to compute how it intersects surfaces: see `stack_layers`
+/// @param room       where it is found
 INSONIFY_FN inline found_line find_line(const scene_view& scene, const line_frame& line, float max_depth, bool incident,
-                                        const crossing_source& from, line_room room) {
+                                        const crossing_source& from, line_room& room) {
     room.found.clear();
     const crossing_collector collector{scene, {line.origin, line.path(), 0, max_depth}, max_depth, room.found};
     from.for_each(collector, [&](const crossing& one) { collector.add(one); });

@@ -84,7 +84,7 @@ void follow_displayed(const scene& body, const ray& line, float depth, const cha
     const scene_view flat = body.view_for_rays(exec::par);
     const vec3 size = abs(line.direction), scaled = line.direction / max(max(size.x, size.y), size.z);
     const line_frame along{.origin = line.origin, .along = scaled / length(scaled)};
-    line_memory{}.fit([&](const line_room& room) {
+    line_memory{}.fit([&](line_room& room) {
         const view<const layer> layers = find_line(flat, along, depth, false, {}, room).layers;
         for (const layer& one : layers)
             if (!in_layer(one.end - one.begin, displayed_stretch(flat.media[one.medium]))) break;

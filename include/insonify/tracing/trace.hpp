@@ -238,11 +238,10 @@ line_tracer<Model, Tracer>::trace_lines(const Policy& policy, const scene& body,
     recycled.reshape(probe_.size(), samples, scan.depth);
     line_grid<sample_type>* const sink = &recycled;
     if constexpr (std::same_as<Tracer, straight_lines>)
-        driver_.emit_lines(policy, body, probe_, frame, model, how,
-                           detail::nanoseconds_of<Model>() * static_cast<float>(samples), {&sink, 1},
-                           [&](std::size_t, const line_task& task, view<sample_type> out) {
-                               task.apply(policy, model, task.line.layers, out);
-                           });
+        driver_.emit_lines(
+            policy, body, probe_, frame, model, how, detail::nanoseconds_of<Model>() * static_cast<float>(samples),
+            {&sink, 1},
+            [&](std::size_t, const line_task& task, view<sample_type> out) { task.apply(policy, model, out); });
     else
         driver_.trace_lines(policy, body, frame, model, how, recycled);
     return recycled;

@@ -42,16 +42,21 @@ struct line_task {
         return {echo_line{out, spacing, line.frequency}, kernels, line.frequency, line.pulse_sigma};
     }
 
-    /// Lets the model write the samples of this line, once its layers are known.
+    /// Lets the model write the samples of this line, whose layers are known.
+    template <class Policy, acoustic_model Model>
+    INSONIFY_FN void apply(const Policy& policy, const Model& model, view<typename Model::sample_type> out) const {
+        if constexpr (emits_echoes<Model>)
+            model.emit(line, echoes(out));
+        else
+            model(policy, line, spacing, out);
+    }
+    /// The same with the layers that a tracer has found.
     template <class Policy, acoustic_model Model>
     INSONIFY_FN void apply(const Policy& policy, const Model& model, view<const layer> layers,
                            view<typename Model::sample_type> out) const {
-        traced_line known = line;
-        known.layers = layers;
-        if constexpr (emits_echoes<Model>)
-            model.emit(known, echoes(out));
-        else
-            model(policy, known, spacing, out);
+        line_task known = *this;
+        known.line.layers = layers;
+        known.apply(policy, model, out);
     }
 };
 

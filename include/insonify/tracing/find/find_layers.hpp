@@ -147,14 +147,15 @@ class layer_finder {
         const auto count = static_cast<std::uint32_t>(begin) + lines_per_block;
         for (auto number = static_cast<std::uint32_t>(begin); number < frame.count() && number < count; ++number)
             for (std::uint32_t plane = 0; plane < frame.planes; ++plane) {
-                const line_frame line = frame.line(number, plane);
+                layer_block::line& line = into.lines.emplace_back();
+                line.frame = frame.line(number, plane);
                 const crossing_source from =
                     sliced_ ? slices_.source(sliced[slice_finder::list_of(number, plane)]) : crossing_source{};
-                own.line.fit(memory.room(), [&](const line_room& room) {
-                    const found_line one = find_line(scene_, line, frame.max_depth, incident, from, room);
+                own.line.fit(memory.room(), [&](line_room& room) {
+                    const found_line one = find_line(scene_, line.frame, frame.max_depth, incident, from, room);
                     if (one.layers.empty()) return false;
-                    into.lines.push_back(
-                        {line, into.layers.size(), one.layers.size(), into.objects.size(), one.behind_face.size()});
+                    line.first_layer = into.layers.size(), line.layers = one.layers.size();
+                    line.first_object = into.objects.size(), line.objects = one.behind_face.size();
                     into.layers.insert(into.layers.end(), one.layers.begin(), one.layers.end());
                     into.objects.insert(into.objects.end(), one.behind_face.begin(), one.behind_face.end());
                     return true;
