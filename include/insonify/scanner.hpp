@@ -615,7 +615,7 @@ const image& scanner<Probe, Model, Tracer>::show_by(const detail::any_policy<Uns
     if (cine_.empty()) check_picture();
     settings.check();
     if (back >= cine_.size())
-        throw usage_error{"scanner: `back` is " + std::to_string(back) + ", and " + std::to_string(cine_.size()) +
+        throw usage_error{"scanner: `back` is ", back, ", and ", cine_.size(),
                           " frames are stored; `cine_length` is the number to store"};
     const detail::stopwatch clock;
     std::uint32_t first = back; // from which persistence goes on

@@ -51,18 +51,22 @@
 
 /// INSONIFY_FN marks functions that run on a CUDA device as well as on the host.
 /// INSONIFY_INLINE forces inlining of functions that take SIMD values, so that the values stay in registers.
+/// INSONIFY_COLD keeps functions of errors out of the code that throws them.
 /// INSONIFY_VISITS precedes an INSONIFY_FN template that calls a user's function, which may exist for the host only.
 #if defined(__CUDACC__)
 #define INSONIFY_FN __host__ __device__
 #define INSONIFY_INLINE __forceinline__
+#define INSONIFY_COLD
 #define INSONIFY_VISITS _Pragma("nv_exec_check_disable")
 #elif defined(_MSC_VER)
 #define INSONIFY_FN
 #define INSONIFY_INLINE __forceinline
+#define INSONIFY_COLD
 #define INSONIFY_VISITS
 #else
 #define INSONIFY_FN
 #define INSONIFY_INLINE [[gnu::always_inline]] inline
+#define INSONIFY_COLD [[gnu::cold, gnu::noinline]]
 #define INSONIFY_VISITS
 #endif
 
@@ -978,7 +982,9 @@ INSONIFY_FN constexpr float surface_grain(float frequency) { return display_spee
 
 
 #include <algorithm>
+#include <concepts>
 #include <cstddef>
+#include <cstdint>
 #include <cstdio>
 #include <initializer_list>
 #include <stdexcept>
@@ -987,29 +993,7 @@ INSONIFY_FN constexpr float surface_grain(float frequency) { return display_spee
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// A file could not be read or written, or its content is invalid. The message names the file and the line or object.
-struct io_error : std::runtime_error {
-    using std::runtime_error::runtime_error;
-};
-
-/// An invalid mesh, pose or primitive. `validate` reports the defects of a mesh.
-struct geometry_error : std::runtime_error {
-    using std::runtime_error::runtime_error;
-};
-
-/// A setting that is out of range, or a call out of order, such as tracing a scene that was not built.
-struct usage_error : std::logic_error {
-    using std::logic_error::logic_error;
-};
-
 namespace detail {
-
-/// The parts of a message in one string. Compiles much faster than a sum of strings, which is inlined at every `throw`.
-inline std::string joined(std::initializer_list<std::string_view> parts) {
-    std::string whole;
-    for (const std::string_view part : parts) whole.append(part.data(), part.size());
-    return whole;
-}
 
 /// A number with up to so many significant digits and, in every locale, a decimal point.
 inline std::string number_text(float value, int digits = 4) {
@@ -1019,6 +1003,68 @@ inline std::string number_text(float value, int digits = 4) {
     std::replace(number.begin(), number.end(), ',', '.');
     return number;
 }
+
+/// A part of a message: text, or a number, which becomes text where the message is composed: so that a `throw` compiles
+/// to little code.
+class message_part {
+  public:
+    message_part(const char* text) : text_{text} {}
+    message_part(std::string_view text) : text_{text} {}
+    message_part(const std::string& text) : text_{text} {}
+    message_part(float number) : kind_{kind::fraction}, fraction_{number} {}
+    message_part(char) = delete; // neither text nor a number
+    message_part(bool) = delete;
+    template <std::integral Number>
+    message_part(Number number)
+        : kind_{number < 0 ? kind::negative : kind::count}, count_{static_cast<std::uint64_t>(number)} {}
+
+    void append_to(std::string& whole) const {
+        if (kind_ == kind::text) whole += text_;
+        if (kind_ == kind::count) whole += std::to_string(count_);
+        if (kind_ == kind::negative) whole += std::to_string(static_cast<std::int64_t>(count_));
+        if (kind_ == kind::fraction) whole += number_text(fraction_);
+    }
+
+  private:
+    enum class kind : std::uint8_t { text, count, negative, fraction };
+    kind kind_ = kind::text;
+    float fraction_ = 0;
+    std::uint64_t count_ = 0;
+    std::string_view text_{};
+};
+
+/// The parts of a message in one string.
+INSONIFY_COLD inline std::string joined(std::initializer_list<message_part> parts) {
+    std::string whole;
+    for (const message_part& part : parts) part.append_to(whole);
+    return whole;
+}
+
+/// An error with a message of parts: usage_error{"line ", 3, " has no sample"}.
+template <class Standard>
+struct composed_error : Standard {
+    using Standard::Standard;
+    INSONIFY_COLD composed_error(std::initializer_list<message_part> parts) : Standard{joined(parts)} {}
+};
+
+} // namespace detail
+
+/// A file could not be read or written, or its content is invalid. The message names the file and the line or object.
+struct io_error : detail::composed_error<std::runtime_error> {
+    using composed_error::composed_error;
+};
+
+/// An invalid mesh, pose or primitive. `validate` reports the defects of a mesh.
+struct geometry_error : detail::composed_error<std::runtime_error> {
+    using composed_error::composed_error;
+};
+
+/// A setting that is out of range, or a call out of order, such as tracing a scene that was not built.
+struct usage_error : detail::composed_error<std::logic_error> {
+    using composed_error::composed_error;
+};
+
+namespace detail {
 
 /// "3 holes", "1 hole".
 inline std::string counted(std::size_t count, const char* one, const char* many) {
@@ -1088,8 +1134,8 @@ class thread_pool {
     /// @throws usage_error  for more than `max_participants`
     void run(std::size_t count, std::uint32_t participants, function_ref<void(std::size_t index)> body) {
         if (participants > max_participants)
-            throw usage_error{joined({"threads(", std::to_string(participants),
-                                      "): at most 1024 threads; omit .threads(n) for one per processor"})};
+            throw usage_error{"threads(", participants,
+                              "): at most 1024 threads; omit .threads(n) for one per processor"};
         if (participants == 0) participants = processors_;
         job work{.count = count, .body = body};
         const auto helpers = static_cast<std::uint32_t>(std::min<std::size_t>(participants, count)) - (count > 0);
@@ -2067,8 +2113,7 @@ namespace detail {
 template <class Value>
 void check_echoes(const line_grid<Value>& echoes, std::uint32_t lines, const char* caller) {
     if (echoes.count != lines || echoes.samples == 0 || echoes.values.size() != std::size_t{lines} * echoes.samples)
-        throw usage_error{
-            joined({caller, ": the echoes must have as many lines as the probe, and a value for every sample"})};
+        throw usage_error{caller, ": the echoes must have as many lines as the probe, and a value for every sample"};
 }
 
 } // namespace detail
@@ -2124,9 +2169,13 @@ struct wall_filter {
     void check(std::size_t pulses) const {
         if (type == kind::none) return;
         if (std::uint64_t{order} + 2 > pulses)
-            throw usage_error{detail::joined({"wall_filter: order ", std::to_string(order), " needs at least ",
-                                              std::to_string(std::uint64_t{order} + 2), " pulses, not ",
-                                              std::to_string(pulses), "; lower it or raise the ensemble"})};
+            throw usage_error{"wall_filter: order ",
+                              order,
+                              " needs at least ",
+                              std::uint64_t{order} + 2,
+                              " pulses, not ",
+                              pulses,
+                              "; lower it or raise the ensemble"};
         if (type == kind::polynomial && order > 8)
             throw usage_error{"wall_filter: the order of a polynomial is at most 8; 1 or 2 is usual"};
         if (type == kind::fir && (order < 2 || order % 2 != 0 || !(cutoff > 0 && cutoff < 0.5F)))
@@ -2140,7 +2189,8 @@ struct wall_filter {
 namespace detail {
 
 /// The values of polynomials of degree 0 to `order` at equal steps, orthonormal by Gram-Schmidt.
-inline std::vector<std::vector<double>> orthonormal_polynomials(std::size_t count, std::uint32_t order) {
+template <class Deferred = void>
+std::vector<std::vector<double>> orthonormal_polynomials(std::size_t count, std::uint32_t order) {
     std::vector<std::vector<double>> basis(std::size_t{order} + 1, std::vector<double>(count));
     for (std::uint32_t degree = 0; degree <= order; ++degree) {
         std::vector<double>& own = basis[degree];
@@ -2158,20 +2208,22 @@ inline std::vector<std::vector<double>> orthonormal_polynomials(std::size_t coun
 }
 
 /// @throws usage_error  for an ensemble whose pulses differ in shape, or without a prf
-inline void check_ensemble(const iq_ensemble& echoes, const char* caller) {
+template <class Deferred = void>
+void check_ensemble(const iq_ensemble& echoes, const char* caller) {
     if (!is_finite(echoes.prf) || !(echoes.prf > 0))
-        throw usage_error{joined({caller, ": the prf must be a frequency above 0, such as 4_kHz"})};
+        throw usage_error{caller, ": the prf must be a frequency above 0, such as 4_kHz"};
     for (const iq_lines& each : echoes.pulses)
         if (each.count != echoes.pulses[0].count || each.samples != echoes.pulses[0].samples ||
             each.depth != echoes.pulses[0].depth || each.values.size() != std::size_t{each.count} * each.samples)
-            throw usage_error{joined({caller, ": all pulses must have the same lines, samples and depth"})};
+            throw usage_error{caller, ": all pulses must have the same lines, samples and depth"};
 }
 
 } // namespace detail
 
 /// The filter as a matrix, row by row: result j is the sum over k of element j * pulses + k times pulse k.
 /// @throws usage_error  as `wall_filter::check`
-inline std::vector<float> wall_filter_matrix(const wall_filter& filter, std::size_t pulses) {
+template <class Deferred = void>
+std::vector<float> wall_filter_matrix(const wall_filter& filter, std::size_t pulses) {
     filter.check(pulses);
     if (filter.type == wall_filter::kind::fir) {
         const std::size_t taps = std::size_t{filter.order} + 1, results = pulses - filter.order;
@@ -2497,13 +2549,13 @@ inline vec3 unit_across(vec3 direction) {
 /// @throws geometry_error  for a point that is not finite or too far away
 inline void check_shape_point(const std::string& shape, vec3 p) {
     if (!is_finite(p) || abs(p) != min(abs(p), vec3{max_translation}))
-        throw geometry_error{shape + ": coordinates must be finite and within 1000 km of the origin"};
+        throw geometry_error{shape, ": coordinates must be finite and within 1000 km of the origin"};
 }
 
 /// @throws geometry_error  for a length that is not above 0, or too large; `what` names it
 inline void check_shape_length(const std::string& shape, const std::string& what, float value) {
     if (!is_finite(value) || !(value > 0) || value > max_translation)
-        throw geometry_error{shape + ": the " + what + " must be above 0 and at most 1000 km"};
+        throw geometry_error{shape, ": the ", what, " must be above 0 and at most 1000 km"};
 }
 
 /// The places of all sections of a line. Their axes do not twist about it: they are carried along by parallel transport, and
@@ -2514,16 +2566,16 @@ inline std::vector<line_place> places_along(const std::vector<tube_section>& lin
                                             const std::string& caller) {
     const std::size_t count = line.size();
     if (count < 2 || count > (1U << 20U))
-        throw geometry_error{caller + ": `line` has " + std::to_string(count) + " points; give from 2 to 1048576"};
+        throw geometry_error{caller, ": `line` has ", count, " points; give from 2 to 1048576"};
     if (!is_finite(across))
-        throw geometry_error{caller + ": `across` is not finite; give a direction across the line, or 0"};
+        throw geometry_error{caller, ": `across` is not finite; give a direction across the line, or 0"};
     for (std::size_t i = 0; i < count; ++i) {
         check_shape_point(caller, line[i].centre);
         check_shape_length(caller, "first of the `radii`", line[i].radii.x);
         check_shape_length(caller, "second of the `radii`", line[i].radii.y);
-        if (!is_finite(line[i].turn)) throw geometry_error{caller + ": `turn` is not finite; give radians"};
+        if (!is_finite(line[i].turn)) throw geometry_error{caller, ": `turn` is not finite; give radians"};
         if (i > 0 && std::fabs(line[i].turn - line[i - 1].turn) > 0.5F * pi + 1e-4F)
-            throw geometry_error{caller + ": `turn` changes by more than a quarter turn at point " + std::to_string(i) +
+            throw geometry_error{caller, ": `turn` changes by more than a quarter turn at point ", i,
                                  "; add points in between"};
         if (i > 0)
             check_shape_length(caller, "distance between two points", length(line[i].centre - line[i - 1].centre));
@@ -2534,8 +2586,7 @@ inline std::vector<line_place> places_along(const std::vector<tube_section>& lin
         const vec3 before = i > 0 ? normalize(line[i].centre - line[i - 1].centre) : vec3{0, 0, 0};
         const vec3 after = i + 1 < count ? normalize(line[i + 1].centre - line[i].centre) : vec3{0, 0, 0};
         if (!(length(before + after) > 0.1F))
-            throw geometry_error{caller + ": the line turns back at point " + std::to_string(i) +
-                                 "; add points that round the bend"};
+            throw geometry_error{caller, ": the line turns back at point ", i, "; add points that round the bend"};
         places[i].along = normalize(before + after);
     }
     const vec3 wanted = across - dot(across, places[0].along) * places[0].along;
@@ -2950,8 +3001,8 @@ inline void check_faces(const mesh_view& m, const std::string& named) {
         last = {std::max(last.x, face.x), std::max(last.y, face.y), std::max(last.z, face.z)};
     const std::uint32_t vertex = std::max(last.x, std::max(last.y, last.z));
     if (!m.faces.empty() && vertex >= m.positions.size())
-        throw geometry_error{joined({named, "a face names vertex ", std::to_string(vertex), ", but the mesh has ",
-                                     std::to_string(m.positions.size()), "; indices start at 0"})};
+        throw geometry_error{
+            named, "a face names vertex ", vertex, ", but the mesh has ", m.positions.size(), "; indices start at 0"};
 }
 
 /// One side of a face, as half of an edge: the half edges of one edge have equal `ends`, whatever their direction.
@@ -3142,7 +3193,8 @@ namespace detail {
 /// Eigenvectors of a symmetric matrix as columns, by descending eigenvalue. Eigenvalues that are equal within the
 /// rounding of vertices, as those of cubes and spheres are, do not turn the axes: compilers round differently.
 /// Source: the cyclic Jacobi method; Golub & Van Loan, Matrix Computations, section 8.5.
-inline mat3 principal_axes(dmat3 m) {
+template <class Deferred = void>
+mat3 principal_axes(dmat3 m) {
     const double rounding = 1e-6 * (std::fabs(m[0][0]) + std::fabs(m[1][1]) + std::fabs(m[2][2])); // of float vertices
     dmat3 v{1};
     for (int sweep = 0; sweep < 12; ++sweep)
@@ -3171,7 +3223,8 @@ inline mat3 principal_axes(dmat3 m) {
 
 /// Covariance of the volume that a closed surface encloses, times that volume. Each face adds its tetrahedron with the
 /// middle of the box; outside the surface these cancel.
-inline dmat3 volume_covariance(const mesh_view& surface, const aabb& box) {
+template <class Deferred = void>
+dmat3 volume_covariance(const mesh_view& surface, const aabb& box) {
     dmat3 second{0};
     dvec3 first{0, 0, 0};
     double volume = 0;
@@ -3211,7 +3264,8 @@ inline mat3 aligned(const mat3& axes, vec3 fibres, vec3 normal) {
 }
 
 /// The axes of an object's moments of inertia, the longest first; of its box where it encloses nothing.
-inline mat3 axes_of(const mesh_view& surface, const aabb& box) {
+template <class Deferred = void>
+mat3 axes_of(const mesh_view& surface, const aabb& box) {
     dmat3 moments = volume_covariance(surface, box);
     const double trace = moments[0][0] + moments[1][1] + moments[2][2];
     for (int i = 0; i < 3 && !(trace > 0 && trace < 1e30); ++i) {
@@ -3228,6 +3282,7 @@ inline mat3 axes_of(const mesh_view& surface, const aabb& box) {
 /// for y orthogonal to both. So sheets contain the fibres, as far as such sheets exist, and distances are kept as far
 /// as possible.
 /// Source: conjugate gradients for least squares; Bjorck, Numerical Methods for Least Squares Problems, section 7.4.
+template <class Deferred = void>
 class fibre_grid {
   public:
     fibre_grid() = default; ///< of straight fibres
@@ -3506,7 +3561,7 @@ inline std::string named(const std::string& name, object_id id) {
 /// @throws usage_error  for a point that is not finite
 inline void check_point(vec3 point, const char* caller) {
     if (!is_finite(point))
-        throw usage_error{std::string{caller} + ": the point is not finite; give three numbers of metres"};
+        throw usage_error{std::string{caller}, ": the point is not finite; give three numbers of metres"};
 }
 
 /// @param what  begins the message, such as "scene: the background"
@@ -3514,16 +3569,16 @@ inline void check_point(vec3 point, const char* caller) {
 inline void check_medium(const medium& m, const std::string& what) {
     const auto check_length = [&](const char* name, float metres) {
         if (!(metres >= 0 && metres <= 1))
-            throw usage_error{joined({what, " has a `structure.sheath.", name, "` of ", number_text(metres),
-                                      " m; it must be 0 to 1 m, such as 20_mm"})};
+            throw usage_error{
+                what, " has a `structure.sheath.", name, "` of ", metres, " m; it must be 0 to 1 m, such as 20_mm"};
     };
     check_length("thickness", m.structure.sheath.thickness);
     check_length("insertion", m.structure.sheath.insertion);
     if (!is_valid(m.structure))
-        throw usage_error{what + " has a `structure` out of range: sizes must be above 0, fractions 0 to 1, "
-                                 "`lattices` 1 to 6, deviations 0 to 40 dB, bundles no wider than their spacing"};
+        throw usage_error{what, " has a `structure` out of range: sizes must be above 0, fractions 0 to 1, "
+                                "`lattices` 1 to 6, deviations 0 to 40 dB, bundles no wider than their spacing"};
     if (!is_valid(m))
-        throw usage_error{what + " needs a density and a sound speed above 0, and every value finite and not below 0"};
+        throw usage_error{what, " needs a density and a sound speed above 0, and every value finite and not below 0"};
 }
 
 /// The first vertex that is not finite; their number where there is none.
@@ -3535,22 +3590,22 @@ inline std::size_t find_not_finite(const std::vector<vec3>& positions) {
 /// @throws geometry_error  for a frame in which a vertex of an object is not finite
 [[noreturn]] inline void refuse_frame(const object& one, std::size_t vertex) {
     throw geometry_error{
-        joined({named(one.name, one.id), ": vertex ", std::to_string(vertex),
-                " was moved to a point that is not finite; all objects are back where they were before: check the "
-                "simulation, or the formula, that moved it"})};
+        named(one.name, one.id), ": vertex ", vertex,
+        " was moved to a point that is not finite; all objects are back where they were before: check the "
+        "simulation, or the formula, that moved it"};
 }
 
 /// Checks the arguments of `scene::add`, which documents what is thrown.
 inline void check_object(const mesh& surface, const medium& inside, const object_settings& settings, object_id id) {
     const std::string who = named(settings.name, id) + ": ";
     check_medium(inside, who + "its medium");
-    if (!is_rigid(settings.at)) throw geometry_error{who + "its pose is not a rigid transform; scale the mesh instead"};
+    if (!is_rigid(settings.at)) throw geometry_error{who, "its pose is not a rigid transform; scale the mesh instead"};
     if (!settings.fibres.varies() && !is_finite(settings.fibres({0, 0, 0})))
-        throw geometry_error{who + "the direction of its fibres is not finite; give three numbers, or leave it out"};
+        throw geometry_error{who, "the direction of its fibres is not finite; give three numbers, or leave it out"};
     if (!settings.layer_normal.varies() && !is_finite(settings.layer_normal({0, 0, 0})))
-        throw geometry_error{who + "the normal of its layers is not finite; give three numbers, or leave it out"};
+        throw geometry_error{who, "the normal of its layers is not finite; give three numbers, or leave it out"};
     if (!(settings.crease_angle >= 0) || !(settings.crease_angle <= pi))
-        throw usage_error{who + "`crease_angle` is " + std::to_string(settings.crease_angle) +
+        throw usage_error{who, "`crease_angle` is ", settings.crease_angle,
                           " radians; it must be from 0 (every face is flat) to pi; write it as in 30_deg"};
     check_faces(surface, who);
     if (const std::size_t vertex = find_not_finite(surface.positions); vertex < surface.positions.size())
@@ -3620,7 +3675,7 @@ struct pulsatile {
     /// @throws usage_error  for a setting out of range
     void check() const {
         if (!is_finite(heart_rate) || !(heart_rate >= 0) || !(heart_rate <= 20))
-            throw usage_error{"pulsatile: `heart_rate` is " + detail::number_text(heart_rate) +
+            throw usage_error{"pulsatile: `heart_rate` is ", heart_rate,
                               " Hz; it must be 0 (steady flow) to 20 beats per second, such as 1.2_Hz"};
         if (!(resistive_index >= 0 && resistive_index <= 2))
             throw usage_error{"pulsatile: `resistive_index` must be 0 (steady flow) to 2, such as 0.7"};
@@ -3742,8 +3797,8 @@ struct velocity_samples {
             throw usage_error{"velocity_samples: `size` must be at least 2 samples along each axis, and `steps` 1"};
         const std::size_t needed = std::size_t{size.x} * size.y * size.z * steps;
         if (velocities.size() != needed)
-            throw usage_error{detail::joined({"velocity_samples: `size` and `steps` need ", std::to_string(needed),
-                                              " velocities, not ", std::to_string(velocities.size())})};
+            throw usage_error{"velocity_samples: `size` and `steps` need ", needed, " velocities, not ",
+                              velocities.size()};
         if (!is_finite(lower) || !is_finite(spacing) || !(spacing.x > 0 && spacing.y > 0 && spacing.z > 0))
             throw usage_error{"velocity_samples: `lower` must be finite and `spacing` above 0, such as {1_mm, 1_mm, "
                               "1_mm}"};
@@ -3798,7 +3853,7 @@ inline void check_length(float metres, const char* setting, float max = max_aper
     if (is_finite(metres) && metres >= 1e-9F && metres <= (1 + rounding) * max) return;
     const std::string text = detail::number_text(metres);
     if (is_finite(metres) && metres > max && 1e-3F * metres <= max)
-        throw usage_error{detail::joined({owner, ": ", setting, " is ", text, " m: did you mean ", text, "_mm?"})};
+        throw usage_error{owner, ": ", setting, " is ", text, " m: did you mean ", text, "_mm?"};
     throw usage_error{detail::joined(
         {owner, ": ", setting, " is ", text, " m; it must be from 1 nm to ", detail::number_text(max), " m"})};
 }
@@ -3811,8 +3866,8 @@ inline void check_frequency(float hertz, const char* owner = "probe") {
     if (is_finite(hertz) && hertz >= min_frequency && hertz <= max_frequency) return;
     const std::string text = detail::number_text(hertz);
     if (is_finite(hertz) && hertz < min_frequency && 1e6F * hertz >= min_frequency)
-        throw usage_error{detail::joined({owner, ": frequency is ", text, " Hz: did you mean ", text, "_MHz?"})};
-    throw usage_error{detail::joined({owner, ": frequency is ", text, " Hz; it must be from 1 kHz to 10 GHz"})};
+        throw usage_error{owner, ": frequency is ", text, " Hz: did you mean ", text, "_MHz?"};
+    throw usage_error{owner, ": frequency is ", text, " Hz; it must be from 1 kHz to 10 GHz"};
 }
 
 /// @param max  radians
@@ -3822,9 +3877,8 @@ inline void check_angle(float radians, const char* setting, float max, const cha
     const float degrees = 180 / pi * max;
     const std::string text = detail::number_text(radians);
     if (is_finite(radians) && radians > max && radians <= degrees)
-        throw usage_error{detail::joined({owner, ": ", setting, " is ", text, " rad: did you mean ", text, "_deg?"})};
-    throw usage_error{detail::joined({owner, ": ", setting, " is ", text, " rad; it must be from 1e-9 rad to ",
-                                      detail::number_text(degrees), "_deg"})};
+        throw usage_error{owner, ": ", setting, " is ", text, " rad: did you mean ", text, "_deg?"};
+    throw usage_error{owner, ": ", setting, " is ", text, " rad; it must be from 1e-9 rad to ", degrees, "_deg"};
 }
 
 /// A probe: scan lines in the slice plane y = 0 of the probe frame.
@@ -3915,7 +3969,7 @@ struct stated_settings {
         check_length(elevation_focus, "elevation_focus", max_scan_depth);
         check_positive(bandwidth, "bandwidth");
         if (!(side_lobes >= 0 && side_lobes <= 0.2F))
-            throw usage_error{"probe: side_lobes is " + number_text(side_lobes) +
+            throw usage_error{"probe: side_lobes is ", side_lobes,
                               "; it must be an amplitude of 0 (none) to 0.2, and 0.047 (-26.5 dB) is that of a "
                               "rectangular aperture"};
     }
@@ -4016,8 +4070,7 @@ struct steered : Probe {
     /// @throws usage_error  naming a setting that is out of range
     void check() const {
         if (!(std::fabs(steering) <= 45_deg)) // first: the F-number depends on it
-            throw usage_error{"steered: the angle is " + detail::number_text(steering * 180 / pi) +
-                              "_deg; it must be from -45_deg to 45_deg"};
+            throw usage_error{"steered: the angle is ", steering * 180 / pi, "_deg; it must be from -45_deg to 45_deg"};
         Probe::check();
     }
 
@@ -7409,7 +7462,7 @@ class layer_walk {
     INSONIFY_FN bool next(layer& here) {
         if (at_end_) return false;
         const std::uint32_t current = found_.inside.top();
-        here = layer_from(current);
+        start(here, current);
         here.own_begin = own_;
         while (next_ < found_.count && found_.room[next_].distance < depth_) {
             group_ = next_;
@@ -7432,7 +7485,8 @@ class layer_walk {
 
     /// What follows the surface at which the last layer ended, as a layer of no thickness.
     INSONIFY_FN layer beyond() const {
-        layer after = layer_from(found_.inside.top());
+        layer after;
+        start(after, found_.inside.top());
         after.end = begin_;
         return after;
     }
@@ -7446,19 +7500,20 @@ class layer_walk {
     }
 
   private:
-    INSONIFY_FN layer layer_from(std::uint32_t rank) const {
-        layer here{.begin = begin_,
-                   .end = depth_,
-                   .cosine = met_.cosine,
-                   .slope = met_.slope,
-                   .curvature = met_.curvature,
-                   .roughness = met_.roughness};
-        if (rank == media_stack::none) return here;
-        const object_view& one = scene_.objects[rank];
-        here.medium = one.medium;
-        here.object = one.id;
-        here.place = 1 + rank;
-        return here;
+    // Member by member, where the layer lies: copies of what was just written in parts wait for it.
+    INSONIFY_FN void start(layer& here, std::uint32_t rank) const {
+        const bool is_object = rank != media_stack::none;
+        here.begin = begin_;
+        here.end = depth_;
+        here.medium = is_object ? scene_.objects[rank].medium : 0;
+        here.object = is_object ? scene_.objects[rank].id : layer{}.object;
+        here.place = is_object ? 1 + rank : 0;
+        here.cosine = met_.cosine;
+        here.slope = met_.slope;
+        here.curvature = met_.curvature;
+        here.roughness = met_.roughness;
+        here.own_end = {};
+        here.moved = 0;
     }
 
     // Of the touching surfaces, the first one that belongs to either medium.
@@ -7560,11 +7615,11 @@ struct line_memory {
     template <class Attempt>
     void fit(const Attempt& attempt) {
         if (layers.empty()) grow();
-        while (!attempt(room())) grow();
+        for (line_room own = room(); !attempt(own); own = room()) grow();
     }
     /// The same, first in memory of the caller, until a line has not fitted there.
     template <class Attempt>
-    void fit(const line_room& first, const Attempt& attempt) {
+    void fit(line_room first, const Attempt& attempt) {
         if (layers.empty() && attempt(first)) return;
         fit(attempt);
     }
@@ -7580,8 +7635,9 @@ struct found_line {
 /// Finds what lies along a straight line.
 /// @param max_depth  how far it is followed, metres
 /// @param incident   whether to compute how it intersects surfaces: see `stack_layers`
+/// @param room       where it is found
 INSONIFY_FN inline found_line find_line(const scene_view& scene, const line_frame& line, float max_depth, bool incident,
-                                        const crossing_source& from, line_room room) {
+                                        const crossing_source& from, line_room& room) {
     room.found.clear();
     const crossing_collector collector{scene, {line.origin, line.path(), 0, max_depth}, max_depth, room.found};
     from.for_each(collector, [&](const crossing& one) { collector.add(one); });
@@ -7636,14 +7692,12 @@ namespace detail {
 
 /// A point as text, in millimetres.
 inline std::string point_text(vec3 point) {
-    return joined({"(", number_text(point.x * 1e3F), ", ", number_text(point.y * 1e3F), ", ",
-                   number_text(point.z * 1e3F), ") mm"});
+    return joined({"(", point.x * 1e3F, ", ", point.y * 1e3F, ", ", point.z * 1e3F, ") mm"});
 }
 
 [[noreturn]] inline void throw_folded(vec3 near) {
-    throw geometry_error{
-        joined({"deform: the map folds over near ", point_text(near),
-                ": tissue would be turned inside out; displace it by less, or over a longer distance"})};
+    throw geometry_error{"deform: the map folds over near ", point_text(near),
+                         ": tissue would be turned inside out; displace it by less, or over a longer distance"};
 }
 
 /// Where the map puts a point. @throws geometry_error  for a result that is not finite
@@ -7651,8 +7705,8 @@ template <deformation_map Map>
 vec3 deformed_point(const Map& map, vec3 rest) {
     const vec3 now = map(rest);
     if (!is_finite(now))
-        throw geometry_error{
-            joined({"deform: the map gives a point that is not finite for ", point_text(rest), "; check its formula"})};
+        throw geometry_error{"deform: the map gives a point that is not finite for ", point_text(rest),
+                             "; check its formula"};
     return now;
 }
 
@@ -7812,6 +7866,7 @@ inline std::array<float, 4> barycentric(std::span<const vec3> nodes, const tetra
 }
 
 /// Tetrahedra at rest, and what locates points in them.
+template <class Deferred = void>
 struct tetrahedral_mesh {
     std::vector<vec3> rest;              ///< nodes, metres
     std::vector<tetrahedron> cells;      ///< four nodes each
@@ -7831,15 +7886,12 @@ struct tetrahedral_mesh {
             aabb box;
             for (const std::uint32_t node : cells[i]) {
                 if (node >= rest.size())
-                    throw geometry_error{
-                        joined({"tetrahedra: tetrahedron ", std::to_string(i), " names node ", std::to_string(node),
-                                ", but there are ", std::to_string(rest.size()), "; indices start at 0"})};
+                    throw geometry_error{"tetrahedra: tetrahedron ", i,           " names node ",        node,
+                                         ", but there are ",         rest.size(), "; indices start at 0"};
                 box = merged(box, rest[node]);
             }
             const float volume = signed_volume(rest, cells[i]);
-            if (volume == 0)
-                throw geometry_error{
-                    joined({"tetrahedra: tetrahedron ", std::to_string(i), " has no volume at rest; remove it"})};
+            if (volume == 0) throw geometry_error{"tetrahedra: tetrahedron ", i, " has no volume at rest; remove it"};
             orientation.push_back(volume > 0 ? 1.0F : -1.0F);
             boxes_.push_back(box);
         }
@@ -7898,11 +7950,12 @@ struct tetrahedral_mesh {
 
 /// The vertices of an object, located in tetrahedra.
 struct located_vertices {
-    std::shared_ptr<const tetrahedral_mesh> mesh{}; ///< in which; null: not yet
-    pose at{};                                      ///< of the object
-    std::vector<tetrahedral_point> points{};        ///< of each vertex at rest
+    std::shared_ptr<const tetrahedral_mesh<>> mesh{}; ///< in which; null: not yet
+    pose at{};                                        ///< of the object
+    std::vector<tetrahedral_point> points{};          ///< of each vertex at rest
 };
 
+template <class Deferred>
 struct inverse_tetrahedra;
 
 } // namespace detail
@@ -7921,8 +7974,9 @@ class tetrahedra {
     /// @param rest   positions of the nodes at rest, in the world, metres
     /// @param cells  four nodes each, from 0, in either orientation
     /// @throws geometry_error  for a node that does not exist or is not finite, or a tetrahedron without volume
+    template <class Deferred = void>
     tetrahedra(std::vector<vec3> rest, std::vector<std::array<std::uint32_t, 4>> cells)
-        : mesh_{std::make_shared<const detail::tetrahedral_mesh>(std::move(rest), std::move(cells))},
+        : mesh_{std::make_shared<const detail::tetrahedral_mesh<>>(std::move(rest), std::move(cells))},
           nodes_{mesh_->rest} {}
 
     /// Where the nodes are now, in the world, metres: to be written each frame.
@@ -7931,22 +7985,25 @@ class tetrahedra {
     std::span<const vec3> nodes() const { return nodes_; }
 
     /// Where a point at rest is now.
-    vec3 operator()(vec3 rest) const { return rest + displacement(mesh_->locate(rest)); }
+    template <class Deferred = void>
+    vec3 operator()(vec3 rest) const {
+        return rest + displacement(mesh_->locate(rest));
+    }
 
     /// @throws geometry_error  for a node that is not finite, or a tetrahedron that is turned inside out
+    template <class Deferred = void>
     void check() const {
         for (std::size_t i = 0; i < nodes_.size(); ++i)
-            if (!is_finite(nodes_[i]))
-                throw geometry_error{
-                    detail::joined({"deform: node ", std::to_string(i), " of the tetrahedra is not finite"})};
+            if (!is_finite(nodes_[i])) throw geometry_error{"deform: node ", i, " of the tetrahedra is not finite"};
         for (std::size_t i = 0; i < mesh_->cells.size(); ++i)
             if (!(detail::signed_volume(nodes_, mesh_->cells[i]) * mesh_->orientation[i] > 0))
-                throw geometry_error{detail::joined({"deform: tetrahedron ", std::to_string(i), " near ",
-                                                     detail::point_text(nodes_[mesh_->cells[i][0]]),
-                                                     " is turned inside out; take a smaller step in the engine"})};
+                throw geometry_error{"deform: tetrahedron ", i, " near ",
+                                     detail::point_text(nodes_[mesh_->cells[i][0]]),
+                                     " is turned inside out; take a smaller step in the engine"};
     }
 
   private:
+    template <class>
     friend struct detail::inverse_tetrahedra;
 
     vec3 displacement(const detail::tetrahedral_point& at) const {
@@ -7956,13 +8013,14 @@ class tetrahedra {
         return sum;
     }
 
-    std::shared_ptr<const detail::tetrahedral_mesh> mesh_;
+    std::shared_ptr<const detail::tetrahedral_mesh<>> mesh_;
     std::vector<vec3> nodes_;
 };
 
 namespace detail {
 
 /// What the scene does with `tetrahedra` in other ways than with other maps.
+template <class Deferred = void>
 struct inverse_tetrahedra {
     const tetrahedra& map;
 
@@ -7996,7 +8054,7 @@ struct inverse_tetrahedra {
 
     /// Finds where tissue was at rest: see `find_rest`.
     vec3 rest_of(vec3 now) const {
-        const tetrahedral_mesh& mesh = *map.mesh_;
+        const tetrahedral_mesh<>& mesh = *map.mesh_;
         tetrahedral_point best;
         float deepest = -FLT_MAX;
         for (std::uint32_t i = 0; i < mesh.cells.size(); ++i) {
@@ -8085,18 +8143,20 @@ struct inverse_tetrahedra {
     }
 };
 
-inline void invert_map(const any_policy<false>& policy, const tetrahedra& map, const displacement_lattice& where,
-                       float* nodes) {
-    inverse_tetrahedra{map}.invert(policy, where, nodes);
+template <class Deferred = void>
+void invert_map(const any_policy<false>& policy, const tetrahedra& map, const displacement_lattice& where,
+                float* nodes) {
+    inverse_tetrahedra<>{map}.invert(policy, where, nodes);
 }
-inline bool find_rest(const tetrahedra& map, vec3 now, vec3& rest) {
-    rest = inverse_tetrahedra{map}.rest_of(now);
+template <class Deferred = void>
+bool find_rest(const tetrahedra& map, vec3 now, vec3& rest) {
+    rest = inverse_tetrahedra<>{map}.rest_of(now);
     return true;
 }
 template <class Policy>
 bool displace_vertices(const Policy& policy, const tetrahedra& map, const pose& at, view<const vec3> rest,
                        located_vertices& located, view<vec3> now) {
-    return inverse_tetrahedra{map}.displace(policy, at, rest, located, now);
+    return inverse_tetrahedra<>{map}.displace(policy, at, rest, located, now);
 }
 template <class Policy>
 void check_map(const Policy&, const tetrahedra& map, const aabb&) {
@@ -8205,7 +8265,7 @@ struct object_state : object_past {
     aabb incoming_box{};               ///< around the positions that `read` has read
     bool tree_is_current = false;      ///< the tree and the normals fit the positions
     placed_structure structure{};      ///< of the medium, in the axes of the object as built
-    fibre_grid fibres{};               ///< where they are curved
+    fibre_grid<> fibres{};             ///< where they are curved
 
     /// Builds the tree and the normals. @throws std::bad_alloc
     /// @param at_rest  the positions at rest, if these are others
@@ -8924,9 +8984,8 @@ class scene {
         const auto found = std::lower_bound(objects_.begin(), objects_.end(), id,
                                             [](const object& one, object_id wanted) { return one.id < wanted; });
         if (found == objects_.end() || found->id != id)
-            throw usage_error{
-                detail::joined({"scene: no object has the id ", std::to_string(static_cast<std::uint32_t>(id)),
-                                "; use the id that `add` or `find` returned, of an object that was not removed"})};
+            throw usage_error{"scene: no object has the id ", static_cast<std::uint32_t>(id),
+                              "; use the id that `add` or `find` returned, of an object that was not removed"};
         return static_cast<std::size_t>(found - objects_.begin());
     }
 
@@ -9375,15 +9434,16 @@ class probe_lines {
     /// @throws usage_error  for a setting out of range, or more than `max_lines` lines
     template <transducer Probe>
     void assign(const Probe& probe) {
-        if (probe.lines > max_lines)
-            throw usage_error{"probe: lines is " + std::to_string(probe.lines) + "; at most 2^24 can be traced"};
+        if (probe.lines > max_lines) throw usage_error{"probe: lines is ", probe.lines, "; at most 2^24 can be traced"};
         const probe_settings stated{probe};
         lines_.resize(probe.lines);
         for (std::uint32_t i = 0; i < probe.lines; ++i) {
             const ray beam = probe.beam(static_cast<float>(i));
-            lines_[i] = {beam.origin, beam.direction, beam.direction};
+            probe_line& own = lines_[i];
+            own.origin = beam.origin;
+            own.direction = own.scatterer_axis = beam.direction;
             if constexpr (requires { probe.scatterer_axis(0.0F); })
-                lines_[i].scatterer_axis = probe.scatterer_axis(static_cast<float>(i));
+                own.scatterer_axis = probe.scatterer_axis(static_cast<float>(i));
         }
         settings_ = stated;
     }
@@ -9776,9 +9836,8 @@ struct pulse {
         if (!is_finite(frequency) || !(frequency >= 0))
             throw usage_error{"pulse: `frequency` must be finite and above 0, or 0 for that of the probe"};
         if (frequency != 0 && !(std::fabs(frequency - carrier) <= 1e-5F * carrier))
-            throw usage_error{
-                detail::joined({"pulse: its frequency is ", std::to_string(frequency), " Hz, that of the probe ",
-                                std::to_string(carrier), " Hz; make them equal, or leave that of the pulse at 0"})};
+            throw usage_error{"pulse: its frequency is ", frequency, " Hz, that of the probe ", carrier,
+                              " Hz; make them equal, or leave that of the pulse at 0"};
     }
 };
 
@@ -9952,8 +10011,8 @@ struct elevation_plane {
 /// @throws usage_error  for a number of elevation planes other than 1, 3, 5 or 7
 inline void check_planes(std::uint32_t count, const char* caller) {
     if (count % 2 == 0 || count > max_elevation_planes)
-        throw usage_error{joined({caller, ": `planes` is ", std::to_string(count),
-                                  "; it must be 1, 3, 5 or 7: the slice plane, and pairs to both sides of it"})};
+        throw usage_error{caller, ": `planes` is ", count,
+                          "; it must be 1, 3, 5 or 7: the slice plane, and pairs to both sides of it"};
 }
 
 /// Whether the planes of a probe can follow its beam with the depth z: all lines within 60 degrees of z.
@@ -10827,8 +10886,9 @@ namespace detail {
 /// @throws usage_error  for layers that are not those of a probe with so many lines
 inline void check_layers(const line_layers& found, std::uint32_t lines, const char* caller) {
     if (found.lines != lines)
-        throw usage_error{joined({caller, ": the layers have ", std::to_string(found.lines), " lines and the probe ",
-                                  std::to_string(lines), "; give those that find_layers finds for this probe"})};
+        throw usage_error{caller,      ": the layers have ",
+                          found.lines, " lines and the probe ",
+                          lines,       "; give those that find_layers finds for this probe"};
 }
 
 } // namespace detail
@@ -14684,9 +14744,8 @@ class convolver {
         detail::check_echoes(echoes, probe.lines, "convolve");
         check_depth(echoes.depth, "convolve");
         if (settings.decimation == 0 || echoes.samples % settings.decimation != 0)
-            throw usage_error{
-                detail::joined({"convolve: decimation is ", std::to_string(settings.decimation),
-                                "; it must be a divisor of the number of samples, ", std::to_string(echoes.samples)})};
+            throw usage_error{"convolve: decimation is ", settings.decimation,
+                              "; it must be a divisor of the number of samples, ", echoes.samples};
         const float per_metre = static_cast<float>(echoes.samples) / echoes.depth;
         pulse_envelope envelope = sent.envelope(probe.frequency);
         envelope.sigma *= per_metre;
@@ -14694,10 +14753,9 @@ class convolver {
         const auto decimation = static_cast<float>(settings.decimation);
         if (!(envelope.sigma * 1.0001F >= decimation)) {
             const float needed = min(std::ceil(static_cast<float>(echoes.samples) * decimation / envelope.sigma), 1e9F);
-            throw usage_error{
-                detail::joined({"convolve: the samples are too coarse for the pulse; a line needs at least ",
-                                std::to_string(static_cast<std::uint32_t>(needed)), " (twice as many are usual)",
-                                settings.decimation > 1 ? ", or a smaller `decimation`" : ""})};
+            throw usage_error{"convolve: the samples are too coarse for the pulse; a line needs at least ",
+                              static_cast<std::uint32_t>(needed), " (twice as many are usual)",
+                              settings.decimation > 1 ? ", or a smaller `decimation`" : ""};
         }
 
         iq_lines lines = along(policy, std::move(echoes), envelope, settings.decimation);
@@ -15179,16 +15237,16 @@ inline void check_lines(const scene& body, float frequency, const pose& at, floa
     check_rigid(at, caller, "the pose of the probe");
     check_depth(depth, caller);
     if (depth * frequency > max_wavelengths * display_speed)
-        throw usage_error{joined({caller, ": a depth of ", number_text(depth), " m at ", number_text(frequency),
-                                  " Hz is more than 2^24 wavelengths; lower the depth or the frequency"})};
+        throw usage_error{caller,    ": a depth of ",
+                          depth,     " m at ",
+                          frequency, " Hz is more than 2^24 wavelengths; lower the depth or the frequency"};
 }
 
 /// @return `samples`
 /// @throws usage_error  for too many of them in all
 inline std::uint32_t checked_samples(std::uint32_t lines, std::uint32_t samples, const char* caller) {
     if (std::uint64_t{samples} * lines > max_samples)
-        throw usage_error{joined({caller, ": ", std::to_string(lines), " lines of ", std::to_string(samples),
-                                  " samples are more than 2^28; ask for fewer"})};
+        throw usage_error{caller, ": ", lines, " lines of ", samples, " samples are more than 2^28; ask for fewer"};
     return samples;
 }
 
@@ -15425,16 +15483,21 @@ struct line_task {
         return {echo_line{out, spacing, line.frequency}, kernels, line.frequency, line.pulse_sigma};
     }
 
-    /// Lets the model write the samples of this line, once its layers are known.
+    /// Lets the model write the samples of this line, whose layers are known.
+    template <class Policy, acoustic_model Model>
+    INSONIFY_FN void apply(const Policy& policy, const Model& model, view<typename Model::sample_type> out) const {
+        if constexpr (emits_echoes<Model>)
+            model.emit(line, echoes(out));
+        else
+            model(policy, line, spacing, out);
+    }
+    /// The same with the layers that a tracer has found.
     template <class Policy, acoustic_model Model>
     INSONIFY_FN void apply(const Policy& policy, const Model& model, view<const layer> layers,
                            view<typename Model::sample_type> out) const {
-        traced_line known = line;
-        known.layers = layers;
-        if constexpr (emits_echoes<Model>)
-            model.emit(known, echoes(out));
-        else
-            model(policy, known, spacing, out);
+        line_task known = *this;
+        known.line.layers = layers;
+        known.apply(policy, model, out);
     }
 };
 
@@ -16221,14 +16284,15 @@ class layer_finder {
         const auto count = static_cast<std::uint32_t>(begin) + lines_per_block;
         for (auto number = static_cast<std::uint32_t>(begin); number < frame.count() && number < count; ++number)
             for (std::uint32_t plane = 0; plane < frame.planes; ++plane) {
-                const line_frame line = frame.line(number, plane);
+                layer_block::line& line = into.lines.emplace_back();
+                line.frame = frame.line(number, plane);
                 const crossing_source from =
                     sliced_ ? slices_.source(sliced[slice_finder::list_of(number, plane)]) : crossing_source{};
-                own.line.fit(memory.room(), [&](const line_room& room) {
-                    const found_line one = find_line(scene_, line, frame.max_depth, incident, from, room);
+                own.line.fit(memory.room(), [&](line_room& room) {
+                    const found_line one = find_line(scene_, line.frame, frame.max_depth, incident, from, room);
                     if (one.layers.empty()) return false;
-                    into.lines.push_back(
-                        {line, into.layers.size(), one.layers.size(), into.objects.size(), one.behind_face.size()});
+                    line.first_layer = into.layers.size(), line.layers = one.layers.size();
+                    line.first_object = into.objects.size(), line.objects = one.behind_face.size();
                     into.layers.insert(into.layers.end(), one.layers.begin(), one.layers.end());
                     into.objects.insert(into.objects.end(), one.behind_face.begin(), one.behind_face.end());
                     return true;
@@ -16806,7 +16870,7 @@ struct straight_lines {
     /// @throws usage_error  for a number of directions out of range
     void check() const {
         if (directions < 1 || directions > detail::max_aperture_directions)
-            throw usage_error{"straight_lines: `directions` is " + std::to_string(directions) +
+            throw usage_error{"straight_lines: `directions` is ", directions,
                               "; it must be 1 to 64 lines to each point, and 16 is usual"};
     }
 
@@ -17012,11 +17076,10 @@ line_tracer<Model, Tracer>::trace_lines(const Policy& policy, const scene& body,
     recycled.reshape(probe_.size(), samples, scan.depth);
     line_grid<sample_type>* const sink = &recycled;
     if constexpr (std::same_as<Tracer, straight_lines>)
-        driver_.emit_lines(policy, body, probe_, frame, model, how,
-                           detail::nanoseconds_of<Model>() * static_cast<float>(samples), {&sink, 1},
-                           [&](std::size_t, const line_task& task, view<sample_type> out) {
-                               task.apply(policy, model, task.line.layers, out);
-                           });
+        driver_.emit_lines(
+            policy, body, probe_, frame, model, how, detail::nanoseconds_of<Model>() * static_cast<float>(samples),
+            {&sink, 1},
+            [&](std::size_t, const line_task& task, view<sample_type> out) { task.apply(policy, model, out); });
     else
         driver_.trace_lines(policy, body, frame, model, how, recycled);
     return recycled;
@@ -17370,8 +17433,7 @@ struct ensemble_settings {
     void check() const {
         check_depth(depth, "doppler");
         if (!is_finite(prf) || !(prf >= 1 && prf <= 1e6F))
-            throw usage_error{"doppler: the prf is " + detail::number_text(prf) +
-                              " Hz; it must be 1 Hz to 1 MHz, such as 4_kHz"};
+            throw usage_error{"doppler: the prf is ", prf, " Hz; it must be 1 Hz to 1 MHz, such as 4_kHz"};
         if (pulses < 1 || pulses > 1U << 20U || first > 1U << 24U)
             throw usage_error{"doppler: the number of pulses must be 1 to 2^20; 8 to 16 are usual for colour"};
         detail::check_planes(planes, "doppler");
@@ -17551,8 +17613,8 @@ inline void check_size(uvec2 size, const char* caller, std::string_view advice =
     if (size.x > 0 && size.y > 0 && size.x <= max_picture_side && size.y <= max_picture_side) return;
     const std::string columns = std::to_string(size.x), rows = std::to_string(size.y);
     if (size.x == 0 || size.y == 0)
-        throw usage_error{joined({caller, ": size ", columns, "x", rows, " has no pixels; it must be at least 1x1"})};
-    throw usage_error{joined({caller, ": size ", columns, "x", rows, " exceeds 16384 pixels a side; ", advice})};
+        throw usage_error{caller, ": size ", columns, "x", rows, " has no pixels; it must be at least 1x1"};
+    throw usage_error{caller, ": size ", columns, "x", rows, " exceeds 16384 pixels a side; ", advice};
 }
 
 } // namespace detail
@@ -17707,8 +17769,8 @@ scan_map map_pixels(const any_policy<false>& policy, const Probe& probe, const a
         const std::string depth = number_text(scan.depth);
         check_size(map.size, "scan_convert",
                    scan.depth >= 1 ? joined({"depth is ", depth, " m: did you mean ", depth, "_mm?"})
-                                   : joined({"the field of view is ", number_text(extent.x), " m wide and ",
-                                             number_text(extent.y), " m high; ask for fewer"}));
+                                   : joined({"the field of view is ", extent.x, " m wide and ", extent.y,
+                                             " m high; ask for fewer"}));
     }
     check_size(map.size, "scan_convert");
 
@@ -17919,8 +17981,8 @@ struct doppler_settings {
             throw usage_error{"colour_doppler: `average_length` must be 0 to `depth` metres, such as 1_mm, and "
                               "`average_lines` 0 or more lines, such as 2"};
         if (box.first_line >= probe.lines || box.lines > probe.lines - box.first_line)
-            throw usage_error{detail::joined({"colour_doppler: the box must lie in the ", std::to_string(probe.lines),
-                                              " lines of the probe; lower `first_line` or `lines`"})};
+            throw usage_error{"colour_doppler: the box must lie in the ", probe.lines,
+                              " lines of the probe; lower `first_line` or `lines`"};
         if (!(box.from >= 0 && box.from < (box.to > 0 ? box.to : depth)) || !(box.to >= 0 && box.to <= depth))
             throw usage_error{"colour_doppler: the box must begin above its end, and end within the depth"};
     }
@@ -18419,8 +18481,8 @@ scan_lines envelope(const Policy& policy, const iq_lines& iq, scan_lines recycle
 template <exec::policy Policy>
 scan_lines envelope(const Policy& policy, const scan_lines& rf) {
     if (rf.values.size() != static_cast<std::size_t>(rf.count) * rf.samples)
-        throw usage_error{"envelope: " + std::to_string(rf.count) + " lines of " + std::to_string(rf.samples) +
-                          " samples need as many values, not " + std::to_string(rf.values.size())};
+        throw usage_error{"envelope: ",    rf.count, " lines of ", rf.samples, " samples need as many values, not ",
+                          rf.values.size()};
     scan_lines lines{rf.count, rf.samples, rf.depth};
     detail::for_each_analytic(policy, rf.values, rf.samples, [&](std::size_t line, std::size_t k, vec2 value) {
         lines.values[line * rf.samples + k] = length(value);
@@ -18443,8 +18505,8 @@ scan_lines to_rf(const Policy& policy, const iq_lines& iq, float frequency) {
     const double cycles_per_sample = 2.0 * frequency / display_speed * iq.depth / iq.samples;
     if (cycles_per_sample > 0.25001) {
         const float needed = min(std::ceil(static_cast<float>(4 * cycles_per_sample * iq.samples)), 1e9F);
-        throw usage_error{"to_rf: RF needs four samples per cycle; trace and convolve with at least " +
-                          std::to_string(static_cast<std::uint32_t>(needed)) + " samples per line"};
+        throw usage_error{"to_rf: RF needs four samples per cycle; trace and convolve with at least ",
+                          static_cast<std::uint32_t>(needed), " samples per line"};
     }
 
     std::vector<vec2> carrier(iq.samples); // cosine and sine
@@ -18493,9 +18555,8 @@ struct spectrum_settings {
     /// @throws usage_error  for fewer pulses than a window has
     void check_pulses(std::size_t pulses) const {
         if (pulses < window)
-            throw usage_error{
-                detail::joined({"spectrum_of: ", std::to_string(pulses), " pulses are fewer than the window of ",
-                                std::to_string(window), "; lower it or raise the duration"})};
+            throw usage_error{"spectrum_of: ", pulses, " pulses are fewer than the window of ", window,
+                              "; lower it or raise the duration"};
     }
 
     friend bool operator==(const spectrum_settings&, const spectrum_settings&) = default;
@@ -18617,15 +18678,13 @@ struct pulsed_doppler_settings {
         probe.check();
         spectrum.check();
         if (line >= probe.lines)
-            throw usage_error{detail::joined({"pulsed_doppler: line ", std::to_string(line),
-                                              " is not one of the probe, which has ", std::to_string(probe.lines)})};
+            throw usage_error{"pulsed_doppler: line ", line, " is not one of the probe, which has ", probe.lines};
         check_length(gate, "gate", max_scan_depth, "pulsed_doppler");
         check_length(gate_length, "gate_length", max_scan_depth, "pulsed_doppler");
         if (depth != 0) check_depth(depth, "pulsed_doppler");
         if (depth != 0 && gate - 0.5F * gate_length >= depth)
-            throw usage_error{detail::joined({"pulsed_doppler: the gate is ", detail::number_text(gate * 1e3F),
-                                              " mm deep, below the end of the image at ",
-                                              detail::number_text(depth * 1e3F), " mm; raise it, or `depth`"})};
+            throw usage_error{"pulsed_doppler: the gate is ", gate * 1e3F, " mm deep, below the end of the image at ",
+                              depth * 1e3F, " mm; raise it, or `depth`"};
         if (!is_finite(duration) || !(duration * prf >= 1 && duration * prf <= 0x1p20F))
             throw usage_error{"pulsed_doppler: `duration` times `prf` must be 1 to 2^20 pulses; 1_s at 5_kHz is usual"};
     }
@@ -18853,7 +18912,7 @@ struct compound_settings {
     /// @throws usage_error  naming a setting that is out of range
     void check() const {
         if (angles < 1 || angles > 31)
-            throw usage_error{"compound: `angles` is " + std::to_string(angles) + "; it must be 1 to 31 looks"};
+            throw usage_error{"compound: `angles` is ", angles, "; it must be 1 to 31 looks"};
         check_angle(spread, "spread", 90_deg, "compound");
     }
 
@@ -20845,7 +20904,7 @@ const image& scanner<Probe, Model, Tracer>::show_by(const detail::any_policy<Uns
     if (cine_.empty()) check_picture();
     settings.check();
     if (back >= cine_.size())
-        throw usage_error{"scanner: `back` is " + std::to_string(back) + ", and " + std::to_string(cine_.size()) +
+        throw usage_error{"scanner: `back` is ", back, ", and ", cine_.size(),
                           " frames are stored; `cine_length` is the number to store"};
     const detail::stopwatch clock;
     std::uint32_t first = back; // from which persistence goes on
@@ -20960,25 +21019,24 @@ inline constexpr std::uint32_t max_elements = 4096; // of an array: 8 million pa
 template <class Array>
 void check_elements(const Array& array, float pitch, const char* owner) {
     if (array.elements == 0 || array.elements > max_elements)
-        throw usage_error{joined({owner, ": elements is ", std::to_string(array.elements), "; it must be 1 to 4096"})};
+        throw usage_error{owner, ": elements is ", array.elements, "; it must be 1 to 4096"};
     check_length(pitch, "pitch", max_aperture, owner);
     check_length(array.element_width, "element_width", max_aperture, owner);
     if (array.element_width > pitch * 1.0001F)
         throw usage_error{
-            joined({owner, ": element_width is ", number_text(1e3F * array.element_width),
-                    " mm, more than the pitch of ", number_text(1e3F * pitch), " mm; elements must not overlap"})};
+            owner,        ": element_width is ",           1e3F * array.element_width, " mm, more than the pitch of ",
+            1e3F * pitch, " mm; elements must not overlap"};
     check_frequency(array.frequency, owner);
     check_length(array.height, "height", max_aperture, owner);
     check_length(array.elevation_focus, "elevation_focus", max_scan_depth, owner);
     if (!is_finite(array.bandwidth) || !(array.bandwidth > 0.01F && array.bandwidth <= 1.5F))
-        throw usage_error{joined({owner, ": bandwidth is ", number_text(array.bandwidth),
-                                  "; it must be a fraction of the frequency from 0.01 to 1.5, such as 0.7"})};
+        throw usage_error{owner, ": bandwidth is ", array.bandwidth,
+                          "; it must be a fraction of the frequency from 0.01 to 1.5, such as 0.7"};
     if (!is_finite(array.sound_speed) || !(array.sound_speed >= 100 && array.sound_speed <= 10000))
-        throw usage_error{joined({owner, ": sound_speed is ", number_text(array.sound_speed),
-                                  " m/s; it must be 100 to 10000 m/s, and 1540 is usual"})};
+        throw usage_error{owner, ": sound_speed is ", array.sound_speed,
+                          " m/s; it must be 100 to 10000 m/s, and 1540 is usual"};
     if (!is_finite(array.fnumber) || !(array.fnumber >= 0.1F && array.fnumber <= 100))
-        throw usage_error{
-            joined({owner, ": fnumber is ", number_text(array.fnumber), "; it must be 0.1 to 100, such as 2"})};
+        throw usage_error{owner, ": fnumber is ", array.fnumber, "; it must be 0.1 to 100, such as 2"};
 }
 
 } // namespace detail
@@ -21126,19 +21184,20 @@ transmit fired_at(const Array& array, std::vector<float> times, transmit made) {
 }
 
 /// @throws usage_error  for delays or weights that do not fit to an array
-inline void check_transmit(const transmit& one, std::size_t number, std::uint32_t elements) {
+template <class Deferred = void>
+void check_transmit(const transmit& one, std::size_t number, std::uint32_t elements) {
     const std::string name = "transmit " + std::to_string(number) + ": ";
     if (one.delays.size() != elements)
-        throw usage_error{joined({name, "it has ", std::to_string(one.delays.size()), " delays for ",
-                                  std::to_string(elements), " elements; state one for each"})};
+        throw usage_error{name,           "it has ", one.delays.size(),
+                          " delays for ", elements,  " elements; state one for each"};
     if (!one.weights.empty() && one.weights.size() != elements)
-        throw usage_error{joined({name, "it has ", std::to_string(one.weights.size()), " weights for ",
-                                  std::to_string(elements), " elements; state one for each, or none"})};
+        throw usage_error{
+            name, "it has ", one.weights.size(), " weights for ", elements, " elements; state one for each, or none"};
     constexpr float max_delay = 1e-3F; // seconds: sound travels 1.5 m
     for (const float delay : one.delays)
         if (!is_finite(delay) || !(delay >= 0 && delay <= max_delay))
-            throw usage_error{joined({name, "a delay is ", number_text(delay),
-                                      " s; delays must be 0 to 1e-3 s: subtract the smallest from all"})};
+            throw usage_error{name, "a delay is ", delay,
+                              " s; delays must be 0 to 1e-3 s: subtract the smallest from all"};
     bool fires = one.weights.empty();
     for (const float weight : one.weights) {
         if (!is_finite(weight) || !(std::fabs(weight) <= 1))
@@ -21147,8 +21206,8 @@ inline void check_transmit(const transmit& one, std::size_t number, std::uint32_
         fires = fires || weight != 0;
     }
     if (!is_finite(one.angle) || !is_finite(one.source) || !is_finite(one.origin))
-        throw usage_error{joined({name, "`angle`, `source` and `origin` must be finite"})};
-    if (!fires) throw usage_error{joined({name, "all weights are 0; at least one element must fire"})};
+        throw usage_error{name, "`angle`, `source` and `origin` must be finite"};
+    if (!fires) throw usage_error{name, "all weights are 0; at least one element must fire"};
 }
 
 } // namespace detail
@@ -21165,8 +21224,7 @@ std::vector<transmit> plane_waves(const Array& array, std::uint32_t count, float
     array.check();
     if (count == 0) throw usage_error{"plane_waves: count is 0; it must be at least 1"};
     if (!is_finite(spread) || !(std::fabs(spread) <= 2 * detail::max_steering))
-        throw usage_error{detail::joined({"plane_waves: spread is ", detail::number_text(spread),
-                                          " rad; it must be at most 160 degrees: write 20_deg"})};
+        throw usage_error{"plane_waves: spread is ", spread, " rad; it must be at most 160 degrees: write 20_deg"};
     std::vector<transmit> made;
     for (std::uint32_t k = 0; k < count; ++k) {
         const float angle = count == 1 ? 0.0F : spread * (static_cast<float>(k) / static_cast<float>(count - 1) - 0.5F);
@@ -21340,22 +21398,20 @@ void check_channels(const channel_grid<Sample>& data, const char* caller) {
                        data.sent.size() == data.transmits && data.places.size() == data.elements &&
                        data.values.size() == std::size_t{data.transmits} * data.elements * data.samples;
     if (!whole)
-        throw usage_error{joined({caller, ": the channel data are empty, or `values`, `sent` and `places` do not have "
-                                          "the sizes that `transmits`, `elements` and `samples` state"})};
+        throw usage_error{caller, ": the channel data are empty, or `values`, `sent` and `places` do not have "
+                                  "the sizes that `transmits`, `elements` and `samples` state"};
     if (!is_finite(data.sampling_frequency) || !(data.sampling_frequency > 0) || !is_finite(data.frequency) ||
         !(data.frequency > 0) || !is_finite(data.start))
-        throw usage_error{
-            joined({caller, ": `sampling_frequency`, `frequency` and `start` of the channel data must be finite, the "
-                            "first two above 0"})};
+        throw usage_error{caller,
+                          ": `sampling_frequency`, `frequency` and `start` of the channel data must be finite, the "
+                          "first two above 0"};
     if (!is_finite(data.pitch) || !is_finite(data.element_width) || !(data.pitch >= 0 && data.element_width >= 0))
-        throw usage_error{
-            joined({caller, ": `pitch` and `element_width` of the channel data must be metres, or 0 where "
-                            "they are unknown"})};
+        throw usage_error{caller, ": `pitch` and `element_width` of the channel data must be metres, or 0 where "
+                                  "they are unknown"};
     for (std::size_t i = 0; i < data.places.size(); ++i)
         if (!is_finite(data.places[i].origin) || !is_finite(data.places[i].direction))
-            throw usage_error{
-                joined({caller, ": place ", std::to_string(i),
-                        " of the channel data is not finite; give the centre and the normal of each element"})};
+            throw usage_error{caller, ": place ", i,
+                              " of the channel data is not finite; give the centre and the normal of each element"};
     for (std::size_t i = 0; i < data.sent.size(); ++i) check_transmit(data.sent[i], i, data.elements);
 }
 
@@ -21591,10 +21647,9 @@ iq_lines beamform(const Policy& policy, const iq_channel_data& received, const P
         throw usage_error{"beamform: `fnumber` must be above 0.05, such as 1.5"};
     const float speed = settings.sound_speed != 0 ? settings.sound_speed : received.sound_speed;
     if (!is_finite(speed) || !(speed >= 100 && speed <= 10000))
-        throw usage_error{
-            detail::joined({"beamform: the sound speed is ", detail::number_text(speed),
-                            " m/s; `sound_speed` of the settings, or of the channel data where that is 0, "
-                            "must be 100 to 10000"})};
+        throw usage_error{"beamform: the sound speed is ", speed,
+                          " m/s; `sound_speed` of the settings, or of the channel data where that is 0, "
+                          "must be 100 to 10000"};
     return detail::sum_channels(detail::any_policy<false>{policy}, received, detail::probe_lines{probe}, grid,
                                 settings);
 }
@@ -21683,8 +21738,7 @@ inline void check_ray(const ray& r, const char* caller) {
     if (!is_finite(r.origin) || !is_finite(r.direction) || !(max(along.x, max(along.y, along.z)) > 1e-30F) ||
         !is_number(r.min_distance) || !is_number(r.max_distance))
         throw usage_error{
-            joined({caller,
-                    ": the ray needs a finite origin, a finite direction that is not 0, and limits that are not NaN"})};
+            caller, ": the ray needs a finite origin, a finite direction that is not 0, and limits that are not NaN"};
 }
 
 /// Follows a straight line through the media of a scene: in_layer(length, stretch) is called for each layer, metres and
@@ -21696,7 +21750,7 @@ void follow_displayed(const scene& body, const ray& line, float depth, const cha
     const scene_view flat = body.view_for_rays(exec::par);
     const vec3 size = abs(line.direction), scaled = line.direction / max(max(size.x, size.y), size.z);
     const line_frame along{.origin = line.origin, .along = scaled / length(scaled)};
-    line_memory{}.fit([&](const line_room& room) {
+    line_memory{}.fit([&](line_room& room) {
         const view<const layer> layers = find_line(flat, along, depth, false, {}, room).layers;
         for (const layer& one : layers)
             if (!in_layer(one.end - one.begin, displayed_stretch(flat.media[one.medium]))) break;
@@ -22158,14 +22212,14 @@ class element_fans {
         bytes_ = bytes;
         for (std::size_t i = 0; i < faces.size(); ++i) {
             if (faces[i] == face::in_object)
-                throw usage_error{joined({"trace_channels: element ", std::to_string(i),
-                                          " lies inside of an object that blocks sound, such as bone, metal or gas; "
-                                          "move the array, or the object"})};
+                throw usage_error{"trace_channels: element ", i,
+                                  " lies inside of an object that blocks sound, such as bone, metal or gas; "
+                                  "move the array, or the object"};
             if (faces[i] == face::in_background)
-                throw usage_error{joined({"trace_channels: element ", std::to_string(i),
-                                          " lies in the background of the scene, which blocks sound as bone, metal or "
-                                          "gas do; move the array into an object, or give the scene another "
-                                          "background, such as tissue::gel"})};
+                throw usage_error{"trace_channels: element ", i,
+                                  " lies in the background of the scene, which blocks sound as bone, metal or "
+                                  "gas do; move the array into an object, or give the scene another "
+                                  "background, such as tissue::gel"};
         }
     }
 
@@ -22912,6 +22966,7 @@ struct lossless {
 
 /// Keeps the scatterers that a model emits, with their distances along the line. Beyond `max_count` of all lines they are
 /// only counted.
+template <class Deferred = void>
 struct scatterer_sink {
     struct one {
         float distance;
@@ -23007,14 +23062,14 @@ class reflector_search {
         line_driver<vec2> driver;
         line_grid<vec2> grid{lines_.lines, 1, depth_};
         line_grid<vec2>* const sink = &grid;
-        std::vector<std::vector<scatterer_sink::one>> of_line(lines_.lines);
+        std::vector<std::vector<scatterer_sink<>::one>> of_line(lines_.lines);
         std::atomic<std::uint64_t> count{0};
         driver.emit_lines(policy, body_, probe_, frame_, field, straight_lines{.directions = 1}, 2e4F, {&sink, 1},
                           [&](std::size_t, const line_task& task, view<vec2>) {
                               traced_line line = task.line;
                               line.plane = task.number % planes;
                               static_cast<const field_model&>(field).emit(
-                                  line, scatterer_sink{of_line[task.number], depth_, count, max_count});
+                                  line, scatterer_sink<>{of_line[task.number], depth_, count, max_count});
                           });
         if (count > max_count) return count;
         std::size_t kept = found.size();
@@ -23527,7 +23582,8 @@ struct zone_key {
 
 // Of the attenuation there and back from the elements that see a place: what others see through bone is of no
 // account. The nearest element and some others stand for all.
-inline float smallest_slope(vec2 place, const element_fans& fans, view<const ray> places) {
+template <class Deferred = void>
+float smallest_slope(vec2 place, const element_fans& fans, view<const ray> places) {
     float smallest = FLT_MAX;
     const auto see = [&](std::size_t element) {
         const auto at = fans.find<1>(element, place);
@@ -23554,7 +23610,8 @@ struct key_range {
 };
 
 // Halves a range across its longer side, or sorts a block. Those at one place keep their order.
-inline void halve(const key_range& one) {
+template <class Deferred = void>
+void halve(const key_range& one) {
     const auto by_x = [](const zone_key& a, const zone_key& b) {
         return std::tuple{a.place.x, a.place.y, a.reflector} < std::tuple{b.place.x, b.place.y, b.reflector};
     };
@@ -23708,10 +23765,9 @@ class channel_tracer {
         const float bandwidth = out.bandwidth;
         record_.rate = settings_.sampling_frequency != 0 ? settings_.sampling_frequency : 4 * frequency_;
         if (!is_finite(record_.rate) || !(record_.rate >= frequency_ * (2 + bandwidth)) || !(record_.rate <= 1e10F))
-            throw usage_error{joined({"trace_channels: sampling_frequency is ", number_text(1e-6F * record_.rate),
-                                      " MHz; the band of the array ends at ",
-                                      number_text(1e-6F * frequency_ * (1 + 0.5F * bandwidth)),
-                                      " MHz: sample at twice that or more, or leave it at 0"})};
+            throw usage_error{"trace_channels: sampling_frequency is ", 1e-6F * record_.rate,
+                              " MHz; the band of the array ends at ", 1e-6F * frequency_ * (1 + 0.5F * bandwidth),
+                              " MHz: sample at twice that or more, or leave it at 0"};
         record_.sigma_frequency = bandwidth * frequency_ / 2.3548F;
         // So few complex samples that half of their rate is 3.5 standard deviations of the spectrum: -53 dB.
         const float slowest = max(2.5F * frequency_, 7 * record_.sigma_frequency);
@@ -23772,12 +23828,18 @@ class channel_tracer {
     /// @throws usage_error  for more than `max_memory`
     void check_memory(const channel_data& out, std::uint64_t reflectors, const char* found) const {
         if (const std::uint64_t bytes = memory(out, reflectors); bytes > settings_.max_memory)
-            throw usage_error{
-                joined({"trace_channels: ", std::to_string(out.transmits), " transmits of ", std::to_string(elements_),
-                        " elements, ", std::to_string(record_.samples), " samples each, take ", found,
-                        number_text(1e-9F * static_cast<float>(bytes)), " GB, more than `max_memory` (",
-                        number_text(1e-9F * static_cast<float>(settings_.max_memory)),
-                        " GB); lower depth, transmits or elements, or raise it"})};
+            throw usage_error{"trace_channels: ",
+                              out.transmits,
+                              " transmits of ",
+                              elements_,
+                              " elements, ",
+                              record_.samples,
+                              " samples each, take ",
+                              found,
+                              1e-9F * static_cast<float>(bytes),
+                              " GB, more than `max_memory` (",
+                              1e-9F * static_cast<float>(settings_.max_memory),
+                              " GB); lower depth, transmits or elements, or raise it"};
     }
 
     template <class Policy>
@@ -24111,20 +24173,21 @@ class channel_tracer {
 };
 
 /// @throws usage_error  for elements that do not look into the slice, or are not in order
-inline void check_places(view<const ray> places) {
+template <class Deferred = void>
+void check_places(view<const ray> places) {
     for (std::size_t i = 0; i < places.size(); ++i) {
         const ray& one = places[i];
         const std::string name = "trace_channels: element " + std::to_string(i);
         if (!is_finite(one.origin) || !is_finite(one.direction))
-            throw usage_error{name + " is not finite; check its centre and its normal"};
+            throw usage_error{name, " is not finite; check its centre and its normal"};
         if (std::fabs(one.direction.y) > 1e-5F || std::fabs(length(one.direction) - 1) > 1e-4F)
-            throw usage_error{name + ": its normal must have length 1 and lie in the plane y = 0"};
+            throw usage_error{name, ": its normal must have length 1 and lie in the plane y = 0"};
         if (!(one.direction.z > 0))
-            throw usage_error{name + " looks back; z of its normal must be above 0: round arrays have no channel data"};
+            throw usage_error{name, " looks back; z of its normal must be above 0: round arrays have no channel data"};
         constexpr float rounding = 1e-7F; // metres
         if (i > 0 && one.origin.x < places[i - 1].origin.x - rounding)
-            throw usage_error{name + " lies left of the one before; elements must be in order of x, a matrix array "
-                                     "column after column"};
+            throw usage_error{name, " lies left of the one before; elements must be in order of x, a matrix array "
+                                    "column after column"};
     }
 }
 
@@ -25254,10 +25317,15 @@ class implicit_lattice {
             const double cubes = std::ceil(static_cast<double>(box.size()[axis]) / static_cast<double>(cell)) + 2;
             points *= cubes + 1;
             if (points > max_points)
-                throw geometry_error{
-                    joined({"mesh_implicit: a box of ", number_text(box.size().x), " x ", number_text(box.size().y),
-                            " x ", number_text(box.size().z), " m has too many cells of ", number_text(cell),
-                            " m; at most 2^26 are possible: give a larger `cell` or a smaller box"})};
+                throw geometry_error{"mesh_implicit: a box of ",
+                                     box.size().x,
+                                     " x ",
+                                     box.size().y,
+                                     " x ",
+                                     box.size().z,
+                                     " m has too many cells of ",
+                                     cell,
+                                     " m; at most 2^26 are possible: give a larger `cell` or a smaller box"};
             count_[axis] = static_cast<std::uint32_t>(cubes) + 1;
         }
         // One layer of cubes around the box.
@@ -25307,9 +25375,13 @@ class implicit_lattice {
     float value_of(vec3 p) const {
         const float value = function_(p);
         if (!is_finite(value))
-            throw geometry_error{
-                joined({"mesh_implicit: the function gives NaN or an infinite value at {", number_text(p.x), ", ",
-                        number_text(p.y), ", ", number_text(p.z), "}; it must be finite in the whole box"})};
+            throw geometry_error{"mesh_implicit: the function gives NaN or an infinite value at {",
+                                 p.x,
+                                 ", ",
+                                 p.y,
+                                 ", ",
+                                 p.z,
+                                 "}; it must be finite in the whole box"};
         return value;
     }
     // Distance from the box, metres; below 0 inside.
@@ -25548,10 +25620,9 @@ mesh mesh_implicit(const Function& function, const aabb& box, float cell, const 
             "mesh_implicit: the box is empty or not finite; its `upper` must exceed its `lower`, within 1000 km of "
             "the origin"};
     if (!(cell > 0) || !is_finite(cell))
-        throw geometry_error{"mesh_implicit: `cell` is " + detail::number_text(cell) +
-                             "; it must be a length above 0, such as 1_mm"};
+        throw geometry_error{"mesh_implicit: `cell` is ", cell, "; it must be a length above 0, such as 1_mm"};
     if (!(settings.max_slope >= 0) || !is_finite(settings.max_slope))
-        throw geometry_error{"mesh_implicit: `max_slope` is " + detail::number_text(settings.max_slope) +
+        throw geometry_error{"mesh_implicit: `max_slope` is ", settings.max_slope,
                              "; it must be 0 (unknown) or a bound of the slope, such as 1 for distances"};
     const auto called = [&function](vec3 p) { return static_cast<float>(function(p)); };
     return detail::implicit_lattice{box, cell, called}.surface(settings.max_slope);
@@ -25590,8 +25661,7 @@ namespace insonify::inline INSONIFY_ABI {
 inline mesh subdivide(const mesh& coarse) {
     const std::size_t faces = coarse.faces.size();
     if (faces > 0x0FFFFFFFU)
-        throw geometry_error{"subdivide: the mesh has " + std::to_string(faces) +
-                             " faces; at most 268435455 can be subdivided"};
+        throw geometry_error{"subdivide: the mesh has ", faces, " faces; at most 268435455 can be subdivided"};
     detail::check_faces(coarse, "subdivide: ");
 
     const std::vector<detail::half_edge> edges = detail::sorted_edges(coarse.faces);
@@ -25619,7 +25689,7 @@ namespace detail {
 /// @throws geometry_error  for more than ten
 inline void check_subdivisions(const std::string& shape, std::uint32_t count) {
     if (count > 10)
-        throw geometry_error{shape + ": " + std::to_string(count) +
+        throw geometry_error{shape, ": ", count,
                              " subdivisions are more than 10; each makes four times as many triangles"};
 }
 
@@ -25663,7 +25733,7 @@ inline void add_slab_faces(mesh& slab, std::uint32_t columns, std::uint32_t rows
 inline mesh checked_shape(const std::string& shape, mesh m) {
     for (const uvec3 f : m.faces)
         if (const vec3 a = m.positions[f.x], b = m.positions[f.y], c = m.positions[f.z]; a == b || b == c || c == a)
-            throw geometry_error{shape + ": vertices round to the same point; make the shape larger or coarser, " +
+            throw geometry_error{shape, ": vertices round to the same point; make the shape larger or coarser, ",
                                  "or build it at the origin and place it with a pose"};
     return m;
 }
@@ -25727,10 +25797,9 @@ inline mesh make_cylinder(vec3 from, vec3 to, float radius, std::uint32_t segmen
     detail::check_shape_length("make_cylinder", "radius", radius);
     detail::check_shape_length("make_cylinder", "distance between `from` and `to`", length(to - from));
     if (segments < 3 || segments > 1'000'000)
-        throw geometry_error{"make_cylinder: `segments` is " + std::to_string(segments) +
-                             "; it must be from 3 to 1,000,000"};
+        throw geometry_error{"make_cylinder: `segments` is ", segments, "; it must be from 3 to 1,000,000"};
     if (segments_along < 1 || segments_along > 1'000'000 || segments > (1U << 27U) / segments_along)
-        throw geometry_error{"make_cylinder: `segments_along` is " + std::to_string(segments_along) +
+        throw geometry_error{"make_cylinder: `segments_along` is ", segments_along,
                              "; it must be from 1 to 1,000,000, with at most 2^27 segments in all"};
 
     const vec3 size = abs(to - from);
@@ -25775,12 +25844,11 @@ struct tube_settings {
 /// @throws geometry_error  also where the line bends more sharply than the tube's radius, so that rings would cross
 inline mesh make_tube(const std::vector<tube_section>& line, const tube_settings& settings = {}) {
     if (settings.segments < 3 || settings.segments > 4096)
-        throw geometry_error{"make_tube: `segments` is " + std::to_string(settings.segments) +
-                             "; it must be from 3 to 4096"};
+        throw geometry_error{"make_tube: `segments` is ", settings.segments, "; it must be from 3 to 4096"};
     const std::vector<line_place> places = detail::places_along(line, settings.across, "make_tube");
     const std::size_t count = line.size();
     if (count > (1U << 27U) / settings.segments)
-        throw geometry_error{"make_tube: " + std::to_string(count) + " points of " + std::to_string(settings.segments) +
+        throw geometry_error{"make_tube: ", count, " points of ", settings.segments,
                              " segments are more than 2^27 in all; use fewer"};
 
     const bool round = settings.ends == tube_settings::end_shape::round;
@@ -25809,8 +25877,8 @@ inline mesh make_tube(const std::vector<tube_section>& line, const tube_settings
             if (i == 0) continue;
             const vec3 before = line[i - 1].centre + out_at(i - 1), step_out = tube.positions.back() - before;
             if (!(dot(step_out, line[i].centre - line[i - 1].centre) > 0))
-                throw geometry_error{"make_tube: the line bends more sharply than the radius of the tube at point " +
-                                     std::to_string(i) + "; make the bend wider or the tube thinner"};
+                throw geometry_error{"make_tube: the line bends more sharply than the radius of the tube at point ", i,
+                                     "; make the bend wider or the tube thinner"};
         }
         for (std::uint32_t ring = 1; ring < cap; ++ring) add_cap_ring(count - 1, step * static_cast<float>(ring), 1);
     }
@@ -25833,7 +25901,7 @@ struct sheet_point {
 inline mesh make_sheet(const std::vector<sheet_point>& points, std::uint32_t columns) {
     const std::size_t count = points.size(), rows = columns > 0 ? count / columns : 0;
     if (columns < 2 || rows < 2 || rows * columns != count || count > (1U << 26U))
-        throw geometry_error{"make_sheet: " + std::to_string(count) + " points in rows of " + std::to_string(columns) +
+        throw geometry_error{"make_sheet: ", count, " points in rows of ", columns,
                              "; give at least 2 full rows of at least 2 points, and at most 2^26 points"};
     for (const sheet_point& one : points) {
         detail::check_shape_point("make_sheet", one.at);
@@ -25851,8 +25919,8 @@ inline mesh make_sheet(const std::vector<sheet_point>& points, std::uint32_t col
             const vec3 along_column = at(row + 1 < rows ? row + 1 : row, column) - at(row > 0 ? row - 1 : 0, column);
             const vec3 normal = cross(along_row, along_column);
             if (!(length(normal) > 1e-4F * length(along_row) * length(along_column)))
-                throw geometry_error{"make_sheet: neighbours of the point in row " + std::to_string(row) + ", column " +
-                                     std::to_string(column) + " lie on one line; move the points apart"};
+                throw geometry_error{"make_sheet: neighbours of the point in row ", row, ", column ", column,
+                                     " lie on one line; move the points apart"};
             const std::size_t i = row * columns + column;
             normals[i] = normalize(normal);
             sheet.positions[i] = points[i].at + 0.5F * points[i].thickness * normals[i];
@@ -25865,9 +25933,8 @@ inline mesh make_sheet(const std::vector<sheet_point>& points, std::uint32_t col
                 const vec3 normal = cross(sheet.positions[first + columns + 1] - sheet.positions[first],
                                           sheet.positions[first + columns] - sheet.positions[first + 1]);
                 if (!(dot(normal, normals[a]) > 0))
-                    throw geometry_error{"make_sheet: the sheet bends more sharply than half its thickness in row " +
-                                         std::to_string(row) + ", column " + std::to_string(column) +
-                                         "; make it thinner or the bend wider"};
+                    throw geometry_error{"make_sheet: the sheet bends more sharply than half its thickness in row ",
+                                         row, ", column ", column, "; make it thinner or the bend wider"};
             }
     detail::add_slab_faces(sheet, columns, static_cast<std::uint32_t>(rows));
     return detail::checked_shape("make_sheet", std::move(sheet));
@@ -25893,7 +25960,7 @@ inline float needle_diameter(std::uint32_t gauge) {
                                    0.908_mm, 0.819_mm, 0.718_mm, 0.641_mm, 0.566_mm, 0.514_mm,
                                    0.464_mm, 0.413_mm, 0.362_mm, 0.337_mm, 0.312_mm};
     if (gauge < thickest || gauge > thinnest)
-        throw geometry_error{"needle_diameter: gauge " + std::to_string(gauge) +
+        throw geometry_error{"needle_diameter: gauge ", gauge,
                              " is not in the table; give one from 14 to 30, or the diameter itself to make_needle"};
     return diameters[gauge - thickest];
 }
@@ -25919,17 +25986,15 @@ inline mesh make_needle(float diameter, float length, const needle_settings& set
     detail::check_shape_length("make_needle", "diameter", diameter);
     detail::check_shape_length("make_needle", "length", length);
     if (!(settings.bevel >= 5_deg) || !(settings.bevel <= 90_deg))
-        throw geometry_error{"make_needle: `bevel` is " + std::to_string(settings.bevel) +
-                             " radians; it must be from 5_deg to 90_deg"};
+        throw geometry_error{"make_needle: `bevel` is ", settings.bevel, " radians; it must be from 5_deg to 90_deg"};
     if (settings.segments < 3 || settings.segments > 4096 || settings.segments_along < 1 ||
         settings.segments_along > 4096)
-        throw geometry_error{"make_needle: `segments` is " + std::to_string(settings.segments) + ", `segments_along` " +
-                             std::to_string(settings.segments_along) +
-                             "; they must be from 3 to 4096 and from 1 to 4096"};
+        throw geometry_error{"make_needle: `segments` is ", settings.segments, ", `segments_along` ",
+                             settings.segments_along, "; they must be from 3 to 4096 and from 1 to 4096"};
     const float radius = diameter / 2, per_width = 1 / std::tan(settings.bevel);
     if (!(length > 1.01F * diameter * per_width))
-        throw geometry_error{"make_needle: `length` is " + std::to_string(length) + " m, but the bevel alone is " +
-                             std::to_string(diameter * per_width) + " m long; give a longer needle or a steeper bevel"};
+        throw geometry_error{"make_needle: `length` is ", length, " m, but the bevel alone is ", diameter * per_width,
+                             " m long; give a longer needle or a steeper bevel"};
     const auto bevel_at = [&](float x) { return -(x + radius) * per_width; };
 
     // Both ends have a middle and, just within the rim, a ring that keeps normals interpolated over the rim near it.
@@ -26012,8 +26077,7 @@ class m_mode {
     /// @throws usage_error  for a line that does not exist
     void add(const scan_lines& lines, std::uint32_t line) {
         if (line >= lines.count || lines.samples == 0)
-            throw usage_error{"m_mode: the line is " + std::to_string(line) + " of " + std::to_string(lines.count) +
-                              ", counted from 0"};
+            throw usage_error{"m_mode: the line is ", line, " of ", lines.count, ", counted from 0"};
         const uvec2 size{settings_.columns, settings_.rows != 0 ? settings_.rows : lines.samples};
         if (picture_.pixels.empty() || picture_.size != size || lines.depth != depth_) {
             detail::check_size(size, "m_mode");
@@ -27495,7 +27559,8 @@ class face_grid {
 };
 
 /// The object that encloses all others, if there is one and it is soft.
-inline std::optional<object_id> find_outer(const scene& body) {
+template <class Deferred = void>
+std::optional<object_id> find_outer(const scene& body) {
     const auto box_of = [](const object& one) {
         aabb box;
         for (const vec3& p : one.surface.positions) box = merged(box, one.at.point(p));
@@ -27511,14 +27576,16 @@ inline std::optional<object_id> find_outer(const scene& body) {
 }
 
 /// The name, or with a number where an object has it.
-inline std::string unused_name(const scene& body, const std::string& name) {
+template <class Deferred = void>
+std::string unused_name(const scene& body, const std::string& name) {
     std::string unused = name;
     for (int number = 2; body.find(unused); ++number) unused = name + '.' + std::to_string(number);
     return unused;
 }
 
 /// A closed surface that is moved inwards, unevenly, wherever its faces point. @param by  metres, on average
-inline mesh moved_inwards(mesh surface, float by, std::uint32_t seed) {
+template <class Deferred = void>
+mesh moved_inwards(mesh surface, float by, std::uint32_t seed) {
     const std::vector<std::uint32_t> place = weld(surface.positions);
     std::vector<vec3> normals(surface.positions.size(), vec3{0, 0, 0}); // of each place
     for (const uvec3& face : surface.faces) {
@@ -27543,13 +27610,15 @@ inline void check_undeformed(const scene& body) {
     if (body.is_deformed()) throw usage_error{"add_skin: the body is deformed; cover it before `deform`"};
 }
 
-inline bool has_skin(const scene& body) {
+template <class Deferred = void>
+bool has_skin(const scene& body) {
     return std::any_of(body.objects().begin(), body.objects().end(),
                        [](const object& one) { return one.inside == tissue::skin; });
 }
 
 /// Makes the outer layer of the object that encloses all others skin. @return whether there is such an object
-inline bool cover_outer(scene& body, float thickness) {
+template <class Deferred = void>
+bool cover_outer(scene& body, float thickness) {
     const std::optional<object_id> outer = find_outer(body);
     if (!outer) return false;
     const object whole = body[*outer];
@@ -27579,7 +27648,8 @@ enum class skin_place {
 /// @param settings  only `thickness` matters
 /// @return `skin_place::surface` or `none`
 /// @throws usage_error  for a setting out of range, or a deformed body
-inline skin_place add_skin(scene& body, const skin_settings& settings = {}) {
+template <class Deferred = void>
+skin_place add_skin(scene& body, const skin_settings& settings = {}) {
     settings.check();
     detail::check_undeformed(body);
     return !detail::has_skin(body) && detail::cover_outer(body, settings.thickness) ? skin_place::surface
@@ -27611,8 +27681,7 @@ skin_place add_skin(scene& body, const Probe& probe, const pose& at, const skin_
         lowest = std::min(lowest, one.priority);
     }
     if (highest > max_priority || lowest < -max_priority)
-        throw usage_error{"add_skin: the priority of an object is " +
-                          std::to_string(highest > max_priority ? highest : lowest) +
+        throw usage_error{"add_skin: the priority of an object is ", highest > max_priority ? highest : lowest,
                           "; use -1000000 to 1000000, so that there is room above and below"};
     if (is_full_circle(probe))
         throw usage_error{"add_skin: a probe that looks out of a full circle does not stand on skin"};
@@ -27793,6 +27862,7 @@ ground_truth_lines ground_truth(const Policy& policy, const scene& body, const P
 namespace insonify::inline INSONIFY_ABI::detail {
 
 /// Triangulates a closed loop of points in space.
+template <class Deferred = void>
 class loop_filler {
   public:
     /// Three indices each into the loop; the index after its last point is that of its centre.
@@ -27950,6 +28020,7 @@ struct repaired_mesh {
 namespace detail {
 
 /// What `repair` does, step by step. Sides of faces are numbered as the slots of half edges.
+template <class Deferred = void>
 class mesh_repair {
   public:
     mesh_repair(const mesh_view& given, const repair_settings& settings)
@@ -28294,7 +28365,7 @@ class mesh_repair {
             const auto known = std::lower_bound(edges_.begin(), edges_.end(), wanted);
             return (known == edges_.end() || known->ends != wanted.ends) && !filled_.contains(wanted.ends);
         };
-        const loop_filler::triangles filling = loop_filler{points, is_free}.fill();
+        const auto filling = loop_filler{points, is_free}.fill();
         if (filling.front()[2] == loop.size()) loop.push_back(add_vertex(vec3{centre}));
         for (const auto& [a, b, c] : filling) {
             for (const auto& [i, j] : {std::pair{a, b}, std::pair{b, c}, std::pair{c, a}})
@@ -28508,9 +28579,10 @@ class mesh_repair {
 /// Cost: below a second for 400,000 faces.
 /// @throws usage_error     for a distance out of range
 /// @throws geometry_error  for a mesh without faces, a vertex that is not finite, or an index out of range
-inline repaired_mesh repair(const mesh_view& m, const repair_settings& settings = {}) {
+template <class Deferred = void>
+repaired_mesh repair(const mesh_view& m, const repair_settings& settings = {}) {
     if (!(settings.weld_distance >= 0) || !(settings.weld_distance <= 0.01F))
-        throw usage_error{"repair: `weld_distance` is " + detail::number_text(settings.weld_distance) +
+        throw usage_error{"repair: `weld_distance` is ", settings.weld_distance,
                           " m; it must be from 0 to 0.01 m; write it as in 0.01_mm"};
     if (m.faces.empty())
         throw geometry_error{"repair: the mesh has no faces; check that the right file or object was read"};
@@ -28536,7 +28608,8 @@ namespace insonify::inline INSONIFY_ABI {
 /// asks for `repair` does not compile it.
 class obj_repair {
   public:
-    obj_repair() = default;                                                                         ///< no repair
+    obj_repair() = default; ///< no repair
+    template <class Deferred = void>
     obj_repair(const repair_settings& settings) : settings_(settings), repair_(insonify::repair) {} ///< with `settings`
 
     explicit operator bool() const { return repair_ != nullptr; } ///< whether objects are mended
@@ -28636,7 +28709,7 @@ void write_debug_obj(const std::string& path, const scene& body, const Probe& pr
     probe.check();
     detail::check_rigid(at, "write_debug_obj", "the pose of the probe");
     if (probe.lines > 65536)
-        throw usage_error{"write_debug_obj: " + std::to_string(probe.lines) + " lines are more than 65536; draw fewer"};
+        throw usage_error{"write_debug_obj: ", probe.lines, " lines are more than 65536; draw fewer"};
     check_depth(depth, "write_debug_obj");
 
     const auto point = [&](float line, float along) { return at.point(probe.beam(line).at(along)); };
@@ -28835,7 +28908,7 @@ namespace insonify::inline INSONIFY_ABI::detail {
 inline void check_file_name(const std::string& path) {
     if (path.empty()) throw io_error{"the file name is empty; give a path"};
     if (path.find('\0') != std::string::npos)
-        throw io_error{path.substr(0, path.find('\0')) + ": the file name contains a null character; remove it"};
+        throw io_error{path.substr(0, path.find('\0')), ": the file name contains a null character; remove it"};
 }
 
 /// A word of a file for use in an error: without control characters, and at most 60 characters long.
@@ -28852,7 +28925,7 @@ inline std::filesystem::path path_of(const std::string& name) {
     try {
         return std::u8string{name.begin(), name.end()};
     } catch (const std::system_error&) {
-        throw io_error{printable(name) + ": the file name is not in UTF-8; encode it so"};
+        throw io_error{printable(name), ": the file name is not in UTF-8; encode it so"};
     }
 }
 
@@ -28868,16 +28941,16 @@ inline std::string read_file(const std::string& path) {
     check_file_name(path);
     std::error_code ignored;
     if (std::filesystem::is_directory(path_of(path), ignored))
-        throw io_error{path + ": this is a folder; give the path of a file"};
+        throw io_error{path, ": this is a folder; give the path of a file"};
     std::ifstream file{path_of(path), std::ios::binary};
-    if (!file) throw io_error{path + ": the file cannot be opened; check its name, its folder and its permissions"};
+    if (!file) throw io_error{path, ": the file cannot be opened; check its name, its folder and its permissions"};
     std::ostringstream content;
     content << file.rdbuf();
     if (content.bad() || file.bad())
-        throw io_error{path + ": reading failed before the end of the file; check the disk"};
+        throw io_error{path, ": reading failed before the end of the file; check the disk"};
     std::string text = std::move(content).str();
     if (is_utf16(text))
-        throw io_error{path + ": the text is in UTF-16; save it as UTF-8 (a text editor offers it as its encoding)"};
+        throw io_error{path, ": the text is in UTF-16; save it as UTF-8 (a text editor offers it as its encoding)"};
     if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);
     return text;
 }
@@ -28885,13 +28958,13 @@ inline std::string read_file(const std::string& path) {
 inline std::ofstream create_file(const std::string& path) {
     check_file_name(path);
     std::ofstream file{path_of(path), std::ios::binary};
-    if (!file) throw io_error{path + ": the file cannot be created; check that its folder exists and is writable"};
+    if (!file) throw io_error{path, ": the file cannot be created; check that its folder exists and is writable"};
     return file;
 }
 
 inline void close_file(std::ofstream& file, const std::string& path) {
     file.close();
-    if (!file) throw io_error{path + ": writing failed before the end of the file; check the free space on the disk"};
+    if (!file) throw io_error{path, ": writing failed before the end of the file; check the free space on the disk"};
 }
 
 /// @param values  of each pixel as many as `channels`, row by row
@@ -28899,8 +28972,7 @@ inline void write_png_values(const std::string& path, uvec2 size, std::size_t pi
                              std::size_t channels) {
     check_size(size, "write_png");
     if (pixels != static_cast<std::size_t>(size.x) * size.y)
-        throw usage_error{"write_png: size " + std::to_string(size.x) + 'x' + std::to_string(size.y) +
-                          " needs as many pixels, not " + std::to_string(pixels)};
+        throw usage_error{"write_png: size ", size.x, "x", size.y, " needs as many pixels, not ", pixels};
     std::vector<unsigned char> bytes(channels * pixels);
     std::transform(values, values + bytes.size(), bytes.begin(), [](float value) {
         return static_cast<unsigned char>(is_number(value) ? clamp(value, 0, 1) * 255 + 0.5F : 0.0F);
@@ -28911,7 +28983,7 @@ inline void write_png_values(const std::string& path, uvec2 size, std::size_t pi
     };
     const int columns = static_cast<int>(size.x), rows = static_cast<int>(size.y), each = static_cast<int>(channels);
     if (stb::stbi_write_png_to_func(write, &file, columns, rows, each, bytes.data(), columns * each) == 0)
-        throw io_error{path + ": compression failed; check the free memory"};
+        throw io_error{path, ": compression failed; check the free memory"};
     close_file(file, path);
 }
 
@@ -29058,15 +29130,13 @@ struct obj_text {
 
 /// @throws io_error  naming the line, for malformed numbers and indices out of range
 inline obj_text read_obj_text(const std::string& path, std::string_view text) {
-    if (text.empty()) throw io_error{path + ": the file is empty"};
+    if (text.empty()) throw io_error{path, ": the file is empty"};
     obj_text obj;
     obj.parts.emplace_back();
     obj_line now;                                                        // what applies to the next face
     std::map<std::pair<std::uint32_t, std::string>, std::size_t> groups; // by number of the object and name
     for_each_line(text, [&](std::uint32_t line, std::string_view keyword, std::string_view rest) {
-        const auto fault = [&](const std::string& sentence) {
-            return io_error{path + ":" + std::to_string(line) + ": " + sentence};
-        };
+        const auto fault = [&](const std::string& sentence) { return io_error{path, ":", line, ": ", sentence}; };
         if (keyword == "v") {
             obj.rewritten.push_back('v');
             for (int axis = 0; axis < 3; ++axis) {
@@ -29121,11 +29191,11 @@ inline obj_text read_obj_text(const std::string& path, std::string_view text) {
         }
     });
     if (obj.lines.empty() && obj.vertex_lines.empty())
-        throw io_error{path +
+        throw io_error{path,
                        ": the file has no faces (lines starting with 'f') and no vertices ('v'): is it a Wavefront OBJ "
                        "file? Export it as one"};
     if (obj.lines.empty())
-        throw io_error{path + ": the file has no faces (lines starting with 'f'); export it as a mesh"};
+        throw io_error{path, ": the file has no faces (lines starting with 'f'); export it as a mesh"};
     return obj;
 }
 
@@ -29249,8 +29319,11 @@ inline std::vector<obj_object> divide_into_objects(const std::string& path, cons
     for (const obj_face& face : content.faces) {
         const obj_line& its = content.text.lines[face.line];
         if (its.medium < 0)
-            throw io_error{path + ":" + std::to_string(face.line) + ": the face of object '" +
-                           printable(name_of(content.text.parts[its.part])) +
+            throw io_error{path,
+                           ":",
+                           face.line,
+                           ": the face of object '",
+                           printable(name_of(content.text.parts[its.part])),
                            "' has no medium; add a line such as 'usemtl muscle' before it"};
         const auto [place, is_new] = known.try_emplace({its.part, its.medium}, objects.size());
         if (is_new) objects.push_back({.part = its.part, .medium = its.medium, .line = face.line});
@@ -29292,7 +29365,7 @@ inline void join_split_bodies(const std::string& path, const obj_content& conten
                 first_of_rest.push_back(parts[0]);
                 continue;
             }
-            notes.push_back(joined({path, ":", std::to_string(objects[parts[1]].line), ": the groups '",
+            notes.push_back(joined({path, ":", objects[parts[1]].line, ": the groups '",
                                     printable(content.text.parts[objects[parts[0]].part].group), "' and '",
                                     printable(content.text.parts[objects[parts[1]].part].group),
                                     "' belong to one surface, and are joined"}));
@@ -29302,9 +29375,15 @@ inline void join_split_bodies(const std::string& path, const obj_content& conten
         if (first_of_rest.size() < 2 || open_edges(content, rest) > 0) continue;
         const obj_object &one = objects[first_of_rest[0]], &other = objects[first_of_rest[1]];
         throw io_error{
-            path + ":" + std::to_string(std::max(one.line, other.line)) + ": the closed surface of object '" +
-            printable(name_of(content.text.parts[one.part])) + "' has faces in two media, '" +
-            printable(one.medium_of(content).name) + "' and '" + printable(other.medium_of(content).name) +
+            path,
+            ":",
+            std::max(one.line, other.line),
+            ": the closed surface of object '",
+            printable(name_of(content.text.parts[one.part])),
+            "' has faces in two media, '",
+            printable(one.medium_of(content).name),
+            "' and '",
+            printable(other.medium_of(content).name),
             "', but a body has one; give all its faces the same medium, or export a closed surface for each"};
     }
     std::erase_if(objects, [](const obj_object& one) { return one.faces.empty(); });
@@ -29332,8 +29411,8 @@ inline void name_objects(const std::string& path, const obj_content& content, st
         do name = one.name + "." + std::to_string(++number);
         while (meant.contains(name) || taken.contains(name));
         taken.insert(name);
-        notes.push_back(joined({path, ":", std::to_string(one.line), ": there are several objects of the name '",
-                                printable(one.name), "'; this one is called '", printable(name), "'"}));
+        notes.push_back(joined({path, ":", one.line, ": there are several objects of the name '", printable(one.name),
+                                "'; this one is called '", printable(name), "'"}));
         one.name = std::move(name);
     }
 }
@@ -29459,8 +29538,12 @@ inline obj_libraries read_libraries(const std::string& path, const std::vector<n
         if (names.size() > 1 && is_one) names = {line.name};
         for (const std::string& name : names) {
             if (forbidden(name))
-                throw io_error{path + ":" + std::to_string(line.line) + ": the material library '" + printable(name) +
-                               "' is outside the folder of the file and is not opened; move it there, or allow it: " +
+                throw io_error{path,
+                               ":",
+                               line.line,
+                               ": the material library '",
+                               printable(name),
+                               "' is outside the folder of the file and is not opened; move it there, or allow it: ",
                                "{.libraries = obj_settings::library_access::anywhere}"};
             const std::u8string library = (folder / path_of(name)).u8string();
             if (exists(name))
@@ -29520,18 +29603,24 @@ inline void check_spelling(const obj_material& entry, const std::string& name) {
             std::find(std::begin(medium_keys), std::end(medium_keys), written) == std::end(medium_keys))
             for (const std::string_view key : medium_keys)
                 if (edits_between(written, key) <= 2)
-                    throw io_error{joined({entry.source, ":", std::to_string(value.line), ": newmtl ", name,
-                                           ": there is no key '", printable(written), "'; did you mean ", key, "?"})};
+                    throw io_error{entry.source,
+                                   ":",
+                                   value.line,
+                                   ": newmtl ",
+                                   name,
+                                   ": there is no key '",
+                                   printable(written),
+                                   "'; did you mean ",
+                                   key,
+                                   "?"};
 }
 
 /// @throws io_error  for values that are those of a medium in other units
 inline void check_units(const medium& m, const std::string& source) {
     if (m.sound_speed > 0 && m.sound_speed < 20)
-        throw io_error{joined({source, "sound_speed is ", number_text(m.sound_speed), " m/s; did you mean ",
-                               number_text(1000 * m.sound_speed), "?"})};
+        throw io_error{source, "sound_speed is ", m.sound_speed, " m/s; did you mean ", 1000 * m.sound_speed, "?"};
     if (m.density > 0.5F && m.density < 30 && m.sound_speed > 700) // no gas
-        throw io_error{joined({source, "density is ", number_text(m.density), " kg/m^3; did you mean ",
-                               number_text(1000 * m.density), "?"})};
+        throw io_error{source, "density is ", m.density, " kg/m^3; did you mean ", 1000 * m.density, "?"};
 }
 
 /// The medium with a name that `usemtl` refers to.
@@ -29546,7 +29635,7 @@ inline obj_medium find_medium(const std::string& path, const named_line& wanted,
         return found != entry->second.values.end() ? &found->second : nullptr;
     };
     const auto place = [&](std::uint32_t line) {
-        return joined({entry->second.source, ":", std::to_string(line), ": newmtl ", name, ": "});
+        return joined({entry->second.source, ":", line, ": newmtl ", name, ": "});
     };
     // The numbers of a text, if there are `count` and nothing else.
     const auto numbers = [](const obj_value& value, std::size_t count) {
@@ -29562,7 +29651,7 @@ inline obj_medium find_medium(const std::string& path, const named_line& wanted,
         if (!text) return {};
         const std::vector<float> number = numbers(*text, 1);
         if (number.empty())
-            throw io_error{place(text->line) + key + " is '" + printable(text->text) +
+            throw io_error{place(text->line), key, " is '", printable(text->text),
                            "', which is not a number; give the number without a unit"};
         return number[0];
     };
@@ -29570,9 +29659,16 @@ inline obj_medium find_medium(const std::string& path, const named_line& wanted,
     const std::optional<medium> known = tissue::find(wanted.name);
     const std::optional<float> density = value("density"), sound_speed = value("sound_speed");
     if (!known && !(density && sound_speed))
-        throw io_error{path + ":" + std::to_string(wanted.line) + ": the medium '" + name +
-                       "' is unknown: use the name of a tissue (`tissue::all` lists them), or give density and " +
-                       "sound_speed under 'newmtl " + name + "' in the material library" + libraries.missing +
+        throw io_error{path,
+                       ":",
+                       wanted.line,
+                       ": the medium '",
+                       name,
+                       "' is unknown: use the name of a tissue (`tissue::all` lists them), or give density and ",
+                       "sound_speed under 'newmtl ",
+                       name,
+                       "' in the material library",
+                       libraries.missing,
                        suggest_medium(wanted.name, libraries)};
 
     obj_medium found{.inside = density && sound_speed ? medium{} : *known};
@@ -29588,33 +29684,33 @@ inline obj_medium find_medium(const std::string& path, const named_line& wanted,
     if (const obj_value* const like = written("structure")) {
         const std::optional<medium> other = tissue::find(like->text);
         if (!other && like->text != "none")
-            throw io_error{place(like->line) + "structure is '" + printable(like->text) +
-                           "'; give the name of a tissue whose structure it has (`tissue::all` lists them), or none" +
+            throw io_error{place(like->line), "structure is '", printable(like->text),
+                           "'; give the name of a tissue whose structure it has (`tissue::all` lists them), or none",
                            suggest_medium(like->text, {})};
         m.structure = other ? other->structure : structure{};
     }
     if (!is_listed) return found;
     if (!is_valid(m))
-        throw io_error{place(entry->second.line) +
+        throw io_error{place(entry->second.line),
                        "density and sound_speed must be above 0, the other values not negative, and all in range"};
     check_units(m, place(entry->second.line));
     const float priority = value("priority").value_or(0);
     if (priority != std::round(priority) || std::fabs(priority) > 1e6F)
-        throw io_error{place(written("priority")->line) + "priority must be a whole number from -1000000 to 1000000"};
+        throw io_error{place(written("priority")->line), "priority must be a whole number from -1000000 to 1000000"};
     found.priority = static_cast<int>(priority);
     if (const obj_value* const direction = written("fibres")) {
         const std::vector<float> along = numbers(*direction, 3);
         if (along.empty() || (along[0] == 0 && along[1] == 0 && along[2] == 0))
-            throw io_error{place(direction->line) + "fibres is '" + printable(direction->text) +
+            throw io_error{place(direction->line), "fibres is '", printable(direction->text),
                            "'; give three numbers that are not all 0, the direction in the coordinates of the file, "
                            "such as 0 0 1"};
         found.fibres = vec3{along[0], along[1], along[2]};
     }
     if (const auto degrees = value("pennation")) {
         if (std::fabs(*degrees) > 90)
-            throw io_error{place(written("pennation")->line) + "pennation must be from -90 to 90 degrees"};
+            throw io_error{place(written("pennation")->line), "pennation must be from -90 to 90 degrees"};
         if (found.fibres)
-            throw io_error{place(written("pennation")->line) +
+            throw io_error{place(written("pennation")->line),
                            "it has fibres and pennation; keep the one that is known"};
         found.pennation = *degrees * 1_deg;
     }
@@ -29646,9 +29742,9 @@ inline mesh repaired(mesh surface, const obj_settings& settings, const std::stri
 }
 
 inline obj_content read_obj(const std::string& path, float unit) {
-    if (unit == 0) throw usage_error{path + ": OBJ files have no unit of length; give it: {.unit = 1_mm}"};
+    if (unit == 0) throw usage_error{path, ": OBJ files have no unit of length; give it: {.unit = 1_mm}"};
     if (!is_finite(unit) || !(unit > 0))
-        throw usage_error{path + ": the unit must be finite and above 0, as in {.unit = 1_mm}"};
+        throw usage_error{path, ": the unit must be finite and above 0, as in {.unit = 1_mm}"};
 
     obj_content content{.text = read_obj_text(path, read_file(path))};
     std::istringstream stream{std::exchange(content.text.rewritten, {})};
@@ -29658,17 +29754,17 @@ inline obj_content read_obj(const std::string& path, float unit) {
     };
     std::string warnings, errors;
     if (!loader::LoadObjWithCallback(stream, vertices, &content.positions, nullptr, &warnings, &errors))
-        throw io_error{path + ": tinyobjloader cannot read the file: " + errors};
+        throw io_error{path, ": tinyobjloader cannot read the file: ", errors};
     for (std::size_t i = 0; i < content.positions.size(); ++i) {
         content.positions[i] *= unit;
         if (!is_finite(content.positions[i]))
-            throw io_error{path + ":" + std::to_string(content.text.vertex_lines[i]) +
+            throw io_error{path, ":", content.text.vertex_lines[i],
                            ": a coordinate of this vertex is too large; check the file and its unit"};
     }
     const std::uint32_t* corners = content.text.corners.data();
     for (const obj_polygon& one : content.text.polygons) {
         if (!triangulate(content.positions, {corners, one.corners}, one.line, content.faces))
-            throw io_error{path + ":" + std::to_string(one.line) +
+            throw io_error{path, ":", one.line,
                            ": this polygon cannot be triangulated; triangulate the mesh before exporting it"};
         corners += one.corners;
     }
@@ -29695,7 +29791,7 @@ mesh load_obj(const std::string& path, const obj_settings& settings) {
 
 scene load_obj_scene(const std::string& path, const obj_settings& settings, std::vector<std::string>& notes) {
     if (!(std::fabs(settings.pennation) <= pi / 2 + 1e-6F))
-        throw usage_error{path + ": `pennation` is " + detail::number_text(settings.pennation) +
+        throw usage_error{path, ": `pennation` is ", settings.pennation,
                           " radians; it must be from -pi/2 to pi/2; write it as in 20_deg"};
     scene loaded{settings.background};
     const detail::obj_content content = detail::read_obj(path, settings.unit);
@@ -29709,8 +29805,7 @@ scene load_obj_scene(const std::string& path, const obj_settings& settings, std:
     bool is_turned = false;
     for (detail::obj_object& one : objects) {
         const detail::obj_medium found = detail::find_medium(path, one.medium_of(content), libraries);
-        const std::string whose =
-            detail::joined({path, ":", std::to_string(one.line), ": object '", detail::printable(one.name), "'"});
+        const std::string whose = detail::joined({path, ":", one.line, ": object '", detail::printable(one.name), "'"});
         mesh surface =
             detail::repaired(detail::select_faces(content.positions, std::move(one.faces)), settings, whose, notes);
         if (surface.faces.empty()) {
@@ -29742,7 +29837,7 @@ void write_drawing(const std::string& path, const std::vector<drawn_object>& obj
         bool valid = std::accumulate(one.polylines.begin(), one.polylines.end(), std::uint64_t{0}) <= vertices;
         for (const uvec3& f : one.faces) valid = valid && std::max({f.x, f.y, f.z}) < vertices;
         if (!valid)
-            throw usage_error{"write_drawing: object '" + one.name +
+            throw usage_error{"write_drawing: object '", one.name,
                               "' has a face or polyline with a vertex index out of range"};
     }
     std::ofstream file = detail::create_file(path);

@@ -214,10 +214,9 @@ iq_lines beamform(const Policy& policy, const iq_channel_data& received, const P
         throw usage_error{"beamform: `fnumber` must be above 0.05, such as 1.5"};
     const float speed = settings.sound_speed != 0 ? settings.sound_speed : received.sound_speed;
     if (!is_finite(speed) || !(speed >= 100 && speed <= 10000))
-        throw usage_error{
-            detail::joined({"beamform: the sound speed is ", detail::number_text(speed),
-                            " m/s; `sound_speed` of the settings, or of the channel data where that is 0, "
-                            "must be 100 to 10000"})};
+        throw usage_error{"beamform: the sound speed is ", speed,
+                          " m/s; `sound_speed` of the settings, or of the channel data where that is 0, "
+                          "must be 100 to 10000"};
     return detail::sum_channels(detail::any_policy<false>{policy}, received, detail::probe_lines{probe}, grid,
                                 settings);
 }

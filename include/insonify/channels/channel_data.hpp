@@ -90,22 +90,20 @@ void check_channels(const channel_grid<Sample>& data, const char* caller) {
                        data.sent.size() == data.transmits && data.places.size() == data.elements &&
                        data.values.size() == std::size_t{data.transmits} * data.elements * data.samples;
     if (!whole)
-        throw usage_error{joined({caller, ": the channel data are empty, or `values`, `sent` and `places` do not have "
-                                          "the sizes that `transmits`, `elements` and `samples` state"})};
+        throw usage_error{caller, ": the channel data are empty, or `values`, `sent` and `places` do not have "
+                                  "the sizes that `transmits`, `elements` and `samples` state"};
     if (!is_finite(data.sampling_frequency) || !(data.sampling_frequency > 0) || !is_finite(data.frequency) ||
         !(data.frequency > 0) || !is_finite(data.start))
-        throw usage_error{
-            joined({caller, ": `sampling_frequency`, `frequency` and `start` of the channel data must be finite, the "
-                            "first two above 0"})};
+        throw usage_error{caller,
+                          ": `sampling_frequency`, `frequency` and `start` of the channel data must be finite, the "
+                          "first two above 0"};
     if (!is_finite(data.pitch) || !is_finite(data.element_width) || !(data.pitch >= 0 && data.element_width >= 0))
-        throw usage_error{
-            joined({caller, ": `pitch` and `element_width` of the channel data must be metres, or 0 where "
-                            "they are unknown"})};
+        throw usage_error{caller, ": `pitch` and `element_width` of the channel data must be metres, or 0 where "
+                                  "they are unknown"};
     for (std::size_t i = 0; i < data.places.size(); ++i)
         if (!is_finite(data.places[i].origin) || !is_finite(data.places[i].direction))
-            throw usage_error{
-                joined({caller, ": place ", std::to_string(i),
-                        " of the channel data is not finite; give the centre and the normal of each element"})};
+            throw usage_error{caller, ": place ", i,
+                              " of the channel data is not finite; give the centre and the normal of each element"};
     for (std::size_t i = 0; i < data.sent.size(); ++i) check_transmit(data.sent[i], i, data.elements);
 }
 

@@ -50,25 +50,24 @@ inline constexpr std::uint32_t max_elements = 4096; // of an array: 8 million pa
 template <class Array>
 void check_elements(const Array& array, float pitch, const char* owner) {
     if (array.elements == 0 || array.elements > max_elements)
-        throw usage_error{joined({owner, ": elements is ", std::to_string(array.elements), "; it must be 1 to 4096"})};
+        throw usage_error{owner, ": elements is ", array.elements, "; it must be 1 to 4096"};
     check_length(pitch, "pitch", max_aperture, owner);
     check_length(array.element_width, "element_width", max_aperture, owner);
     if (array.element_width > pitch * 1.0001F)
         throw usage_error{
-            joined({owner, ": element_width is ", number_text(1e3F * array.element_width),
-                    " mm, more than the pitch of ", number_text(1e3F * pitch), " mm; elements must not overlap"})};
+            owner,        ": element_width is ",           1e3F * array.element_width, " mm, more than the pitch of ",
+            1e3F * pitch, " mm; elements must not overlap"};
     check_frequency(array.frequency, owner);
     check_length(array.height, "height", max_aperture, owner);
     check_length(array.elevation_focus, "elevation_focus", max_scan_depth, owner);
     if (!is_finite(array.bandwidth) || !(array.bandwidth > 0.01F && array.bandwidth <= 1.5F))
-        throw usage_error{joined({owner, ": bandwidth is ", number_text(array.bandwidth),
-                                  "; it must be a fraction of the frequency from 0.01 to 1.5, such as 0.7"})};
+        throw usage_error{owner, ": bandwidth is ", array.bandwidth,
+                          "; it must be a fraction of the frequency from 0.01 to 1.5, such as 0.7"};
     if (!is_finite(array.sound_speed) || !(array.sound_speed >= 100 && array.sound_speed <= 10000))
-        throw usage_error{joined({owner, ": sound_speed is ", number_text(array.sound_speed),
-                                  " m/s; it must be 100 to 10000 m/s, and 1540 is usual"})};
+        throw usage_error{owner, ": sound_speed is ", array.sound_speed,
+                          " m/s; it must be 100 to 10000 m/s, and 1540 is usual"};
     if (!is_finite(array.fnumber) || !(array.fnumber >= 0.1F && array.fnumber <= 100))
-        throw usage_error{
-            joined({owner, ": fnumber is ", number_text(array.fnumber), "; it must be 0.1 to 100, such as 2"})};
+        throw usage_error{owner, ": fnumber is ", array.fnumber, "; it must be 0.1 to 100, such as 2"};
 }
 
 } // namespace detail

@@ -143,14 +143,14 @@ class element_fans {
         bytes_ = bytes;
         for (std::size_t i = 0; i < faces.size(); ++i) {
             if (faces[i] == face::in_object)
-                throw usage_error{joined({"trace_channels: element ", std::to_string(i),
-                                          " lies inside of an object that blocks sound, such as bone, metal or gas; "
-                                          "move the array, or the object"})};
+                throw usage_error{"trace_channels: element ", i,
+                                  " lies inside of an object that blocks sound, such as bone, metal or gas; "
+                                  "move the array, or the object"};
             if (faces[i] == face::in_background)
-                throw usage_error{joined({"trace_channels: element ", std::to_string(i),
-                                          " lies in the background of the scene, which blocks sound as bone, metal or "
-                                          "gas do; move the array into an object, or give the scene another "
-                                          "background, such as tissue::gel"})};
+                throw usage_error{"trace_channels: element ", i,
+                                  " lies in the background of the scene, which blocks sound as bone, metal or "
+                                  "gas do; move the array into an object, or give the scene another "
+                                  "background, such as tissue::gel"};
         }
     }
 

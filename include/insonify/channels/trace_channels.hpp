@@ -109,10 +109,9 @@ class channel_tracer {
         const float bandwidth = out.bandwidth;
         record_.rate = settings_.sampling_frequency != 0 ? settings_.sampling_frequency : 4 * frequency_;
         if (!is_finite(record_.rate) || !(record_.rate >= frequency_ * (2 + bandwidth)) || !(record_.rate <= 1e10F))
-            throw usage_error{joined({"trace_channels: sampling_frequency is ", number_text(1e-6F * record_.rate),
-                                      " MHz; the band of the array ends at ",
-                                      number_text(1e-6F * frequency_ * (1 + 0.5F * bandwidth)),
-                                      " MHz: sample at twice that or more, or leave it at 0"})};
+            throw usage_error{"trace_channels: sampling_frequency is ", 1e-6F * record_.rate,
+                              " MHz; the band of the array ends at ", 1e-6F * frequency_ * (1 + 0.5F * bandwidth),
+                              " MHz: sample at twice that or more, or leave it at 0"};
         record_.sigma_frequency = bandwidth * frequency_ / 2.3548F;
         // So few complex samples that half of their rate is 3.5 standard deviations of the spectrum: -53 dB.
         const float slowest = max(2.5F * frequency_, 7 * record_.sigma_frequency);
@@ -173,12 +172,18 @@ class channel_tracer {
     /// @throws usage_error  for more than `max_memory`
     void check_memory(const channel_data& out, std::uint64_t reflectors, const char* found) const {
         if (const std::uint64_t bytes = memory(out, reflectors); bytes > settings_.max_memory)
-            throw usage_error{
-                joined({"trace_channels: ", std::to_string(out.transmits), " transmits of ", std::to_string(elements_),
-                        " elements, ", std::to_string(record_.samples), " samples each, take ", found,
-                        number_text(1e-9F * static_cast<float>(bytes)), " GB, more than `max_memory` (",
-                        number_text(1e-9F * static_cast<float>(settings_.max_memory)),
-                        " GB); lower depth, transmits or elements, or raise it"})};
+            throw usage_error{"trace_channels: ",
+                              out.transmits,
+                              " transmits of ",
+                              elements_,
+                              " elements, ",
+                              record_.samples,
+                              " samples each, take ",
+                              found,
+                              1e-9F * static_cast<float>(bytes),
+                              " GB, more than `max_memory` (",
+                              1e-9F * static_cast<float>(settings_.max_memory),
+                              " GB); lower depth, transmits or elements, or raise it"};
     }
 
     template <class Policy>
@@ -518,15 +523,15 @@ void check_places(view<const ray> places) {
         const ray& one = places[i];
         const std::string name = "trace_channels: element " + std::to_string(i);
         if (!is_finite(one.origin) || !is_finite(one.direction))
-            throw usage_error{name + " is not finite; check its centre and its normal"};
+            throw usage_error{name, " is not finite; check its centre and its normal"};
         if (std::fabs(one.direction.y) > 1e-5F || std::fabs(length(one.direction) - 1) > 1e-4F)
-            throw usage_error{name + ": its normal must have length 1 and lie in the plane y = 0"};
+            throw usage_error{name, ": its normal must have length 1 and lie in the plane y = 0"};
         if (!(one.direction.z > 0))
-            throw usage_error{name + " looks back; z of its normal must be above 0: round arrays have no channel data"};
+            throw usage_error{name, " looks back; z of its normal must be above 0: round arrays have no channel data"};
         constexpr float rounding = 1e-7F; // metres
         if (i > 0 && one.origin.x < places[i - 1].origin.x - rounding)
-            throw usage_error{name + " lies left of the one before; elements must be in order of x, a matrix array "
-                                     "column after column"};
+            throw usage_error{name, " lies left of the one before; elements must be in order of x, a matrix array "
+                                    "column after column"};
     }
 }
 

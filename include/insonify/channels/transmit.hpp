@@ -67,16 +67,16 @@ template <class Deferred = void>
 void check_transmit(const transmit& one, std::size_t number, std::uint32_t elements) {
     const std::string name = "transmit " + std::to_string(number) + ": ";
     if (one.delays.size() != elements)
-        throw usage_error{joined({name, "it has ", std::to_string(one.delays.size()), " delays for ",
-                                  std::to_string(elements), " elements; state one for each"})};
+        throw usage_error{name,           "it has ", one.delays.size(),
+                          " delays for ", elements,  " elements; state one for each"};
     if (!one.weights.empty() && one.weights.size() != elements)
-        throw usage_error{joined({name, "it has ", std::to_string(one.weights.size()), " weights for ",
-                                  std::to_string(elements), " elements; state one for each, or none"})};
+        throw usage_error{
+            name, "it has ", one.weights.size(), " weights for ", elements, " elements; state one for each, or none"};
     constexpr float max_delay = 1e-3F; // seconds: sound travels 1.5 m
     for (const float delay : one.delays)
         if (!is_finite(delay) || !(delay >= 0 && delay <= max_delay))
-            throw usage_error{joined({name, "a delay is ", number_text(delay),
-                                      " s; delays must be 0 to 1e-3 s: subtract the smallest from all"})};
+            throw usage_error{name, "a delay is ", delay,
+                              " s; delays must be 0 to 1e-3 s: subtract the smallest from all"};
     bool fires = one.weights.empty();
     for (const float weight : one.weights) {
         if (!is_finite(weight) || !(std::fabs(weight) <= 1))
@@ -85,8 +85,8 @@ void check_transmit(const transmit& one, std::size_t number, std::uint32_t eleme
         fires = fires || weight != 0;
     }
     if (!is_finite(one.angle) || !is_finite(one.source) || !is_finite(one.origin))
-        throw usage_error{joined({name, "`angle`, `source` and `origin` must be finite"})};
-    if (!fires) throw usage_error{joined({name, "all weights are 0; at least one element must fire"})};
+        throw usage_error{name, "`angle`, `source` and `origin` must be finite"};
+    if (!fires) throw usage_error{name, "all weights are 0; at least one element must fire"};
 }
 
 } // namespace detail
@@ -103,8 +103,7 @@ std::vector<transmit> plane_waves(const Array& array, std::uint32_t count, float
     array.check();
     if (count == 0) throw usage_error{"plane_waves: count is 0; it must be at least 1"};
     if (!is_finite(spread) || !(std::fabs(spread) <= 2 * detail::max_steering))
-        throw usage_error{detail::joined({"plane_waves: spread is ", detail::number_text(spread),
-                                          " rad; it must be at most 160 degrees: write 20_deg"})};
+        throw usage_error{"plane_waves: spread is ", spread, " rad; it must be at most 160 degrees: write 20_deg"};
     std::vector<transmit> made;
     for (std::uint32_t k = 0; k < count; ++k) {
         const float angle = count == 1 ? 0.0F : spread * (static_cast<float>(k) / static_cast<float>(count - 1) - 0.5F);

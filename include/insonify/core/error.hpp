@@ -5,7 +5,9 @@
 
 #include <insonify/core/config.hpp>
 #include <algorithm>
+#include <concepts>
 #include <cstddef>
+#include <cstdint>
 #include <cstdio>
 #include <initializer_list>
 #include <stdexcept>
@@ -14,29 +16,7 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// A file could not be read or written, or its content is invalid. The message names the file and the line or object.
-struct io_error : std::runtime_error {
-    using std::runtime_error::runtime_error;
-};
-
-/// An invalid mesh, pose or primitive. `validate` reports the defects of a mesh.
-struct geometry_error : std::runtime_error {
-    using std::runtime_error::runtime_error;
-};
-
-/// A setting that is out of range, or a call out of order, such as tracing a scene that was not built.
-struct usage_error : std::logic_error {
-    using std::logic_error::logic_error;
-};
-
 namespace detail {
-
-/// The parts of a message in one string. Compiles much faster than a sum of strings, which is inlined at every `throw`.
-inline std::string joined(std::initializer_list<std::string_view> parts) {
-    std::string whole;
-    for (const std::string_view part : parts) whole.append(part.data(), part.size());
-    return whole;
-}
 
 /// A number with up to so many significant digits and, in every locale, a decimal point.
 inline std::string number_text(float value, int digits = 4) {
@@ -46,6 +26,68 @@ inline std::string number_text(float value, int digits = 4) {
     std::replace(number.begin(), number.end(), ',', '.');
     return number;
 }
+
+/// A part of a message: text, or a number, which becomes text where the message is composed: so that a `throw` compiles
+/// to little code.
+class message_part {
+  public:
+    message_part(const char* text) : text_{text} {}
+    message_part(std::string_view text) : text_{text} {}
+    message_part(const std::string& text) : text_{text} {}
+    message_part(float number) : kind_{kind::fraction}, fraction_{number} {}
+    message_part(char) = delete; // neither text nor a number
+    message_part(bool) = delete;
+    template <std::integral Number>
+    message_part(Number number)
+        : kind_{number < 0 ? kind::negative : kind::count}, count_{static_cast<std::uint64_t>(number)} {}
+
+    void append_to(std::string& whole) const {
+        if (kind_ == kind::text) whole += text_;
+        if (kind_ == kind::count) whole += std::to_string(count_);
+        if (kind_ == kind::negative) whole += std::to_string(static_cast<std::int64_t>(count_));
+        if (kind_ == kind::fraction) whole += number_text(fraction_);
+    }
+
+  private:
+    enum class kind : std::uint8_t { text, count, negative, fraction };
+    kind kind_ = kind::text;
+    float fraction_ = 0;
+    std::uint64_t count_ = 0;
+    std::string_view text_{};
+};
+
+/// The parts of a message in one string.
+INSONIFY_COLD inline std::string joined(std::initializer_list<message_part> parts) {
+    std::string whole;
+    for (const message_part& part : parts) part.append_to(whole);
+    return whole;
+}
+
+/// An error with a message of parts: usage_error{"line ", 3, " has no sample"}.
+template <class Standard>
+struct composed_error : Standard {
+    using Standard::Standard;
+    INSONIFY_COLD composed_error(std::initializer_list<message_part> parts) : Standard{joined(parts)} {}
+};
+
+} // namespace detail
+
+/// A file could not be read or written, or its content is invalid. The message names the file and the line or object.
+struct io_error : detail::composed_error<std::runtime_error> {
+    using composed_error::composed_error;
+};
+
+/// An invalid mesh, pose or primitive. `validate` reports the defects of a mesh.
+struct geometry_error : detail::composed_error<std::runtime_error> {
+    using composed_error::composed_error;
+};
+
+/// A setting that is out of range, or a call out of order, such as tracing a scene that was not built.
+struct usage_error : detail::composed_error<std::logic_error> {
+    using composed_error::composed_error;
+};
+
+namespace detail {
 
 /// "3 holes", "1 hole".
 inline std::string counted(std::size_t count, const char* one, const char* many) {

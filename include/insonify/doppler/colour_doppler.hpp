@@ -46,8 +46,8 @@ struct doppler_settings {
             throw usage_error{"colour_doppler: `average_length` must be 0 to `depth` metres, such as 1_mm, and "
                               "`average_lines` 0 or more lines, such as 2"};
         if (box.first_line >= probe.lines || box.lines > probe.lines - box.first_line)
-            throw usage_error{detail::joined({"colour_doppler: the box must lie in the ", std::to_string(probe.lines),
-                                              " lines of the probe; lower `first_line` or `lines`"})};
+            throw usage_error{"colour_doppler: the box must lie in the ", probe.lines,
+                              " lines of the probe; lower `first_line` or `lines`"};
         if (!(box.from >= 0 && box.from < (box.to > 0 ? box.to : depth)) || !(box.to >= 0 && box.to <= depth))
             throw usage_error{"colour_doppler: the box must begin above its end, and end within the depth"};
     }

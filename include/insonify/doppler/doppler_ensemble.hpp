@@ -332,8 +332,7 @@ struct ensemble_settings {
     void check() const {
         check_depth(depth, "doppler");
         if (!is_finite(prf) || !(prf >= 1 && prf <= 1e6F))
-            throw usage_error{"doppler: the prf is " + detail::number_text(prf) +
-                              " Hz; it must be 1 Hz to 1 MHz, such as 4_kHz"};
+            throw usage_error{"doppler: the prf is ", prf, " Hz; it must be 1 Hz to 1 MHz, such as 4_kHz"};
         if (pulses < 1 || pulses > 1U << 20U || first > 1U << 24U)
             throw usage_error{"doppler: the number of pulses must be 1 to 2^20; 8 to 16 are usual for colour"};
         detail::check_planes(planes, "doppler");

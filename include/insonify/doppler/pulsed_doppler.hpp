@@ -36,9 +36,8 @@ struct spectrum_settings {
     /// @throws usage_error  for fewer pulses than a window has
     void check_pulses(std::size_t pulses) const {
         if (pulses < window)
-            throw usage_error{
-                detail::joined({"spectrum_of: ", std::to_string(pulses), " pulses are fewer than the window of ",
-                                std::to_string(window), "; lower it or raise the duration"})};
+            throw usage_error{"spectrum_of: ", pulses, " pulses are fewer than the window of ", window,
+                              "; lower it or raise the duration"};
     }
 
     friend bool operator==(const spectrum_settings&, const spectrum_settings&) = default;
@@ -160,15 +159,13 @@ struct pulsed_doppler_settings {
         probe.check();
         spectrum.check();
         if (line >= probe.lines)
-            throw usage_error{detail::joined({"pulsed_doppler: line ", std::to_string(line),
-                                              " is not one of the probe, which has ", std::to_string(probe.lines)})};
+            throw usage_error{"pulsed_doppler: line ", line, " is not one of the probe, which has ", probe.lines};
         check_length(gate, "gate", max_scan_depth, "pulsed_doppler");
         check_length(gate_length, "gate_length", max_scan_depth, "pulsed_doppler");
         if (depth != 0) check_depth(depth, "pulsed_doppler");
         if (depth != 0 && gate - 0.5F * gate_length >= depth)
-            throw usage_error{detail::joined({"pulsed_doppler: the gate is ", detail::number_text(gate * 1e3F),
-                                              " mm deep, below the end of the image at ",
-                                              detail::number_text(depth * 1e3F), " mm; raise it, or `depth`"})};
+            throw usage_error{"pulsed_doppler: the gate is ", gate * 1e3F, " mm deep, below the end of the image at ",
+                              depth * 1e3F, " mm; raise it, or `depth`"};
         if (!is_finite(duration) || !(duration * prf >= 1 && duration * prf <= 0x1p20F))
             throw usage_error{"pulsed_doppler: `duration` times `prf` must be 1 to 2^20 pulses; 1_s at 5_kHz is usual"};
     }

@@ -37,9 +37,13 @@ struct wall_filter {
     void check(std::size_t pulses) const {
         if (type == kind::none) return;
         if (std::uint64_t{order} + 2 > pulses)
-            throw usage_error{detail::joined({"wall_filter: order ", std::to_string(order), " needs at least ",
-                                              std::to_string(std::uint64_t{order} + 2), " pulses, not ",
-                                              std::to_string(pulses), "; lower it or raise the ensemble"})};
+            throw usage_error{"wall_filter: order ",
+                              order,
+                              " needs at least ",
+                              std::uint64_t{order} + 2,
+                              " pulses, not ",
+                              pulses,
+                              "; lower it or raise the ensemble"};
         if (type == kind::polynomial && order > 8)
             throw usage_error{"wall_filter: the order of a polynomial is at most 8; 1 or 2 is usual"};
         if (type == kind::fir && (order < 2 || order % 2 != 0 || !(cutoff > 0 && cutoff < 0.5F)))
@@ -75,11 +79,11 @@ std::vector<std::vector<double>> orthonormal_polynomials(std::size_t count, std:
 template <class Deferred = void>
 void check_ensemble(const iq_ensemble& echoes, const char* caller) {
     if (!is_finite(echoes.prf) || !(echoes.prf > 0))
-        throw usage_error{joined({caller, ": the prf must be a frequency above 0, such as 4_kHz"})};
+        throw usage_error{caller, ": the prf must be a frequency above 0, such as 4_kHz"};
     for (const iq_lines& each : echoes.pulses)
         if (each.count != echoes.pulses[0].count || each.samples != echoes.pulses[0].samples ||
             each.depth != echoes.pulses[0].depth || each.values.size() != std::size_t{each.count} * each.samples)
-            throw usage_error{joined({caller, ": all pulses must have the same lines, samples and depth"})};
+            throw usage_error{caller, ": all pulses must have the same lines, samples and depth"};
 }
 
 } // namespace detail

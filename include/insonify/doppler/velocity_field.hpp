@@ -64,7 +64,7 @@ struct pulsatile {
     /// @throws usage_error  for a setting out of range
     void check() const {
         if (!is_finite(heart_rate) || !(heart_rate >= 0) || !(heart_rate <= 20))
-            throw usage_error{"pulsatile: `heart_rate` is " + detail::number_text(heart_rate) +
+            throw usage_error{"pulsatile: `heart_rate` is ", heart_rate,
                               " Hz; it must be 0 (steady flow) to 20 beats per second, such as 1.2_Hz"};
         if (!(resistive_index >= 0 && resistive_index <= 2))
             throw usage_error{"pulsatile: `resistive_index` must be 0 (steady flow) to 2, such as 0.7"};
@@ -186,8 +186,8 @@ struct velocity_samples {
             throw usage_error{"velocity_samples: `size` must be at least 2 samples along each axis, and `steps` 1"};
         const std::size_t needed = std::size_t{size.x} * size.y * size.z * steps;
         if (velocities.size() != needed)
-            throw usage_error{detail::joined({"velocity_samples: `size` and `steps` need ", std::to_string(needed),
-                                              " velocities, not ", std::to_string(velocities.size())})};
+            throw usage_error{"velocity_samples: `size` and `steps` need ", needed, " velocities, not ",
+                              velocities.size()};
         if (!is_finite(lower) || !is_finite(spacing) || !(spacing.x > 0 && spacing.y > 0 && spacing.z > 0))
             throw usage_error{"velocity_samples: `lower` must be finite and `spacing` above 0, such as {1_mm, 1_mm, "
                               "1_mm}"};

@@ -55,8 +55,8 @@ class thread_pool {
     /// @throws usage_error  for more than `max_participants`
     void run(std::size_t count, std::uint32_t participants, function_ref<void(std::size_t index)> body) {
         if (participants > max_participants)
-            throw usage_error{joined({"threads(", std::to_string(participants),
-                                      "): at most 1024 threads; omit .threads(n) for one per processor"})};
+            throw usage_error{"threads(", participants,
+                              "): at most 1024 threads; omit .threads(n) for one per processor"};
         if (participants == 0) participants = processors_;
         job work{.count = count, .body = body};
         const auto helpers = static_cast<std::uint32_t>(std::min<std::size_t>(participants, count)) - (count > 0);

@@ -59,13 +59,13 @@ inline vec3 unit_across(vec3 direction) {
 /// @throws geometry_error  for a point that is not finite or too far away
 inline void check_shape_point(const std::string& shape, vec3 p) {
     if (!is_finite(p) || abs(p) != min(abs(p), vec3{max_translation}))
-        throw geometry_error{shape + ": coordinates must be finite and within 1000 km of the origin"};
+        throw geometry_error{shape, ": coordinates must be finite and within 1000 km of the origin"};
 }
 
 /// @throws geometry_error  for a length that is not above 0, or too large; `what` names it
 inline void check_shape_length(const std::string& shape, const std::string& what, float value) {
     if (!is_finite(value) || !(value > 0) || value > max_translation)
-        throw geometry_error{shape + ": the " + what + " must be above 0 and at most 1000 km"};
+        throw geometry_error{shape, ": the ", what, " must be above 0 and at most 1000 km"};
 }
 
 /// The places of all sections of a line. Their axes do not twist about it: they are carried along by parallel transport, and
@@ -76,16 +76,16 @@ inline std::vector<line_place> places_along(const std::vector<tube_section>& lin
                                             const std::string& caller) {
     const std::size_t count = line.size();
     if (count < 2 || count > (1U << 20U))
-        throw geometry_error{caller + ": `line` has " + std::to_string(count) + " points; give from 2 to 1048576"};
+        throw geometry_error{caller, ": `line` has ", count, " points; give from 2 to 1048576"};
     if (!is_finite(across))
-        throw geometry_error{caller + ": `across` is not finite; give a direction across the line, or 0"};
+        throw geometry_error{caller, ": `across` is not finite; give a direction across the line, or 0"};
     for (std::size_t i = 0; i < count; ++i) {
         check_shape_point(caller, line[i].centre);
         check_shape_length(caller, "first of the `radii`", line[i].radii.x);
         check_shape_length(caller, "second of the `radii`", line[i].radii.y);
-        if (!is_finite(line[i].turn)) throw geometry_error{caller + ": `turn` is not finite; give radians"};
+        if (!is_finite(line[i].turn)) throw geometry_error{caller, ": `turn` is not finite; give radians"};
         if (i > 0 && std::fabs(line[i].turn - line[i - 1].turn) > 0.5F * pi + 1e-4F)
-            throw geometry_error{caller + ": `turn` changes by more than a quarter turn at point " + std::to_string(i) +
+            throw geometry_error{caller, ": `turn` changes by more than a quarter turn at point ", i,
                                  "; add points in between"};
         if (i > 0)
             check_shape_length(caller, "distance between two points", length(line[i].centre - line[i - 1].centre));
@@ -96,8 +96,7 @@ inline std::vector<line_place> places_along(const std::vector<tube_section>& lin
         const vec3 before = i > 0 ? normalize(line[i].centre - line[i - 1].centre) : vec3{0, 0, 0};
         const vec3 after = i + 1 < count ? normalize(line[i + 1].centre - line[i].centre) : vec3{0, 0, 0};
         if (!(length(before + after) > 0.1F))
-            throw geometry_error{caller + ": the line turns back at point " + std::to_string(i) +
-                                 "; add points that round the bend"};
+            throw geometry_error{caller, ": the line turns back at point ", i, "; add points that round the bend"};
         places[i].along = normalize(before + after);
     }
     const vec3 wanted = across - dot(across, places[0].along) * places[0].along;

@@ -38,10 +38,15 @@ class implicit_lattice {
             const double cubes = std::ceil(static_cast<double>(box.size()[axis]) / static_cast<double>(cell)) + 2;
             points *= cubes + 1;
             if (points > max_points)
-                throw geometry_error{
-                    joined({"mesh_implicit: a box of ", number_text(box.size().x), " x ", number_text(box.size().y),
-                            " x ", number_text(box.size().z), " m has too many cells of ", number_text(cell),
-                            " m; at most 2^26 are possible: give a larger `cell` or a smaller box"})};
+                throw geometry_error{"mesh_implicit: a box of ",
+                                     box.size().x,
+                                     " x ",
+                                     box.size().y,
+                                     " x ",
+                                     box.size().z,
+                                     " m has too many cells of ",
+                                     cell,
+                                     " m; at most 2^26 are possible: give a larger `cell` or a smaller box"};
             count_[axis] = static_cast<std::uint32_t>(cubes) + 1;
         }
         // One layer of cubes around the box.
@@ -91,9 +96,13 @@ class implicit_lattice {
     float value_of(vec3 p) const {
         const float value = function_(p);
         if (!is_finite(value))
-            throw geometry_error{
-                joined({"mesh_implicit: the function gives NaN or an infinite value at {", number_text(p.x), ", ",
-                        number_text(p.y), ", ", number_text(p.z), "}; it must be finite in the whole box"})};
+            throw geometry_error{"mesh_implicit: the function gives NaN or an infinite value at {",
+                                 p.x,
+                                 ", ",
+                                 p.y,
+                                 ", ",
+                                 p.z,
+                                 "}; it must be finite in the whole box"};
         return value;
     }
     // Distance from the box, metres; below 0 inside.
@@ -332,10 +341,9 @@ mesh mesh_implicit(const Function& function, const aabb& box, float cell, const 
             "mesh_implicit: the box is empty or not finite; its `upper` must exceed its `lower`, within 1000 km of "
             "the origin"};
     if (!(cell > 0) || !is_finite(cell))
-        throw geometry_error{"mesh_implicit: `cell` is " + detail::number_text(cell) +
-                             "; it must be a length above 0, such as 1_mm"};
+        throw geometry_error{"mesh_implicit: `cell` is ", cell, "; it must be a length above 0, such as 1_mm"};
     if (!(settings.max_slope >= 0) || !is_finite(settings.max_slope))
-        throw geometry_error{"mesh_implicit: `max_slope` is " + detail::number_text(settings.max_slope) +
+        throw geometry_error{"mesh_implicit: `max_slope` is ", settings.max_slope,
                              "; it must be 0 (unknown) or a bound of the slope, such as 1 for distances"};
     const auto called = [&function](vec3 p) { return static_cast<float>(function(p)); };
     return detail::implicit_lattice{box, cell, called}.surface(settings.max_slope);

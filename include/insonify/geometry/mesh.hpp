@@ -76,8 +76,8 @@ inline void check_faces(const mesh_view& m, const std::string& named) {
         last = {std::max(last.x, face.x), std::max(last.y, face.y), std::max(last.z, face.z)};
     const std::uint32_t vertex = std::max(last.x, std::max(last.y, last.z));
     if (!m.faces.empty() && vertex >= m.positions.size())
-        throw geometry_error{joined({named, "a face names vertex ", std::to_string(vertex), ", but the mesh has ",
-                                     std::to_string(m.positions.size()), "; indices start at 0"})};
+        throw geometry_error{
+            named, "a face names vertex ", vertex, ", but the mesh has ", m.positions.size(), "; indices start at 0"};
 }
 
 /// One side of a face, as half of an edge: the half edges of one edge have equal `ends`, whatever their direction.

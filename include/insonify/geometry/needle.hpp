@@ -21,7 +21,7 @@ inline float needle_diameter(std::uint32_t gauge) {
                                    0.908_mm, 0.819_mm, 0.718_mm, 0.641_mm, 0.566_mm, 0.514_mm,
                                    0.464_mm, 0.413_mm, 0.362_mm, 0.337_mm, 0.312_mm};
     if (gauge < thickest || gauge > thinnest)
-        throw geometry_error{"needle_diameter: gauge " + std::to_string(gauge) +
+        throw geometry_error{"needle_diameter: gauge ", gauge,
                              " is not in the table; give one from 14 to 30, or the diameter itself to make_needle"};
     return diameters[gauge - thickest];
 }
@@ -47,17 +47,15 @@ inline mesh make_needle(float diameter, float length, const needle_settings& set
     detail::check_shape_length("make_needle", "diameter", diameter);
     detail::check_shape_length("make_needle", "length", length);
     if (!(settings.bevel >= 5_deg) || !(settings.bevel <= 90_deg))
-        throw geometry_error{"make_needle: `bevel` is " + std::to_string(settings.bevel) +
-                             " radians; it must be from 5_deg to 90_deg"};
+        throw geometry_error{"make_needle: `bevel` is ", settings.bevel, " radians; it must be from 5_deg to 90_deg"};
     if (settings.segments < 3 || settings.segments > 4096 || settings.segments_along < 1 ||
         settings.segments_along > 4096)
-        throw geometry_error{"make_needle: `segments` is " + std::to_string(settings.segments) + ", `segments_along` " +
-                             std::to_string(settings.segments_along) +
-                             "; they must be from 3 to 4096 and from 1 to 4096"};
+        throw geometry_error{"make_needle: `segments` is ", settings.segments, ", `segments_along` ",
+                             settings.segments_along, "; they must be from 3 to 4096 and from 1 to 4096"};
     const float radius = diameter / 2, per_width = 1 / std::tan(settings.bevel);
     if (!(length > 1.01F * diameter * per_width))
-        throw geometry_error{"make_needle: `length` is " + std::to_string(length) + " m, but the bevel alone is " +
-                             std::to_string(diameter * per_width) + " m long; give a longer needle or a steeper bevel"};
+        throw geometry_error{"make_needle: `length` is ", length, " m, but the bevel alone is ", diameter * per_width,
+                             " m long; give a longer needle or a steeper bevel"};
     const auto bevel_at = [&](float x) { return -(x + radius) * per_width; };
 
     // Both ends have a middle and, just within the rim, a ring that keeps normals interpolated over the rim near it.

@@ -599,7 +599,7 @@ class mesh_repair {
 template <class Deferred = void>
 repaired_mesh repair(const mesh_view& m, const repair_settings& settings = {}) {
     if (!(settings.weld_distance >= 0) || !(settings.weld_distance <= 0.01F))
-        throw usage_error{"repair: `weld_distance` is " + detail::number_text(settings.weld_distance) +
+        throw usage_error{"repair: `weld_distance` is ", settings.weld_distance,
                           " m; it must be from 0 to 0.01 m; write it as in 0.01_mm"};
     if (m.faces.empty())
         throw geometry_error{"repair: the mesh has no faces; check that the right file or object was read"};

@@ -27,8 +27,7 @@ namespace insonify::inline INSONIFY_ABI {
 inline mesh subdivide(const mesh& coarse) {
     const std::size_t faces = coarse.faces.size();
     if (faces > 0x0FFFFFFFU)
-        throw geometry_error{"subdivide: the mesh has " + std::to_string(faces) +
-                             " faces; at most 268435455 can be subdivided"};
+        throw geometry_error{"subdivide: the mesh has ", faces, " faces; at most 268435455 can be subdivided"};
     detail::check_faces(coarse, "subdivide: ");
 
     const std::vector<detail::half_edge> edges = detail::sorted_edges(coarse.faces);
@@ -56,7 +55,7 @@ namespace detail {
 /// @throws geometry_error  for more than ten
 inline void check_subdivisions(const std::string& shape, std::uint32_t count) {
     if (count > 10)
-        throw geometry_error{shape + ": " + std::to_string(count) +
+        throw geometry_error{shape, ": ", count,
                              " subdivisions are more than 10; each makes four times as many triangles"};
 }
 
@@ -100,7 +99,7 @@ inline void add_slab_faces(mesh& slab, std::uint32_t columns, std::uint32_t rows
 inline mesh checked_shape(const std::string& shape, mesh m) {
     for (const uvec3 f : m.faces)
         if (const vec3 a = m.positions[f.x], b = m.positions[f.y], c = m.positions[f.z]; a == b || b == c || c == a)
-            throw geometry_error{shape + ": vertices round to the same point; make the shape larger or coarser, " +
+            throw geometry_error{shape, ": vertices round to the same point; make the shape larger or coarser, ",
                                  "or build it at the origin and place it with a pose"};
     return m;
 }
@@ -164,10 +163,9 @@ inline mesh make_cylinder(vec3 from, vec3 to, float radius, std::uint32_t segmen
     detail::check_shape_length("make_cylinder", "radius", radius);
     detail::check_shape_length("make_cylinder", "distance between `from` and `to`", length(to - from));
     if (segments < 3 || segments > 1'000'000)
-        throw geometry_error{"make_cylinder: `segments` is " + std::to_string(segments) +
-                             "; it must be from 3 to 1,000,000"};
+        throw geometry_error{"make_cylinder: `segments` is ", segments, "; it must be from 3 to 1,000,000"};
     if (segments_along < 1 || segments_along > 1'000'000 || segments > (1U << 27U) / segments_along)
-        throw geometry_error{"make_cylinder: `segments_along` is " + std::to_string(segments_along) +
+        throw geometry_error{"make_cylinder: `segments_along` is ", segments_along,
                              "; it must be from 1 to 1,000,000, with at most 2^27 segments in all"};
 
     const vec3 size = abs(to - from);
@@ -212,12 +210,11 @@ struct tube_settings {
 /// @throws geometry_error  also where the line bends more sharply than the tube's radius, so that rings would cross
 inline mesh make_tube(const std::vector<tube_section>& line, const tube_settings& settings = {}) {
     if (settings.segments < 3 || settings.segments > 4096)
-        throw geometry_error{"make_tube: `segments` is " + std::to_string(settings.segments) +
-                             "; it must be from 3 to 4096"};
+        throw geometry_error{"make_tube: `segments` is ", settings.segments, "; it must be from 3 to 4096"};
     const std::vector<line_place> places = detail::places_along(line, settings.across, "make_tube");
     const std::size_t count = line.size();
     if (count > (1U << 27U) / settings.segments)
-        throw geometry_error{"make_tube: " + std::to_string(count) + " points of " + std::to_string(settings.segments) +
+        throw geometry_error{"make_tube: ", count, " points of ", settings.segments,
                              " segments are more than 2^27 in all; use fewer"};
 
     const bool round = settings.ends == tube_settings::end_shape::round;
@@ -246,8 +243,8 @@ inline mesh make_tube(const std::vector<tube_section>& line, const tube_settings
             if (i == 0) continue;
             const vec3 before = line[i - 1].centre + out_at(i - 1), step_out = tube.positions.back() - before;
             if (!(dot(step_out, line[i].centre - line[i - 1].centre) > 0))
-                throw geometry_error{"make_tube: the line bends more sharply than the radius of the tube at point " +
-                                     std::to_string(i) + "; make the bend wider or the tube thinner"};
+                throw geometry_error{"make_tube: the line bends more sharply than the radius of the tube at point ", i,
+                                     "; make the bend wider or the tube thinner"};
         }
         for (std::uint32_t ring = 1; ring < cap; ++ring) add_cap_ring(count - 1, step * static_cast<float>(ring), 1);
     }
@@ -270,7 +267,7 @@ struct sheet_point {
 inline mesh make_sheet(const std::vector<sheet_point>& points, std::uint32_t columns) {
     const std::size_t count = points.size(), rows = columns > 0 ? count / columns : 0;
     if (columns < 2 || rows < 2 || rows * columns != count || count > (1U << 26U))
-        throw geometry_error{"make_sheet: " + std::to_string(count) + " points in rows of " + std::to_string(columns) +
+        throw geometry_error{"make_sheet: ", count, " points in rows of ", columns,
                              "; give at least 2 full rows of at least 2 points, and at most 2^26 points"};
     for (const sheet_point& one : points) {
         detail::check_shape_point("make_sheet", one.at);
@@ -288,8 +285,8 @@ inline mesh make_sheet(const std::vector<sheet_point>& points, std::uint32_t col
             const vec3 along_column = at(row + 1 < rows ? row + 1 : row, column) - at(row > 0 ? row - 1 : 0, column);
             const vec3 normal = cross(along_row, along_column);
             if (!(length(normal) > 1e-4F * length(along_row) * length(along_column)))
-                throw geometry_error{"make_sheet: neighbours of the point in row " + std::to_string(row) + ", column " +
-                                     std::to_string(column) + " lie on one line; move the points apart"};
+                throw geometry_error{"make_sheet: neighbours of the point in row ", row, ", column ", column,
+                                     " lie on one line; move the points apart"};
             const std::size_t i = row * columns + column;
             normals[i] = normalize(normal);
             sheet.positions[i] = points[i].at + 0.5F * points[i].thickness * normals[i];
@@ -302,9 +299,8 @@ inline mesh make_sheet(const std::vector<sheet_point>& points, std::uint32_t col
                 const vec3 normal = cross(sheet.positions[first + columns + 1] - sheet.positions[first],
                                           sheet.positions[first + columns] - sheet.positions[first + 1]);
                 if (!(dot(normal, normals[a]) > 0))
-                    throw geometry_error{"make_sheet: the sheet bends more sharply than half its thickness in row " +
-                                         std::to_string(row) + ", column " + std::to_string(column) +
-                                         "; make it thinner or the bend wider"};
+                    throw geometry_error{"make_sheet: the sheet bends more sharply than half its thickness in row ",
+                                         row, ", column ", column, "; make it thinner or the bend wider"};
             }
     detail::add_slab_faces(sheet, columns, static_cast<std::uint32_t>(rows));
     return detail::checked_shape("make_sheet", std::move(sheet));

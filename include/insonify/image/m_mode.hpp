@@ -40,8 +40,7 @@ class m_mode {
     /// @throws usage_error  for a line that does not exist
     void add(const scan_lines& lines, std::uint32_t line) {
         if (line >= lines.count || lines.samples == 0)
-            throw usage_error{"m_mode: the line is " + std::to_string(line) + " of " + std::to_string(lines.count) +
-                              ", counted from 0"};
+            throw usage_error{"m_mode: the line is ", line, " of ", lines.count, ", counted from 0"};
         const uvec2 size{settings_.columns, settings_.rows != 0 ? settings_.rows : lines.samples};
         if (picture_.pixels.empty() || picture_.size != size || lines.depth != depth_) {
             detail::check_size(size, "m_mode");

@@ -157,8 +157,8 @@ scan_map map_pixels(const any_policy<false>& policy, const Probe& probe, const a
         const std::string depth = number_text(scan.depth);
         check_size(map.size, "scan_convert",
                    scan.depth >= 1 ? joined({"depth is ", depth, " m: did you mean ", depth, "_mm?"})
-                                   : joined({"the field of view is ", number_text(extent.x), " m wide and ",
-                                             number_text(extent.y), " m high; ask for fewer"}));
+                                   : joined({"the field of view is ", extent.x, " m wide and ", extent.y,
+                                             " m high; ask for fewer"}));
     }
     check_size(map.size, "scan_convert");
 

@@ -23,7 +23,7 @@ namespace insonify::inline INSONIFY_ABI::detail {
 inline void check_file_name(const std::string& path) {
     if (path.empty()) throw io_error{"the file name is empty; give a path"};
     if (path.find('\0') != std::string::npos)
-        throw io_error{path.substr(0, path.find('\0')) + ": the file name contains a null character; remove it"};
+        throw io_error{path.substr(0, path.find('\0')), ": the file name contains a null character; remove it"};
 }
 
 /// A word of a file for use in an error: without control characters, and at most 60 characters long.
@@ -40,7 +40,7 @@ inline std::filesystem::path path_of(const std::string& name) {
     try {
         return std::u8string{name.begin(), name.end()};
     } catch (const std::system_error&) {
-        throw io_error{printable(name) + ": the file name is not in UTF-8; encode it so"};
+        throw io_error{printable(name), ": the file name is not in UTF-8; encode it so"};
     }
 }
 
@@ -56,16 +56,16 @@ inline std::string read_file(const std::string& path) {
     check_file_name(path);
     std::error_code ignored;
     if (std::filesystem::is_directory(path_of(path), ignored))
-        throw io_error{path + ": this is a folder; give the path of a file"};
+        throw io_error{path, ": this is a folder; give the path of a file"};
     std::ifstream file{path_of(path), std::ios::binary};
-    if (!file) throw io_error{path + ": the file cannot be opened; check its name, its folder and its permissions"};
+    if (!file) throw io_error{path, ": the file cannot be opened; check its name, its folder and its permissions"};
     std::ostringstream content;
     content << file.rdbuf();
     if (content.bad() || file.bad())
-        throw io_error{path + ": reading failed before the end of the file; check the disk"};
+        throw io_error{path, ": reading failed before the end of the file; check the disk"};
     std::string text = std::move(content).str();
     if (is_utf16(text))
-        throw io_error{path + ": the text is in UTF-16; save it as UTF-8 (a text editor offers it as its encoding)"};
+        throw io_error{path, ": the text is in UTF-16; save it as UTF-8 (a text editor offers it as its encoding)"};
     if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);
     return text;
 }
@@ -73,13 +73,13 @@ inline std::string read_file(const std::string& path) {
 inline std::ofstream create_file(const std::string& path) {
     check_file_name(path);
     std::ofstream file{path_of(path), std::ios::binary};
-    if (!file) throw io_error{path + ": the file cannot be created; check that its folder exists and is writable"};
+    if (!file) throw io_error{path, ": the file cannot be created; check that its folder exists and is writable"};
     return file;
 }
 
 inline void close_file(std::ofstream& file, const std::string& path) {
     file.close();
-    if (!file) throw io_error{path + ": writing failed before the end of the file; check the free space on the disk"};
+    if (!file) throw io_error{path, ": writing failed before the end of the file; check the free space on the disk"};
 }
 
 /// @param values  of each pixel as many as `channels`, row by row
@@ -87,8 +87,7 @@ inline void write_png_values(const std::string& path, uvec2 size, std::size_t pi
                              std::size_t channels) {
     check_size(size, "write_png");
     if (pixels != static_cast<std::size_t>(size.x) * size.y)
-        throw usage_error{"write_png: size " + std::to_string(size.x) + 'x' + std::to_string(size.y) +
-                          " needs as many pixels, not " + std::to_string(pixels)};
+        throw usage_error{"write_png: size ", size.x, "x", size.y, " needs as many pixels, not ", pixels};
     std::vector<unsigned char> bytes(channels * pixels);
     std::transform(values, values + bytes.size(), bytes.begin(), [](float value) {
         return static_cast<unsigned char>(is_number(value) ? clamp(value, 0, 1) * 255 + 0.5F : 0.0F);
@@ -99,7 +98,7 @@ inline void write_png_values(const std::string& path, uvec2 size, std::size_t pi
     };
     const int columns = static_cast<int>(size.x), rows = static_cast<int>(size.y), each = static_cast<int>(channels);
     if (stb::stbi_write_png_to_func(write, &file, columns, rows, each, bytes.data(), columns * each) == 0)
-        throw io_error{path + ": compression failed; check the free memory"};
+        throw io_error{path, ": compression failed; check the free memory"};
     close_file(file, path);
 }
 

@@ -124,8 +124,12 @@ inline obj_libraries read_libraries(const std::string& path, const std::vector<n
         if (names.size() > 1 && is_one) names = {line.name};
         for (const std::string& name : names) {
             if (forbidden(name))
-                throw io_error{path + ":" + std::to_string(line.line) + ": the material library '" + printable(name) +
-                               "' is outside the folder of the file and is not opened; move it there, or allow it: " +
+                throw io_error{path,
+                               ":",
+                               line.line,
+                               ": the material library '",
+                               printable(name),
+                               "' is outside the folder of the file and is not opened; move it there, or allow it: ",
                                "{.libraries = obj_settings::library_access::anywhere}"};
             const std::u8string library = (folder / path_of(name)).u8string();
             if (exists(name))
@@ -185,18 +189,24 @@ inline void check_spelling(const obj_material& entry, const std::string& name) {
             std::find(std::begin(medium_keys), std::end(medium_keys), written) == std::end(medium_keys))
             for (const std::string_view key : medium_keys)
                 if (edits_between(written, key) <= 2)
-                    throw io_error{joined({entry.source, ":", std::to_string(value.line), ": newmtl ", name,
-                                           ": there is no key '", printable(written), "'; did you mean ", key, "?"})};
+                    throw io_error{entry.source,
+                                   ":",
+                                   value.line,
+                                   ": newmtl ",
+                                   name,
+                                   ": there is no key '",
+                                   printable(written),
+                                   "'; did you mean ",
+                                   key,
+                                   "?"};
 }
 
 /// @throws io_error  for values that are those of a medium in other units
 inline void check_units(const medium& m, const std::string& source) {
     if (m.sound_speed > 0 && m.sound_speed < 20)
-        throw io_error{joined({source, "sound_speed is ", number_text(m.sound_speed), " m/s; did you mean ",
-                               number_text(1000 * m.sound_speed), "?"})};
+        throw io_error{source, "sound_speed is ", m.sound_speed, " m/s; did you mean ", 1000 * m.sound_speed, "?"};
     if (m.density > 0.5F && m.density < 30 && m.sound_speed > 700) // no gas
-        throw io_error{joined({source, "density is ", number_text(m.density), " kg/m^3; did you mean ",
-                               number_text(1000 * m.density), "?"})};
+        throw io_error{source, "density is ", m.density, " kg/m^3; did you mean ", 1000 * m.density, "?"};
 }
 
 /// The medium with a name that `usemtl` refers to.
@@ -211,7 +221,7 @@ inline obj_medium find_medium(const std::string& path, const named_line& wanted,
         return found != entry->second.values.end() ? &found->second : nullptr;
     };
     const auto place = [&](std::uint32_t line) {
-        return joined({entry->second.source, ":", std::to_string(line), ": newmtl ", name, ": "});
+        return joined({entry->second.source, ":", line, ": newmtl ", name, ": "});
     };
     // The numbers of a text, if there are `count` and nothing else.
     const auto numbers = [](const obj_value& value, std::size_t count) {
@@ -227,7 +237,7 @@ inline obj_medium find_medium(const std::string& path, const named_line& wanted,
         if (!text) return {};
         const std::vector<float> number = numbers(*text, 1);
         if (number.empty())
-            throw io_error{place(text->line) + key + " is '" + printable(text->text) +
+            throw io_error{place(text->line), key, " is '", printable(text->text),
                            "', which is not a number; give the number without a unit"};
         return number[0];
     };
@@ -235,9 +245,16 @@ inline obj_medium find_medium(const std::string& path, const named_line& wanted,
     const std::optional<medium> known = tissue::find(wanted.name);
     const std::optional<float> density = value("density"), sound_speed = value("sound_speed");
     if (!known && !(density && sound_speed))
-        throw io_error{path + ":" + std::to_string(wanted.line) + ": the medium '" + name +
-                       "' is unknown: use the name of a tissue (`tissue::all` lists them), or give density and " +
-                       "sound_speed under 'newmtl " + name + "' in the material library" + libraries.missing +
+        throw io_error{path,
+                       ":",
+                       wanted.line,
+                       ": the medium '",
+                       name,
+                       "' is unknown: use the name of a tissue (`tissue::all` lists them), or give density and ",
+                       "sound_speed under 'newmtl ",
+                       name,
+                       "' in the material library",
+                       libraries.missing,
                        suggest_medium(wanted.name, libraries)};
 
     obj_medium found{.inside = density && sound_speed ? medium{} : *known};
@@ -253,33 +270,33 @@ inline obj_medium find_medium(const std::string& path, const named_line& wanted,
     if (const obj_value* const like = written("structure")) {
         const std::optional<medium> other = tissue::find(like->text);
         if (!other && like->text != "none")
-            throw io_error{place(like->line) + "structure is '" + printable(like->text) +
-                           "'; give the name of a tissue whose structure it has (`tissue::all` lists them), or none" +
+            throw io_error{place(like->line), "structure is '", printable(like->text),
+                           "'; give the name of a tissue whose structure it has (`tissue::all` lists them), or none",
                            suggest_medium(like->text, {})};
         m.structure = other ? other->structure : structure{};
     }
     if (!is_listed) return found;
     if (!is_valid(m))
-        throw io_error{place(entry->second.line) +
+        throw io_error{place(entry->second.line),
                        "density and sound_speed must be above 0, the other values not negative, and all in range"};
     check_units(m, place(entry->second.line));
     const float priority = value("priority").value_or(0);
     if (priority != std::round(priority) || std::fabs(priority) > 1e6F)
-        throw io_error{place(written("priority")->line) + "priority must be a whole number from -1000000 to 1000000"};
+        throw io_error{place(written("priority")->line), "priority must be a whole number from -1000000 to 1000000"};
     found.priority = static_cast<int>(priority);
     if (const obj_value* const direction = written("fibres")) {
         const std::vector<float> along = numbers(*direction, 3);
         if (along.empty() || (along[0] == 0 && along[1] == 0 && along[2] == 0))
-            throw io_error{place(direction->line) + "fibres is '" + printable(direction->text) +
+            throw io_error{place(direction->line), "fibres is '", printable(direction->text),
                            "'; give three numbers that are not all 0, the direction in the coordinates of the file, "
                            "such as 0 0 1"};
         found.fibres = vec3{along[0], along[1], along[2]};
     }
     if (const auto degrees = value("pennation")) {
         if (std::fabs(*degrees) > 90)
-            throw io_error{place(written("pennation")->line) + "pennation must be from -90 to 90 degrees"};
+            throw io_error{place(written("pennation")->line), "pennation must be from -90 to 90 degrees"};
         if (found.fibres)
-            throw io_error{place(written("pennation")->line) +
+            throw io_error{place(written("pennation")->line),
                            "it has fibres and pennation; keep the one that is known"};
         found.pennation = *degrees * 1_deg;
     }
@@ -311,9 +328,9 @@ inline mesh repaired(mesh surface, const obj_settings& settings, const std::stri
 }
 
 inline obj_content read_obj(const std::string& path, float unit) {
-    if (unit == 0) throw usage_error{path + ": OBJ files have no unit of length; give it: {.unit = 1_mm}"};
+    if (unit == 0) throw usage_error{path, ": OBJ files have no unit of length; give it: {.unit = 1_mm}"};
     if (!is_finite(unit) || !(unit > 0))
-        throw usage_error{path + ": the unit must be finite and above 0, as in {.unit = 1_mm}"};
+        throw usage_error{path, ": the unit must be finite and above 0, as in {.unit = 1_mm}"};
 
     obj_content content{.text = read_obj_text(path, read_file(path))};
     std::istringstream stream{std::exchange(content.text.rewritten, {})};
@@ -323,17 +340,17 @@ inline obj_content read_obj(const std::string& path, float unit) {
     };
     std::string warnings, errors;
     if (!loader::LoadObjWithCallback(stream, vertices, &content.positions, nullptr, &warnings, &errors))
-        throw io_error{path + ": tinyobjloader cannot read the file: " + errors};
+        throw io_error{path, ": tinyobjloader cannot read the file: ", errors};
     for (std::size_t i = 0; i < content.positions.size(); ++i) {
         content.positions[i] *= unit;
         if (!is_finite(content.positions[i]))
-            throw io_error{path + ":" + std::to_string(content.text.vertex_lines[i]) +
+            throw io_error{path, ":", content.text.vertex_lines[i],
                            ": a coordinate of this vertex is too large; check the file and its unit"};
     }
     const std::uint32_t* corners = content.text.corners.data();
     for (const obj_polygon& one : content.text.polygons) {
         if (!triangulate(content.positions, {corners, one.corners}, one.line, content.faces))
-            throw io_error{path + ":" + std::to_string(one.line) +
+            throw io_error{path, ":", one.line,
                            ": this polygon cannot be triangulated; triangulate the mesh before exporting it"};
         corners += one.corners;
     }
@@ -360,7 +377,7 @@ mesh load_obj(const std::string& path, const obj_settings& settings) {
 
 scene load_obj_scene(const std::string& path, const obj_settings& settings, std::vector<std::string>& notes) {
     if (!(std::fabs(settings.pennation) <= pi / 2 + 1e-6F))
-        throw usage_error{path + ": `pennation` is " + detail::number_text(settings.pennation) +
+        throw usage_error{path, ": `pennation` is ", settings.pennation,
                           " radians; it must be from -pi/2 to pi/2; write it as in 20_deg"};
     scene loaded{settings.background};
     const detail::obj_content content = detail::read_obj(path, settings.unit);
@@ -374,8 +391,7 @@ scene load_obj_scene(const std::string& path, const obj_settings& settings, std:
     bool is_turned = false;
     for (detail::obj_object& one : objects) {
         const detail::obj_medium found = detail::find_medium(path, one.medium_of(content), libraries);
-        const std::string whose =
-            detail::joined({path, ":", std::to_string(one.line), ": object '", detail::printable(one.name), "'"});
+        const std::string whose = detail::joined({path, ":", one.line, ": object '", detail::printable(one.name), "'"});
         mesh surface =
             detail::repaired(detail::select_faces(content.positions, std::move(one.faces)), settings, whose, notes);
         if (surface.faces.empty()) {
@@ -407,7 +423,7 @@ void write_drawing(const std::string& path, const std::vector<drawn_object>& obj
         bool valid = std::accumulate(one.polylines.begin(), one.polylines.end(), std::uint64_t{0}) <= vertices;
         for (const uvec3& f : one.faces) valid = valid && std::max({f.x, f.y, f.z}) < vertices;
         if (!valid)
-            throw usage_error{"write_drawing: object '" + one.name +
+            throw usage_error{"write_drawing: object '", one.name,
                               "' has a face or polyline with a vertex index out of range"};
     }
     std::ofstream file = detail::create_file(path);

@@ -124,15 +124,13 @@ struct obj_text {
 
 /// @throws io_error  naming the line, for malformed numbers and indices out of range
 inline obj_text read_obj_text(const std::string& path, std::string_view text) {
-    if (text.empty()) throw io_error{path + ": the file is empty"};
+    if (text.empty()) throw io_error{path, ": the file is empty"};
     obj_text obj;
     obj.parts.emplace_back();
     obj_line now;                                                        // what applies to the next face
     std::map<std::pair<std::uint32_t, std::string>, std::size_t> groups; // by number of the object and name
     for_each_line(text, [&](std::uint32_t line, std::string_view keyword, std::string_view rest) {
-        const auto fault = [&](const std::string& sentence) {
-            return io_error{path + ":" + std::to_string(line) + ": " + sentence};
-        };
+        const auto fault = [&](const std::string& sentence) { return io_error{path, ":", line, ": ", sentence}; };
         if (keyword == "v") {
             obj.rewritten.push_back('v');
             for (int axis = 0; axis < 3; ++axis) {
@@ -187,11 +185,11 @@ inline obj_text read_obj_text(const std::string& path, std::string_view text) {
         }
     });
     if (obj.lines.empty() && obj.vertex_lines.empty())
-        throw io_error{path +
+        throw io_error{path,
                        ": the file has no faces (lines starting with 'f') and no vertices ('v'): is it a Wavefront OBJ "
                        "file? Export it as one"};
     if (obj.lines.empty())
-        throw io_error{path + ": the file has no faces (lines starting with 'f'); export it as a mesh"};
+        throw io_error{path, ": the file has no faces (lines starting with 'f'); export it as a mesh"};
     return obj;
 }
 
@@ -315,8 +313,11 @@ inline std::vector<obj_object> divide_into_objects(const std::string& path, cons
     for (const obj_face& face : content.faces) {
         const obj_line& its = content.text.lines[face.line];
         if (its.medium < 0)
-            throw io_error{path + ":" + std::to_string(face.line) + ": the face of object '" +
-                           printable(name_of(content.text.parts[its.part])) +
+            throw io_error{path,
+                           ":",
+                           face.line,
+                           ": the face of object '",
+                           printable(name_of(content.text.parts[its.part])),
                            "' has no medium; add a line such as 'usemtl muscle' before it"};
         const auto [place, is_new] = known.try_emplace({its.part, its.medium}, objects.size());
         if (is_new) objects.push_back({.part = its.part, .medium = its.medium, .line = face.line});
@@ -358,7 +359,7 @@ inline void join_split_bodies(const std::string& path, const obj_content& conten
                 first_of_rest.push_back(parts[0]);
                 continue;
             }
-            notes.push_back(joined({path, ":", std::to_string(objects[parts[1]].line), ": the groups '",
+            notes.push_back(joined({path, ":", objects[parts[1]].line, ": the groups '",
                                     printable(content.text.parts[objects[parts[0]].part].group), "' and '",
                                     printable(content.text.parts[objects[parts[1]].part].group),
                                     "' belong to one surface, and are joined"}));
@@ -368,9 +369,15 @@ inline void join_split_bodies(const std::string& path, const obj_content& conten
         if (first_of_rest.size() < 2 || open_edges(content, rest) > 0) continue;
         const obj_object &one = objects[first_of_rest[0]], &other = objects[first_of_rest[1]];
         throw io_error{
-            path + ":" + std::to_string(std::max(one.line, other.line)) + ": the closed surface of object '" +
-            printable(name_of(content.text.parts[one.part])) + "' has faces in two media, '" +
-            printable(one.medium_of(content).name) + "' and '" + printable(other.medium_of(content).name) +
+            path,
+            ":",
+            std::max(one.line, other.line),
+            ": the closed surface of object '",
+            printable(name_of(content.text.parts[one.part])),
+            "' has faces in two media, '",
+            printable(one.medium_of(content).name),
+            "' and '",
+            printable(other.medium_of(content).name),
             "', but a body has one; give all its faces the same medium, or export a closed surface for each"};
     }
     std::erase_if(objects, [](const obj_object& one) { return one.faces.empty(); });
@@ -398,8 +405,8 @@ inline void name_objects(const std::string& path, const obj_content& content, st
         do name = one.name + "." + std::to_string(++number);
         while (meant.contains(name) || taken.contains(name));
         taken.insert(name);
-        notes.push_back(joined({path, ":", std::to_string(one.line), ": there are several objects of the name '",
-                                printable(one.name), "'; this one is called '", printable(name), "'"}));
+        notes.push_back(joined({path, ":", one.line, ": there are several objects of the name '", printable(one.name),
+                                "'; this one is called '", printable(name), "'"}));
         one.name = std::move(name);
     }
 }

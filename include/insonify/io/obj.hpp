@@ -118,7 +118,7 @@ void write_debug_obj(const std::string& path, const scene& body, const Probe& pr
     probe.check();
     detail::check_rigid(at, "write_debug_obj", "the pose of the probe");
     if (probe.lines > 65536)
-        throw usage_error{"write_debug_obj: " + std::to_string(probe.lines) + " lines are more than 65536; draw fewer"};
+        throw usage_error{"write_debug_obj: ", probe.lines, " lines are more than 65536; draw fewer"};
     check_depth(depth, "write_debug_obj");
 
     const auto point = [&](float line, float along) { return at.point(probe.beam(line).at(along)); };

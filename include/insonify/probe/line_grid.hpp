@@ -53,8 +53,7 @@ namespace detail {
 template <class Value>
 void check_echoes(const line_grid<Value>& echoes, std::uint32_t lines, const char* caller) {
     if (echoes.count != lines || echoes.samples == 0 || echoes.values.size() != std::size_t{lines} * echoes.samples)
-        throw usage_error{
-            joined({caller, ": the echoes must have as many lines as the probe, and a value for every sample"})};
+        throw usage_error{caller, ": the echoes must have as many lines as the probe, and a value for every sample"};
 }
 
 } // namespace detail

@@ -75,8 +75,7 @@ class probe_lines {
     /// @throws usage_error  for a setting out of range, or more than `max_lines` lines
     template <transducer Probe>
     void assign(const Probe& probe) {
-        if (probe.lines > max_lines)
-            throw usage_error{"probe: lines is " + std::to_string(probe.lines) + "; at most 2^24 can be traced"};
+        if (probe.lines > max_lines) throw usage_error{"probe: lines is ", probe.lines, "; at most 2^24 can be traced"};
         const probe_settings stated{probe};
         lines_.resize(probe.lines);
         for (std::uint32_t i = 0; i < probe.lines; ++i) {

@@ -39,7 +39,7 @@ inline void check_length(float metres, const char* setting, float max = max_aper
     if (is_finite(metres) && metres >= 1e-9F && metres <= (1 + rounding) * max) return;
     const std::string text = detail::number_text(metres);
     if (is_finite(metres) && metres > max && 1e-3F * metres <= max)
-        throw usage_error{detail::joined({owner, ": ", setting, " is ", text, " m: did you mean ", text, "_mm?"})};
+        throw usage_error{owner, ": ", setting, " is ", text, " m: did you mean ", text, "_mm?"};
     throw usage_error{detail::joined(
         {owner, ": ", setting, " is ", text, " m; it must be from 1 nm to ", detail::number_text(max), " m"})};
 }
@@ -52,8 +52,8 @@ inline void check_frequency(float hertz, const char* owner = "probe") {
     if (is_finite(hertz) && hertz >= min_frequency && hertz <= max_frequency) return;
     const std::string text = detail::number_text(hertz);
     if (is_finite(hertz) && hertz < min_frequency && 1e6F * hertz >= min_frequency)
-        throw usage_error{detail::joined({owner, ": frequency is ", text, " Hz: did you mean ", text, "_MHz?"})};
-    throw usage_error{detail::joined({owner, ": frequency is ", text, " Hz; it must be from 1 kHz to 10 GHz"})};
+        throw usage_error{owner, ": frequency is ", text, " Hz: did you mean ", text, "_MHz?"};
+    throw usage_error{owner, ": frequency is ", text, " Hz; it must be from 1 kHz to 10 GHz"};
 }
 
 /// @param max  radians
@@ -63,9 +63,8 @@ inline void check_angle(float radians, const char* setting, float max, const cha
     const float degrees = 180 / pi * max;
     const std::string text = detail::number_text(radians);
     if (is_finite(radians) && radians > max && radians <= degrees)
-        throw usage_error{detail::joined({owner, ": ", setting, " is ", text, " rad: did you mean ", text, "_deg?"})};
-    throw usage_error{detail::joined({owner, ": ", setting, " is ", text, " rad; it must be from 1e-9 rad to ",
-                                      detail::number_text(degrees), "_deg"})};
+        throw usage_error{owner, ": ", setting, " is ", text, " rad: did you mean ", text, "_deg?"};
+    throw usage_error{owner, ": ", setting, " is ", text, " rad; it must be from 1e-9 rad to ", degrees, "_deg"};
 }
 
 /// A probe: scan lines in the slice plane y = 0 of the probe frame.
@@ -156,7 +155,7 @@ struct stated_settings {
         check_length(elevation_focus, "elevation_focus", max_scan_depth);
         check_positive(bandwidth, "bandwidth");
         if (!(side_lobes >= 0 && side_lobes <= 0.2F))
-            throw usage_error{"probe: side_lobes is " + number_text(side_lobes) +
+            throw usage_error{"probe: side_lobes is ", side_lobes,
                               "; it must be an amplitude of 0 (none) to 0.2, and 0.047 (-26.5 dB) is that of a "
                               "rectangular aperture"};
     }
@@ -257,8 +256,7 @@ struct steered : Probe {
     /// @throws usage_error  naming a setting that is out of range
     void check() const {
         if (!(std::fabs(steering) <= 45_deg)) // first: the F-number depends on it
-            throw usage_error{"steered: the angle is " + detail::number_text(steering * 180 / pi) +
-                              "_deg; it must be from -45_deg to 45_deg"};
+            throw usage_error{"steered: the angle is ", steering * 180 / pi, "_deg; it must be from -45_deg to 45_deg"};
         Probe::check();
     }
 

@@ -29,14 +29,12 @@ namespace detail {
 
 /// A point as text, in millimetres.
 inline std::string point_text(vec3 point) {
-    return joined({"(", number_text(point.x * 1e3F), ", ", number_text(point.y * 1e3F), ", ",
-                   number_text(point.z * 1e3F), ") mm"});
+    return joined({"(", point.x * 1e3F, ", ", point.y * 1e3F, ", ", point.z * 1e3F, ") mm"});
 }
 
 [[noreturn]] inline void throw_folded(vec3 near) {
-    throw geometry_error{
-        joined({"deform: the map folds over near ", point_text(near),
-                ": tissue would be turned inside out; displace it by less, or over a longer distance"})};
+    throw geometry_error{"deform: the map folds over near ", point_text(near),
+                         ": tissue would be turned inside out; displace it by less, or over a longer distance"};
 }
 
 /// Where the map puts a point. @throws geometry_error  for a result that is not finite
@@ -44,8 +42,8 @@ template <deformation_map Map>
 vec3 deformed_point(const Map& map, vec3 rest) {
     const vec3 now = map(rest);
     if (!is_finite(now))
-        throw geometry_error{
-            joined({"deform: the map gives a point that is not finite for ", point_text(rest), "; check its formula"})};
+        throw geometry_error{"deform: the map gives a point that is not finite for ", point_text(rest),
+                             "; check its formula"};
     return now;
 }
 

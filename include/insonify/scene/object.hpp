@@ -51,7 +51,7 @@ inline std::string named(const std::string& name, object_id id) {
 /// @throws usage_error  for a point that is not finite
 inline void check_point(vec3 point, const char* caller) {
     if (!is_finite(point))
-        throw usage_error{std::string{caller} + ": the point is not finite; give three numbers of metres"};
+        throw usage_error{std::string{caller}, ": the point is not finite; give three numbers of metres"};
 }
 
 /// @param what  begins the message, such as "scene: the background"
@@ -59,16 +59,16 @@ inline void check_point(vec3 point, const char* caller) {
 inline void check_medium(const medium& m, const std::string& what) {
     const auto check_length = [&](const char* name, float metres) {
         if (!(metres >= 0 && metres <= 1))
-            throw usage_error{joined({what, " has a `structure.sheath.", name, "` of ", number_text(metres),
-                                      " m; it must be 0 to 1 m, such as 20_mm"})};
+            throw usage_error{
+                what, " has a `structure.sheath.", name, "` of ", metres, " m; it must be 0 to 1 m, such as 20_mm"};
     };
     check_length("thickness", m.structure.sheath.thickness);
     check_length("insertion", m.structure.sheath.insertion);
     if (!is_valid(m.structure))
-        throw usage_error{what + " has a `structure` out of range: sizes must be above 0, fractions 0 to 1, "
-                                 "`lattices` 1 to 6, deviations 0 to 40 dB, bundles no wider than their spacing"};
+        throw usage_error{what, " has a `structure` out of range: sizes must be above 0, fractions 0 to 1, "
+                                "`lattices` 1 to 6, deviations 0 to 40 dB, bundles no wider than their spacing"};
     if (!is_valid(m))
-        throw usage_error{what + " needs a density and a sound speed above 0, and every value finite and not below 0"};
+        throw usage_error{what, " needs a density and a sound speed above 0, and every value finite and not below 0"};
 }
 
 /// The first vertex that is not finite; their number where there is none.
@@ -80,22 +80,22 @@ inline std::size_t find_not_finite(const std::vector<vec3>& positions) {
 /// @throws geometry_error  for a frame in which a vertex of an object is not finite
 [[noreturn]] inline void refuse_frame(const object& one, std::size_t vertex) {
     throw geometry_error{
-        joined({named(one.name, one.id), ": vertex ", std::to_string(vertex),
-                " was moved to a point that is not finite; all objects are back where they were before: check the "
-                "simulation, or the formula, that moved it"})};
+        named(one.name, one.id), ": vertex ", vertex,
+        " was moved to a point that is not finite; all objects are back where they were before: check the "
+        "simulation, or the formula, that moved it"};
 }
 
 /// Checks the arguments of `scene::add`, which documents what is thrown.
 inline void check_object(const mesh& surface, const medium& inside, const object_settings& settings, object_id id) {
     const std::string who = named(settings.name, id) + ": ";
     check_medium(inside, who + "its medium");
-    if (!is_rigid(settings.at)) throw geometry_error{who + "its pose is not a rigid transform; scale the mesh instead"};
+    if (!is_rigid(settings.at)) throw geometry_error{who, "its pose is not a rigid transform; scale the mesh instead"};
     if (!settings.fibres.varies() && !is_finite(settings.fibres({0, 0, 0})))
-        throw geometry_error{who + "the direction of its fibres is not finite; give three numbers, or leave it out"};
+        throw geometry_error{who, "the direction of its fibres is not finite; give three numbers, or leave it out"};
     if (!settings.layer_normal.varies() && !is_finite(settings.layer_normal({0, 0, 0})))
-        throw geometry_error{who + "the normal of its layers is not finite; give three numbers, or leave it out"};
+        throw geometry_error{who, "the normal of its layers is not finite; give three numbers, or leave it out"};
     if (!(settings.crease_angle >= 0) || !(settings.crease_angle <= pi))
-        throw usage_error{who + "`crease_angle` is " + std::to_string(settings.crease_angle) +
+        throw usage_error{who, "`crease_angle` is ", settings.crease_angle,
                           " radians; it must be from 0 (every face is flat) to pi; write it as in 30_deg"};
     check_faces(surface, who);
     if (const std::size_t vertex = find_not_finite(surface.positions); vertex < surface.positions.size())

@@ -71,8 +71,7 @@ inline void check_ray(const ray& r, const char* caller) {
     if (!is_finite(r.origin) || !is_finite(r.direction) || !(max(along.x, max(along.y, along.z)) > 1e-30F) ||
         !is_number(r.min_distance) || !is_number(r.max_distance))
         throw usage_error{
-            joined({caller,
-                    ": the ray needs a finite origin, a finite direction that is not 0, and limits that are not NaN"})};
+            caller, ": the ray needs a finite origin, a finite direction that is not 0, and limits that are not NaN"};
 }
 
 /// Follows a straight line through the media of a scene: in_layer(length, stretch) is called for each layer, metres and

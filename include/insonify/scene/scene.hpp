@@ -343,9 +343,8 @@ class scene {
         const auto found = std::lower_bound(objects_.begin(), objects_.end(), id,
                                             [](const object& one, object_id wanted) { return one.id < wanted; });
         if (found == objects_.end() || found->id != id)
-            throw usage_error{
-                detail::joined({"scene: no object has the id ", std::to_string(static_cast<std::uint32_t>(id)),
-                                "; use the id that `add` or `find` returned, of an object that was not removed"})};
+            throw usage_error{"scene: no object has the id ", static_cast<std::uint32_t>(id),
+                              "; use the id that `add` or `find` returned, of an object that was not removed"};
         return static_cast<std::size_t>(found - objects_.begin());
     }
 

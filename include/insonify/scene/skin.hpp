@@ -221,8 +221,7 @@ skin_place add_skin(scene& body, const Probe& probe, const pose& at, const skin_
         lowest = std::min(lowest, one.priority);
     }
     if (highest > max_priority || lowest < -max_priority)
-        throw usage_error{"add_skin: the priority of an object is " +
-                          std::to_string(highest > max_priority ? highest : lowest) +
+        throw usage_error{"add_skin: the priority of an object is ", highest > max_priority ? highest : lowest,
                           "; use -1000000 to 1000000, so that there is room above and below"};
     if (is_full_circle(probe))
         throw usage_error{"add_skin: a probe that looks out of a full circle does not stand on skin"};

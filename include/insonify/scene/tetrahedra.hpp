@@ -58,15 +58,12 @@ struct tetrahedral_mesh {
             aabb box;
             for (const std::uint32_t node : cells[i]) {
                 if (node >= rest.size())
-                    throw geometry_error{
-                        joined({"tetrahedra: tetrahedron ", std::to_string(i), " names node ", std::to_string(node),
-                                ", but there are ", std::to_string(rest.size()), "; indices start at 0"})};
+                    throw geometry_error{"tetrahedra: tetrahedron ", i,           " names node ",        node,
+                                         ", but there are ",         rest.size(), "; indices start at 0"};
                 box = merged(box, rest[node]);
             }
             const float volume = signed_volume(rest, cells[i]);
-            if (volume == 0)
-                throw geometry_error{
-                    joined({"tetrahedra: tetrahedron ", std::to_string(i), " has no volume at rest; remove it"})};
+            if (volume == 0) throw geometry_error{"tetrahedra: tetrahedron ", i, " has no volume at rest; remove it"};
             orientation.push_back(volume > 0 ? 1.0F : -1.0F);
             boxes_.push_back(box);
         }
@@ -169,14 +166,12 @@ class tetrahedra {
     template <class Deferred = void>
     void check() const {
         for (std::size_t i = 0; i < nodes_.size(); ++i)
-            if (!is_finite(nodes_[i]))
-                throw geometry_error{
-                    detail::joined({"deform: node ", std::to_string(i), " of the tetrahedra is not finite"})};
+            if (!is_finite(nodes_[i])) throw geometry_error{"deform: node ", i, " of the tetrahedra is not finite"};
         for (std::size_t i = 0; i < mesh_->cells.size(); ++i)
             if (!(detail::signed_volume(nodes_, mesh_->cells[i]) * mesh_->orientation[i] > 0))
-                throw geometry_error{detail::joined({"deform: tetrahedron ", std::to_string(i), " near ",
-                                                     detail::point_text(nodes_[mesh_->cells[i][0]]),
-                                                     " is turned inside out; take a smaller step in the engine"})};
+                throw geometry_error{"deform: tetrahedron ", i, " near ",
+                                     detail::point_text(nodes_[mesh_->cells[i][0]]),
+                                     " is turned inside out; take a smaller step in the engine"};
     }
 
   private:

@@ -36,7 +36,7 @@ struct compound_settings {
     /// @throws usage_error  naming a setting that is out of range
     void check() const {
         if (angles < 1 || angles > 31)
-            throw usage_error{"compound: `angles` is " + std::to_string(angles) + "; it must be 1 to 31 looks"};
+            throw usage_error{"compound: `angles` is ", angles, "; it must be 1 to 31 looks"};
         check_angle(spread, "spread", 90_deg, "compound");
     }
 

@@ -38,8 +38,8 @@ scan_lines envelope(const Policy& policy, const iq_lines& iq, scan_lines recycle
 template <exec::policy Policy>
 scan_lines envelope(const Policy& policy, const scan_lines& rf) {
     if (rf.values.size() != static_cast<std::size_t>(rf.count) * rf.samples)
-        throw usage_error{"envelope: " + std::to_string(rf.count) + " lines of " + std::to_string(rf.samples) +
-                          " samples need as many values, not " + std::to_string(rf.values.size())};
+        throw usage_error{"envelope: ",    rf.count, " lines of ", rf.samples, " samples need as many values, not ",
+                          rf.values.size()};
     scan_lines lines{rf.count, rf.samples, rf.depth};
     detail::for_each_analytic(policy, rf.values, rf.samples, [&](std::size_t line, std::size_t k, vec2 value) {
         lines.values[line * rf.samples + k] = length(value);
@@ -62,8 +62,8 @@ scan_lines to_rf(const Policy& policy, const iq_lines& iq, float frequency) {
     const double cycles_per_sample = 2.0 * frequency / display_speed * iq.depth / iq.samples;
     if (cycles_per_sample > 0.25001) {
         const float needed = min(std::ceil(static_cast<float>(4 * cycles_per_sample * iq.samples)), 1e9F);
-        throw usage_error{"to_rf: RF needs four samples per cycle; trace and convolve with at least " +
-                          std::to_string(static_cast<std::uint32_t>(needed)) + " samples per line"};
+        throw usage_error{"to_rf: RF needs four samples per cycle; trace and convolve with at least ",
+                          static_cast<std::uint32_t>(needed), " samples per line"};
     }
 
     std::vector<vec2> carrier(iq.samples); // cosine and sine

@@ -105,9 +105,8 @@ struct pulse {
         if (!is_finite(frequency) || !(frequency >= 0))
             throw usage_error{"pulse: `frequency` must be finite and above 0, or 0 for that of the probe"};
         if (frequency != 0 && !(std::fabs(frequency - carrier) <= 1e-5F * carrier))
-            throw usage_error{
-                detail::joined({"pulse: its frequency is ", std::to_string(frequency), " Hz, that of the probe ",
-                                std::to_string(carrier), " Hz; make them equal, or leave that of the pulse at 0"})};
+            throw usage_error{"pulse: its frequency is ", frequency, " Hz, that of the probe ", carrier,
+                              " Hz; make them equal, or leave that of the pulse at 0"};
     }
 };
 

@@ -32,7 +32,7 @@ struct straight_lines {
     /// @throws usage_error  for a number of directions out of range
     void check() const {
         if (directions < 1 || directions > detail::max_aperture_directions)
-            throw usage_error{"straight_lines: `directions` is " + std::to_string(directions) +
+            throw usage_error{"straight_lines: `directions` is ", directions,
                               "; it must be 1 to 64 lines to each point, and 16 is usual"};
     }
 

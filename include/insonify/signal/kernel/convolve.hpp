@@ -329,9 +329,8 @@ class convolver {
         detail::check_echoes(echoes, probe.lines, "convolve");
         check_depth(echoes.depth, "convolve");
         if (settings.decimation == 0 || echoes.samples % settings.decimation != 0)
-            throw usage_error{
-                detail::joined({"convolve: decimation is ", std::to_string(settings.decimation),
-                                "; it must be a divisor of the number of samples, ", std::to_string(echoes.samples)})};
+            throw usage_error{"convolve: decimation is ", settings.decimation,
+                              "; it must be a divisor of the number of samples, ", echoes.samples};
         const float per_metre = static_cast<float>(echoes.samples) / echoes.depth;
         pulse_envelope envelope = sent.envelope(probe.frequency);
         envelope.sigma *= per_metre;
@@ -339,10 +338,9 @@ class convolver {
         const auto decimation = static_cast<float>(settings.decimation);
         if (!(envelope.sigma * 1.0001F >= decimation)) {
             const float needed = min(std::ceil(static_cast<float>(echoes.samples) * decimation / envelope.sigma), 1e9F);
-            throw usage_error{
-                detail::joined({"convolve: the samples are too coarse for the pulse; a line needs at least ",
-                                std::to_string(static_cast<std::uint32_t>(needed)), " (twice as many are usual)",
-                                settings.decimation > 1 ? ", or a smaller `decimation`" : ""})};
+            throw usage_error{"convolve: the samples are too coarse for the pulse; a line needs at least ",
+                              static_cast<std::uint32_t>(needed), " (twice as many are usual)",
+                              settings.decimation > 1 ? ", or a smaller `decimation`" : ""};
         }
 
         iq_lines lines = along(policy, std::move(echoes), envelope, settings.decimation);

@@ -32,8 +32,8 @@ struct elevation_plane {
 /// @throws usage_error  for a number of elevation planes other than 1, 3, 5 or 7
 inline void check_planes(std::uint32_t count, const char* caller) {
     if (count % 2 == 0 || count > max_elevation_planes)
-        throw usage_error{joined({caller, ": `planes` is ", std::to_string(count),
-                                  "; it must be 1, 3, 5 or 7: the slice plane, and pairs to both sides of it"})};
+        throw usage_error{caller, ": `planes` is ", count,
+                          "; it must be 1, 3, 5 or 7: the slice plane, and pairs to both sides of it"};
 }
 
 /// Whether the planes of a probe can follow its beam with the depth z: all lines within 60 degrees of z.

@@ -108,8 +108,9 @@ namespace detail {
 /// @throws usage_error  for layers that are not those of a probe with so many lines
 inline void check_layers(const line_layers& found, std::uint32_t lines, const char* caller) {
     if (found.lines != lines)
-        throw usage_error{joined({caller, ": the layers have ", std::to_string(found.lines), " lines and the probe ",
-                                  std::to_string(lines), "; give those that find_layers finds for this probe"})};
+        throw usage_error{caller,      ": the layers have ",
+                          found.lines, " lines and the probe ",
+                          lines,       "; give those that find_layers finds for this probe"};
 }
 
 } // namespace detail

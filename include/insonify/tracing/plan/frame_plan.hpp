@@ -35,16 +35,16 @@ inline void check_lines(const scene& body, float frequency, const pose& at, floa
     check_rigid(at, caller, "the pose of the probe");
     check_depth(depth, caller);
     if (depth * frequency > max_wavelengths * display_speed)
-        throw usage_error{joined({caller, ": a depth of ", number_text(depth), " m at ", number_text(frequency),
-                                  " Hz is more than 2^24 wavelengths; lower the depth or the frequency"})};
+        throw usage_error{caller,    ": a depth of ",
+                          depth,     " m at ",
+                          frequency, " Hz is more than 2^24 wavelengths; lower the depth or the frequency"};
 }
 
 /// @return `samples`
 /// @throws usage_error  for too many of them in all
 inline std::uint32_t checked_samples(std::uint32_t lines, std::uint32_t samples, const char* caller) {
     if (std::uint64_t{samples} * lines > max_samples)
-        throw usage_error{joined({caller, ": ", std::to_string(lines), " lines of ", std::to_string(samples),
-                                  " samples are more than 2^28; ask for fewer"})};
+        throw usage_error{caller, ": ", lines, " lines of ", samples, " samples are more than 2^28; ask for fewer"};
     return samples;
 }
 
