@@ -65,6 +65,27 @@ TEST_CASE("a rigid map of tissue gives the echoes of an object that is placed th
     }
 }
 
+TEST_CASE("a rigid map of a rough surface gives the echoes of one that is placed there, in every elevation plane") {
+    using namespace deformed_test;
+    const medium rough{.density = 2000, .sound_speed = 1540, .roughness = 300e-6F};
+    const pose moved{.translation = {1.03_mm, 0.77_mm, 0.31_mm}};
+    scene placed{medium{.density = 1000, .sound_speed = 1540}};
+    placed.add(make_box({-60_mm, -60_mm, 20_mm}, {60_mm, 60_mm, 60_mm}, 3), rough);
+    scene deformed = placed.build(exec::par);
+    placed.place(object_id{0}, moved);
+    deformed.deform(exec::par, [&moved](vec3 p) { return moved.point(p); });
+    for (const std::uint32_t planes : {1U, 3U, 7U}) {
+        acquisition several = scan;
+        several.planes = planes;
+        const auto echoes = [&](const scene& body) {
+            return trace(exec::par_unseq, body, probe, pose{}, physical{}, several);
+        };
+        const double difference = difference_db(echoes(placed), echoes(deformed));
+        MESSAGE(planes, " planes: the difference has ", difference, " dB of the echoes");
+        CHECK(difference < -80);
+    }
+}
+
 TEST_CASE("deformed tissue: the same echoes on any number of threads, and scalar and SIMD agree") {
     using namespace deformed_test;
     scene body = calf();

@@ -502,7 +502,9 @@ struct cell_field {
       public:
         /// Of a line, around a distance along it, metres; the spacing of scatterers is in metres.
         INSONIFY_FN surface_values(const cell_field& field, const material_line& line, float around, float spacing)
-            : field_{field}, around_{around}, spacing_{spacing}, line_{field.rest_at(line, around, spacing)} {}
+            : field_{field}, around_{around}, spacing_{spacing}, line_{field.rest_at(line, around, spacing)} {
+            line_.displacement = nullptr; // the line is in tissue at rest already
+        }
 
         /// At a distance along the line, metres.
         INSONIFY_FN vec2 operator()(float distance) {
