@@ -990,6 +990,7 @@ INSONIFY_FN constexpr float surface_grain(float frequency) { return display_spee
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -1016,7 +1017,7 @@ class message_part {
     message_part(bool) = delete;
     template <std::integral Number>
     message_part(Number number)
-        : kind_{number < 0 ? kind::negative : kind::count}, count_{static_cast<std::uint64_t>(number)} {}
+        : kind_{std::cmp_less(number, 0) ? kind::negative : kind::count}, count_{static_cast<std::uint64_t>(number)} {}
 
     void append_to(std::string& whole) const {
         if (kind_ == kind::text) whole += text_;
