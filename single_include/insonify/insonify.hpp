@@ -51,22 +51,18 @@
 
 /// INSONIFY_FN marks functions that run on a CUDA device as well as on the host.
 /// INSONIFY_INLINE forces inlining of functions that take SIMD values, so that the values stay in registers.
-/// INSONIFY_COLD keeps functions of errors out of the code that throws them.
 /// INSONIFY_VISITS precedes an INSONIFY_FN template that calls a user's function, which may exist for the host only.
 #if defined(__CUDACC__)
 #define INSONIFY_FN __host__ __device__
 #define INSONIFY_INLINE __forceinline__
-#define INSONIFY_COLD
 #define INSONIFY_VISITS _Pragma("nv_exec_check_disable")
 #elif defined(_MSC_VER)
 #define INSONIFY_FN
 #define INSONIFY_INLINE __forceinline
-#define INSONIFY_COLD
 #define INSONIFY_VISITS
 #else
 #define INSONIFY_FN
 #define INSONIFY_INLINE [[gnu::always_inline]] inline
-#define INSONIFY_COLD [[gnu::cold, gnu::noinline]]
 #define INSONIFY_VISITS
 #endif
 
@@ -1005,8 +1001,7 @@ inline std::string number_text(float value, int digits = 4) {
     return number;
 }
 
-/// A part of a message: text, or a number, which becomes text where the message is composed: so that a `throw` compiles
-/// to little code.
+/// A part of a message: text, or a number, with up to 4 significant digits where it is a fraction.
 class message_part {
   public:
     message_part(const char* text) : text_{text} {}
@@ -1035,7 +1030,7 @@ class message_part {
 };
 
 /// The parts of a message in one string.
-INSONIFY_COLD inline std::string joined(std::initializer_list<message_part> parts) {
+inline std::string joined(std::initializer_list<message_part> parts) {
     std::string whole;
     for (const message_part& part : parts) part.append_to(whole);
     return whole;
@@ -1045,7 +1040,7 @@ INSONIFY_COLD inline std::string joined(std::initializer_list<message_part> part
 template <class Standard>
 struct composed_error : Standard {
     using Standard::Standard;
-    INSONIFY_COLD composed_error(std::initializer_list<message_part> parts) : Standard{joined(parts)} {}
+    composed_error(std::initializer_list<message_part> parts) : Standard{joined(parts)} {}
 };
 
 } // namespace detail
@@ -2447,8 +2442,8 @@ namespace detail {
 /// @throws geometry_error  for a pose that is not rigid
 inline void check_rigid(const pose& at, const char* caller, const char* what = "the pose") {
     if (!is_rigid(at))
-        throw geometry_error{joined(
-            {caller, ": ", what, " is not a rigid transform; make it with look_at, or mend it with orthonormalised"})};
+        throw geometry_error{caller, ": ", what,
+                             " is not a rigid transform; make it with look_at, or mend it with orthonormalised"};
 }
 
 } // namespace detail
@@ -3305,10 +3300,10 @@ class fibre_grid {
             const auto direction = [&](const fibre_directions& own, const char* name) {
                 const vec3 found = own(max(box.lower, min(centre, box.upper)));
                 if (!is_finite(found) || (own.varies() && !(length(found) > 0)))
-                    throw geometry_error{joined(
-                        {"scene: `", name,
-                         "` of an object is a function that returns 0 or a direction that is not finite; it must "
-                         "return a direction in the whole box around the object"})};
+                    throw geometry_error{
+                        "scene: `", name,
+                        "` of an object is a function that returns 0 or a direction that is not finite; it must "
+                        "return a direction in the whole box around the object"};
                 return found;
             };
             targets[cell] = aligned(axes, direction(fibres, "fibres"),
@@ -3561,8 +3556,7 @@ inline std::string named(const std::string& name, object_id id) {
 
 /// @throws usage_error  for a point that is not finite
 inline void check_point(vec3 point, const char* caller) {
-    if (!is_finite(point))
-        throw usage_error{std::string{caller}, ": the point is not finite; give three numbers of metres"};
+    if (!is_finite(point)) throw usage_error{caller, ": the point is not finite; give three numbers of metres"};
 }
 
 /// @param what  begins the message, such as "scene: the background"
@@ -3610,8 +3604,7 @@ inline void check_object(const mesh& surface, const medium& inside, const object
                           " radians; it must be from 0 (every face is flat) to pi; write it as in 30_deg"};
     check_faces(surface, who);
     if (const std::size_t vertex = find_not_finite(surface.positions); vertex < surface.positions.size())
-        throw geometry_error{joined(
-            {who, "vertex ", std::to_string(vertex), " is not finite; repair the mesh (`validate` reports more)"})};
+        throw geometry_error{who, "vertex ", vertex, " is not finite; repair the mesh (`validate` reports more)"};
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail
@@ -3841,8 +3834,7 @@ inline constexpr float max_frequency = 1e10F; ///< hertz
 /// @throws usage_error  for a value outside 1e-9 to 1e12, whose square overflows or underflows, or NaN
 inline void check_positive(float value, const char* setting) {
     if (!is_finite(value) || !(value >= 1e-9F && value <= 1e12F))
-        throw usage_error{detail::joined(
-            {"probe: ", setting, " is ", detail::number_text(value), "; it must be a number from 1e-9 to 1e12"})};
+        throw usage_error{"probe: ", setting, " is ", value, "; it must be a number from 1e-9 to 1e12"};
 }
 
 /// @param setting  name of the setting
@@ -3852,11 +3844,9 @@ inline void check_positive(float value, const char* setting) {
 inline void check_length(float metres, const char* setting, float max = max_aperture, const char* owner = "probe") {
     constexpr float rounding = 1e-6F; // 20 * 1_mm is more than 0.02F
     if (is_finite(metres) && metres >= 1e-9F && metres <= (1 + rounding) * max) return;
-    const std::string text = detail::number_text(metres);
     if (is_finite(metres) && metres > max && 1e-3F * metres <= max)
-        throw usage_error{owner, ": ", setting, " is ", text, " m: did you mean ", text, "_mm?"};
-    throw usage_error{detail::joined(
-        {owner, ": ", setting, " is ", text, " m; it must be from 1 nm to ", detail::number_text(max), " m"})};
+        throw usage_error{owner, ": ", setting, " is ", metres, " m: did you mean ", metres, "_mm?"};
+    throw usage_error{owner, ": ", setting, " is ", metres, " m; it must be from 1 nm to ", max, " m"};
 }
 
 /// @throws usage_error  for a depth outside 1 nm to `max_scan_depth`, or NaN
@@ -3865,10 +3855,9 @@ inline void check_depth(float metres, const char* owner) { check_length(metres, 
 /// @throws usage_error  for a frequency outside `min_frequency` to `max_frequency`, or NaN
 inline void check_frequency(float hertz, const char* owner = "probe") {
     if (is_finite(hertz) && hertz >= min_frequency && hertz <= max_frequency) return;
-    const std::string text = detail::number_text(hertz);
     if (is_finite(hertz) && hertz < min_frequency && 1e6F * hertz >= min_frequency)
-        throw usage_error{owner, ": frequency is ", text, " Hz: did you mean ", text, "_MHz?"};
-    throw usage_error{owner, ": frequency is ", text, " Hz; it must be from 1 kHz to 10 GHz"};
+        throw usage_error{owner, ": frequency is ", hertz, " Hz: did you mean ", hertz, "_MHz?"};
+    throw usage_error{owner, ": frequency is ", hertz, " Hz; it must be from 1 kHz to 10 GHz"};
 }
 
 /// @param max  radians
@@ -3876,10 +3865,9 @@ inline void check_frequency(float hertz, const char* owner = "probe") {
 inline void check_angle(float radians, const char* setting, float max, const char* owner) {
     if (is_finite(radians) && radians >= 1e-9F && radians <= max) return;
     const float degrees = 180 / pi * max;
-    const std::string text = detail::number_text(radians);
     if (is_finite(radians) && radians > max && radians <= degrees)
-        throw usage_error{owner, ": ", setting, " is ", text, " rad: did you mean ", text, "_deg?"};
-    throw usage_error{owner, ": ", setting, " is ", text, " rad; it must be from 1e-9 rad to ", degrees, "_deg"};
+        throw usage_error{owner, ": ", setting, " is ", radians, " rad: did you mean ", radians, "_deg?"};
+    throw usage_error{owner, ": ", setting, " is ", radians, " rad; it must be from 1e-9 rad to ", degrees, "_deg"};
 }
 
 /// A probe: scan lines in the slice plane y = 0 of the probe frame.
@@ -9837,8 +9825,8 @@ struct pulse {
         if (!is_finite(frequency) || !(frequency >= 0))
             throw usage_error{"pulse: `frequency` must be finite and above 0, or 0 for that of the probe"};
         if (frequency != 0 && !(std::fabs(frequency - carrier) <= 1e-5F * carrier))
-            throw usage_error{"pulse: its frequency is ", frequency, " Hz, that of the probe ", carrier,
-                              " Hz; make them equal, or leave that of the pulse at 0"};
+            throw usage_error{"pulse: its frequency is ", detail::number_text(frequency, 9), " Hz, that of the probe ",
+                              detail::number_text(carrier, 9), " Hz; make them equal, or leave that of the pulse at 0"};
     }
 };
 
@@ -13417,7 +13405,7 @@ struct cell_field {
         /// Of a line, around a distance along it, metres; the spacing of scatterers is in metres.
         INSONIFY_FN surface_values(const cell_field& field, const material_line& line, float around, float spacing)
             : field_{field}, around_{around}, spacing_{spacing}, line_{field.rest_at(line, around, spacing)} {
-            line_.displacement = nullptr; // the line is in tissue at rest already
+            line_.displacement = nullptr; // at rest, so that the tilt of its plane is not taken for shear
         }
 
         /// At a distance along the line, metres.
@@ -17614,10 +17602,9 @@ namespace detail {
 /// @throws usage_error  for an image without pixels, or with a side above `max_picture_side`
 inline void check_size(uvec2 size, const char* caller, std::string_view advice = "ask for fewer") {
     if (size.x > 0 && size.y > 0 && size.x <= max_picture_side && size.y <= max_picture_side) return;
-    const std::string columns = std::to_string(size.x), rows = std::to_string(size.y);
     if (size.x == 0 || size.y == 0)
-        throw usage_error{caller, ": size ", columns, "x", rows, " has no pixels; it must be at least 1x1"};
-    throw usage_error{caller, ": size ", columns, "x", rows, " exceeds 16384 pixels a side; ", advice};
+        throw usage_error{caller, ": size ", size.x, "x", size.y, " has no pixels; it must be at least 1x1"};
+    throw usage_error{caller, ": size ", size.x, "x", size.y, " exceeds 16384 pixels a side; ", advice};
 }
 
 } // namespace detail
@@ -17769,9 +17756,8 @@ scan_map map_pixels(const any_policy<false>& policy, const Probe& probe, const a
     if (map.size.x == 0) map.size.x = pixels_of(extent.x, wider);
     if (map.size.y == 0) map.size.y = pixels_of(extent.y, wider);
     if (map.size.x > max_picture_side || map.size.y > max_picture_side) {
-        const std::string depth = number_text(scan.depth);
         check_size(map.size, "scan_convert",
-                   scan.depth >= 1 ? joined({"depth is ", depth, " m: did you mean ", depth, "_mm?"})
+                   scan.depth >= 1 ? joined({"depth is ", scan.depth, " m: did you mean ", scan.depth, "_mm?"})
                                    : joined({"the field of view is ", extent.x, " m wide and ", extent.y,
                                              " m high; ask for fewer"}));
     }
@@ -21204,8 +21190,7 @@ void check_transmit(const transmit& one, std::size_t number, std::uint32_t eleme
     bool fires = one.weights.empty();
     for (const float weight : one.weights) {
         if (!is_finite(weight) || !(std::fabs(weight) <= 1))
-            throw usage_error{joined(
-                {name, "a weight is ", number_text(weight), "; weights must be -1 to 1: divide all by the largest"})};
+            throw usage_error{name, "a weight is ", weight, "; weights must be -1 to 1: divide all by the largest"};
         fires = fires || weight != 0;
     }
     if (!is_finite(one.angle) || !is_finite(one.source) || !is_finite(one.origin))
@@ -26899,11 +26884,11 @@ class presser {
 
     [[noreturn]] static void too_deep(float depth, float stiff_below, float decay) {
         const auto text = [](float length) { return detail::number_text(length * 1e3F) + " mm"; };
-        throw usage_error{detail::joined(
-            {"press: the face is ", text(depth), " deep in the body, more than ",
-             stiff_below < FLT_MAX ? "the tissue gives way above what is stiff " + text(stiff_below) + " below the skin"
-                                   : "`decay`, " + text(decay),
-             ": tissue would fold over; raise the probe or `decay`"})};
+        throw usage_error{"press: the face is ", text(depth), " deep in the body, more than ",
+                          stiff_below < FLT_MAX
+                              ? "the tissue gives way above what is stiff " + text(stiff_below) + " below the skin"
+                              : "`decay`, " + text(decay),
+                          ": tissue would fold over; raise the probe or `decay`"};
     }
 
     contact touch_{};
@@ -28592,8 +28577,7 @@ repaired_mesh repair(const mesh_view& m, const repair_settings& settings = {}) {
     detail::check_faces(m, "repair: ");
     for (std::size_t i = 0; i < m.positions.size(); ++i)
         if (!is_finite(m.positions[i]))
-            throw geometry_error{detail::joined(
-                {"repair: vertex ", std::to_string(i), " is not finite; check the computation or file it comes from"})};
+            throw geometry_error{"repair: vertex ", i, " is not finite; check the computation or file it comes from"};
     return detail::mesh_repair{m, settings}.result();
 }
 

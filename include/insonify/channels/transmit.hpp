@@ -80,8 +80,7 @@ void check_transmit(const transmit& one, std::size_t number, std::uint32_t eleme
     bool fires = one.weights.empty();
     for (const float weight : one.weights) {
         if (!is_finite(weight) || !(std::fabs(weight) <= 1))
-            throw usage_error{joined(
-                {name, "a weight is ", number_text(weight), "; weights must be -1 to 1: divide all by the largest"})};
+            throw usage_error{name, "a weight is ", weight, "; weights must be -1 to 1: divide all by the largest"};
         fires = fires || weight != 0;
     }
     if (!is_finite(one.angle) || !is_finite(one.source) || !is_finite(one.origin))

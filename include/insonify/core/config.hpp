@@ -6,22 +6,18 @@
 
 /// INSONIFY_FN marks functions that run on a CUDA device as well as on the host.
 /// INSONIFY_INLINE forces inlining of functions that take SIMD values, so that the values stay in registers.
-/// INSONIFY_COLD keeps functions of errors out of the code that throws them.
 /// INSONIFY_VISITS precedes an INSONIFY_FN template that calls a user's function, which may exist for the host only.
 #if defined(__CUDACC__)
 #define INSONIFY_FN __host__ __device__
 #define INSONIFY_INLINE __forceinline__
-#define INSONIFY_COLD
 #define INSONIFY_VISITS _Pragma("nv_exec_check_disable")
 #elif defined(_MSC_VER)
 #define INSONIFY_FN
 #define INSONIFY_INLINE __forceinline
-#define INSONIFY_COLD
 #define INSONIFY_VISITS
 #else
 #define INSONIFY_FN
 #define INSONIFY_INLINE [[gnu::always_inline]] inline
-#define INSONIFY_COLD [[gnu::cold, gnu::noinline]]
 #define INSONIFY_VISITS
 #endif
 

@@ -28,8 +28,7 @@ inline std::string number_text(float value, int digits = 4) {
     return number;
 }
 
-/// A part of a message: text, or a number, which becomes text where the message is composed: so that a `throw` compiles
-/// to little code.
+/// A part of a message: text, or a number, with up to 4 significant digits where it is a fraction.
 class message_part {
   public:
     message_part(const char* text) : text_{text} {}
@@ -58,7 +57,7 @@ class message_part {
 };
 
 /// The parts of a message in one string.
-INSONIFY_COLD inline std::string joined(std::initializer_list<message_part> parts) {
+inline std::string joined(std::initializer_list<message_part> parts) {
     std::string whole;
     for (const message_part& part : parts) part.append_to(whole);
     return whole;
@@ -68,7 +67,7 @@ INSONIFY_COLD inline std::string joined(std::initializer_list<message_part> part
 template <class Standard>
 struct composed_error : Standard {
     using Standard::Standard;
-    INSONIFY_COLD composed_error(std::initializer_list<message_part> parts) : Standard{joined(parts)} {}
+    composed_error(std::initializer_list<message_part> parts) : Standard{joined(parts)} {}
 };
 
 } // namespace detail

@@ -56,8 +56,8 @@ namespace detail {
 /// @throws geometry_error  for a pose that is not rigid
 inline void check_rigid(const pose& at, const char* caller, const char* what = "the pose") {
     if (!is_rigid(at))
-        throw geometry_error{joined(
-            {caller, ": ", what, " is not a rigid transform; make it with look_at, or mend it with orthonormalised"})};
+        throw geometry_error{caller, ": ", what,
+                             " is not a rigid transform; make it with look_at, or mend it with orthonormalised"};
 }
 
 } // namespace detail

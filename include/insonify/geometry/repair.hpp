@@ -606,8 +606,7 @@ repaired_mesh repair(const mesh_view& m, const repair_settings& settings = {}) {
     detail::check_faces(m, "repair: ");
     for (std::size_t i = 0; i < m.positions.size(); ++i)
         if (!is_finite(m.positions[i]))
-            throw geometry_error{detail::joined(
-                {"repair: vertex ", std::to_string(i), " is not finite; check the computation or file it comes from"})};
+            throw geometry_error{"repair: vertex ", i, " is not finite; check the computation or file it comes from"};
     return detail::mesh_repair{m, settings}.result();
 }
 

@@ -50,10 +50,9 @@ namespace detail {
 /// @throws usage_error  for an image without pixels, or with a side above `max_picture_side`
 inline void check_size(uvec2 size, const char* caller, std::string_view advice = "ask for fewer") {
     if (size.x > 0 && size.y > 0 && size.x <= max_picture_side && size.y <= max_picture_side) return;
-    const std::string columns = std::to_string(size.x), rows = std::to_string(size.y);
     if (size.x == 0 || size.y == 0)
-        throw usage_error{caller, ": size ", columns, "x", rows, " has no pixels; it must be at least 1x1"};
-    throw usage_error{caller, ": size ", columns, "x", rows, " exceeds 16384 pixels a side; ", advice};
+        throw usage_error{caller, ": size ", size.x, "x", size.y, " has no pixels; it must be at least 1x1"};
+    throw usage_error{caller, ": size ", size.x, "x", size.y, " exceeds 16384 pixels a side; ", advice};
 }
 
 } // namespace detail

@@ -154,9 +154,8 @@ scan_map map_pixels(const any_policy<false>& policy, const Probe& probe, const a
     if (map.size.x == 0) map.size.x = pixels_of(extent.x, wider);
     if (map.size.y == 0) map.size.y = pixels_of(extent.y, wider);
     if (map.size.x > max_picture_side || map.size.y > max_picture_side) {
-        const std::string depth = number_text(scan.depth);
         check_size(map.size, "scan_convert",
-                   scan.depth >= 1 ? joined({"depth is ", depth, " m: did you mean ", depth, "_mm?"})
+                   scan.depth >= 1 ? joined({"depth is ", scan.depth, " m: did you mean ", scan.depth, "_mm?"})
                                    : joined({"the field of view is ", extent.x, " m wide and ", extent.y,
                                              " m high; ask for fewer"}));
     }

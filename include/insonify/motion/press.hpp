@@ -460,11 +460,11 @@ class presser {
 
     [[noreturn]] static void too_deep(float depth, float stiff_below, float decay) {
         const auto text = [](float length) { return detail::number_text(length * 1e3F) + " mm"; };
-        throw usage_error{detail::joined(
-            {"press: the face is ", text(depth), " deep in the body, more than ",
-             stiff_below < FLT_MAX ? "the tissue gives way above what is stiff " + text(stiff_below) + " below the skin"
-                                   : "`decay`, " + text(decay),
-             ": tissue would fold over; raise the probe or `decay`"})};
+        throw usage_error{"press: the face is ", text(depth), " deep in the body, more than ",
+                          stiff_below < FLT_MAX
+                              ? "the tissue gives way above what is stiff " + text(stiff_below) + " below the skin"
+                              : "`decay`, " + text(decay),
+                          ": tissue would fold over; raise the probe or `decay`"};
     }
 
     contact touch_{};

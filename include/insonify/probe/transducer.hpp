@@ -26,8 +26,7 @@ inline constexpr float max_frequency = 1e10F; ///< hertz
 /// @throws usage_error  for a value outside 1e-9 to 1e12, whose square overflows or underflows, or NaN
 inline void check_positive(float value, const char* setting) {
     if (!is_finite(value) || !(value >= 1e-9F && value <= 1e12F))
-        throw usage_error{detail::joined(
-            {"probe: ", setting, " is ", detail::number_text(value), "; it must be a number from 1e-9 to 1e12"})};
+        throw usage_error{"probe: ", setting, " is ", value, "; it must be a number from 1e-9 to 1e12"};
 }
 
 /// @param setting  name of the setting
@@ -37,11 +36,9 @@ inline void check_positive(float value, const char* setting) {
 inline void check_length(float metres, const char* setting, float max = max_aperture, const char* owner = "probe") {
     constexpr float rounding = 1e-6F; // 20 * 1_mm is more than 0.02F
     if (is_finite(metres) && metres >= 1e-9F && metres <= (1 + rounding) * max) return;
-    const std::string text = detail::number_text(metres);
     if (is_finite(metres) && metres > max && 1e-3F * metres <= max)
-        throw usage_error{owner, ": ", setting, " is ", text, " m: did you mean ", text, "_mm?"};
-    throw usage_error{detail::joined(
-        {owner, ": ", setting, " is ", text, " m; it must be from 1 nm to ", detail::number_text(max), " m"})};
+        throw usage_error{owner, ": ", setting, " is ", metres, " m: did you mean ", metres, "_mm?"};
+    throw usage_error{owner, ": ", setting, " is ", metres, " m; it must be from 1 nm to ", max, " m"};
 }
 
 /// @throws usage_error  for a depth outside 1 nm to `max_scan_depth`, or NaN
@@ -50,10 +47,9 @@ inline void check_depth(float metres, const char* owner) { check_length(metres, 
 /// @throws usage_error  for a frequency outside `min_frequency` to `max_frequency`, or NaN
 inline void check_frequency(float hertz, const char* owner = "probe") {
     if (is_finite(hertz) && hertz >= min_frequency && hertz <= max_frequency) return;
-    const std::string text = detail::number_text(hertz);
     if (is_finite(hertz) && hertz < min_frequency && 1e6F * hertz >= min_frequency)
-        throw usage_error{owner, ": frequency is ", text, " Hz: did you mean ", text, "_MHz?"};
-    throw usage_error{owner, ": frequency is ", text, " Hz; it must be from 1 kHz to 10 GHz"};
+        throw usage_error{owner, ": frequency is ", hertz, " Hz: did you mean ", hertz, "_MHz?"};
+    throw usage_error{owner, ": frequency is ", hertz, " Hz; it must be from 1 kHz to 10 GHz"};
 }
 
 /// @param max  radians
@@ -61,10 +57,9 @@ inline void check_frequency(float hertz, const char* owner = "probe") {
 inline void check_angle(float radians, const char* setting, float max, const char* owner) {
     if (is_finite(radians) && radians >= 1e-9F && radians <= max) return;
     const float degrees = 180 / pi * max;
-    const std::string text = detail::number_text(radians);
     if (is_finite(radians) && radians > max && radians <= degrees)
-        throw usage_error{owner, ": ", setting, " is ", text, " rad: did you mean ", text, "_deg?"};
-    throw usage_error{owner, ": ", setting, " is ", text, " rad; it must be from 1e-9 rad to ", degrees, "_deg"};
+        throw usage_error{owner, ": ", setting, " is ", radians, " rad: did you mean ", radians, "_deg?"};
+    throw usage_error{owner, ": ", setting, " is ", radians, " rad; it must be from 1e-9 rad to ", degrees, "_deg"};
 }
 
 /// A probe: scan lines in the slice plane y = 0 of the probe frame.

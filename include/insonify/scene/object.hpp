@@ -50,8 +50,7 @@ inline std::string named(const std::string& name, object_id id) {
 
 /// @throws usage_error  for a point that is not finite
 inline void check_point(vec3 point, const char* caller) {
-    if (!is_finite(point))
-        throw usage_error{std::string{caller}, ": the point is not finite; give three numbers of metres"};
+    if (!is_finite(point)) throw usage_error{caller, ": the point is not finite; give three numbers of metres"};
 }
 
 /// @param what  begins the message, such as "scene: the background"
@@ -99,8 +98,7 @@ inline void check_object(const mesh& surface, const medium& inside, const object
                           " radians; it must be from 0 (every face is flat) to pi; write it as in 30_deg"};
     check_faces(surface, who);
     if (const std::size_t vertex = find_not_finite(surface.positions); vertex < surface.positions.size())
-        throw geometry_error{joined(
-            {who, "vertex ", std::to_string(vertex), " is not finite; repair the mesh (`validate` reports more)"})};
+        throw geometry_error{who, "vertex ", vertex, " is not finite; repair the mesh (`validate` reports more)"};
 }
 
 } // namespace insonify::inline INSONIFY_ABI::detail

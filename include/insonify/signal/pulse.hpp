@@ -105,8 +105,8 @@ struct pulse {
         if (!is_finite(frequency) || !(frequency >= 0))
             throw usage_error{"pulse: `frequency` must be finite and above 0, or 0 for that of the probe"};
         if (frequency != 0 && !(std::fabs(frequency - carrier) <= 1e-5F * carrier))
-            throw usage_error{"pulse: its frequency is ", frequency, " Hz, that of the probe ", carrier,
-                              " Hz; make them equal, or leave that of the pulse at 0"};
+            throw usage_error{"pulse: its frequency is ", detail::number_text(frequency, 9), " Hz, that of the probe ",
+                              detail::number_text(carrier, 9), " Hz; make them equal, or leave that of the pulse at 0"};
     }
 };
 

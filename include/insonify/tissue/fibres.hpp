@@ -189,10 +189,10 @@ class fibre_grid {
             const auto direction = [&](const fibre_directions& own, const char* name) {
                 const vec3 found = own(max(box.lower, min(centre, box.upper)));
                 if (!is_finite(found) || (own.varies() && !(length(found) > 0)))
-                    throw geometry_error{joined(
-                        {"scene: `", name,
-                         "` of an object is a function that returns 0 or a direction that is not finite; it must "
-                         "return a direction in the whole box around the object"})};
+                    throw geometry_error{
+                        "scene: `", name,
+                        "` of an object is a function that returns 0 or a direction that is not finite; it must "
+                        "return a direction in the whole box around the object"};
                 return found;
             };
             targets[cell] = aligned(axes, direction(fibres, "fibres"),

@@ -503,7 +503,7 @@ struct cell_field {
         /// Of a line, around a distance along it, metres; the spacing of scatterers is in metres.
         INSONIFY_FN surface_values(const cell_field& field, const material_line& line, float around, float spacing)
             : field_{field}, around_{around}, spacing_{spacing}, line_{field.rest_at(line, around, spacing)} {
-            line_.displacement = nullptr; // the line is in tissue at rest already
+            line_.displacement = nullptr; // at rest, so that the tilt of its plane is not taken for shear
         }
 
         /// At a distance along the line, metres.
