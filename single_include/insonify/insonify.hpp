@@ -7477,6 +7477,7 @@ class layer_walk {
         layer after;
         start(after, found_.inside.top());
         after.end = begin_;
+        after.own_begin = own_;
         return after;
     }
     /// Whether that surface belongs to the object behind it, not to the one before.
@@ -13933,11 +13934,12 @@ struct physical {
                 std::fabs(arrived * reflected) * std::sqrt(rough * scattered_back(hard, cosine) * 0.166F / fnumbers);
         }
         if (diffuse > 0) {
-            const pose at_place = line.places.empty() ? pose{} : line.places[below.place];
-            material_line inside = in_object(line.frame, at_place, below.object);
-            inside.displacement = line.displacement(below.place);
+            const layer& owner = below.own_begin.cosine > 0 ? below : above; // of the surface, which moves with it
+            const pose at_place = line.places.empty() ? pose{} : line.places[owner.place];
+            material_line inside = in_object(line.frame, at_place, owner.object);
+            inside.displacement = line.displacement(owner.place);
             const gaussian_field field = surface_field();
-            const float at_rest = below.begin - below.moved; // its roughness moves with it
+            const float at_rest = below.begin - below.moved; // at the first pulse of a train
             gaussian_field::surface_values values{field, inside, at_rest, detail::surface_grain(line.frequency)};
             echoes.rough_surface(shown, diffuse, slope, coherent.curvature,
                                  [&](float x) { return values(at_rest + x / stretch); });
@@ -16662,15 +16664,16 @@ class path_follower {
             push(off, found_.inside);
     }
 
-    // Into how many paths sound divides that a curved mirror spreads, so that they are no further apart than the lines.
+    // Into how many paths sound divides that a curved mirror would spread to more than the distance of the lines. Their
+    // images are half of that apart: at all of it, steep ones would lose 1 dB more.
     INSONIFY_FN std::uint32_t parts_behind(const path_branch& off) const {
         constexpr float faintest = 0.1F; // amplitude of what goes on: behind gas and bone, not soft tissue
-        constexpr float most = 15;
+        constexpr float most = 15;       // distances of lines
         if (!(off.path.passed * static_cast<float>(off.parts) >= faintest)) return 1;
         const float left = min(max(echoes_.depth() - off.path.shown, 0), to_face(off.frame));
         const float lines = kernels_.at(echoes_.depth()).line_spacing * static_cast<float>(off.parts);
         const float apart = std::fabs(off.spacing + left * off.turn) / max(lines, 1e-9F);
-        return apart < 1.5F ? 1 : 2 * static_cast<std::uint32_t>(0.5F * min(apart, most)) + 1;
+        return apart < 1.5F ? 1 : 2 * static_cast<std::uint32_t>(min(apart, most)) + 1;
     }
     // Divides a path in front of a mirror into parts, side by side. Each finds the mirror by itself.
     // @param above  the layer in front of the mirror, on the path

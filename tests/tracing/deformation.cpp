@@ -86,6 +86,23 @@ TEST_CASE("a rigid map of a rough surface gives the echoes of one that is placed
     }
 }
 
+TEST_CASE("a probe that moves with a rough plate receives the same echoes, also from where its lines leave the plate") {
+    using namespace deformed_test;
+    scene body{medium{.density = 1000, .sound_speed = 1540}};
+    const object_id plate = body.add(make_box({-60_mm, -60_mm, 15_mm}, {60_mm, 60_mm, 20_mm}, 3),
+                                     medium{.density = 1300, .sound_speed = 1540, .roughness = 300e-6F});
+    body.build(exec::par);
+    acquisition several = scan;
+    several.planes = 3;
+    const auto echoes = [&](const pose& at) { return trace(exec::par_unseq, body, probe, at, physical{}, several); };
+    const iq_lines resting = echoes(pose{});
+    const pose moved{.translation = {1.03_mm, 0.77_mm, 0.31_mm}};
+    body.place(plate, moved);
+    const double difference = difference_db(resting, echoes(moved));
+    MESSAGE("the difference has ", difference, " dB of the echoes");
+    CHECK(difference < -60);
+}
+
 TEST_CASE("deformed tissue: the same echoes on any number of threads, and scalar and SIMD agree") {
     using namespace deformed_test;
     scene body = calf();

@@ -317,11 +317,12 @@ struct physical {
                 std::fabs(arrived * reflected) * std::sqrt(rough * scattered_back(hard, cosine) * 0.166F / fnumbers);
         }
         if (diffuse > 0) {
-            const pose at_place = line.places.empty() ? pose{} : line.places[below.place];
-            material_line inside = in_object(line.frame, at_place, below.object);
-            inside.displacement = line.displacement(below.place);
+            const layer& owner = below.own_begin.cosine > 0 ? below : above; // of the surface, which moves with it
+            const pose at_place = line.places.empty() ? pose{} : line.places[owner.place];
+            material_line inside = in_object(line.frame, at_place, owner.object);
+            inside.displacement = line.displacement(owner.place);
             const gaussian_field field = surface_field();
-            const float at_rest = below.begin - below.moved; // its roughness moves with it
+            const float at_rest = below.begin - below.moved; // at the first pulse of a train
             gaussian_field::surface_values values{field, inside, at_rest, detail::surface_grain(line.frequency)};
             echoes.rough_surface(shown, diffuse, slope, coherent.curvature,
                                  [&](float x) { return values(at_rest + x / stretch); });

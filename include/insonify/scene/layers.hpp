@@ -320,6 +320,7 @@ class layer_walk {
         layer after;
         start(after, found_.inside.top());
         after.end = begin_;
+        after.own_begin = own_;
         return after;
     }
     /// Whether that surface belongs to the object behind it, not to the one before.
