@@ -10137,16 +10137,6 @@ class elevation_planes {
         return found;
     }
 
-    /// Appends the coherent weights of every sample of a line: plane after plane, each with `samples` weights.
-    void weights_of_samples(std::uint32_t samples, float spacing, std::vector<float>& all) const {
-        const std::size_t begin = all.size();
-        all.resize(begin + std::size_t{count_} * samples);
-        for (std::uint32_t k = 0; k < samples; ++k) {
-            const weights here = at((static_cast<float>(k) + 0.5F) * spacing);
-            for (std::uint32_t i = 0; i < count_; ++i) all[begin + std::size_t{i} * samples + k] = here.coherent[i];
-        }
-    }
-
   private:
     static constexpr std::uint32_t depths = 128; // parts of the depth of the image
 
@@ -11284,7 +11274,6 @@ class turned_fan {
             const point_lanes first = straightened(from), last = straightened(to);
             const auto places_first = straight.places_of(first.x, first.y),
                        places_last = straight.places_of(last.x, last.y);
-            const std::uint32_t divided = divided_ones(from, to);
             float ends[4][width];
             store(first.x, ends[0]), store(first.y, ends[1]), store(last.x, ends[2]), store(last.y, ends[3]);
             const std::size_t end = std::min<std::size_t>(width, segments.size() - begin);
@@ -11292,18 +11281,14 @@ class turned_fan {
                 const cut_segment& one = segments[begin + i];
                 const vec2 p{ends[0][i], ends[1][i]}, q{ends[2][i], ends[3][i]};
                 const std::uint32_t gap_p = straight.gap(places_first, i), gap_q = straight.gap(places_last, i);
-                const auto add = [&](std::uint32_t from_line, std::uint32_t to_line) {
-                    visit(one, from_line, to_line);
-                };
-                if ((divided >> i & 1U) == 0) {
-                    straight.for_each_crossed(p, gap_p, q, gap_q, add);
-                    continue;
-                }
                 for_each_outer_part(one.from, one.to, [&](vec2 a, vec2 b) {
                     const vec2 a_moved = a == one.from ? p : straightened(a),
                                b_moved = b == one.to ? q : straightened(b);
                     straight.for_each_crossed(a_moved, a == one.from ? gap_p : straight.gap(a_moved), b_moved,
-                                              b == one.to ? gap_q : straight.gap(b_moved), add);
+                                              b == one.to ? gap_q : straight.gap(b_moved),
+                                              [&](std::uint32_t first_line, std::uint32_t line_end) {
+                                                  visit(one, first_line, line_end);
+                                              });
                 });
             }
         }
@@ -11346,24 +11331,15 @@ class turned_fan {
     template <class Visit>
     void for_each_outer_part(vec2 from, vec2 to, const Visit& visit) const {
         const float radius = inner_radius();
+        if (radius == 0) return visit(from, to);
         const vec2 along = to - from;
         const float a = dot(along, along), b = dot(from, along), c = dot(from, from) - radius * radius;
         const float root = b * b - a * c;
-        if (radius == 0 || !(root > 0)) return visit(from, to);
+        if (!(root > 0)) return visit(from, to);
         const float half = std::sqrt(root), enters = (-b - half) / a, leaves = (-b + half) / a;
         if (enters >= 1 || leaves <= 0) return visit(from, to);
         if (enters > 0) visit(from, from + enters * along);
         if (leaves < 1) visit(from + leaves * along, to);
-    }
-
-    // Bit i: whether `for_each_outer_part` may divide segment i.
-    INSONIFY_INLINE std::uint32_t divided_ones(const point_lanes& from, const point_lanes& to) const {
-        using floats = point_lanes::floats;
-        const float radius = inner_radius();
-        if (radius == 0) return 0;
-        const floats x = to.x - from.x, y = to.y - from.y, a = x * x + y * y, b = from.x * x + from.y * y,
-                     c = from.x * from.x + from.y * from.y - floats(radius * radius);
-        return bits_of(floats(0.0F) <= b * b - a * c);
     }
 
     line_turn turn_{};
@@ -12096,15 +12072,6 @@ struct scatterer_run {
     vec2 slope{0, 0};                 ///< change of depth per metre across the line: in the slice plane, out of it
 };
 
-namespace detail {
-
-/// An argument for the concept below.
-struct any_emit {
-    INSONIFY_FN void operator()(const scatterer_run&) const {}
-};
-
-} // namespace detail
-
 /// A scatterer field. `scatter(line, begin, end, spacing, emit)` calls emit(run) for the scatterers of one object
 /// between two distances along a line, metres. Their mean power is 1 per `spacing` metres of undeformed tissue, whose
 /// places are those of `material_line::rest`.
@@ -12113,8 +12080,9 @@ struct any_emit {
 /// by their distance in metres and the angle between them in radians. In elevation planes it is the same by their
 /// distance, unless the field is independent from plane to plane and has a member `independent_planes`.
 template <class Field>
-concept scattering_field = requires(const Field& field, const material_line& line, float x) {
-    field.scatter(line, x, x, x, detail::any_emit{});
+concept scattering_field = requires(const Field& field, const material_line& line, float x,
+                                    void (*emit)(const scatterer_run&)) {
+    field.scatter(line, x, x, x, emit);
     { field.covariance(x, x) } -> std::convertible_to<float>;
 };
 
@@ -13082,14 +13050,6 @@ struct cell_layout {
     /// Phase over the height of a cell: rms over the slots, turns, at the origin; and its change from slot to slot.
     vec2 turns{0, 0};
 
-    /// Sets `turns` for a segment that begins at a distance along the line, metres.
-    INSONIFY_FN void set_phase_spread(const material_line& line, float begin) {
-        constexpr float ahead = 2e-3F;
-        const float first = line.phase_spread(begin), last = line.phase_spread(begin + ahead);
-        const auto per_slot = static_cast<float>(1 / (static_cast<double>(ahead) * slots_per_metre));
-        turns = vec2{first, (last - first) * per_slot} * (line.height / (2 * pi));
-    }
-
     /// Values of N consecutive slots, interpolated between the four cells around the line: linearly out of the slice
     /// plane, and in it linearly too, or so that the field has the spectrum of white noise, as far as a beam can tell.
     /// @tparam Linear     whether linearly
@@ -13372,11 +13332,8 @@ struct cell_field {
         constexpr float eighths[] = {1,        0.9804F,  0.9248F,  0.84031F, 0.73599F, 0.62104F,
                                      0.50348F, 0.38981F, 0.2854F,  0.19486F, 0.12178F, 0.06792F,
                                      0.03254F, 0.01253F, 0.00333F, 0.00037F, 0};
-        const float position = 8 * std::fabs(distance / cell);
-        if (!(position < 16)) return 0;
-        const auto below = static_cast<int>(position);
-        const float weight = position - static_cast<float>(below);
-        return ((1 - weight) * eighths[below] + weight * eighths[below + 1]) * detail::same_view_probability(angle);
+        const detail::table_place at{8 * std::fabs(distance / cell), 17};
+        return ((1 - at.part) * eighths[at.above] + at.part * eighths[at.below]) * detail::same_view_probability(angle);
     }
     /// Emits the scatterers from `begin` to `end`, metres along the line: see `scattering_field`.
     template <class Emit>
@@ -13547,7 +13504,10 @@ struct cell_field {
             detail::rest_line rest = line;
             rest.origin = line.at(from - begin);
             detail::cell_layout cells = detail::make_cell_layout(seed, cell, rest, slab, spacing);
-            cells.set_phase_spread(line, from);
+            constexpr float ahead = 2e-3F;
+            const float first = line.phase_spread(from), more = line.phase_spread(from + ahead) - first;
+            const auto per_slot = static_cast<float>(1 / (double{ahead} * cells.slots_per_metre));
+            cells.turns = vec2{first, more * per_slot} * (line.height / (2 * pi));
             return cells;
         };
         // Where slots are of one layout in one layer, metres along the line.
@@ -14147,17 +14107,21 @@ class surface_strip {
     float nearest_ = 0; // where the surface is nearest to the probe, or the middle
 };
 
+/// What keeps the level of one kind of echoes at one depth of a line.
+struct kernel_level {
+    float gain = 1;    ///< keeps their rms
+    vec2 spread{0, 0}; ///< m^2: mean square distance between correlated echoes, across lines and planes
+    float loss = 0;    ///< m^4: the next term of the loss on a slope; see `compensated_echoes::scatterers`
+};
+
 /// What the lateral kernel and the elevation planes do to echoes at one depth of a line.
 struct kernel_sample {
     float lateral_sigma = 0;     ///< of the Gaussian that `convolve` applies across the lines, metres; 0: none
     float elevation_sigma = 0;   ///< of the beam out of the slice plane, metres; 0: unknown
     float line_spacing = 0;      ///< metres to the next line
     float divergence = 0;        ///< of neighbouring lines: angle over distance, 1/m
-    float speckle_gain = 1;      ///< keeps the rms of speckle
-    vec2 speckle_spread{0, 0};   ///< m^2: mean square distance between correlated speckle, across lines and planes
-    float speckle_loss = 0;      ///< m^4: the next term of the loss on a slope; see `compensated_echoes::scatterers`
-    float surface_gain = 1;      ///< keeps the rms of the diffuse echoes of surfaces
-    vec2 surface_spread{0, 0};   ///< m^2: the same for these
+    kernel_level speckle{};      ///< of speckle
+    kernel_level surface{};      ///< of the diffuse echoes of surfaces
     float uncorrelated_gain = 1; ///< keeps the rms of echoes that are independent from line to line
 };
 
@@ -14277,10 +14241,10 @@ class compensated_echoes {
         const auto gain = [&](float depth) {
             const kernel_sample here = kernels_.at(depth);
             const vec2 q_squared = square(phase_per_metre_) * run.slope * run.slope,
-                       lost = 0.5F * q_squared * here.speckle_spread;
-            return spread_gain(here, here.speckle_gain, kernels_.speckle_length, depth) *
+                       lost = 0.5F * q_squared * here.speckle.spread;
+            return spread_gain(here, here.speckle.gain, kernels_.speckle_length, depth) *
                    kernels_.random_weight(depth) *
-                   std::exp(0.5F * min(lost.x + lost.y + here.speckle_loss * q_squared.x * q_squared.x, 2));
+                   std::exp(0.5F * min(lost.x + lost.y + here.speckle.loss * q_squared.x * q_squared.x, 2));
         };
         constexpr float max_level = 1e20F; // keeps sums finite
         run.first_level = min(run.first_level * gain(run.depth), max_level);
@@ -14298,12 +14262,12 @@ class compensated_echoes {
     INSONIFY_FN void rough_surface(float depth, float amplitude, vec2 slope, vec3 curvature, const Value& value) const {
         const kernel_sample here = kernels_.at(depth);
         const float per_metre = 1 / square(0.632F * surface_grain(frequency_)) + square(phase_per_metre_);
-        const vec2 decorrelation = vec2{1, 1} + slope * slope * here.surface_spread * per_metre;
+        const vec2 decorrelation = vec2{1, 1} + slope * slope * here.surface.spread * per_metre;
         const view<const plane_sample> planes = kernels_.planes_at(depth);
         const surface_strip strip{slope.y, curvature.y, planes.empty() ? vec2{0, 0} : planes[kernels_.plane].strip};
         const float range = min(path_spacing(here, depth) * std::fabs(slope.x) + strip.range(), 3e-3F);
         const float part = max(0.5F * sigma_, 1e-6F), steps = std::ceil(range / part);
-        const float gain = min(spread_gain(here, here.surface_gain, kernels_.surface_length, depth) *
+        const float gain = min(spread_gain(here, here.surface.gain, kernels_.surface_length, depth) *
                                    std::sqrt(std::sqrt(decorrelation.x * decorrelation.y)),
                                here.uncorrelated_gain * std::sqrt(spread_.parts));
         const float level = amplitude * gain / std::sqrt(steps + 1);
@@ -15018,11 +14982,8 @@ class kernel_table {
                     .elevation_sigma = beam.elevation_sigma(z),
                     .line_spacing = across.spacing,
                     .divergence = across.spacing > 0 ? turned / across.spacing : 0.0F,
-                    .speckle_gain = work.speckle[line].gain,
-                    .speckle_spread = work.speckle[line].spread,
-                    .speckle_loss = work.speckle[line].loss,
-                    .surface_gain = work.surface[line].gain,
-                    .surface_spread = work.surface[line].spread,
+                    .speckle = work.speckle[line],
+                    .surface = work.surface[line],
                     .uncorrelated_gain = work.uncorrelated[line].gain};
         });
     }
@@ -15043,13 +15004,7 @@ class kernel_table {
     static constexpr std::uint32_t depths = kernel_table_view::depths;
     static constexpr float max_slope = 0.25F; // to which the loss of speckle on a slope is fitted: 14 degrees
 
-    // What keeps the level of one kind of echoes on a line; see `kernel_sample`.
-    struct level {
-        float gain = 1;
-        vec2 spread{0, 0};
-        float loss = 0;
-    };
-    using levels = std::vector<level>; // by distance from the border
+    using levels = std::vector<kernel_level>; // by distance from the border
 
     // Memory for one depth.
     struct scratch {
@@ -15139,7 +15094,7 @@ class kernel_table {
             std::min({border_ / static_cast<std::uint32_t>(size), (across.lines - 1) / 2,
                       border_in_half_widths * static_cast<std::uint32_t>(across.half_width())});
         levels& own = work.of_groups;
-        own.assign(border + 1, level{});
+        own.assign(border + 1, kernel_level{});
         work.power.resize(border + 1);
         const auto gain_of = [&](std::uint32_t line) {
             return own[std::min({line, across.lines - 1 - line, border})].gain;
@@ -15163,7 +15118,7 @@ class kernel_table {
             const float place =
                 min((static_cast<float>(line) + 0.5F) / static_cast<float>(size) - 0.5F, static_cast<float>(border));
             const auto before = static_cast<std::uint32_t>(max(place, 0));
-            const level &a = own[before], &b = own[std::min(before + 1, border)];
+            const kernel_level &a = own[before], &b = own[std::min(before + 1, border)];
             const float part = place - static_cast<float>(before);
             found[line] = {a.gain + part * (b.gain - a.gain), a.spread + part * (b.spread - a.spread),
                            a.loss + part * (b.loss - a.loss)};
@@ -15249,12 +15204,12 @@ inline std::uint32_t checked_samples(std::uint32_t lines, std::uint32_t samples,
 /// @throws geometry_error  for a pose that is not rigid
 template <class Model>
 std::uint32_t check_acquisition(const scene& body, const probe_settings& probe, const pose& at, const Model& model,
-                                const acquisition& settings) {
-    check_lines(body, probe.frequency, at, settings.depth, "trace");
+                                const acquisition& settings, const char* caller = "trace") {
+    check_lines(body, probe.frequency, at, settings.depth, caller);
     if constexpr (requires { model.check(); }) model.check();
     return checked_samples(probe.lines,
                            settings.samples != 0 ? settings.samples : model.samples(settings.depth, probe.frequency),
-                           "trace");
+                           caller);
 }
 
 /// The lines of a frame in all of its elevation planes. Trivially copyable.
@@ -15330,7 +15285,7 @@ class frame_plan {
         frame.pulse_sigma = axial_sigma(settings.bandwidth, settings.frequency);
         frame.bandwidth = settings.bandwidth;
         frame.samples = samples;
-        frame.plane_sets = made.plane_sets;
+        frame.plane_sets = made.of_lines.set_of_line();
         frame.plane_weights = made.plane_weights;
         frame.aperture = made.aperture_view();
         frame.kernels = made.kernels.view_of();
@@ -15342,7 +15297,6 @@ class frame_plan {
   private:
     struct tables {
         std::vector<elevation_plane> plane{};
-        std::vector<std::uint32_t> plane_sets{};
         std::vector<float> plane_weights{}, fnumbers{}, strips{}, phase_spreads{};
         float fnumber_spacing = 1, elevation_fnumber = 4, height = 0;
         planes_of_lines of_lines{};
@@ -15356,10 +15310,14 @@ class frame_plan {
             plane.clear();
             for (std::uint32_t i = 0; i < count; ++i) plane.push_back(planes[i]);
             of_lines.assign(policy, probe, planes);
-            plane_sets = of_lines.set_of_line();
-            plane_weights.clear();
+            const float spacing = depth / static_cast<float>(samples);
+            plane_weights.resize(count > 1 ? of_lines.sets() * count * samples : 0);
             for (std::size_t set = 0; count > 1 && set < of_lines.sets(); ++set)
-                of_lines[set].weights_of_samples(samples, depth / static_cast<float>(samples), plane_weights);
+                for (std::uint32_t k = 0; k < samples; ++k) {
+                    const elevation_planes::weights here = of_lines[set].at((static_cast<float>(k) + 0.5F) * spacing);
+                    for (std::uint32_t i = 0; i < count; ++i)
+                        plane_weights[(set * count + i) * samples + k] = here.coherent[i];
+                }
             compute_kernel_table(policy, probe, depth, of_lines, model, kernels);
             constexpr std::uint32_t parts = kernel_table_view::depths;
             fnumber_spacing = depth / parts;
@@ -15827,8 +15785,10 @@ struct aperture_view {
             if (between.any())
                 gain = {between(a.surfaces, b.surfaces) / here, between(a.speckle, b.speckle) / here,
                         between(a.shown, b.shown) - own.at[step].shown};
-            else
-                gain = limited(gain, above / here);
+            else { // no more sound arrives than at the step above, unless the line itself brings it
+                gain.surfaces = min(gain.surfaces, max(gain.surfaces * (above / here), 1));
+                gain.speckle = min(gain.speckle, max(gain.speckle * (above / here), 1));
+            }
             gains.values[gains.first(line, plane) + step] = gain;
         }
     }
@@ -15921,13 +15881,6 @@ struct aperture_view {
             all.power = multiply_add(together, together, all.power);
         }
         return all;
-    }
-
-    // The gain of the step above, where that has `more` times the amplitude along the line alone: no more sound arrives
-    // than there, unless the line itself brings it.
-    INSONIFY_FN static aperture_gain limited(const aperture_gain& above, float more) {
-        return {min(above.surfaces, max(above.surfaces * more, 1)), min(above.speckle, max(above.speckle * more, 1)),
-                above.deeper};
     }
 };
 
@@ -17758,13 +17711,11 @@ scan_map map_pixels(const any_policy<false>& policy, const Probe& probe, const a
             "scan_convert: the field of view has no width; give the number of rows and leave that of columns at 0"};
     if (map.size.x == 0) map.size.x = pixels_of(extent.x, wider);
     if (map.size.y == 0) map.size.y = pixels_of(extent.y, wider);
-    if (map.size.x > max_picture_side || map.size.y > max_picture_side) {
+    if (map.size.x > max_picture_side || map.size.y > max_picture_side)
         check_size(map.size, "scan_convert",
                    scan.depth >= 1 ? joined({"depth is ", scan.depth, " m: did you mean ", scan.depth, "_mm?"})
                                    : joined({"the field of view is ", extent.x, " m wide and ", extent.y,
                                              " m high; ask for fewer"}));
-    }
-    check_size(map.size, "scan_convert");
 
     const std::size_t pixels = static_cast<std::size_t>(map.size.x) * map.size.y;
     map.first.resize(pixels);
@@ -19178,10 +19129,8 @@ struct tgc_settings {
     /// @param frequency  f0 of the probe, hertz; the automatic gain is 2 attenuation f0 depth, or with a `bandwidth`
     ///                   what `attenuated` makes of that
     float gain_db(float depth, float end, float frequency) const {
-        const float place = clamp(depth / end, 0, 1) * 7;
-        const std::size_t slider = place < 7 ? static_cast<std::size_t>(place) : 6;
-        const float fraction = place - static_cast<float>(slider);
-        const float manual = sliders[slider] + fraction * (sliders[slider + 1] - sliders[slider]);
+        const detail::table_place at{depth / end * 7, sliders.size()};
+        const float manual = sliders[at.above] + at.part * (sliders[at.below] - sliders[at.above]);
         if (curve.empty()) {
             const float lost = 2 * attenuation * frequency * 1e-6F * depth;
             return manual +
@@ -19498,14 +19447,11 @@ struct label_stretch {
     std::size_t last = 0;  ///< sample after the last one
 };
 
-/// Checks the arguments of `label`.
-/// @return the number of samples of the grid: by default two for each standard deviation of the pulse, a multiple of 64
+/// Checks the arguments of `label`. @return the number of samples of the grid: by default as many as echoes have
 inline std::uint32_t check_labels(const scene& body, const probe_settings& probe, const pose& at,
                                   const label_settings& settings, const char* caller) {
-    check_lines(body, probe.frequency, at, settings.depth, caller);
-    const float sigma = pulse{}.sigma_z(probe.frequency);
-    return checked_samples(probe.lines, settings.samples != 0 ? settings.samples : samples_for(settings.depth, sigma),
-                           caller);
+    return check_acquisition(body, probe, at, physical<>{}, {.depth = settings.depth, .samples = settings.samples},
+                             caller);
 }
 
 /// How far lines are followed, metres: fast media below `depth` are displayed above it.
@@ -24347,14 +24293,16 @@ struct law2011 {
         const auto samples_before = [&](float depth) { return clamp(std::ceil(depth / spacing - 0.5F), 0, count); };
         float next_sample = 0;
         for (std::size_t i = 0, next = 0; i < line.layers.size(); i = next) {
-            next = i + same_medium(line, i);
-            const medium& m = line.media[line.layers[i].medium];
+            const std::uint32_t number = line.layers[i].medium; // layers of one medium have no interface between them
+            while (next < line.layers.size() && line.layers[next].medium == number) ++next;
+            const medium& m = line.media[number];
             const float begin = line.layers[i].begin, end = line.layers[next - 1].end;
             const float slope = loss(m, line.frequency);
+            const float scattered = incident == incident::backscattered ? texture * m.backscatter : 1;
             const interface_echo below = next_interface(line, next, transmitted_here);
             const decay_segment field{.first = bits_per_db * (loss_above - slope * begin),
                                       .step = bits_per_db * slope * spacing,
-                                      .strength = transmitted_here * strength(m)};
+                                      .strength = transmitted_here * scattered};
             const float last_sample = max(next_sample, samples_before(end));
             const bool before = band == band::before;
             const float end_of_band = before ? below.depth - reflection_length : above.depth + reflection_length;
@@ -24383,22 +24331,11 @@ struct law2011 {
 
     static constexpr float bits_per_db = -0.166096404744F; // 10^(-x/20) = 2^(-x log2(10)/20)
 
-    // Number of consecutive layers with the medium of the first: there is no interface between them.
-    INSONIFY_FN static std::size_t same_medium(const traced_line& line, std::size_t first) {
-        std::size_t next = first + 1;
-        while (next < line.layers.size() && line.layers[next].medium == line.layers[first].medium) ++next;
-        return next - first;
-    }
-
     // The echo of the interface at the beginning of layer `after`; none at the end of the line.
     INSONIFY_FN static interface_echo next_interface(const traced_line& line, std::size_t after, float intensity) {
         if (after == line.layers.size()) return {FLT_MAX, 0};
         const medium &above = line.media[line.layers[after - 1].medium], &below = line.media[line.layers[after].medium];
         return {line.layers[after].begin, intensity * reflected(above, below)};
-    }
-
-    INSONIFY_FN float strength(const medium& m) const {
-        return incident == incident::backscattered ? texture * m.backscatter : 1.0F;
     }
 
     // Fills the samples from `begin` to before `end`, both whole numbers.

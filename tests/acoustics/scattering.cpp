@@ -15,7 +15,7 @@ struct single {
     float covariance(float, float) const { return 1; }
 };
 struct no_covariance {
-    void scatter(const material_line&, float, float, float, detail::any_emit) const {}
+    void scatter(const material_line&, float, float, float, void (*)(const scatterer_run&)) const {}
 };
 } // namespace
 static_assert(scattering_field<single> && scattering_field<no_scatterers>);

@@ -91,20 +91,20 @@ errors errors_of(const Probe& probe, float depth) {
         const std::vector<double> of_speckle = speckle.gains(), of_surface = surface.gains(), of_alone = alone.gains();
         std::vector<double> own;
         for (std::uint32_t line = 0; line < probe.lines; ++line)
-            own.push_back(static_cast<double>(found.of_line(line, 0).samples[part].speckle_gain));
+            own.push_back(static_cast<double>(found.of_line(line, 0).samples[part].speckle.gain));
         for (std::uint32_t line = 0; line < probe.lines; ++line) {
             const detail::kernel_sample& here = found.of_line(line, 0).samples[part];
             const auto compare = [&](float gain, double expected) {
                 const double db = std::fabs(20 * std::log10(static_cast<double>(gain) / expected));
                 worst.gain_db = std::max(worst.gain_db, db);
             };
-            compare(here.speckle_gain, of_speckle[line]);
-            compare(here.surface_gain, of_surface[line]);
+            compare(here.speckle.gain, of_speckle[line]);
+            compare(here.surface.gain, of_surface[line]);
             compare(here.uncorrelated_gain, of_alone[line]);
             const double kept = speckle.power(line, of_speckle, [&](double d) { return std::cos(q * d); }),
                          level = speckle.power(line, of_speckle, [](double) { return 1.0; });
-            const double spread = static_cast<double>(here.speckle_spread.x),
-                         loss = static_cast<double>(here.speckle_loss);
+            const double spread = static_cast<double>(here.speckle.spread.x),
+                         loss = static_cast<double>(here.speckle.loss);
             const double stated = 10 / std::log(10.0) * (0.5 * spread * q * q + loss * q * q * q * q);
             const double expected = -10 * std::log10(std::max(kept / level, 0.15));
             if (expected < 7) worst.slope_db = std::max(worst.slope_db, std::fabs(stated - expected));

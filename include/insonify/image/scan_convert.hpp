@@ -153,13 +153,11 @@ scan_map map_pixels(const any_policy<false>& policy, const Probe& probe, const a
             "scan_convert: the field of view has no width; give the number of rows and leave that of columns at 0"};
     if (map.size.x == 0) map.size.x = pixels_of(extent.x, wider);
     if (map.size.y == 0) map.size.y = pixels_of(extent.y, wider);
-    if (map.size.x > max_picture_side || map.size.y > max_picture_side) {
+    if (map.size.x > max_picture_side || map.size.y > max_picture_side)
         check_size(map.size, "scan_convert",
                    scan.depth >= 1 ? joined({"depth is ", scan.depth, " m: did you mean ", scan.depth, "_mm?"})
                                    : joined({"the field of view is ", extent.x, " m wide and ", extent.y,
                                              " m high; ask for fewer"}));
-    }
-    check_size(map.size, "scan_convert");
 
     const std::size_t pixels = static_cast<std::size_t>(map.size.x) * map.size.y;
     map.first.resize(pixels);

@@ -103,14 +103,16 @@ struct law2011 {
         const auto samples_before = [&](float depth) { return clamp(std::ceil(depth / spacing - 0.5F), 0, count); };
         float next_sample = 0;
         for (std::size_t i = 0, next = 0; i < line.layers.size(); i = next) {
-            next = i + same_medium(line, i);
-            const medium& m = line.media[line.layers[i].medium];
+            const std::uint32_t number = line.layers[i].medium; // layers of one medium have no interface between them
+            while (next < line.layers.size() && line.layers[next].medium == number) ++next;
+            const medium& m = line.media[number];
             const float begin = line.layers[i].begin, end = line.layers[next - 1].end;
             const float slope = loss(m, line.frequency);
+            const float scattered = incident == incident::backscattered ? texture * m.backscatter : 1;
             const interface_echo below = next_interface(line, next, transmitted_here);
             const decay_segment field{.first = bits_per_db * (loss_above - slope * begin),
                                       .step = bits_per_db * slope * spacing,
-                                      .strength = transmitted_here * strength(m)};
+                                      .strength = transmitted_here * scattered};
             const float last_sample = max(next_sample, samples_before(end));
             const bool before = band == band::before;
             const float end_of_band = before ? below.depth - reflection_length : above.depth + reflection_length;
@@ -139,22 +141,11 @@ struct law2011 {
 
     static constexpr float bits_per_db = -0.166096404744F; // 10^(-x/20) = 2^(-x log2(10)/20)
 
-    // Number of consecutive layers with the medium of the first: there is no interface between them.
-    INSONIFY_FN static std::size_t same_medium(const traced_line& line, std::size_t first) {
-        std::size_t next = first + 1;
-        while (next < line.layers.size() && line.layers[next].medium == line.layers[first].medium) ++next;
-        return next - first;
-    }
-
     // The echo of the interface at the beginning of layer `after`; none at the end of the line.
     INSONIFY_FN static interface_echo next_interface(const traced_line& line, std::size_t after, float intensity) {
         if (after == line.layers.size()) return {FLT_MAX, 0};
         const medium &above = line.media[line.layers[after - 1].medium], &below = line.media[line.layers[after].medium];
         return {line.layers[after].begin, intensity * reflected(above, below)};
-    }
-
-    INSONIFY_FN float strength(const medium& m) const {
-        return incident == incident::backscattered ? texture * m.backscatter : 1.0F;
     }
 
     // Fills the samples from `begin` to before `end`, both whole numbers.

@@ -89,10 +89,8 @@ struct tgc_settings {
     /// @param frequency  f0 of the probe, hertz; the automatic gain is 2 attenuation f0 depth, or with a `bandwidth`
     ///                   what `attenuated` makes of that
     float gain_db(float depth, float end, float frequency) const {
-        const float place = clamp(depth / end, 0, 1) * 7;
-        const std::size_t slider = place < 7 ? static_cast<std::size_t>(place) : 6;
-        const float fraction = place - static_cast<float>(slider);
-        const float manual = sliders[slider] + fraction * (sliders[slider + 1] - sliders[slider]);
+        const detail::table_place at{depth / end * 7, sliders.size()};
+        const float manual = sliders[at.above] + at.part * (sliders[at.below] - sliders[at.above]);
         if (curve.empty()) {
             const float lost = 2 * attenuation * frequency * 1e-6F * depth;
             return manual +

@@ -179,14 +179,6 @@ struct cell_layout {
     /// Phase over the height of a cell: rms over the slots, turns, at the origin; and its change from slot to slot.
     vec2 turns{0, 0};
 
-    /// Sets `turns` for a segment that begins at a distance along the line, metres.
-    INSONIFY_FN void set_phase_spread(const material_line& line, float begin) {
-        constexpr float ahead = 2e-3F;
-        const float first = line.phase_spread(begin), last = line.phase_spread(begin + ahead);
-        const auto per_slot = static_cast<float>(1 / (static_cast<double>(ahead) * slots_per_metre));
-        turns = vec2{first, (last - first) * per_slot} * (line.height / (2 * pi));
-    }
-
     /// Values of N consecutive slots, interpolated between the four cells around the line: linearly out of the slice
     /// plane, and in it linearly too, or so that the field has the spectrum of white noise, as far as a beam can tell.
     /// @tparam Linear     whether linearly
@@ -469,11 +461,8 @@ struct cell_field {
         constexpr float eighths[] = {1,        0.9804F,  0.9248F,  0.84031F, 0.73599F, 0.62104F,
                                      0.50348F, 0.38981F, 0.2854F,  0.19486F, 0.12178F, 0.06792F,
                                      0.03254F, 0.01253F, 0.00333F, 0.00037F, 0};
-        const float position = 8 * std::fabs(distance / cell);
-        if (!(position < 16)) return 0;
-        const auto below = static_cast<int>(position);
-        const float weight = position - static_cast<float>(below);
-        return ((1 - weight) * eighths[below] + weight * eighths[below + 1]) * detail::same_view_probability(angle);
+        const detail::table_place at{8 * std::fabs(distance / cell), 17};
+        return ((1 - at.part) * eighths[at.above] + at.part * eighths[at.below]) * detail::same_view_probability(angle);
     }
     /// Emits the scatterers from `begin` to `end`, metres along the line: see `scattering_field`.
     template <class Emit>
@@ -644,7 +633,10 @@ struct cell_field {
             detail::rest_line rest = line;
             rest.origin = line.at(from - begin);
             detail::cell_layout cells = detail::make_cell_layout(seed, cell, rest, slab, spacing);
-            cells.set_phase_spread(line, from);
+            constexpr float ahead = 2e-3F;
+            const float first = line.phase_spread(from), more = line.phase_spread(from + ahead) - first;
+            const auto per_slot = static_cast<float>(1 / (double{ahead} * cells.slots_per_metre));
+            cells.turns = vec2{first, more * per_slot} * (line.height / (2 * pi));
             return cells;
         };
         // Where slots are of one layout in one layer, metres along the line.

@@ -78,15 +78,6 @@ struct scatterer_run {
     vec2 slope{0, 0};                 ///< change of depth per metre across the line: in the slice plane, out of it
 };
 
-namespace detail {
-
-/// An argument for the concept below.
-struct any_emit {
-    INSONIFY_FN void operator()(const scatterer_run&) const {}
-};
-
-} // namespace detail
-
 /// A scatterer field. `scatter(line, begin, end, spacing, emit)` calls emit(run) for the scatterers of one object
 /// between two distances along a line, metres. Their mean power is 1 per `spacing` metres of undeformed tissue, whose
 /// places are those of `material_line::rest`.
@@ -95,8 +86,9 @@ struct any_emit {
 /// by their distance in metres and the angle between them in radians. In elevation planes it is the same by their
 /// distance, unless the field is independent from plane to plane and has a member `independent_planes`.
 template <class Field>
-concept scattering_field = requires(const Field& field, const material_line& line, float x) {
-    field.scatter(line, x, x, x, detail::any_emit{});
+concept scattering_field = requires(const Field& field, const material_line& line, float x,
+                                    void (*emit)(const scatterer_run&)) {
+    field.scatter(line, x, x, x, emit);
     { field.covariance(x, x) } -> std::convertible_to<float>;
 };
 

@@ -123,17 +123,21 @@ class surface_strip {
     float nearest_ = 0; // where the surface is nearest to the probe, or the middle
 };
 
+/// What keeps the level of one kind of echoes at one depth of a line.
+struct kernel_level {
+    float gain = 1;    ///< keeps their rms
+    vec2 spread{0, 0}; ///< m^2: mean square distance between correlated echoes, across lines and planes
+    float loss = 0;    ///< m^4: the next term of the loss on a slope; see `compensated_echoes::scatterers`
+};
+
 /// What the lateral kernel and the elevation planes do to echoes at one depth of a line.
 struct kernel_sample {
     float lateral_sigma = 0;     ///< of the Gaussian that `convolve` applies across the lines, metres; 0: none
     float elevation_sigma = 0;   ///< of the beam out of the slice plane, metres; 0: unknown
     float line_spacing = 0;      ///< metres to the next line
     float divergence = 0;        ///< of neighbouring lines: angle over distance, 1/m
-    float speckle_gain = 1;      ///< keeps the rms of speckle
-    vec2 speckle_spread{0, 0};   ///< m^2: mean square distance between correlated speckle, across lines and planes
-    float speckle_loss = 0;      ///< m^4: the next term of the loss on a slope; see `compensated_echoes::scatterers`
-    float surface_gain = 1;      ///< keeps the rms of the diffuse echoes of surfaces
-    vec2 surface_spread{0, 0};   ///< m^2: the same for these
+    kernel_level speckle{};      ///< of speckle
+    kernel_level surface{};      ///< of the diffuse echoes of surfaces
     float uncorrelated_gain = 1; ///< keeps the rms of echoes that are independent from line to line
 };
 
@@ -253,10 +257,10 @@ class compensated_echoes {
         const auto gain = [&](float depth) {
             const kernel_sample here = kernels_.at(depth);
             const vec2 q_squared = square(phase_per_metre_) * run.slope * run.slope,
-                       lost = 0.5F * q_squared * here.speckle_spread;
-            return spread_gain(here, here.speckle_gain, kernels_.speckle_length, depth) *
+                       lost = 0.5F * q_squared * here.speckle.spread;
+            return spread_gain(here, here.speckle.gain, kernels_.speckle_length, depth) *
                    kernels_.random_weight(depth) *
-                   std::exp(0.5F * min(lost.x + lost.y + here.speckle_loss * q_squared.x * q_squared.x, 2));
+                   std::exp(0.5F * min(lost.x + lost.y + here.speckle.loss * q_squared.x * q_squared.x, 2));
         };
         constexpr float max_level = 1e20F; // keeps sums finite
         run.first_level = min(run.first_level * gain(run.depth), max_level);
@@ -274,12 +278,12 @@ class compensated_echoes {
     INSONIFY_FN void rough_surface(float depth, float amplitude, vec2 slope, vec3 curvature, const Value& value) const {
         const kernel_sample here = kernels_.at(depth);
         const float per_metre = 1 / square(0.632F * surface_grain(frequency_)) + square(phase_per_metre_);
-        const vec2 decorrelation = vec2{1, 1} + slope * slope * here.surface_spread * per_metre;
+        const vec2 decorrelation = vec2{1, 1} + slope * slope * here.surface.spread * per_metre;
         const view<const plane_sample> planes = kernels_.planes_at(depth);
         const surface_strip strip{slope.y, curvature.y, planes.empty() ? vec2{0, 0} : planes[kernels_.plane].strip};
         const float range = min(path_spacing(here, depth) * std::fabs(slope.x) + strip.range(), 3e-3F);
         const float part = max(0.5F * sigma_, 1e-6F), steps = std::ceil(range / part);
-        const float gain = min(spread_gain(here, here.surface_gain, kernels_.surface_length, depth) *
+        const float gain = min(spread_gain(here, here.surface.gain, kernels_.surface_length, depth) *
                                    std::sqrt(std::sqrt(decorrelation.x * decorrelation.y)),
                                here.uncorrelated_gain * std::sqrt(spread_.parts));
         const float level = amplitude * gain / std::sqrt(steps + 1);

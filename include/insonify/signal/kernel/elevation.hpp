@@ -168,16 +168,6 @@ class elevation_planes {
         return found;
     }
 
-    /// Appends the coherent weights of every sample of a line: plane after plane, each with `samples` weights.
-    void weights_of_samples(std::uint32_t samples, float spacing, std::vector<float>& all) const {
-        const std::size_t begin = all.size();
-        all.resize(begin + std::size_t{count_} * samples);
-        for (std::uint32_t k = 0; k < samples; ++k) {
-            const weights here = at((static_cast<float>(k) + 0.5F) * spacing);
-            for (std::uint32_t i = 0; i < count_; ++i) all[begin + std::size_t{i} * samples + k] = here.coherent[i];
-        }
-    }
-
   private:
     static constexpr std::uint32_t depths = 128; // parts of the depth of the image
 

@@ -191,11 +191,8 @@ class kernel_table {
                     .elevation_sigma = beam.elevation_sigma(z),
                     .line_spacing = across.spacing,
                     .divergence = across.spacing > 0 ? turned / across.spacing : 0.0F,
-                    .speckle_gain = work.speckle[line].gain,
-                    .speckle_spread = work.speckle[line].spread,
-                    .speckle_loss = work.speckle[line].loss,
-                    .surface_gain = work.surface[line].gain,
-                    .surface_spread = work.surface[line].spread,
+                    .speckle = work.speckle[line],
+                    .surface = work.surface[line],
                     .uncorrelated_gain = work.uncorrelated[line].gain};
         });
     }
@@ -216,13 +213,7 @@ class kernel_table {
     static constexpr std::uint32_t depths = kernel_table_view::depths;
     static constexpr float max_slope = 0.25F; // to which the loss of speckle on a slope is fitted: 14 degrees
 
-    // What keeps the level of one kind of echoes on a line; see `kernel_sample`.
-    struct level {
-        float gain = 1;
-        vec2 spread{0, 0};
-        float loss = 0;
-    };
-    using levels = std::vector<level>; // by distance from the border
+    using levels = std::vector<kernel_level>; // by distance from the border
 
     // Memory for one depth.
     struct scratch {
@@ -312,7 +303,7 @@ class kernel_table {
             std::min({border_ / static_cast<std::uint32_t>(size), (across.lines - 1) / 2,
                       border_in_half_widths * static_cast<std::uint32_t>(across.half_width())});
         levels& own = work.of_groups;
-        own.assign(border + 1, level{});
+        own.assign(border + 1, kernel_level{});
         work.power.resize(border + 1);
         const auto gain_of = [&](std::uint32_t line) {
             return own[std::min({line, across.lines - 1 - line, border})].gain;
@@ -336,7 +327,7 @@ class kernel_table {
             const float place =
                 min((static_cast<float>(line) + 0.5F) / static_cast<float>(size) - 0.5F, static_cast<float>(border));
             const auto before = static_cast<std::uint32_t>(max(place, 0));
-            const level &a = own[before], &b = own[std::min(before + 1, border)];
+            const kernel_level &a = own[before], &b = own[std::min(before + 1, border)];
             const float part = place - static_cast<float>(before);
             found[line] = {a.gain + part * (b.gain - a.gain), a.spread + part * (b.spread - a.spread),
                            a.loss + part * (b.loss - a.loss)};

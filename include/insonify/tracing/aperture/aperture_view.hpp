@@ -254,8 +254,10 @@ struct aperture_view {
             if (between.any())
                 gain = {between(a.surfaces, b.surfaces) / here, between(a.speckle, b.speckle) / here,
                         between(a.shown, b.shown) - own.at[step].shown};
-            else
-                gain = limited(gain, above / here);
+            else { // no more sound arrives than at the step above, unless the line itself brings it
+                gain.surfaces = min(gain.surfaces, max(gain.surfaces * (above / here), 1));
+                gain.speckle = min(gain.speckle, max(gain.speckle * (above / here), 1));
+            }
             gains.values[gains.first(line, plane) + step] = gain;
         }
     }
@@ -348,13 +350,6 @@ struct aperture_view {
             all.power = multiply_add(together, together, all.power);
         }
         return all;
-    }
-
-    // The gain of the step above, where that has `more` times the amplitude along the line alone: no more sound arrives
-    // than there, unless the line itself brings it.
-    INSONIFY_FN static aperture_gain limited(const aperture_gain& above, float more) {
-        return {min(above.surfaces, max(above.surfaces * more, 1)), min(above.speckle, max(above.speckle * more, 1)),
-                above.deeper};
     }
 };
 

@@ -222,7 +222,6 @@ class turned_fan {
             const point_lanes first = straightened(from), last = straightened(to);
             const auto places_first = straight.places_of(first.x, first.y),
                        places_last = straight.places_of(last.x, last.y);
-            const std::uint32_t divided = divided_ones(from, to);
             float ends[4][width];
             store(first.x, ends[0]), store(first.y, ends[1]), store(last.x, ends[2]), store(last.y, ends[3]);
             const std::size_t end = std::min<std::size_t>(width, segments.size() - begin);
@@ -230,18 +229,13 @@ class turned_fan {
                 const cut_segment& one = segments[begin + i];
                 const vec2 p{ends[0][i], ends[1][i]}, q{ends[2][i], ends[3][i]};
                 const std::uint32_t gap_p = straight.gap(places_first, i), gap_q = straight.gap(places_last, i);
-                const auto add = [&](std::uint32_t from_line, std::uint32_t to_line) {
-                    visit(one, from_line, to_line);
-                };
-                if ((divided >> i & 1U) == 0) {
-                    straight.for_each_crossed(p, gap_p, q, gap_q, add);
-                    continue;
-                }
                 for_each_outer_part(one.from, one.to, [&](vec2 a, vec2 b) {
                     const vec2 a_moved = a == one.from ? p : straightened(a),
                                b_moved = b == one.to ? q : straightened(b);
-                    straight.for_each_crossed(a_moved, a == one.from ? gap_p : straight.gap(a_moved), b_moved,
-                                              b == one.to ? gap_q : straight.gap(b_moved), add);
+                    straight.for_each_crossed(
+                        a_moved, a == one.from ? gap_p : straight.gap(a_moved), b_moved,
+                        b == one.to ? gap_q : straight.gap(b_moved),
+                        [&](std::uint32_t first_line, std::uint32_t line_end) { visit(one, first_line, line_end); });
                 });
             }
         }
@@ -284,24 +278,15 @@ class turned_fan {
     template <class Visit>
     void for_each_outer_part(vec2 from, vec2 to, const Visit& visit) const {
         const float radius = inner_radius();
+        if (radius == 0) return visit(from, to);
         const vec2 along = to - from;
         const float a = dot(along, along), b = dot(from, along), c = dot(from, from) - radius * radius;
         const float root = b * b - a * c;
-        if (radius == 0 || !(root > 0)) return visit(from, to);
+        if (!(root > 0)) return visit(from, to);
         const float half = std::sqrt(root), enters = (-b - half) / a, leaves = (-b + half) / a;
         if (enters >= 1 || leaves <= 0) return visit(from, to);
         if (enters > 0) visit(from, from + enters * along);
         if (leaves < 1) visit(from + leaves * along, to);
-    }
-
-    // Bit i: whether `for_each_outer_part` may divide segment i.
-    INSONIFY_INLINE std::uint32_t divided_ones(const point_lanes& from, const point_lanes& to) const {
-        using floats = point_lanes::floats;
-        const float radius = inner_radius();
-        if (radius == 0) return 0;
-        const floats x = to.x - from.x, y = to.y - from.y, a = x * x + y * y, b = from.x * x + from.y * y,
-                     c = from.x * from.x + from.y * from.y - floats(radius * radius);
-        return bits_of(floats(0.0F) <= b * b - a * c);
     }
 
     line_turn turn_{};

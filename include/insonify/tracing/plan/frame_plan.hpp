@@ -54,12 +54,11 @@ inline std::uint32_t checked_samples(std::uint32_t lines, std::uint32_t samples,
 /// @throws geometry_error  for a pose that is not rigid
 template <class Model>
 std::uint32_t check_acquisition(const scene& body, const probe_settings& probe, const pose& at, const Model& model,
-                                const acquisition& settings) {
-    check_lines(body, probe.frequency, at, settings.depth, "trace");
+                                const acquisition& settings, const char* caller = "trace") {
+    check_lines(body, probe.frequency, at, settings.depth, caller);
     if constexpr (requires { model.check(); }) model.check();
-    return checked_samples(probe.lines,
-                           settings.samples != 0 ? settings.samples : model.samples(settings.depth, probe.frequency),
-                           "trace");
+    return checked_samples(
+        probe.lines, settings.samples != 0 ? settings.samples : model.samples(settings.depth, probe.frequency), caller);
 }
 
 /// The lines of a frame in all of its elevation planes. Trivially copyable.
@@ -135,7 +134,7 @@ class frame_plan {
         frame.pulse_sigma = axial_sigma(settings.bandwidth, settings.frequency);
         frame.bandwidth = settings.bandwidth;
         frame.samples = samples;
-        frame.plane_sets = made.plane_sets;
+        frame.plane_sets = made.of_lines.set_of_line();
         frame.plane_weights = made.plane_weights;
         frame.aperture = made.aperture_view();
         frame.kernels = made.kernels.view_of();
@@ -147,7 +146,6 @@ class frame_plan {
   private:
     struct tables {
         std::vector<elevation_plane> plane{};
-        std::vector<std::uint32_t> plane_sets{};
         std::vector<float> plane_weights{}, fnumbers{}, strips{}, phase_spreads{};
         float fnumber_spacing = 1, elevation_fnumber = 4, height = 0;
         planes_of_lines of_lines{};
@@ -161,10 +159,14 @@ class frame_plan {
             plane.clear();
             for (std::uint32_t i = 0; i < count; ++i) plane.push_back(planes[i]);
             of_lines.assign(policy, probe, planes);
-            plane_sets = of_lines.set_of_line();
-            plane_weights.clear();
+            const float spacing = depth / static_cast<float>(samples);
+            plane_weights.resize(count > 1 ? of_lines.sets() * count * samples : 0);
             for (std::size_t set = 0; count > 1 && set < of_lines.sets(); ++set)
-                of_lines[set].weights_of_samples(samples, depth / static_cast<float>(samples), plane_weights);
+                for (std::uint32_t k = 0; k < samples; ++k) {
+                    const elevation_planes::weights here = of_lines[set].at((static_cast<float>(k) + 0.5F) * spacing);
+                    for (std::uint32_t i = 0; i < count; ++i)
+                        plane_weights[(set * count + i) * samples + k] = here.coherent[i];
+                }
             compute_kernel_table(policy, probe, depth, of_lines, model, kernels);
             constexpr std::uint32_t parts = kernel_table_view::depths;
             fnumber_spacing = depth / parts;

@@ -3,10 +3,10 @@
 
 #include <insonify/core/save_macros.hpp>
 
-#include <insonify/acoustics/acoustic_model.hpp>
+#include <insonify/acoustics/physical.hpp>
 #include <insonify/probe/line_grid.hpp>
-#include <insonify/signal/pulse.hpp>
 #include <insonify/tracing/find/find_layers.hpp>
+#include <insonify/tracing/plan/frame_plan.hpp>
 #include <algorithm>
 #include <cstddef>
 
@@ -34,14 +34,11 @@ struct label_stretch {
     std::size_t last = 0;  ///< sample after the last one
 };
 
-/// Checks the arguments of `label`.
-/// @return the number of samples of the grid: by default two for each standard deviation of the pulse, a multiple of 64
+/// Checks the arguments of `label`. @return the number of samples of the grid: by default as many as echoes have
 inline std::uint32_t check_labels(const scene& body, const probe_settings& probe, const pose& at,
                                   const label_settings& settings, const char* caller) {
-    check_lines(body, probe.frequency, at, settings.depth, caller);
-    const float sigma = pulse{}.sigma_z(probe.frequency);
-    return checked_samples(probe.lines, settings.samples != 0 ? settings.samples : samples_for(settings.depth, sigma),
-                           caller);
+    return check_acquisition(body, probe, at, physical<>{}, {.depth = settings.depth, .samples = settings.samples},
+                             caller);
 }
 
 /// How far lines are followed, metres: fast media below `depth` are displayed above it.
