@@ -23,9 +23,6 @@ image b_mode(const Policy& policy, const scene& body, const Probe& probe, const 
     return b_mode(policy, body, probe, at, physical<>{}, settings);
 }
 /// The same with other acoustics, and another way for sound to travel.
-///
-///     b_mode(exec::par_unseq, body, probe, at, physical{}, {.depth = 40_mm}, paths{});
-///
 /// @param model  acoustics of interfaces and media
 /// @param how    how sound travels: `straight_lines`, `paths`, or your own (`tracer`)
 /// @throws usage_error, geometry_error  as above

@@ -98,9 +98,6 @@ inline std::string unit_fault(float size, float depth) {
 
 /// Finds why a picture is empty, and explains it in plain sentences; `explain` does so for a single mesh.
 ///
-///     std::puts(diagnose(body, probe, at, {.depth = 40_mm}).sentence.c_str());
-///     // No line meets any object: they are behind the probe, which looks away from them; turn it round ...
-///
 /// Throws only for lack of memory. Cost: up to some seconds for a million faces.
 /// @param at  probe to world
 template <transducer Probe>

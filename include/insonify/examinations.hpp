@@ -11,8 +11,6 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// A probe and scanner settings for an examination. The probes have the effective pulse and aperture of a scanner in
 /// use: see `presets::in_use`; the intravascular one has those of the transducer.
-///
-///     b_mode(exec::par_unseq, body, presets::abdomen.probe, at, presets::abdomen.settings)
 template <transducer Probe>
 struct examination {
     Probe probe{};              ///< the transducer

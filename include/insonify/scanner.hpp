@@ -25,7 +25,6 @@
 #include <concepts>
 #include <deque>
 #include <optional>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -313,8 +312,6 @@ class scanner {
         return !interrupted_ && echo_look_ < frame_looks_.size() ? frame_looks_[echo_look_].echoes : none;
     }
     /// The lines of `echoes`: usually more than those of the probe, see `rays_per_line`.
-    ///
-    ///     iq_lines own = resample_lines(policy, machine.echoes(), machine.echo_probe(), machine.probe);
     /// @throws usage_error  before the first picture, and after a `scan` that threw while it acquired or drew
     const steered<refined<Probe>>& echo_probe() const {
         check_acquired();

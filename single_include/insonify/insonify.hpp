@@ -1087,7 +1087,6 @@ inline std::string counted(std::size_t count, const char* one, const char* many)
 #include <cstdint>
 #include <exception>
 #include <mutex>
-#include <string>
 #include <thread>
 #include <vector>
 
@@ -2138,7 +2137,6 @@ struct acquisition {
 #endif
 #include <algorithm>
 #include <numeric>
-#include <string>
 #include <vector>
 
 /// Slow time: the echoes of successive pulses along the same lines, from which velocities are estimated.
@@ -2497,7 +2495,6 @@ inline pose look_at(vec3 from, vec3 towards, vec3 lateral) {
 #include <cstddef>
 #include <memory>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -3612,7 +3609,6 @@ inline void check_object(const mesh& surface, const medium& inside, const object
 
 #endif
 #include <concepts>
-#include <string>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -3819,7 +3815,6 @@ struct velocity_samples {
 #include <cmath>
 #include <concepts>
 #include <cstdint>
-#include <string>
 
 /// Range checks of settings. Where a value is plausible in another unit the error suggests that unit: "probe: width is
 /// 38 m: did you mean 38_mm?". The limits admit all ultrasound, from the testing of concrete to acoustic microscopy.
@@ -7829,7 +7824,6 @@ void invert_map(const Policy& policy, const Map& map, const displacement_lattice
 #include <cstdint>
 #include <memory>
 #include <span>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -8641,7 +8635,6 @@ scene_view scene_views::for_rays(const Threads& policy, const scene_parts& of) {
 #include <cmath>
 #include <optional>
 #include <span>
-#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -9357,7 +9350,6 @@ constexpr float nanoseconds_of() {
 
 #include <cmath>
 #include <cstdint>
-#include <string>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI::detail {
@@ -9729,7 +9721,6 @@ class line_fan {
 #define INSONIFY_SIGNAL_PULSE_HPP
 
 
-#include <string>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -9978,7 +9969,6 @@ float rays_per_line(const Probe& probe, float depth, float min_rays = 1, float l
 #endif
 #include <algorithm>
 #include <cmath>
-#include <string>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -10764,10 +10754,8 @@ class slice_cut {
 #define INSONIFY_TRACING_FIND_LINE_LAYERS_HPP
 
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -10799,11 +10787,6 @@ struct layer_block {
 
 /// What lies along every line of every elevation plane, as `find_layers` found it. A value: the scene may change
 /// afterwards.
-///
-///     const line_layers found = find_layers(exec::par_unseq, body, probe, at, {.depth = 40_mm, .planes = 5});
-///     float in_bone = 0; // metres, on line 32 of the slice plane
-///     for (const layer& one : found(32))
-///         if (one.object == static_cast<label_id>(bone)) in_bone += one.end - one.begin;
 class line_layers {
   public:
     std::uint32_t lines = 0;     ///< of the probe
@@ -11284,11 +11267,10 @@ class turned_fan {
                 for_each_outer_part(one.from, one.to, [&](vec2 a, vec2 b) {
                     const vec2 a_moved = a == one.from ? p : straightened(a),
                                b_moved = b == one.to ? q : straightened(b);
-                    straight.for_each_crossed(a_moved, a == one.from ? gap_p : straight.gap(a_moved), b_moved,
-                                              b == one.to ? gap_q : straight.gap(b_moved),
-                                              [&](std::uint32_t first_line, std::uint32_t line_end) {
-                                                  visit(one, first_line, line_end);
-                                              });
+                    straight.for_each_crossed(
+                        a_moved, a == one.from ? gap_p : straight.gap(a_moved), b_moved,
+                        b == one.to ? gap_q : straight.gap(b_moved),
+                        [&](std::uint32_t first_line, std::uint32_t line_end) { visit(one, first_line, line_end); });
                 });
             }
         }
@@ -14382,7 +14364,6 @@ class compensated_echoes {
 
 
 #include <algorithm>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -15207,9 +15188,8 @@ std::uint32_t check_acquisition(const scene& body, const probe_settings& probe, 
                                 const acquisition& settings, const char* caller = "trace") {
     check_lines(body, probe.frequency, at, settings.depth, caller);
     if constexpr (requires { model.check(); }) model.check();
-    return checked_samples(probe.lines,
-                           settings.samples != 0 ? settings.samples : model.samples(settings.depth, probe.frequency),
-                           caller);
+    return checked_samples(
+        probe.lines, settings.samples != 0 ? settings.samples : model.samples(settings.depth, probe.frequency), caller);
 }
 
 /// The lines of a frame in all of its elevation planes. Trivially copyable.
@@ -16763,8 +16743,6 @@ class path_follower {
 } // namespace detail
 /// Refraction and multiple reflection: a `tracer` for `trace` and `b_mode`.
 ///
-///     b_mode(exec::par_unseq, body, probe, at, physical{}, {.depth = 40_mm}, paths{});
-///
 /// Sound goes out along a path and returns along the same one, so each surface on the way adds its echo, weakened
 /// by all that the path crosses twice. A plate thus gives the ladder of its reverberations, a mirror the image
 /// behind it, and a tilted layer displaces what lies below. Where two paths meet a surface at one point from one
@@ -16772,8 +16750,7 @@ class path_follower {
 /// echoes, as the sum over every sequence of reflections does, above `min_amplitude`. Directions follow the model's
 /// own interface law where it gives one, else Snell's. The face of the probe is an infinite plane, where paths end.
 /// Curved mirrors spread or focus the sound, curved surfaces that refract it do not: where a mirror would spread it to
-/// more than the distance of the lines, the line is divided into up to 15 paths. Speckle is that of sound which
-/// returns as it went out.
+/// more than the distance of the lines, the line is divided. Speckle is that of sound which returns as it went out.
 struct paths {
     path_settings settings{}; ///< how far they are followed
 
@@ -16798,7 +16775,6 @@ struct paths {
 
 #endif
 #include <concepts>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -16974,10 +16950,6 @@ class line_driver {
 } // namespace detail
 
 /// `trace`, frame after frame: holds tables, layers and memory, so that it allocates only while buffers grow.
-///
-///     line_tracer<> lines;
-///     iq_lines echoes;
-///     for (;;) echoes = lines.trace(exec::par_unseq, body, probe, at, physical{}, scan, {}, std::move(echoes));
 template <acoustic_model Model = physical<>, tracer<Model> Tracer = straight_lines>
 class line_tracer {
     static_assert(detail::model_check<Model>::passed);
@@ -17515,7 +17487,6 @@ iq_ensemble doppler_ensemble(const Policy& policy, const scene& body, const Prob
 
 #include <cstddef>
 #include <cstdint>
-#include <string>
 #include <string_view>
 #include <vector>
 
@@ -17568,7 +17539,6 @@ inline void check_size(uvec2 size, const char* caller, std::string_view advice =
 
 
 #endif
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -17810,9 +17780,6 @@ image scan_convert(const Policy& policy, const scan_lines& lines, const scan_map
 using label_image = pixel_grid<label_id>; ///< the object at each pixel
 
 /// Scan-converts labels: each pixel has the label of the nearest sample, or `background_label` outside the field.
-///
-///     const scan_map map = make_scan_map(exec::par, probe, {.depth = truth.depth, .samples = truth.samples});
-///     label_image mask = scan_convert(exec::par, truth, map);
 ///
 /// Pixels correspond to those of the image that `scan_convert` makes of lines with the same map. Structures thinner
 /// than a pixel may be missed: trace with about as many samples as the image has rows.
@@ -18237,10 +18204,7 @@ colour_image colour_overlay(const Policy& policy, const image& grey, const flow_
 #define INSONIFY_SIGNAL_FOURIER_HPP
 
 
-#include <cmath>
 #include <cstddef>
-#include <cstdint>
-#include <utility>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI::detail {
@@ -18395,7 +18359,6 @@ void for_each_analytic(const Policy& policy, const std::vector<float>& all, std:
 
 
 #endif
-#include <string>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -18829,7 +18792,6 @@ scan_lines map_grey(const Policy& policy, scan_lines lines, const grey_map& map)
 
 
 #include <algorithm>
-#include <string>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -19272,9 +19234,6 @@ namespace insonify::inline INSONIFY_ABI {
 /// Echoes on the lines of a probe from those on fewer or more lines of it, after `convolve`: a beam has no detail finer
 /// than its width, so lines half of that apart say what is between them (`rays_per_line`).
 ///
-///     const refined traced{probe, rays_per_line(probe, depth, 0.25F)};
-///     echoes = resample_lines(policy, echoes, traced, probe); // ... of trace and convolve with `traced`
-///
 /// Each line is the sum of the six around it, weighted by a Lanczos window, along the wave front; beyond the sides of
 /// the field of view there are none, and the others weigh more. `tests/signal/resample_lines.cpp` measures the error.
 /// @param traced    the probe of `lines`
@@ -19520,9 +19479,6 @@ label_lines label(const Policy& policy, const line_layers& found, const label_se
 }
 
 /// The object that each sample lies in: its id, and `background_label` outside all.
-///
-///     label_lines truth = label(exec::par, body, probe, at, {.depth = 40_mm, .samples = 400});
-///     bool in_bone = truth(line, sample) == static_cast<label_id>(bone);
 ///
 /// Of nested and overlapping objects the one that gives the medium, as `scene` says. Lines are straight and without
 /// thickness: those of the middle plane.
@@ -20252,7 +20208,6 @@ iq_lines add_reverberation(const Policy& policy, iq_lines echoes, const line_lay
 #include <concepts>
 #include <deque>
 #include <optional>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -20540,8 +20495,6 @@ class scanner {
         return !interrupted_ && echo_look_ < frame_looks_.size() ? frame_looks_[echo_look_].echoes : none;
     }
     /// The lines of `echoes`: usually more than those of the probe, see `rays_per_line`.
-    ///
-    ///     iq_lines own = resample_lines(policy, machine.echoes(), machine.echo_probe(), machine.probe);
     /// @throws usage_error  before the first picture, and after a `scan` that threw while it acquired or drew
     const steered<refined<Probe>>& echo_probe() const {
         check_acquired();
@@ -20881,9 +20834,6 @@ image b_mode(const Policy& policy, const scene& body, const Probe& probe, const 
     return b_mode(policy, body, probe, at, physical<>{}, settings);
 }
 /// The same with other acoustics, and another way for sound to travel.
-///
-///     b_mode(exec::par_unseq, body, probe, at, physical{}, {.depth = 40_mm}, paths{});
-///
 /// @param model  acoustics of interfaces and media
 /// @param how    how sound travels: `straight_lines`, `paths`, or your own (`tracer`)
 /// @throws usage_error, geometry_error  as above
@@ -20918,7 +20868,6 @@ image b_mode(const Policy& policy, const scene& body, const Probe& probe, const 
 #include <cmath>
 #include <concepts>
 #include <cstdint>
-#include <string>
 
 /// Arrays, element by element.
 namespace insonify::inline INSONIFY_ABI {
@@ -21065,7 +21014,6 @@ inline constexpr element_array p4_2v_elements{.elements = 64, .pitch = 0.30_mm, 
 #define INSONIFY_CHANNELS_TRANSMIT_HPP
 
 
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <span>
@@ -21254,11 +21202,8 @@ std::vector<transmit> full_synthetic_aperture(const Array& array) {
 
 
 #endif
-#include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <string>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -21381,7 +21326,6 @@ iq_channel_data demodulate(const Policy& policy, const channel_data& received) {
 
 
 #endif
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -22021,12 +21965,10 @@ tissue_maps map_tissue(const Policy& policy, const scene& body, const pose& at, 
 #define INSONIFY_CHANNELS_ELEMENT_FANS_HPP
 
 
-#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <string>
 #include <vector>
 
 /// What sound meets between each element and any point of the slice.
@@ -22384,7 +22326,6 @@ class element_fans {
 #define INSONIFY_CHANNELS_ELEMENT_FIELD_HPP
 
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -24921,9 +24862,6 @@ inline std::string unit_fault(float size, float depth) {
 
 /// Finds why a picture is empty, and explains it in plain sentences; `explain` does so for a single mesh.
 ///
-///     std::puts(diagnose(body, probe, at, {.depth = 40_mm}).sentence.c_str());
-///     // No line meets any object: they are behind the probe, which looks away from them; turn it round ...
-///
 /// Throws only for lack of memory. Cost: up to some seconds for a million faces.
 /// @param at  probe to world
 template <transducer Probe>
@@ -25112,8 +25050,6 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// A probe and scanner settings for an examination. The probes have the effective pulse and aperture of a scanner in
 /// use: see `presets::in_use`; the intravascular one has those of the transducer.
-///
-///     b_mode(exec::par_unseq, body, presets::abdomen.probe, at, presets::abdomen.settings)
 template <transducer Probe>
 struct examination {
     Probe probe{};              ///< the transducer
@@ -25218,7 +25154,6 @@ using image = pixel_grid<float>;
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -25874,7 +25809,6 @@ inline mesh make_sheet(const std::vector<sheet_point>& points, std::uint32_t col
 #endif
 #include <cmath>
 #include <cstdint>
-#include <string>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -25972,7 +25906,6 @@ inline pose needle_pose(vec3 tip, vec3 direction, vec3 bevel) {
 
 
 #include <algorithm>
-#include <string>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -25984,13 +25917,6 @@ struct m_mode_settings {
 };
 
 /// M-mode: one line against time.
-///
-///     m_mode sweep{{.columns = 400, .rows = 300}};
-///     for (...) {
-///         machine.scan(policy, body, at);
-///         sweep.add(machine.lines(), 96);
-///     }
-///     write_png("m_mode.png", sweep.picture());
 class m_mode {
   public:
     /// @throws usage_error  for a number of columns or rows out of range
@@ -26375,7 +26301,6 @@ struct displacement_grid {
 #include <algorithm>
 #include <array>
 #include <concepts>
-#include <tuple>
 #include <type_traits>
 #include <utility>
 #include <vector>

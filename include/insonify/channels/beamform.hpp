@@ -11,7 +11,6 @@
 #include <insonify/probe/probe_lines.hpp>
 #include <insonify/signal/pulse.hpp>
 #include <insonify/tracing/plan/frame_plan.hpp>
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>

@@ -9,11 +9,8 @@
 #include <insonify/core/math.hpp>
 #include <insonify/execution/policy.hpp>
 #include <insonify/signal/fourier.hpp>
-#include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <string>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {

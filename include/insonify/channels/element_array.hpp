@@ -11,7 +11,6 @@
 #include <cmath>
 #include <concepts>
 #include <cstdint>
-#include <string>
 
 /// Arrays, element by element.
 namespace insonify::inline INSONIFY_ABI {

@@ -15,12 +15,10 @@
 #include <insonify/geometry/ray.hpp>
 #include <insonify/scene/scene.hpp>
 #include <insonify/tracing/find/find_layers.hpp>
-#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <string>
 #include <vector>
 
 /// What sound meets between each element and any point of the slice.

@@ -6,7 +6,6 @@
 #include <insonify/core/math.hpp>
 #include <insonify/execution/policy.hpp>
 #include <insonify/execution/simd.hpp>
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>

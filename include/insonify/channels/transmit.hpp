@@ -6,7 +6,6 @@
 #include <insonify/channels/element_array.hpp>
 #include <insonify/core/error.hpp>
 #include <insonify/core/math.hpp>
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <span>

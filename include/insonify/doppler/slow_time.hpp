@@ -10,7 +10,6 @@
 #include <insonify/probe/line_grid.hpp>
 #include <algorithm>
 #include <numeric>
-#include <string>
 #include <vector>
 
 /// Slow time: the echoes of successive pulses along the same lines, from which velocities are estimated.

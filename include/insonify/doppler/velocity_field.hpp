@@ -7,7 +7,6 @@
 #include <insonify/geometry/centre_line.hpp>
 #include <insonify/scene/object.hpp>
 #include <concepts>
-#include <string>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {

@@ -7,7 +7,6 @@
 #include <insonify/geometry/shapes.hpp>
 #include <cmath>
 #include <cstdint>
-#include <string>
 
 namespace insonify::inline INSONIFY_ABI {
 

@@ -7,7 +7,6 @@
 #include <insonify/core/math.hpp>
 #include <cstddef>
 #include <cstdint>
-#include <string>
 #include <string_view>
 #include <vector>
 

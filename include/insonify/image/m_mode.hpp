@@ -7,7 +7,6 @@
 #include <insonify/image/image.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <algorithm>
-#include <string>
 
 namespace insonify::inline INSONIFY_ABI {
 
@@ -19,13 +18,6 @@ struct m_mode_settings {
 };
 
 /// M-mode: one line against time.
-///
-///     m_mode sweep{{.columns = 400, .rows = 300}};
-///     for (...) {
-///         machine.scan(policy, body, at);
-///         sweep.add(machine.lines(), 96);
-///     }
-///     write_png("m_mode.png", sweep.picture());
 class m_mode {
   public:
     /// @throws usage_error  for a number of columns or rows out of range

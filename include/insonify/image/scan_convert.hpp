@@ -10,7 +10,6 @@
 #include <insonify/image/image.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/signal/pulse.hpp>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -252,9 +251,6 @@ image scan_convert(const Policy& policy, const scan_lines& lines, const scan_map
 using label_image = pixel_grid<label_id>; ///< the object at each pixel
 
 /// Scan-converts labels: each pixel has the label of the nearest sample, or `background_label` outside the field.
-///
-///     const scan_map map = make_scan_map(exec::par, probe, {.depth = truth.depth, .samples = truth.samples});
-///     label_image mask = scan_convert(exec::par, truth, map);
 ///
 /// Pixels correspond to those of the image that `scan_convert` makes of lines with the same map. Structures thinner
 /// than a pixel may be missed: trace with about as many samples as the image has rows.

@@ -11,7 +11,6 @@
 #include <algorithm>
 #include <array>
 #include <concepts>
-#include <tuple>
 #include <type_traits>
 #include <utility>
 #include <vector>

@@ -8,7 +8,6 @@
 #include <insonify/probe/transducer.hpp>
 #include <cmath>
 #include <cstdint>
-#include <string>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI::detail {

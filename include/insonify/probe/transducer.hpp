@@ -11,7 +11,6 @@
 #include <cmath>
 #include <concepts>
 #include <cstdint>
-#include <string>
 
 /// Range checks of settings. Where a value is plausible in another unit the error suggests that unit: "probe: width is
 /// 38 m: did you mean 38_mm?". The limits admit all ultrasound, from the testing of concrete to acoustic microscopy.

@@ -10,7 +10,6 @@
 #include <cmath>
 #include <optional>
 #include <span>
-#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>

@@ -10,7 +10,6 @@
 #include <insonify/probe/probe_lines.hpp>
 #include <insonify/probe/transducer.hpp>
 #include <algorithm>
-#include <string>
 #include <type_traits>
 #include <utility>
 #include <vector>

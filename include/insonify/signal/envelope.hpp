@@ -9,7 +9,6 @@
 #include <insonify/execution/simd.hpp>
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/signal/fourier.hpp>
-#include <string>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {

@@ -6,10 +6,7 @@
 #include <insonify/core/math.hpp>
 #include <insonify/execution/policy.hpp>
 #include <insonify/execution/simd.hpp>
-#include <cmath>
 #include <cstddef>
-#include <cstdint>
-#include <utility>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI::detail {

@@ -8,7 +8,6 @@
 #include <insonify/core/units.hpp>
 #include <insonify/probe/probe_lines.hpp>
 #include <insonify/probe/transducer.hpp>
-#include <string>
 
 namespace insonify::inline INSONIFY_ABI {
 

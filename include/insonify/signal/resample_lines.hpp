@@ -14,9 +14,6 @@ namespace insonify::inline INSONIFY_ABI {
 /// Echoes on the lines of a probe from those on fewer or more lines of it, after `convolve`: a beam has no detail finer
 /// than its width, so lines half of that apart say what is between them (`rays_per_line`).
 ///
-///     const refined traced{probe, rays_per_line(probe, depth, 0.25F)};
-///     echoes = resample_lines(policy, echoes, traced, probe); // ... of trace and convolve with `traced`
-///
 /// Each line is the sum of the six around it, weighted by a Lanczos window, along the wave front; beyond the sides of
 /// the field of view there are none, and the others weigh more. `tests/signal/resample_lines.cpp` measures the error.
 /// @param traced    the probe of `lines`

@@ -438,8 +438,6 @@ class path_follower {
 } // namespace detail
 /// Refraction and multiple reflection: a `tracer` for `trace` and `b_mode`.
 ///
-///     b_mode(exec::par_unseq, body, probe, at, physical{}, {.depth = 40_mm}, paths{});
-///
 /// Sound goes out along a path and returns along the same one, so each surface on the way adds its echo, weakened
 /// by all that the path crosses twice. A plate thus gives the ladder of its reverberations, a mirror the image
 /// behind it, and a tilted layer displaces what lies below. Where two paths meet a surface at one point from one
@@ -447,8 +445,7 @@ class path_follower {
 /// echoes, as the sum over every sequence of reflections does, above `min_amplitude`. Directions follow the model's
 /// own interface law where it gives one, else Snell's. The face of the probe is an infinite plane, where paths end.
 /// Curved mirrors spread or focus the sound, curved surfaces that refract it do not: where a mirror would spread it to
-/// more than the distance of the lines, the line is divided into up to 15 paths. Speckle is that of sound which
-/// returns as it went out.
+/// more than the distance of the lines, the line is divided. Speckle is that of sound which returns as it went out.
 struct paths {
     path_settings settings{}; ///< how far they are followed
 

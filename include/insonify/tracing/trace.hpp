@@ -13,7 +13,6 @@
 #include <insonify/tracing/paths.hpp>
 #include <insonify/tracing/plan/frame_plan.hpp>
 #include <concepts>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -189,10 +188,6 @@ class line_driver {
 } // namespace detail
 
 /// `trace`, frame after frame: holds tables, layers and memory, so that it allocates only while buffers grow.
-///
-///     line_tracer<> lines;
-///     iq_lines echoes;
-///     for (;;) echoes = lines.trace(exec::par_unseq, body, probe, at, physical{}, scan, {}, std::move(echoes));
 template <acoustic_model Model = physical<>, tracer<Model> Tracer = straight_lines>
 class line_tracer {
     static_assert(detail::model_check<Model>::passed);

@@ -10,7 +10,6 @@
 #include <insonify/probe/line_grid.hpp>
 #include <insonify/signal/pulse.hpp>
 #include <algorithm>
-#include <string>
 #include <utility>
 #include <vector>
 

@@ -9,7 +9,6 @@
 #include <insonify/signal/pulse.hpp>
 #include <algorithm>
 #include <cmath>
-#include <string>
 #include <vector>
 
 namespace insonify::inline INSONIFY_ABI {

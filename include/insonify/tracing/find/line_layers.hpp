@@ -6,10 +6,8 @@
 #include <insonify/acoustics/layer.hpp>
 #include <insonify/core/error.hpp>
 #include <insonify/scene/layers.hpp>
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -41,11 +39,6 @@ struct layer_block {
 
 /// What lies along every line of every elevation plane, as `find_layers` found it. A value: the scene may change
 /// afterwards.
-///
-///     const line_layers found = find_layers(exec::par_unseq, body, probe, at, {.depth = 40_mm, .planes = 5});
-///     float in_bone = 0; // metres, on line 32 of the slice plane
-///     for (const layer& one : found(32))
-///         if (one.object == static_cast<label_id>(bone)) in_bone += one.end - one.begin;
 class line_layers {
   public:
     std::uint32_t lines = 0;     ///< of the probe

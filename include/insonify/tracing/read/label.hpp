@@ -108,9 +108,6 @@ label_lines label(const Policy& policy, const line_layers& found, const label_se
 
 /// The object that each sample lies in: its id, and `background_label` outside all.
 ///
-///     label_lines truth = label(exec::par, body, probe, at, {.depth = 40_mm, .samples = 400});
-///     bool in_bone = truth(line, sample) == static_cast<label_id>(bone);
-///
 /// Of nested and overlapping objects the one that gives the medium, as `scene` says. Lines are straight and without
 /// thickness: those of the middle plane.
 /// @param at  probe to world: x lateral, y elevation, z depth
