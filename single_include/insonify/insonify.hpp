@@ -28868,7 +28868,6 @@ void write_png(const std::string& path, const colour_image& picture) {
 #include <charconv>
 #include <map>
 #include <numeric>
-#include <set>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -28985,8 +28984,8 @@ inline obj_text read_obj_text(const std::string& path, std::string_view text) {
     if (text.empty()) throw io_error{path, ": the file is empty"};
     obj_text obj;
     obj.parts.emplace_back();
-    obj_line now;                                                        // what applies to the next face
-    std::map<std::pair<std::uint32_t, std::string>, std::size_t> groups; // by number of the object and name
+    obj_line now;                                // what applies to the next face
+    std::map<std::string, std::uint32_t> groups; // of the present object: index into `parts`
     for_each_line(text, [&](std::uint32_t line, std::string_view keyword, std::string_view rest) {
         const auto fault = [&](const std::string& sentence) { return io_error{path, ":", line, ": ", sentence}; };
         if (keyword == "v") {
@@ -29032,13 +29031,14 @@ inline obj_text read_obj_text(const std::string& path, std::string_view text) {
         } else if (keyword == "mtllib") {
             obj.libraries.push_back({std::string{rest}, line});
         } else if (keyword == "o") {
+            groups.clear();
             now.part = static_cast<std::uint32_t>(obj.parts.size());
             obj.parts.push_back({std::string{rest}, {}, obj.parts.back().number + 1});
         } else if (keyword == "g") {
             obj_part wanted = obj.parts.back();
             wanted.group = rest;
-            const auto [known, is_new] = groups.try_emplace({wanted.number, wanted.group}, obj.parts.size());
-            now.part = static_cast<std::uint32_t>(known->second);
+            const auto [known, is_new] = groups.try_emplace(wanted.group, static_cast<std::uint32_t>(obj.parts.size()));
+            now.part = known->second;
             if (is_new) obj.parts.push_back(std::move(wanted));
         }
     });
@@ -29164,7 +29164,7 @@ struct obj_object {
 /// What a part is called, as long as no other has this name.
 inline const std::string& name_of(const obj_part& part) { return part.object.empty() ? part.group : part.object; }
 
-/// The objects in the order of their first faces. @throws io_error  for a face without a medium
+/// The objects in the order of their first faces: those of one `o` lie together. @throws io_error  for a face without a medium
 inline std::vector<obj_object> divide_into_objects(const std::string& path, const obj_content& content) {
     std::vector<obj_object> objects;
     std::map<std::pair<std::uint32_t, int>, std::size_t> known;
@@ -29190,29 +29190,40 @@ inline std::uint32_t open_edges(const obj_content& content, const std::vector<uv
     return found.boundary_edges + found.non_manifold_edges;
 }
 
+/// The end of the objects that one `o` has become.
+inline std::size_t end_of_number(const obj_content& content, const std::vector<obj_object>& objects,
+                                 std::size_t begin) {
+    const auto number = [&](std::size_t i) { return content.text.parts[objects[i].part].number; };
+    std::size_t end = begin + 1;
+    while (end < objects.size() && number(end) == number(begin)) ++end;
+    return end;
+}
+
 /// Joins open surfaces of one object and one medium that are closed together: a surface that `g` lines divide.
 /// @param repaired  whether holes are closed afterwards: then surfaces are joined where most open edges become whole
 /// @throws io_error  where the open surfaces of an object are closed together, but have different media
 inline void join_split_bodies(const std::string& path, const obj_content& content, std::vector<obj_object>& objects,
                               bool repaired, std::vector<std::string>& notes) {
-    std::map<std::uint32_t, std::vector<std::size_t>> of_number; // the objects that one `o` has become
-    for (std::size_t i = 0; i < objects.size(); ++i) of_number[content.text.parts[objects[i].part].number].push_back(i);
-    for (auto& [number, members] : of_number) {
-        if (members.size() < 2) continue;
-        std::map<int, std::vector<std::size_t>> open; // by medium
-        std::map<int, std::uint32_t> apart;           // open edges of each alone
-        for (const std::size_t i : members)
+    struct open_surfaces {
+        std::vector<std::size_t> parts{};
+        std::uint32_t edges = 0; // open ones, of each part alone
+    };
+    for (std::size_t begin = 0, end = 0; begin < objects.size(); begin = end) {
+        end = end_of_number(content, objects, begin);
+        std::map<int, open_surfaces> open; // by medium
+        for (std::size_t i = begin; i < end && end - begin > 1; ++i)
             if (const std::uint32_t edges = open_edges(content, objects[i].faces); edges > 0) {
-                open[objects[i].medium].push_back(i);
-                apart[objects[i].medium] += edges;
+                open[objects[i].medium].parts.push_back(i);
+                open[objects[i].medium].edges += edges;
             }
         std::vector<uvec3> rest; // of more than one medium
         std::vector<std::size_t> first_of_rest;
-        for (const auto& [medium, parts] : open) {
+        for (const auto& [medium, one] : open) {
+            const std::vector<std::size_t>& parts = one.parts;
             std::vector<uvec3> together;
             for (const std::size_t i : parts)
                 together.insert(together.end(), objects[i].faces.begin(), objects[i].faces.end());
-            if (parts.size() < 2 || open_edges(content, together) > (repaired ? apart[medium] / 2 : 0)) {
+            if (parts.size() < 2 || open_edges(content, together) > (repaired ? one.edges / 2 : 0)) {
                 rest.insert(rest.end(), together.begin(), together.end());
                 first_of_rest.push_back(parts[0]);
                 continue;
@@ -29244,25 +29255,26 @@ inline void join_split_bodies(const std::string& path, const obj_content& conten
 /// Names objects after their `o`, and `g` where one `o` has several; each name once.
 inline void name_objects(const std::string& path, const obj_content& content, std::vector<obj_object>& objects,
                          std::vector<std::string>& notes) {
-    std::map<std::uint32_t, std::set<std::uint32_t>> parts_of; // number of an object to its parts with faces
-    for (const obj_object& one : objects) parts_of[content.text.parts[one.part].number].insert(one.part);
-    std::set<std::string> meant, taken;
-    std::map<std::string, std::uint32_t> last_number; // by name
-    for (obj_object& one : objects) {
-        const obj_part& part = content.text.parts[one.part];
-        one.name = name_of(part);
-        if (parts_of[part.number].size() > 1 && !part.object.empty() && !part.group.empty())
-            one.name += "/" + part.group;
-        if (one.name.empty()) one.name = one.medium_of(content).name;
-        meant.insert(one.name);
+    std::map<std::string, std::uint32_t> last_number; // by name; 0: no object has it yet
+    for (std::size_t begin = 0, end = 0; begin < objects.size(); begin = end) {
+        end = end_of_number(content, objects, begin);
+        const bool divided = std::any_of(objects.begin() + static_cast<std::ptrdiff_t>(begin),
+                                         objects.begin() + static_cast<std::ptrdiff_t>(end),
+                                         [&](const obj_object& one) { return one.part != objects[begin].part; });
+        for (std::size_t i = begin; i < end; ++i) {
+            const obj_part& part = content.text.parts[objects[i].part];
+            std::string& name = objects[i].name = name_of(part);
+            if (divided && !part.object.empty() && !part.group.empty()) name += "/" + part.group;
+            if (name.empty()) name = objects[i].medium_of(content).name;
+            last_number[name] = 0;
+        }
     }
     for (obj_object& one : objects) {
-        if (taken.insert(one.name).second) continue;
-        std::uint32_t& number = last_number.try_emplace(one.name, 1).first->second;
-        std::string name;
-        do name = one.name + "." + std::to_string(++number);
-        while (meant.contains(name) || taken.contains(name));
-        taken.insert(name);
+        std::uint32_t& number = last_number[one.name];
+        if (++number == 1) continue;
+        std::string name = one.name + "." + std::to_string(number);
+        while (last_number.contains(name)) name = one.name + "." + std::to_string(++number);
+        last_number[name] = 1;
         notes.push_back(joined({path, ":", one.line, ": there are several objects of the name '", printable(one.name),
                                 "'; this one is called '", printable(name), "'"}));
         one.name = std::move(name);
@@ -29310,9 +29322,9 @@ struct obj_material {
 };
 
 struct obj_libraries {
-    std::map<std::string, obj_material> materials{};   ///< by name; the first definition of a name is used
-    std::string missing{};                             ///< text that names the libraries that were not found
-    std::map<std::string, std::string> unknown_keys{}; ///< with the file and line where each is first
+    std::map<std::string, obj_material> materials{}; ///< by name; the first definition of a name is used
+    std::string missing{};                           ///< text that names the libraries that were not found
+    std::map<std::string, obj_value> unknown_keys{}; ///< with the file and line where each is first
 };
 
 inline constexpr std::string_view medium_keys[] = {"density",
@@ -29363,7 +29375,7 @@ inline void read_library(const std::string& path, obj_libraries& libraries) {
         current->values.try_emplace(std::string{keyword}, obj_value{std::string{rest}, line});
         if (!is_key_of_renderers(keyword) &&
             std::find(std::begin(medium_keys), std::end(medium_keys), keyword) == std::end(medium_keys))
-            libraries.unknown_keys.try_emplace(std::string{keyword}, path + ":" + std::to_string(line));
+            libraries.unknown_keys.try_emplace(std::string{keyword}, obj_value{path, line});
     });
 }
 
@@ -29651,7 +29663,8 @@ scene load_obj_scene(const std::string& path, const obj_settings& settings, std:
     std::vector<detail::obj_object> objects = detail::divide_into_objects(path, content);
     notes.clear();
     for (const auto& [key, place] : libraries.unknown_keys)
-        notes.push_back(detail::joined({place, ": the key '", detail::printable(key), "' is unknown and is ignored"}));
+        notes.push_back(detail::joined(
+            {place.text, ":", place.line, ": the key '", detail::printable(key), "' is unknown and is ignored"}));
     detail::join_split_bodies(path, content, objects, static_cast<bool>(settings.repair), notes);
     detail::name_objects(path, content, objects, notes);
     bool is_turned = false;

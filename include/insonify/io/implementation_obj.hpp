@@ -44,9 +44,9 @@ struct obj_material {
 };
 
 struct obj_libraries {
-    std::map<std::string, obj_material> materials{};   ///< by name; the first definition of a name is used
-    std::string missing{};                             ///< text that names the libraries that were not found
-    std::map<std::string, std::string> unknown_keys{}; ///< with the file and line where each is first
+    std::map<std::string, obj_material> materials{}; ///< by name; the first definition of a name is used
+    std::string missing{};                           ///< text that names the libraries that were not found
+    std::map<std::string, obj_value> unknown_keys{}; ///< with the file and line where each is first
 };
 
 inline constexpr std::string_view medium_keys[] = {"density",
@@ -97,7 +97,7 @@ inline void read_library(const std::string& path, obj_libraries& libraries) {
         current->values.try_emplace(std::string{keyword}, obj_value{std::string{rest}, line});
         if (!is_key_of_renderers(keyword) &&
             std::find(std::begin(medium_keys), std::end(medium_keys), keyword) == std::end(medium_keys))
-            libraries.unknown_keys.try_emplace(std::string{keyword}, path + ":" + std::to_string(line));
+            libraries.unknown_keys.try_emplace(std::string{keyword}, obj_value{path, line});
     });
 }
 
@@ -385,7 +385,8 @@ scene load_obj_scene(const std::string& path, const obj_settings& settings, std:
     std::vector<detail::obj_object> objects = detail::divide_into_objects(path, content);
     notes.clear();
     for (const auto& [key, place] : libraries.unknown_keys)
-        notes.push_back(detail::joined({place, ": the key '", detail::printable(key), "' is unknown and is ignored"}));
+        notes.push_back(detail::joined(
+            {place.text, ":", place.line, ": the key '", detail::printable(key), "' is unknown and is ignored"}));
     detail::join_split_bodies(path, content, objects, static_cast<bool>(settings.repair), notes);
     detail::name_objects(path, content, objects, notes);
     bool is_turned = false;
