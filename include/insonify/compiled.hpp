@@ -12,8 +12,8 @@
 
 /// INSONIFY_COMPILED, defined in every file of a program, compiles the library once: these templates, with the probes,
 /// models and policies of the library, are compiled in the file that defines INSONIFY_IMPLEMENTATION, and only declared
-/// elsewhere. They take a type-erased policy, and probes as data, so that few instantiations serve all. Templates with a
-/// user's types are compiled where they are called, as without the macro.
+/// elsewhere. They take a type-erased policy, and probes as data, so that few instantiations serve all. Templates with
+/// a user's types are compiled where they are called, as without the macro.
 ///
 /// Of these functions none is `inline`, nor defined in its class: then compilers do not instantiate them where they are
 /// declared `extern template`.

@@ -654,8 +654,8 @@ struct structure {
         float spread_db = 5;    ///< standard deviation of that level along the surface
         float waviness = 0.3F;  ///< standard deviation of the angle of its facets, radians
         float diffuse_db = -10; ///< amplitude that remains at any angle, relative to that at normal incidence
-        /// Length over which fibres curve into the inside of the sheath, on which they end, metres; 0: they stay straight and
-        /// go on to the surface.
+        /// Length over which fibres curve into the inside of the sheath, on which they end, metres; 0: they stay
+        /// straight and go on to the surface.
         float insertion = 0;
 
         friend bool operator==(const sheath_layer&, const sheath_layer&) = default;
@@ -751,9 +751,9 @@ INSONIFY_FN inline two_moments moments_of(const structure::sheet_layer& of, floa
         return std::exp(neper * of.level_db) * spread * spread;
     };
     const float lobe = lobe_of(of.waviness, fnumber), diffuse = amplitude_of_decibels(of.diffuse_db);
-    // Over the angles of the normals, in a lattice that is tilted: even steps of `turn`, and with each a bend and a place
-    // across the sheet from the R2 sequence (Roberts 2018). Places lie within 0.8 of the half width, with a mean square of
-    // 0.21: the outline weighs the mean with 1/4 and the mean square with 1/5.
+    // Over the angles of the normals, in a lattice that is tilted: even steps of `turn`, and with each a bend and a
+    // place across the sheet from the R2 sequence (Roberts 2018). Places lie within 0.8 of the half width, with a mean
+    // square of 0.21: the outline weighs the mean with 1/4 and the mean square with 1/5.
     const auto echo_of = [&](float tilt) {
         constexpr int angles = 32;
         two_moments echo{0, 0};
@@ -1982,8 +1982,8 @@ INSONIFY_FN INSONIFY_INLINE lanes<N> logarithm_of_two(const lanes<N>& x) {
 
 namespace detail {
 
-/// Calls body(i, n) for a range of floats, of which it is to take n from i on. n is a constant: `Width` as long as there
-/// are so many, then 1.
+/// Calls body(i, n) for a range of floats, of which it is to take n from i on. n is a constant: `Width` as long as
+/// there are so many, then 1.
 template <int Width, class Body>
 INSONIFY_INLINE void in_registers(std::size_t begin, std::size_t end, const Body& body) {
     std::size_t i = begin;
@@ -2551,8 +2551,8 @@ inline void check_shape_length(const std::string& shape, const std::string& what
         throw geometry_error{shape, ": the ", what, " must be above 0 and at most 1000 km"};
 }
 
-/// The places of all sections of a line. Their axes do not twist about it: they are carried along by parallel transport, and
-/// turned by `turn`. Source: Wang et al. 2008, ACM Trans. Graph. 27, 2: double reflection.
+/// The places of all sections of a line. Their axes do not twist about it: they are carried along by parallel
+/// transport, and turned by `turn`. Source: Wang et al. 2008, ACM Trans. Graph. 27, 2: double reflection.
 /// @param across  first axis of the first section, as far as it is across; 0: any
 /// @throws geometry_error  for a line that is not a tube's
 inline std::vector<line_place> places_along(const std::vector<tube_section>& line, vec3 across,
@@ -3397,8 +3397,8 @@ class fibre_grid {
         });
     }
 
-    // The equations of all cells, each at the node that is its first corner. The last nodes along an axis begin no cell:
-    // there all is 0.
+    // The equations of all cells, each at the node that is its first corner. The last nodes along an axis begin no
+    // cell: there all is 0.
     struct equations {
         field weight;       // 1 where a cell begins
         field fibre[3];     // f, by axis
@@ -3713,9 +3713,9 @@ struct poiseuille {
 };
 
 /// Laminar flow in a tube that bends, tapers, and has elliptical sections: along its line, by
-/// v = peak_velocity w(t) (A_0 / A)^(1 - side_branches) (1 - r^2), where r is the distance from the line over that of the
-/// wall, A the area of the section and A_0 that of the first one; 0 outside the wall. All sections have the same volume
-/// flow, unless branches take some of it.
+/// v = peak_velocity w(t) (A_0 / A)^(1 - side_branches) (1 - r^2), where r is the distance from the line over that of
+/// the wall, A the area of the section and A_0 that of the first one; 0 outside the wall. All sections have the same
+/// volume flow, unless branches take some of it.
 ///
 /// The profile across an ellipse is exact for a straight tube; flow that is parallel to the line holds where the tube
 /// bends and tapers slowly.
@@ -5442,8 +5442,8 @@ class morton_order {
         return all;
     }
 
-    // Radix sort by the highest digit, blocks in parallel; then the keys of each digit by themselves, which fit into the
-    // cache.
+    // Radix sort by the highest digit, blocks in parallel; then the keys of each digit by themselves, which fit into
+    // the cache.
     template <class Policy>
     void sort(const Policy& policy) {
         large_array<std::uint64_t> apart(keys_.size());
@@ -5588,7 +5588,8 @@ namespace insonify::inline INSONIFY_ABI {
 ///     Morton codes:  0010 0010 0011 | 0100 0101     split where the highest differing bit changes, then
 ///     positions:        0    1    2 |    3    4     moved to the next multiple of Width, so that leaves are full
 ///
-/// The tree depends only on the boxes. Primitives whose box is empty or not finite are kept, in the place of another one.
+/// The tree depends only on the boxes. Primitives whose box is empty or not finite are kept, in the place of another
+/// one.
 struct build_morton {
     /// The tree over the boxes of a range of primitives.
     template <int Width, exec::policy Policy, class Range>
@@ -5898,8 +5899,8 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// Builds a wide BVH from the top down by binned SAH. The cost of a child is its area times its number of leaves.
 ///
-/// The tree depends only on the boxes. Primitives whose box is empty or not finite are kept, in the place of another one.
-/// Source: Wald 2007, "On fast construction of SAH-based bounding volume hierarchies".
+/// The tree depends only on the boxes. Primitives whose box is empty or not finite are kept, in the place of another
+/// one. Source: Wald 2007, "On fast construction of SAH-based bounding volume hierarchies".
 struct build_sah {
     /// The tree over the boxes of a range of primitives.
     template <int Width, exec::policy Policy, class Range>
@@ -6804,8 +6805,8 @@ struct displacement_view {
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Where a line meets a surface of the object that it is in; by default there is none, or it belongs to the object on its
-/// other side.
+/// Where a line meets a surface of the object that it is in; by default there is none, or it belongs to the object on
+/// its other side.
 struct object_surface {
     float cosine = 0;     ///< of the angle of incidence
     vec3 normal{0, 0, 0}; ///< in the world, on either side, of length 1
@@ -7405,7 +7406,8 @@ INSONIFY_FN inline surface_incidence incidence_on(const object_view& one, std::u
 inline constexpr float steep_cosine = 0.5F;
 
 /// How a line meets a face at a distance. The tilt of a line does not count, except on steep surfaces, which are met
-/// because of it. Lines that are turned about their origins (tracing/aperture/turned_line.hpp) have an overload of their own.
+/// because of it. Lines that are turned about their origins (tracing/aperture/turned_line.hpp) have an overload of
+/// their own.
 INSONIFY_FN inline surface_incidence incidence_at(const line_frame& line, float distance, const object_view& one,
                                                   std::uint32_t face) {
     const vec3 point = line.at(distance);
@@ -9748,8 +9750,8 @@ struct pulse_envelope {
     }
     /// @}
 
-    /// At a distance behind the centre: exp(-x^2 / 2 sigma^2) or, with a burst of length L, its integral from x - L/2 to
-    /// x + L/2, normalized; behind the centre plus `ring_down` (1 - exp(-x^2 / 2 sigma^2)) exp(-x / 2.5 sigma).
+    /// At a distance behind the centre: exp(-x^2 / 2 sigma^2) or, with a burst of length L, its integral from x - L/2
+    /// to x + L/2, normalized; behind the centre plus `ring_down` (1 - exp(-x^2 / 2 sigma^2)) exp(-x / 2.5 sigma).
     INSONIFY_FN float operator()(float x) const {
         const float within = x / sigma, gaussian = std::exp(-0.5F * within * within);
         const float tail = x > 0 ? ring_down * (1 - gaussian) * std::exp(-within / 2.5F) : 0.0F;
@@ -12173,8 +12175,8 @@ class line_nodes {
                            step / step_);
     }
 
-    /// Calls visit(begin, end, values) for every piece of a part of the line on which the quantity is linear. Each begins
-    /// exactly where the one before ends.
+    /// Calls visit(begin, end, values) for every piece of a part of the line on which the quantity is linear. Each
+    /// begins exactly where the one before ends.
     template <class Visit>
     INSONIFY_FN void for_each_piece(float from, float to, const Visit& visit) const {
         float node = first_, next = first_;
@@ -12240,8 +12242,8 @@ INSONIFY_FN INSONIFY_INLINE lanes<N> value_noise(std::uint32_t key, const lanes<
     return (between(side(0), side(next_z), back) - floats(510.0F)) * floats(1 / deviation);
 }
 
-/// The ends of fibres on the sheath of their object, into which they curve as parabolas: at a depth d below it the structure
-/// is displaced along the normal by
+/// The ends of fibres on the sheath of their object, into which they curve as parabolas: at a depth d below it the
+/// structure is displaced along the normal by
 ///
 ///     u(d) = (sqrt(D) - sqrt(d))^2   above D,   0 below
 ///
@@ -12290,8 +12292,8 @@ class fibre_course {
         for (int k = parts - 1; k >= 0 && exit.depth > 0; --k) add(1, k, k);
     }
 
-    /// Calls visit(begin, end, piece) for the pieces of a part of the line where there are fibres. Each begins exactly where
-    /// the one before ends.
+    /// Calls visit(begin, end, piece) for the pieces of a part of the line where there are fibres. Each begins exactly
+    /// where the one before ends.
     template <class Visit>
     INSONIFY_FN void for_each_piece(float from, float to, const Visit& visit) const {
         from = max(from, begin_);
@@ -12425,8 +12427,8 @@ class sheet_crossings {
     struct straight_part {
         float begin, end; // metres along the line
         linear_along x, y, z;
-        // A normal n of a sheet, given by its components along y and z, is |n + its component along `steep`| times as long
-        // where fibres curve, and has the component n . facing along the propagation of sound.
+        // A normal n of a sheet, given by its components along y and z, is |n + its component along `steep`| times as
+        // long where fibres curve, and has the component n . facing along the propagation of sound.
         vec2 facing, steep;
     };
 
@@ -12604,8 +12606,8 @@ class sheet_crossings {
         const floats level_number =
             multiply_add(steps, floats(max_level_number / 32), floats(-max_level_number * 31 / 32));
         const floats level = decibels(level_number, of_.spread_db, of_.level_db);
-        // The normal of a bent sheet leans against w, the place across it, by the slope w bend: its cosine to the beam is
-        // (facing - w bend leaning) / sqrt(1 + (w bend)^2), where fibres are straight.
+        // The normal of a bent sheet leans against w, the place across it, by the slope w bend: its cosine to the beam
+        // is (facing - w bend leaning) / sqrt(1 + (w bend)^2), where fibres are straight.
         const floats facing = sine * in.facing_y + cosine * in.facing_z,
                      leaning = cosine * in.facing_y - sine * in.facing_z,
                      steep = sine * in.steep_y + cosine * in.steep_z,
@@ -13249,7 +13251,8 @@ class structured_line {
     INSONIFY_FN fibre_course course_of(const rest_line& line) const {
         const structure::sheath_layer& sheath = line.structure->of.sheath;
         if (sheath.insertion == 0) return {};
-        // A fibre at an angle a to the surface curves over its last `insertion` metres, from D = insertion / 2 sin a on.
+        // A fibre at an angle a to the surface curves over its last `insertion` metres, from D = insertion / 2 sin a
+        // on.
         const auto insertion = [&](float surface, float cosine, vec3 normal) -> fibre_insertion {
             if (cosine == 0) return {};
             constexpr float of_half = 0.4F; // of a thin object, so that fibres remain between both ends
@@ -15005,8 +15008,8 @@ class kernel_table {
         return step * max(sum, 0);
     }
 
-    // Lines that lie much closer together than the kernel is wide are taken in groups, each as one line: near the apex of a
-    // sector the kernel reaches over all of them.
+    // Lines that lie much closer together than the kernel is wide are taken in groups, each as one line: near the apex
+    // of a sector the kernel reaches over all of them.
     static constexpr float groups_under_kernel = 13;          // of its integral over its peak
     static constexpr std::uint32_t border_in_half_widths = 2; // from there on the ends of the face do not matter
 
@@ -15974,7 +15977,8 @@ class aperture_shading {
         });
     }
 
-    /// The lines for which slices must be cut beside those of the probe: turned ones, and those of a phased array beyond.
+    /// The lines for which slices must be cut beside those of the probe: turned ones, and those of a phased array
+    /// beyond.
     outer_lines beyond(const frame_view& frame) const {
         if (!is_point()) return {.keep_all = true};
         return {true, &fan_, half_aperture(frame, frame.depth)};
@@ -17360,8 +17364,8 @@ struct ensemble_settings {
     }
 };
 
-/// `doppler_ensemble` and `trace_ensemble`, train after train: holds tables, layers and memory, so that it allocates only
-/// while buffers grow.
+/// `doppler_ensemble` and `trace_ensemble`, train after train: holds tables, layers and memory, so that it allocates
+/// only while buffers grow.
 template <acoustic_model Model = physical<>>
 class ensemble_scanner {
   public:
@@ -18320,8 +18324,8 @@ constexpr std::size_t transform_length(std::size_t values) {
 }
 
 /// Calls visit(signal, sample, value) with the analytic signals of real ones: RF + i H(RF), where H is the Hilbert
-/// transform, which shifts the phase of every frequency by -90 degrees, so that cos becomes sin. Signals are zero beyond
-/// their ends.
+/// transform, which shifts the phase of every frequency by -90 degrees, so that cos becomes sin. Signals are zero
+/// beyond their ends.
 /// @param all      signals, one after the other
 /// @param samples  of each signal
 template <class Policy, class Visit>
@@ -18332,8 +18336,8 @@ void for_each_analytic(const Policy& policy, const std::vector<float>& all, std:
     const lanes<complex_batch::width> scale(1 / static_cast<float>(length));
     const auto analyse = [&](std::size_t first, std::size_t end) {
         std::vector<complex_block> values(length), room(length);
-        // Two signals in each lane: one as the real and one as the imaginary part. Signal after signal, since samples that
-        // are a power of two apart displace each other in a cache.
+        // Two signals in each lane: one as the real and one as the imaginary part. Signal after signal, since samples
+        // that are a power of two apart displace each other in a cache.
         const auto part = [&](std::size_t signal, std::size_t k) -> float& {
             const std::size_t lane = (signal - first) / 2;
             return (signal - first) % 2 == 0 ? values[k].x[lane] : values[k].y[lane];
@@ -19937,8 +19941,9 @@ iq_lines add_near_field(const Policy& policy, iq_lines echoes, const scene& body
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Echoes that appear behind gas and bone, of sound that they reflect. Gas shows the mirror image of the tissue in front of
-/// it, and the reverberation between gas and the face of the probe; bone is rough, and fills its shadow with haze.
+/// Echoes that appear behind gas and bone, of sound that they reflect. Gas shows the mirror image of the tissue in
+/// front of it, and the reverberation between gas and the face of the probe; bone is rough, and fills its shadow with
+/// haze.
 struct reverberation_settings {
     float mirror = 1;  ///< fraction of the amplitude of the mirror image that is drawn, 0 (none) to 1
     float face = 1;    ///< the same of the reverberation with the face
@@ -19958,8 +19963,8 @@ namespace detail {
 
 /// Size of the parts of tissue that rough bone reflects in phase, metres: speckle cells. Convention.
 inline constexpr float haze_grain = 0.5e-3F;
-/// Random bits of the cell of the unit lattice in which a point lies. Cells have their middle at 0: the slice plane of a pose
-/// that is not turned lies on no border.
+/// Random bits of the cell of the unit lattice in which a point lies. Cells have their middle at 0: the slice plane of
+/// a pose that is not turned lies on no border.
 inline std::uint32_t bits_of_cell(vec3 point) {
     std::uint32_t bits = 0;
     for (int i = 0; i < 3; ++i) bits = mix_bits(bits + static_cast<std::uint32_t>(std::lround(point[i])));
@@ -19971,11 +19976,12 @@ INSONIFY_FN inline bool is_reflector(const medium& m) { return is_gas(m) || is_b
 
 /// Distance over which rough bone spreads each echo that it reflects, to either side, metres. Convention.
 inline constexpr float haze_range = 5e-3F;
-/// Distance from the bone at which sound that it reflects has spread to twice the width of the beam, metres. Convention.
+/// Distance from the bone at which sound that it reflects has spread to twice the width of the beam, metres.
+/// Convention.
 inline constexpr float haze_decay = 10e-3F;
 
-/// The first surface of gas or bone on a line, and what sound loses on the way back from it. Models without `timing`, `loss` or
-/// `pulse_loss` have those of `physical`.
+/// The first surface of gas or bone on a line, and what sound loses on the way back from it. Models without `timing`,
+/// `loss` or `pulse_loss` have those of `physical`.
 template <class Model>
 class reflecting_surface {
   public:
@@ -20053,8 +20059,8 @@ class reflecting_surface {
     float lost_there_ = 0, crossed_there_ = 0;
 };
 
-/// Fractions of the amplitudes of echoes with which they contribute to the haze behind bone: bright surfaces, which would
-/// show as dots, count little more than the tissue around them.
+/// Fractions of the amplitudes of echoes with which they contribute to the haze behind bone: bright surfaces, which
+/// would show as dots, count little more than the tissue around them.
 class haze_parts {
   public:
     /// @param echoes  of the line, up to the bone
@@ -20093,20 +20099,20 @@ class haze_parts {
 
 } // namespace detail
 
-/// Adds the echoes that appear behind gas and bone to traced echoes: straight lines end at their surfaces. Call it between
-/// `trace` and `convolve`.
+/// Adds the echoes that appear behind gas and bone to traced echoes: straight lines end at their surfaces. Call it
+/// between `trace` and `convolve`.
 ///
 ///     gas, at 2 D - z:   mirror r^2 10^(-A(z) / 20) / sqrt(|1 + 2 h k_x| |1 + 2 h k_y|) of the conjugate echo at z < D
 ///          at D + z:     face n r f c 10^(-B / 20) of the echo at z, n = 2 for z < D, else 1
 ///     bone, at 2 D - z:  haze r^2 10^(-A(z) / 20) / (sqrt((1 + 2 h k_x) (1 + 2 h k_y)) (1 + h / 10 mm)), k >= 0
 ///
-/// with D the displayed depth of the first such surface, A(z) what sound loses from z to it and back, twice, and B from the
-/// face to it and back (attenuation of the pulse and interfaces, dB), r what it reflects, f what the lens of the probe
-/// does (from the impedances of `tissue::lens` and of the first medium), h = D - z, k the curvatures of the surface,
-/// behind which sound diverges, and c the part of the amplitude that returns to the aperture: by the law of specular
-/// echoes, for the slope of the surface and the angle of the line to the face. The image is that of the line itself;
-/// `paths` follows the sound to where it goes. Bone is taken as rough, whatever its `roughness`: it divides each echo among
-/// random places within 5 mm, which belong to its own place in the world, so that no image is seen.
+/// with D the displayed depth of the first such surface, A(z) what sound loses from z to it and back, twice, and B from
+/// the face to it and back (attenuation of the pulse and interfaces, dB), r what it reflects, f what the lens of the
+/// probe does (from the impedances of `tissue::lens` and of the first medium), h = D - z, k the curvatures of the
+/// surface, behind which sound diverges, and c the part of the amplitude that returns to the aperture: by the law of
+/// specular echoes, for the slope of the surface and the angle of the line to the face. The image is that of the line
+/// itself; `paths` follows the sound to where it goes. Bone is taken as rough, whatever its `roughness`: it divides
+/// each echo among random places within 5 mm, which belong to its own place in the world, so that no image is seen.
 /// @param found  what lies along the lines of the probe
 /// @throws usage_error  for lines that are not those of the probe, or a setting out of range
 template <exec::policy Policy, transducer Probe, class Model>
@@ -20874,8 +20880,8 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// What a transducer array must state for channel data. `element(i)` is the centre of an element and the normal of its
 /// face, in the frame of the probe (x lateral, y elevation, z depth), in order of x; normals lie in the plane
-/// y = 0, and z of them is above 0. All elements are rectangles of one size, `element_width` across, `height` out of the slice plane, with a lens
-/// that focuses at `elevation_focus`.
+/// y = 0, and z of them is above 0. All elements are rectangles of one size, `element_width` across, `height` out of
+/// the slice plane, with a lens that focuses at `elevation_focus`.
 ///
 ///     struct arc {  // an array of one's own
 ///         std::uint32_t elements = 64;
@@ -22209,8 +22215,8 @@ class element_fans {
     }
     static constexpr float min_open = 0.1F; // near a caustic, amplitudes grow no further
 
-    // Between two lines, a at part 0 and b at 1, by their shares of the amplitude: where one of them runs through bone, the
-    // other one says when sound arrives.
+    // Between two lines, a at part 0 and b at 1, by their shares of the amplitude: where one of them runs through bone,
+    // the other one says when sound arrives.
     static arrived_wave mixed(const arrived_wave& a, const arrived_wave& b, float part) {
         const float least = min(a.lost, b.lost);
         const auto left = [least](const arrived_wave& one) {
@@ -22228,7 +22234,8 @@ class element_fans {
                 mix(a.lost_slope, b.lost_slope)};
     }
 
-    // The wave at the beginning of a layer, from that in the layer before. @param without  the same, without what sound has met
+    // The wave at the beginning of a layer, from that in the layer before. @param without  the same, without what sound
+    // has met
     static element_wave carried(const element_wave& before, const element_wave& without) {
         element_wave entered = without; // by value, GCC would note the ABI of aligned parameters
         const float length = entered.begin - before.begin, sound = before.slowness;
@@ -22341,8 +22348,8 @@ class element_fans {
 /// Source: Rayleigh's integral with a pressure-release baffle; Kirchhoff's approximation of the surface.
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// A complex amplitude at four frequencies around the carrier, equal steps apart, from the lowest on. Between them it is
-/// taken as a polynomial of degree three.
+/// A complex amplitude at four frequencies around the carrier, equal steps apart, from the lowest on. Between them it
+/// is taken as a polynomial of degree three.
 struct spectral_value {
     static constexpr int nodes = 4;
     lanes<nodes> x{0.0F}, y{0.0F};
@@ -22694,13 +22701,14 @@ class wave_table {
     static std::size_t whole_groups(std::size_t reflectors) { return (reflectors + group - 1) / group * group; }
 
   private:
-    // A cache line more than a power of two, so that the waves of one reflector do not all lie in the same set of a cache.
+    // A cache line more than a power of two, so that the waves of one reflector do not all lie in the same set of a
+    // cache.
     static constexpr std::size_t row = block + 16, column_size = 2 * row + floats_per_wave<Nodes> * block + 16;
     large_array<float> values_; // source after source; aligned to cache lines
 };
 
-/// Adds the echoes of a block of reflectors from a source to a receiver to complex samples at baseband. Each is a delta at
-/// its travel time, spread over three samples by a quadratic B-spline, whose spectrum sinc^3 is divided out later.
+/// Adds the echoes of a block of reflectors from a source to a receiver to complex samples at baseband. Each is a delta
+/// at its travel time, spread over three samples by a quadratic B-spline, whose spectrum sinc^3 is divided out later.
 /// @param count    of the reflectors; nothing arrives at those beyond it in the last group
 /// @param rate     samples a second
 /// @param margin   of samples before time 0
@@ -22842,8 +22850,8 @@ struct lossless {
     INSONIFY_FN float operator()(const medium&, float) const { return 0; }
 };
 
-/// Keeps the scatterers that a model emits, with their distances along the line. Beyond `max_count` of all lines they are
-/// only counted.
+/// Keeps the scatterers that a model emits, with their distances along the line. Beyond `max_count` of all lines they
+/// are only counted.
 template <class Deferred = void>
 struct scatterer_sink {
     struct one {
@@ -23073,8 +23081,8 @@ class reflector_search {
         const float power = reflected * reflected * rough *
                             scattered_back(is_hard(before) || is_hard(after), met.cosine) / pi * size *
                             field.tissue(distance);
-        // Random numbers that stay where they are on the object, wherever the array is. Cells have their middle at 0, so
-        // that rounding does not decide between two for a slice through the origin of the object.
+        // Random numbers that stay where they are on the object, wherever the array is. Cells have their middle at 0,
+        // so that rounding does not decide between two for a slice through the origin of the object.
         const object_view& owner = seen.objects[segment.object];
         const vec3 on_object =
             at_rest(owner, segment.primitive, owner.at.local_point(at_.point({piece.place.x, 0, piece.place.y}))) /
@@ -23136,8 +23144,8 @@ class reflector_search {
     const Model& model_;
     float depth_, open_ = 0, step_ = 0;
     float step_of_nodes_; // see `spectral_value`, hertz
-    // Root of a factor on amplitude. What scatters at all heights returns a power of integral |E|^4 dy, which is as 1 / f;
-    // of a tall reflector it is |integral E^2 dy|^2, as 1 / f^2.
+    // Root of a factor on amplitude. What scatters at all heights returns a power of integral |E|^4 dy, which is as 1 /
+    // f; of a tall reflector it is |integral E^2 dy|^2, as 1 / f^2.
     lanes<spectral_value::nodes> incoherent_{1.0F};
     slice_lines lines_{};
     probe_lines probe_{};
@@ -23323,9 +23331,9 @@ class arriving_waves {
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// The wave front of each transmit at reflectors, at two frequencies: what arrives within three periods of the first wave,
-/// which the elements around its origin send, at the time of the middle of its energy. The later waves of the others
-/// cancel, but for those from the ends of the aperture, which are left out.
+/// The wave front of each transmit at reflectors, at two frequencies: what arrives within three periods of the first
+/// wave, which the elements around its origin send, at the time of the middle of its energy. The later waves of the
+/// others cancel, but for those from the ends of the aperture, which are left out.
 class wave_fronts {
   public:
     /// @param frequency  of the carrier, hertz
@@ -23521,7 +23529,8 @@ void sort_into_blocks(const Policy& policy, const key_range& all) {
 }
 
 /// Sorts reflectors into zones, and each zone into blocks that are small in space, so that each adds to few samples of
-/// a pair of elements. Within a block they are sorted by x: neighbours, which differ in depth, add to different samples.
+/// a pair of elements. Within a block they are sorted by x: neighbours, which differ in depth, add to different
+/// samples.
 /// @param sigma_frequency  of the amplitude spectrum, hertz
 template <exec::policy Policy>
 std::vector<zone> sort_into_zones(const Policy& policy, std::vector<reflector>& all, const element_fans& fans,
@@ -24491,8 +24500,8 @@ struct radial_array {
 
 /// INSONIFY_COMPILED, defined in every file of a program, compiles the library once: these templates, with the probes,
 /// models and policies of the library, are compiled in the file that defines INSONIFY_IMPLEMENTATION, and only declared
-/// elsewhere. They take a type-erased policy, and probes as data, so that few instantiations serve all. Templates with a
-/// user's types are compiled where they are called, as without the macro.
+/// elsewhere. They take a type-erased policy, and probes as data, so that few instantiations serve all. Templates with
+/// a user's types are compiled where they are called, as without the macro.
 ///
 /// Of these functions none is `inline`, nor defined in its class: then compilers do not instantiate them where they are
 /// declared `extern template`.
@@ -25389,8 +25398,8 @@ class implicit_lattice {
     bool leaves_box(cut edge) const {
         return border_at(position_of(edge.from)) >= 0 || border_at(position_of(edge.to)) >= 0;
     }
-    // Where the surface cuts an edge, by linear interpolation. On an edge that leaves the box it lies before the box, or
-    // on it where the box cuts a body off.
+    // Where the surface cuts an edge, by linear interpolation. On an edge that leaves the box it lies before the box,
+    // or on it where the box cuts a body off.
     vec3 place_on(cut edge) const {
         const vec3 a = position_of(edge.from), b = position_of(edge.to);
         if (!leaves_box(edge)) return a + part_of(edge) * (b - a);
@@ -25417,8 +25426,8 @@ class implicit_lattice {
         return std::fabs(value_at(start + step)) < std::fabs(value) ? start + step : start;
     }
     // Where the surface bends more sharply than the lattice resolves, the steps of neighbours can turn a face away from
-    // the slope, so that it crosses others. Its vertices return to their edges: there, each tetrahedron contains its own
-    // faces.
+    // the slope, so that it crosses others. Its vertices return to their edges: there, each tetrahedron contains its
+    // own faces.
     void undo_folds(const std::vector<vec3>& on_edges) {
         constexpr float min_cosine = 0.65F; // of the angle between normal and slope
         std::vector<vec3> slopes;
@@ -25567,8 +25576,8 @@ inline void add_tube_faces(mesh& tube, std::uint32_t segments, std::uint32_t rin
     }
 }
 
-/// Adds the faces of a closed slab. Its vertices are those of its upper side, row by row, then those of the lower one. The
-/// upper side lies to the side of the direction of the columns' numbers cross that of the rows'.
+/// Adds the faces of a closed slab. Its vertices are those of its upper side, row by row, then those of the lower one.
+/// The upper side lies to the side of the direction of the columns' numbers cross that of the rows'.
 inline void add_slab_faces(mesh& slab, std::uint32_t columns, std::uint32_t rows) {
     const std::uint32_t below = columns * rows, last = columns * (rows - 1);
     const auto add_quad = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
@@ -26210,9 +26219,10 @@ struct collapse {
 /// Across each place of the line, lengths are scaled so that the section becomes the circle of the straight vessel: an
 /// amplitude of a tenth of its radius is a tenth of the radius everywhere. Points stay in the plane across the line.
 ///
-/// Around the centre of a bend, where the nearest place of the line jumps, so does the displacement: to both sides it is
-/// that of the straight vessel at the distance of the bend's radius. For a pulsation of 0.4 mm of a radius of 4 mm that
-/// is 0.08 mm in a bend of 20 mm, and 0.2 mm in one of 8 mm; keep bends much wider than `collapse::above` and `beside`.
+/// Around the centre of a bend, where the nearest place of the line jumps, so does the displacement: to both sides it
+/// is that of the straight vessel at the distance of the bend's radius. For a pulsation of 0.4 mm of a radius of 4 mm
+/// that is 0.08 mm in a bend of 20 mm, and 0.2 mm in one of 8 mm; keep bends much wider than `collapse::above` and
+/// `beside`.
 template <class Map>
 struct bent {
     centre_line line{}; ///< at rest, in the world
@@ -26384,8 +26394,8 @@ struct pressed_face {
     values depth{};          ///< by which it is displaced along z, metres; beside the face: see `recover_beside`
     float decay = 20e-3F;    ///< see `indentation`
     float recovery = 8e-3F;  ///< see `indentation`
-    /// exp(-S / decay), where something stiff, which does not move, lies S metres below the skin; 0: nothing. Bone holds
-    /// what is beside it, too, so that tissue does not tear there: as if it lay 2 metres deeper for each metre.
+    /// exp(-S / decay), where something stiff, which does not move, lies S metres below the skin; 0: nothing. Bone
+    /// holds what is beside it, too, so that tissue does not tear there: as if it lay 2 metres deeper for each metre.
     values stop{};
 
     /// Where a row and a column are: x and y of the probe, metres.
@@ -26448,8 +26458,8 @@ struct pressed_face {
                 }
         return of;
     }
-    /// Sets the depth beside the face from that at its edge: it recovers exponentially, up to the rim of the grid, and is
-    /// at most three quarters of that by which tissue above something stiff would fold over.
+    /// Sets the depth beside the face from that at its edge: it recovers exponentially, up to the rim of the grid, and
+    /// is at most three quarters of that by which tissue above something stiff would fold over.
     void recover_beside() {
         for (std::size_t k = 0; k < rows; ++k)
             for (std::size_t i = 0; i < columns; ++i) {
@@ -26517,8 +26527,8 @@ struct pressed_face {
 
 namespace detail {
 
-/// Where lines along z through the points of a face's grid leave a body of several surfaces, and where something is stiff.
-/// Keeps its memory.
+/// Where lines along z through the points of a face's grid leave a body of several surfaces, and where something is
+/// stiff. Keeps its memory.
 class skin_heights {
   public:
     using heights = std::array<float, pressed_face::columns>; ///< z of the face at each column, metres
@@ -26809,7 +26819,8 @@ class kept_contact {
     /// @param face  without it
     template <deformation_map Map>
     kept_contact(const Map& map, const pressed_face& face) : back_{face} {
-        // Wider than the face, by two columns: skin is straight between its vertices, of which some lie beside the face.
+        // Wider than the face, by two columns: skin is straight between its vertices, of which some lie beside the
+        // face.
         constexpr std::size_t first = pressed_face::margin, last = pressed_face::columns - 1 - first;
         const float wider = (face.right - face.left) * 2 / (last - first - 4);
         back_.left -= wider;
@@ -26867,8 +26878,8 @@ class kept_contact {
     }
     using flags = std::array<std::array<bool, pressed_face::columns>, pressed_face::rows>;
 
-    // Skin that was at the edge of the face at rest bends where it is now, between two points b and c: lowers these so that
-    // it does not come to lie in front of the face. Neighbours on either side tell its slopes.
+    // Skin that was at the edge of the face at rest bends where it is now, between two points b and c: lowers these so
+    // that it does not come to lie in front of the face. Neighbours on either side tell its slopes.
     // @param row, column  from a point to the next
     // @param bend         part by which a slope beside the face changes from a point to the next
     static void lower_to_ridges(pressed_face::values& moved, const flags& touches, std::size_t row, std::size_t column,
@@ -27496,8 +27507,8 @@ enum class skin_place {
 };
 
 /// Covers a body that one soft object encloses, wherever a probe will be: its outer layer becomes an object "skin".
-/// Call it before `build`. The outer object gets a new id, and keeps its name. A body with an object of `tissue::skin`, or
-/// without an outer one, is left as it is.
+/// Call it before `build`. The outer object gets a new id, and keeps its name. A body with an object of `tissue::skin`,
+/// or without an outer one, is left as it is.
 /// @param settings  only `thickness` matters
 /// @return `skin_place::surface` or `none`
 /// @throws usage_error  for a setting out of range, or a deformed body
@@ -27512,10 +27523,10 @@ skin_place add_skin(scene& body, const skin_settings& settings = {}) {
 /// Covers a body whose meshes begin below the skin, as most anatomy does, so that pictures begin as real ones do: film
 /// of gel, entry echo, dermis, fat. Call it before `build`.
 ///
-/// Where one soft object encloses all others, its outer layer becomes an object "skin", and it gets a new id. Elsewhere a film "gel", "skin"
-/// and "subcutaneous fat" follow the face of the probe, 12 mm beyond its edges; skin and gel have the highest
-/// priority, fat the lowest: what is inside of it stays. A name that is taken gets a number: "skin.2". A body with an
-/// object of `tissue::skin` is left as it is.
+/// Where one soft object encloses all others, its outer layer becomes an object "skin", and it gets a new id. Elsewhere
+/// a film "gel", "skin" and "subcutaneous fat" follow the face of the probe, 12 mm beyond its edges; skin and gel have
+/// the highest priority, fat the lowest: what is inside of it stays. A name that is taken gets a number: "skin.2". A
+/// body with an object of `tissue::skin` is left as it is.
 /// @param at  pose of the probe
 /// @throws usage_error     for a setting out of range, a deformed body, or a probe that looks out of a full circle
 /// @throws geometry_error  for a pose that is not rigid
@@ -28421,8 +28432,8 @@ class mesh_repair {
 /// Merges vertices at equal points, and those of open edges within a distance; removes faces without corners of their
 /// own, copies of faces, and doubled walls between parts that touch; turns faces until neighbours agree and the body is
 /// inside; closes holes by triangles between the vertices of their boundary, of the smallest area; and separates
-/// surfaces that touch at an edge or vertex. An open sheet that would enclose nothing is left open, but removed where it
-/// has less than 1 % of the area of a closed part. A surface of one side, and parts with edges of an odd number of
+/// surfaces that touch at an edge or vertex. An open sheet that would enclose nothing is left open, but removed where
+/// it has less than 1 % of the area of a closed part. A surface of one side, and parts with edges of an odd number of
 /// faces, are left as they are. `validate` tells what is left.
 ///
 ///     const repaired_mesh mended = repair(load_obj("heart.obj", {.unit = 1_mm}));
@@ -28652,10 +28663,11 @@ void write_png(const std::string& path, const colour_image& picture);
 #include <string.h>
 // NOLINTEND(modernize-deprecated-headers)
 
-// Private copies of tinyobjloader, in an unnamed namespace, and of stb_image_write, static functions in a namespace: so what is not
-// used of them is not compiled, a tenth of what the README's program emits. Every macro that configures them or that they define is
-// saved and restored, so that a program can include its own copies in this file, before or after, and in others. The headers that
-// they need are included above, outside these namespaces. The rest of this file counts as a header of the system: compilers do not warn of the packages.
+// Private copies of tinyobjloader, in an unnamed namespace, and of stb_image_write, static functions in a namespace: so
+// what is not used of them is not compiled, a tenth of what the README's program emits. Every macro that configures
+// them or that they define is saved and restored, so that a program can include its own copies in this file, before or
+// after, and in others. The headers that they need are included above, outside these namespaces. The rest of this file
+// counts as a header of the system: compilers do not warn of the packages.
 #if !defined(_MSC_VER)
 #pragma GCC system_header
 #endif
@@ -29164,7 +29176,8 @@ struct obj_object {
 /// What a part is called, as long as no other has this name.
 inline const std::string& name_of(const obj_part& part) { return part.object.empty() ? part.group : part.object; }
 
-/// The objects in the order of their first faces: those of one `o` lie together. @throws io_error  for a face without a medium
+/// The objects in the order of their first faces: those of one `o` lie together.
+/// @throws io_error  for a face without a medium
 inline std::vector<obj_object> divide_into_objects(const std::string& path, const obj_content& content) {
     std::vector<obj_object> objects;
     std::map<std::pair<std::uint32_t, int>, std::size_t> known;

@@ -12,8 +12,8 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Where a line meets a surface of the object that it is in; by default there is none, or it belongs to the object on its
-/// other side.
+/// Where a line meets a surface of the object that it is in; by default there is none, or it belongs to the object on
+/// its other side.
 struct object_surface {
     float cosine = 0;     ///< of the angle of incidence
     vec3 normal{0, 0, 0}; ///< in the world, on either side, of length 1

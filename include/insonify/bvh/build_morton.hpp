@@ -96,8 +96,8 @@ class morton_order {
         return all;
     }
 
-    // Radix sort by the highest digit, blocks in parallel; then the keys of each digit by themselves, which fit into the
-    // cache.
+    // Radix sort by the highest digit, blocks in parallel; then the keys of each digit by themselves, which fit into
+    // the cache.
     template <class Policy>
     void sort(const Policy& policy) {
         large_array<std::uint64_t> apart(keys_.size());
@@ -242,7 +242,8 @@ namespace insonify::inline INSONIFY_ABI {
 ///     Morton codes:  0010 0010 0011 | 0100 0101     split where the highest differing bit changes, then
 ///     positions:        0    1    2 |    3    4     moved to the next multiple of Width, so that leaves are full
 ///
-/// The tree depends only on the boxes. Primitives whose box is empty or not finite are kept, in the place of another one.
+/// The tree depends only on the boxes. Primitives whose box is empty or not finite are kept, in the place of another
+/// one.
 struct build_morton {
     /// The tree over the boxes of a range of primitives.
     template <int Width, exec::policy Policy, class Range>

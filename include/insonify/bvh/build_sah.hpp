@@ -297,8 +297,8 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// Builds a wide BVH from the top down by binned SAH. The cost of a child is its area times its number of leaves.
 ///
-/// The tree depends only on the boxes. Primitives whose box is empty or not finite are kept, in the place of another one.
-/// Source: Wald 2007, "On fast construction of SAH-based bounding volume hierarchies".
+/// The tree depends only on the boxes. Primitives whose box is empty or not finite are kept, in the place of another
+/// one. Source: Wald 2007, "On fast construction of SAH-based bounding volume hierarchies".
 struct build_sah {
     /// The tree over the boxes of a range of primitives.
     template <int Width, exec::policy Policy, class Range>

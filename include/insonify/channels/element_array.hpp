@@ -17,8 +17,8 @@ namespace insonify::inline INSONIFY_ABI {
 
 /// What a transducer array must state for channel data. `element(i)` is the centre of an element and the normal of its
 /// face, in the frame of the probe (x lateral, y elevation, z depth), in order of x; normals lie in the plane
-/// y = 0, and z of them is above 0. All elements are rectangles of one size, `element_width` across, `height` out of the slice plane, with a lens
-/// that focuses at `elevation_focus`.
+/// y = 0, and z of them is above 0. All elements are rectangles of one size, `element_width` across, `height` out of
+/// the slice plane, with a lens that focuses at `elevation_focus`.
 ///
 ///     struct arc {  // an array of one's own
 ///         std::uint32_t elements = 64;

@@ -259,8 +259,8 @@ class element_fans {
     }
     static constexpr float min_open = 0.1F; // near a caustic, amplitudes grow no further
 
-    // Between two lines, a at part 0 and b at 1, by their shares of the amplitude: where one of them runs through bone, the
-    // other one says when sound arrives.
+    // Between two lines, a at part 0 and b at 1, by their shares of the amplitude: where one of them runs through bone,
+    // the other one says when sound arrives.
     static arrived_wave mixed(const arrived_wave& a, const arrived_wave& b, float part) {
         const float least = min(a.lost, b.lost);
         const auto left = [least](const arrived_wave& one) {
@@ -278,7 +278,8 @@ class element_fans {
                 mix(a.lost_slope, b.lost_slope)};
     }
 
-    // The wave at the beginning of a layer, from that in the layer before. @param without  the same, without what sound has met
+    // The wave at the beginning of a layer, from that in the layer before. @param without  the same, without what sound
+    // has met
     static element_wave carried(const element_wave& before, const element_wave& without) {
         element_wave entered = without; // by value, GCC would note the ABI of aligned parameters
         const float length = entered.begin - before.begin, sound = before.slowness;

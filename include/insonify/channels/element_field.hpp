@@ -21,8 +21,8 @@
 /// Source: Rayleigh's integral with a pressure-release baffle; Kirchhoff's approximation of the surface.
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// A complex amplitude at four frequencies around the carrier, equal steps apart, from the lowest on. Between them it is
-/// taken as a polynomial of degree three.
+/// A complex amplitude at four frequencies around the carrier, equal steps apart, from the lowest on. Between them it
+/// is taken as a polynomial of degree three.
 struct spectral_value {
     static constexpr int nodes = 4;
     lanes<nodes> x{0.0F}, y{0.0F};

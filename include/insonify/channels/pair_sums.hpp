@@ -74,13 +74,14 @@ class wave_table {
     static std::size_t whole_groups(std::size_t reflectors) { return (reflectors + group - 1) / group * group; }
 
   private:
-    // A cache line more than a power of two, so that the waves of one reflector do not all lie in the same set of a cache.
+    // A cache line more than a power of two, so that the waves of one reflector do not all lie in the same set of a
+    // cache.
     static constexpr std::size_t row = block + 16, column_size = 2 * row + floats_per_wave<Nodes> * block + 16;
     large_array<float> values_; // source after source; aligned to cache lines
 };
 
-/// Adds the echoes of a block of reflectors from a source to a receiver to complex samples at baseband. Each is a delta at
-/// its travel time, spread over three samples by a quadratic B-spline, whose spectrum sinc^3 is divided out later.
+/// Adds the echoes of a block of reflectors from a source to a receiver to complex samples at baseband. Each is a delta
+/// at its travel time, spread over three samples by a quadratic B-spline, whose spectrum sinc^3 is divided out later.
 /// @param count    of the reflectors; nothing arrives at those beyond it in the last group
 /// @param rate     samples a second
 /// @param margin   of samples before time 0

@@ -91,8 +91,8 @@ struct lossless {
     INSONIFY_FN float operator()(const medium&, float) const { return 0; }
 };
 
-/// Keeps the scatterers that a model emits, with their distances along the line. Beyond `max_count` of all lines they are
-/// only counted.
+/// Keeps the scatterers that a model emits, with their distances along the line. Beyond `max_count` of all lines they
+/// are only counted.
 template <class Deferred = void>
 struct scatterer_sink {
     struct one {
@@ -322,8 +322,8 @@ class reflector_search {
         const float power = reflected * reflected * rough *
                             scattered_back(is_hard(before) || is_hard(after), met.cosine) / pi * size *
                             field.tissue(distance);
-        // Random numbers that stay where they are on the object, wherever the array is. Cells have their middle at 0, so
-        // that rounding does not decide between two for a slice through the origin of the object.
+        // Random numbers that stay where they are on the object, wherever the array is. Cells have their middle at 0,
+        // so that rounding does not decide between two for a slice through the origin of the object.
         const object_view& owner = seen.objects[segment.object];
         const vec3 on_object =
             at_rest(owner, segment.primitive, owner.at.local_point(at_.point({piece.place.x, 0, piece.place.y}))) /
@@ -385,8 +385,8 @@ class reflector_search {
     const Model& model_;
     float depth_, open_ = 0, step_ = 0;
     float step_of_nodes_; // see `spectral_value`, hertz
-    // Root of a factor on amplitude. What scatters at all heights returns a power of integral |E|^4 dy, which is as 1 / f;
-    // of a tall reflector it is |integral E^2 dy|^2, as 1 / f^2.
+    // Root of a factor on amplitude. What scatters at all heights returns a power of integral |E|^4 dy, which is as 1 /
+    // f; of a tall reflector it is |integral E^2 dy|^2, as 1 / f^2.
     lanes<spectral_value::nodes> incoherent_{1.0F};
     slice_lines lines_{};
     probe_lines probe_{};

@@ -15,9 +15,9 @@
 
 namespace insonify::inline INSONIFY_ABI::detail {
 
-/// The wave front of each transmit at reflectors, at two frequencies: what arrives within three periods of the first wave,
-/// which the elements around its origin send, at the time of the middle of its energy. The later waves of the others
-/// cancel, but for those from the ends of the aperture, which are left out.
+/// The wave front of each transmit at reflectors, at two frequencies: what arrives within three periods of the first
+/// wave, which the elements around its origin send, at the time of the middle of its energy. The later waves of the
+/// others cancel, but for those from the ends of the aperture, which are left out.
 class wave_fronts {
   public:
     /// @param frequency  of the carrier, hertz

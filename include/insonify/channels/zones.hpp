@@ -93,7 +93,8 @@ void sort_into_blocks(const Policy& policy, const key_range& all) {
 }
 
 /// Sorts reflectors into zones, and each zone into blocks that are small in space, so that each adds to few samples of
-/// a pair of elements. Within a block they are sorted by x: neighbours, which differ in depth, add to different samples.
+/// a pair of elements. Within a block they are sorted by x: neighbours, which differ in depth, add to different
+/// samples.
 /// @param sigma_frequency  of the amplitude spectrum, hertz
 template <exec::policy Policy>
 std::vector<zone> sort_into_zones(const Policy& policy, std::vector<reflector>& all, const element_fans& fans,

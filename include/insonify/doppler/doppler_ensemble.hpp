@@ -340,8 +340,8 @@ struct ensemble_settings {
     }
 };
 
-/// `doppler_ensemble` and `trace_ensemble`, train after train: holds tables, layers and memory, so that it allocates only
-/// while buffers grow.
+/// `doppler_ensemble` and `trace_ensemble`, train after train: holds tables, layers and memory, so that it allocates
+/// only while buffers grow.
 template <acoustic_model Model = physical<>>
 class ensemble_scanner {
   public:

@@ -111,9 +111,9 @@ struct poiseuille {
 };
 
 /// Laminar flow in a tube that bends, tapers, and has elliptical sections: along its line, by
-/// v = peak_velocity w(t) (A_0 / A)^(1 - side_branches) (1 - r^2), where r is the distance from the line over that of the
-/// wall, A the area of the section and A_0 that of the first one; 0 outside the wall. All sections have the same volume
-/// flow, unless branches take some of it.
+/// v = peak_velocity w(t) (A_0 / A)^(1 - side_branches) (1 - r^2), where r is the distance from the line over that of
+/// the wall, A the area of the section and A_0 that of the first one; 0 outside the wall. All sections have the same
+/// volume flow, unless branches take some of it.
 ///
 /// The profile across an ellipse is exact for a straight tube; flow that is parallel to the line holds where the tube
 /// bends and tapers slowly.

@@ -546,8 +546,8 @@ INSONIFY_FN INSONIFY_INLINE lanes<N> logarithm_of_two(const lanes<N>& x) {
 
 namespace detail {
 
-/// Calls body(i, n) for a range of floats, of which it is to take n from i on. n is a constant: `Width` as long as there
-/// are so many, then 1.
+/// Calls body(i, n) for a range of floats, of which it is to take n from i on. n is a constant: `Width` as long as
+/// there are so many, then 1.
 template <int Width, class Body>
 INSONIFY_INLINE void in_registers(std::size_t begin, std::size_t end, const Body& body) {
     std::size_t i = begin;

@@ -67,8 +67,8 @@ inline void check_shape_length(const std::string& shape, const std::string& what
         throw geometry_error{shape, ": the ", what, " must be above 0 and at most 1000 km"};
 }
 
-/// The places of all sections of a line. Their axes do not twist about it: they are carried along by parallel transport, and
-/// turned by `turn`. Source: Wang et al. 2008, ACM Trans. Graph. 27, 2: double reflection.
+/// The places of all sections of a line. Their axes do not twist about it: they are carried along by parallel
+/// transport, and turned by `turn`. Source: Wang et al. 2008, ACM Trans. Graph. 27, 2: double reflection.
 /// @param across  first axis of the first section, as far as it is across; 0: any
 /// @throws geometry_error  for a line that is not a tube's
 inline std::vector<line_place> places_along(const std::vector<tube_section>& line, vec3 across,

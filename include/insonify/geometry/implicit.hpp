@@ -246,8 +246,8 @@ class implicit_lattice {
     bool leaves_box(cut edge) const {
         return border_at(position_of(edge.from)) >= 0 || border_at(position_of(edge.to)) >= 0;
     }
-    // Where the surface cuts an edge, by linear interpolation. On an edge that leaves the box it lies before the box, or
-    // on it where the box cuts a body off.
+    // Where the surface cuts an edge, by linear interpolation. On an edge that leaves the box it lies before the box,
+    // or on it where the box cuts a body off.
     vec3 place_on(cut edge) const {
         const vec3 a = position_of(edge.from), b = position_of(edge.to);
         if (!leaves_box(edge)) return a + part_of(edge) * (b - a);
@@ -274,8 +274,8 @@ class implicit_lattice {
         return std::fabs(value_at(start + step)) < std::fabs(value) ? start + step : start;
     }
     // Where the surface bends more sharply than the lattice resolves, the steps of neighbours can turn a face away from
-    // the slope, so that it crosses others. Its vertices return to their edges: there, each tetrahedron contains its own
-    // faces.
+    // the slope, so that it crosses others. Its vertices return to their edges: there, each tetrahedron contains its
+    // own faces.
     void undo_folds(const std::vector<vec3>& on_edges) {
         constexpr float min_cosine = 0.65F; // of the angle between normal and slope
         std::vector<vec3> slopes;

@@ -585,8 +585,8 @@ class mesh_repair {
 /// Merges vertices at equal points, and those of open edges within a distance; removes faces without corners of their
 /// own, copies of faces, and doubled walls between parts that touch; turns faces until neighbours agree and the body is
 /// inside; closes holes by triangles between the vertices of their boundary, of the smallest area; and separates
-/// surfaces that touch at an edge or vertex. An open sheet that would enclose nothing is left open, but removed where it
-/// has less than 1 % of the area of a closed part. A surface of one side, and parts with edges of an odd number of
+/// surfaces that touch at an edge or vertex. An open sheet that would enclose nothing is left open, but removed where
+/// it has less than 1 % of the area of a closed part. A surface of one side, and parts with edges of an odd number of
 /// faces, are left as they are. `validate` tells what is left.
 ///
 ///     const repaired_mesh mended = repair(load_obj("heart.obj", {.unit = 1_mm}));

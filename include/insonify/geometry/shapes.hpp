@@ -70,8 +70,8 @@ inline void add_tube_faces(mesh& tube, std::uint32_t segments, std::uint32_t rin
     }
 }
 
-/// Adds the faces of a closed slab. Its vertices are those of its upper side, row by row, then those of the lower one. The
-/// upper side lies to the side of the direction of the columns' numbers cross that of the rows'.
+/// Adds the faces of a closed slab. Its vertices are those of its upper side, row by row, then those of the lower one.
+/// The upper side lies to the side of the direction of the columns' numbers cross that of the rows'.
 inline void add_slab_faces(mesh& slab, std::uint32_t columns, std::uint32_t rows) {
     const std::uint32_t below = columns * rows, last = columns * (rows - 1);
     const auto add_quad = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {

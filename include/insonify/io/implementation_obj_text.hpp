@@ -306,7 +306,8 @@ struct obj_object {
 /// What a part is called, as long as no other has this name.
 inline const std::string& name_of(const obj_part& part) { return part.object.empty() ? part.group : part.object; }
 
-/// The objects in the order of their first faces: those of one `o` lie together. @throws io_error  for a face without a medium
+/// The objects in the order of their first faces: those of one `o` lie together.
+/// @throws io_error  for a face without a medium
 inline std::vector<obj_object> divide_into_objects(const std::string& path, const obj_content& content) {
     std::vector<obj_object> objects;
     std::map<std::pair<std::uint32_t, int>, std::size_t> known;

@@ -28,10 +28,11 @@
 #include <string.h>
 // NOLINTEND(modernize-deprecated-headers)
 
-// Private copies of tinyobjloader, in an unnamed namespace, and of stb_image_write, static functions in a namespace: so what is not
-// used of them is not compiled, a tenth of what the README's program emits. Every macro that configures them or that they define is
-// saved and restored, so that a program can include its own copies in this file, before or after, and in others. The headers that
-// they need are included above, outside these namespaces. The rest of this file counts as a header of the system: compilers do not warn of the packages.
+// Private copies of tinyobjloader, in an unnamed namespace, and of stb_image_write, static functions in a namespace: so
+// what is not used of them is not compiled, a tenth of what the README's program emits. Every macro that configures
+// them or that they define is saved and restored, so that a program can include its own copies in this file, before or
+// after, and in others. The headers that they need are included above, outside these namespaces. The rest of this file
+// counts as a header of the system: compilers do not warn of the packages.
 #if !defined(_MSC_VER)
 #pragma GCC system_header
 #endif

@@ -240,9 +240,10 @@ struct collapse {
 /// Across each place of the line, lengths are scaled so that the section becomes the circle of the straight vessel: an
 /// amplitude of a tenth of its radius is a tenth of the radius everywhere. Points stay in the plane across the line.
 ///
-/// Around the centre of a bend, where the nearest place of the line jumps, so does the displacement: to both sides it is
-/// that of the straight vessel at the distance of the bend's radius. For a pulsation of 0.4 mm of a radius of 4 mm that
-/// is 0.08 mm in a bend of 20 mm, and 0.2 mm in one of 8 mm; keep bends much wider than `collapse::above` and `beside`.
+/// Around the centre of a bend, where the nearest place of the line jumps, so does the displacement: to both sides it
+/// is that of the straight vessel at the distance of the bend's radius. For a pulsation of 0.4 mm of a radius of 4 mm
+/// that is 0.08 mm in a bend of 20 mm, and 0.2 mm in one of 8 mm; keep bends much wider than `collapse::above` and
+/// `beside`.
 template <class Map>
 struct bent {
     centre_line line{}; ///< at rest, in the world

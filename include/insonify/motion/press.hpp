@@ -94,8 +94,8 @@ struct pressed_face {
     values depth{};          ///< by which it is displaced along z, metres; beside the face: see `recover_beside`
     float decay = 20e-3F;    ///< see `indentation`
     float recovery = 8e-3F;  ///< see `indentation`
-    /// exp(-S / decay), where something stiff, which does not move, lies S metres below the skin; 0: nothing. Bone holds
-    /// what is beside it, too, so that tissue does not tear there: as if it lay 2 metres deeper for each metre.
+    /// exp(-S / decay), where something stiff, which does not move, lies S metres below the skin; 0: nothing. Bone
+    /// holds what is beside it, too, so that tissue does not tear there: as if it lay 2 metres deeper for each metre.
     values stop{};
 
     /// Where a row and a column are: x and y of the probe, metres.
@@ -158,8 +158,8 @@ struct pressed_face {
                 }
         return of;
     }
-    /// Sets the depth beside the face from that at its edge: it recovers exponentially, up to the rim of the grid, and is
-    /// at most three quarters of that by which tissue above something stiff would fold over.
+    /// Sets the depth beside the face from that at its edge: it recovers exponentially, up to the rim of the grid, and
+    /// is at most three quarters of that by which tissue above something stiff would fold over.
     void recover_beside() {
         for (std::size_t k = 0; k < rows; ++k)
             for (std::size_t i = 0; i < columns; ++i) {
@@ -227,8 +227,8 @@ struct pressed_face {
 
 namespace detail {
 
-/// Where lines along z through the points of a face's grid leave a body of several surfaces, and where something is stiff.
-/// Keeps its memory.
+/// Where lines along z through the points of a face's grid leave a body of several surfaces, and where something is
+/// stiff. Keeps its memory.
 class skin_heights {
   public:
     using heights = std::array<float, pressed_face::columns>; ///< z of the face at each column, metres
@@ -519,7 +519,8 @@ class kept_contact {
     /// @param face  without it
     template <deformation_map Map>
     kept_contact(const Map& map, const pressed_face& face) : back_{face} {
-        // Wider than the face, by two columns: skin is straight between its vertices, of which some lie beside the face.
+        // Wider than the face, by two columns: skin is straight between its vertices, of which some lie beside the
+        // face.
         constexpr std::size_t first = pressed_face::margin, last = pressed_face::columns - 1 - first;
         const float wider = (face.right - face.left) * 2 / (last - first - 4);
         back_.left -= wider;
@@ -577,8 +578,8 @@ class kept_contact {
     }
     using flags = std::array<std::array<bool, pressed_face::columns>, pressed_face::rows>;
 
-    // Skin that was at the edge of the face at rest bends where it is now, between two points b and c: lowers these so that
-    // it does not come to lie in front of the face. Neighbours on either side tell its slopes.
+    // Skin that was at the edge of the face at rest bends where it is now, between two points b and c: lowers these so
+    // that it does not come to lie in front of the face. Neighbours on either side tell its slopes.
     // @param row, column  from a point to the next
     // @param bend         part by which a slope beside the face changes from a point to the next
     static void lower_to_ridges(pressed_face::values& moved, const flags& touches, std::size_t row, std::size_t column,

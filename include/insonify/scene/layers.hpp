@@ -253,7 +253,8 @@ INSONIFY_FN inline surface_incidence incidence_on(const object_view& one, std::u
 inline constexpr float steep_cosine = 0.5F;
 
 /// How a line meets a face at a distance. The tilt of a line does not count, except on steep surfaces, which are met
-/// because of it. Lines that are turned about their origins (tracing/aperture/turned_line.hpp) have an overload of their own.
+/// because of it. Lines that are turned about their origins (tracing/aperture/turned_line.hpp) have an overload of
+/// their own.
 INSONIFY_FN inline surface_incidence incidence_at(const line_frame& line, float distance, const object_view& one,
                                                   std::uint32_t face) {
     const vec3 point = line.at(distance);

@@ -183,8 +183,8 @@ enum class skin_place {
 };
 
 /// Covers a body that one soft object encloses, wherever a probe will be: its outer layer becomes an object "skin".
-/// Call it before `build`. The outer object gets a new id, and keeps its name. A body with an object of `tissue::skin`, or
-/// without an outer one, is left as it is.
+/// Call it before `build`. The outer object gets a new id, and keeps its name. A body with an object of `tissue::skin`,
+/// or without an outer one, is left as it is.
 /// @param settings  only `thickness` matters
 /// @return `skin_place::surface` or `none`
 /// @throws usage_error  for a setting out of range, or a deformed body
@@ -199,10 +199,10 @@ skin_place add_skin(scene& body, const skin_settings& settings = {}) {
 /// Covers a body whose meshes begin below the skin, as most anatomy does, so that pictures begin as real ones do: film
 /// of gel, entry echo, dermis, fat. Call it before `build`.
 ///
-/// Where one soft object encloses all others, its outer layer becomes an object "skin", and it gets a new id. Elsewhere a film "gel", "skin"
-/// and "subcutaneous fat" follow the face of the probe, 12 mm beyond its edges; skin and gel have the highest
-/// priority, fat the lowest: what is inside of it stays. A name that is taken gets a number: "skin.2". A body with an
-/// object of `tissue::skin` is left as it is.
+/// Where one soft object encloses all others, its outer layer becomes an object "skin", and it gets a new id. Elsewhere
+/// a film "gel", "skin" and "subcutaneous fat" follow the face of the probe, 12 mm beyond its edges; skin and gel have
+/// the highest priority, fat the lowest: what is inside of it stays. A name that is taken gets a number: "skin.2". A
+/// body with an object of `tissue::skin` is left as it is.
 /// @param at  pose of the probe
 /// @throws usage_error     for a setting out of range, a deformed body, or a probe that looks out of a full circle
 /// @throws geometry_error  for a pose that is not rigid

@@ -122,8 +122,8 @@ constexpr std::size_t transform_length(std::size_t values) {
 }
 
 /// Calls visit(signal, sample, value) with the analytic signals of real ones: RF + i H(RF), where H is the Hilbert
-/// transform, which shifts the phase of every frequency by -90 degrees, so that cos becomes sin. Signals are zero beyond
-/// their ends.
+/// transform, which shifts the phase of every frequency by -90 degrees, so that cos becomes sin. Signals are zero
+/// beyond their ends.
 /// @param all      signals, one after the other
 /// @param samples  of each signal
 template <class Policy, class Visit>
@@ -134,8 +134,8 @@ void for_each_analytic(const Policy& policy, const std::vector<float>& all, std:
     const lanes<complex_batch::width> scale(1 / static_cast<float>(length));
     const auto analyse = [&](std::size_t first, std::size_t end) {
         std::vector<complex_block> values(length), room(length);
-        // Two signals in each lane: one as the real and one as the imaginary part. Signal after signal, since samples that
-        // are a power of two apart displace each other in a cache.
+        // Two signals in each lane: one as the real and one as the imaginary part. Signal after signal, since samples
+        // that are a power of two apart displace each other in a cache.
         const auto part = [&](std::size_t signal, std::size_t k) -> float& {
             const std::size_t lane = (signal - first) / 2;
             return (signal - first) % 2 == 0 ? values[k].x[lane] : values[k].y[lane];

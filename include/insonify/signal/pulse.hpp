@@ -35,8 +35,8 @@ struct pulse_envelope {
     }
     /// @}
 
-    /// At a distance behind the centre: exp(-x^2 / 2 sigma^2) or, with a burst of length L, its integral from x - L/2 to
-    /// x + L/2, normalized; behind the centre plus `ring_down` (1 - exp(-x^2 / 2 sigma^2)) exp(-x / 2.5 sigma).
+    /// At a distance behind the centre: exp(-x^2 / 2 sigma^2) or, with a burst of length L, its integral from x - L/2
+    /// to x + L/2, normalized; behind the centre plus `ring_down` (1 - exp(-x^2 / 2 sigma^2)) exp(-x / 2.5 sigma).
     INSONIFY_FN float operator()(float x) const {
         const float within = x / sigma, gaussian = std::exp(-0.5F * within * within);
         const float tail = x > 0 ? ring_down * (1 - gaussian) * std::exp(-within / 2.5F) : 0.0F;

@@ -289,8 +289,8 @@ class fibre_grid {
         });
     }
 
-    // The equations of all cells, each at the node that is its first corner. The last nodes along an axis begin no cell:
-    // there all is 0.
+    // The equations of all cells, each at the node that is its first corner. The last nodes along an axis begin no
+    // cell: there all is 0.
     struct equations {
         field weight;       // 1 where a cell begins
         field fibre[3];     // f, by axis

@@ -71,8 +71,8 @@ struct structure {
         float spread_db = 5;    ///< standard deviation of that level along the surface
         float waviness = 0.3F;  ///< standard deviation of the angle of its facets, radians
         float diffuse_db = -10; ///< amplitude that remains at any angle, relative to that at normal incidence
-        /// Length over which fibres curve into the inside of the sheath, on which they end, metres; 0: they stay straight and
-        /// go on to the surface.
+        /// Length over which fibres curve into the inside of the sheath, on which they end, metres; 0: they stay
+        /// straight and go on to the surface.
         float insertion = 0;
 
         friend bool operator==(const sheath_layer&, const sheath_layer&) = default;
@@ -168,9 +168,9 @@ INSONIFY_FN inline two_moments moments_of(const structure::sheet_layer& of, floa
         return std::exp(neper * of.level_db) * spread * spread;
     };
     const float lobe = lobe_of(of.waviness, fnumber), diffuse = amplitude_of_decibels(of.diffuse_db);
-    // Over the angles of the normals, in a lattice that is tilted: even steps of `turn`, and with each a bend and a place
-    // across the sheet from the R2 sequence (Roberts 2018). Places lie within 0.8 of the half width, with a mean square of
-    // 0.21: the outline weighs the mean with 1/4 and the mean square with 1/5.
+    // Over the angles of the normals, in a lattice that is tilted: even steps of `turn`, and with each a bend and a
+    // place across the sheet from the R2 sequence (Roberts 2018). Places lie within 0.8 of the half width, with a mean
+    // square of 0.21: the outline weighs the mean with 1/4 and the mean square with 1/5.
     const auto echo_of = [&](float tilt) {
         constexpr int angles = 32;
         two_moments echo{0, 0};

@@ -92,8 +92,8 @@ class line_nodes {
                            step / step_);
     }
 
-    /// Calls visit(begin, end, values) for every piece of a part of the line on which the quantity is linear. Each begins
-    /// exactly where the one before ends.
+    /// Calls visit(begin, end, values) for every piece of a part of the line on which the quantity is linear. Each
+    /// begins exactly where the one before ends.
     template <class Visit>
     INSONIFY_FN void for_each_piece(float from, float to, const Visit& visit) const {
         float node = first_, next = first_;
@@ -159,8 +159,8 @@ INSONIFY_FN INSONIFY_INLINE lanes<N> value_noise(std::uint32_t key, const lanes<
     return (between(side(0), side(next_z), back) - floats(510.0F)) * floats(1 / deviation);
 }
 
-/// The ends of fibres on the sheath of their object, into which they curve as parabolas: at a depth d below it the structure
-/// is displaced along the normal by
+/// The ends of fibres on the sheath of their object, into which they curve as parabolas: at a depth d below it the
+/// structure is displaced along the normal by
 ///
 ///     u(d) = (sqrt(D) - sqrt(d))^2   above D,   0 below
 ///
@@ -209,8 +209,8 @@ class fibre_course {
         for (int k = parts - 1; k >= 0 && exit.depth > 0; --k) add(1, k, k);
     }
 
-    /// Calls visit(begin, end, piece) for the pieces of a part of the line where there are fibres. Each begins exactly where
-    /// the one before ends.
+    /// Calls visit(begin, end, piece) for the pieces of a part of the line where there are fibres. Each begins exactly
+    /// where the one before ends.
     template <class Visit>
     INSONIFY_FN void for_each_piece(float from, float to, const Visit& visit) const {
         from = max(from, begin_);
@@ -344,8 +344,8 @@ class sheet_crossings {
     struct straight_part {
         float begin, end; // metres along the line
         linear_along x, y, z;
-        // A normal n of a sheet, given by its components along y and z, is |n + its component along `steep`| times as long
-        // where fibres curve, and has the component n . facing along the propagation of sound.
+        // A normal n of a sheet, given by its components along y and z, is |n + its component along `steep`| times as
+        // long where fibres curve, and has the component n . facing along the propagation of sound.
         vec2 facing, steep;
     };
 
@@ -523,8 +523,8 @@ class sheet_crossings {
         const floats level_number =
             multiply_add(steps, floats(max_level_number / 32), floats(-max_level_number * 31 / 32));
         const floats level = decibels(level_number, of_.spread_db, of_.level_db);
-        // The normal of a bent sheet leans against w, the place across it, by the slope w bend: its cosine to the beam is
-        // (facing - w bend leaning) / sqrt(1 + (w bend)^2), where fibres are straight.
+        // The normal of a bent sheet leans against w, the place across it, by the slope w bend: its cosine to the beam
+        // is (facing - w bend leaning) / sqrt(1 + (w bend)^2), where fibres are straight.
         const floats facing = sine * in.facing_y + cosine * in.facing_z,
                      leaning = cosine * in.facing_y - sine * in.facing_z,
                      steep = sine * in.steep_y + cosine * in.steep_z,

@@ -396,7 +396,8 @@ class structured_line {
     INSONIFY_FN fibre_course course_of(const rest_line& line) const {
         const structure::sheath_layer& sheath = line.structure->of.sheath;
         if (sheath.insertion == 0) return {};
-        // A fibre at an angle a to the surface curves over its last `insertion` metres, from D = insertion / 2 sin a on.
+        // A fibre at an angle a to the surface curves over its last `insertion` metres, from D = insertion / 2 sin a
+        // on.
         const auto insertion = [&](float surface, float cosine, vec3 normal) -> fibre_insertion {
             if (cosine == 0) return {};
             constexpr float of_half = 0.4F; // of a thin object, so that fibres remain between both ends

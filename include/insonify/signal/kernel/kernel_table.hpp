@@ -233,8 +233,8 @@ class kernel_table {
         return step * max(sum, 0);
     }
 
-    // Lines that lie much closer together than the kernel is wide are taken in groups, each as one line: near the apex of a
-    // sector the kernel reaches over all of them.
+    // Lines that lie much closer together than the kernel is wide are taken in groups, each as one line: near the apex
+    // of a sector the kernel reaches over all of them.
     static constexpr float groups_under_kernel = 13;          // of its integral over its peak
     static constexpr std::uint32_t border_in_half_widths = 2; // from there on the ends of the face do not matter
 

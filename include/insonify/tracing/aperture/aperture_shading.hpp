@@ -113,7 +113,8 @@ class aperture_shading {
         });
     }
 
-    /// The lines for which slices must be cut beside those of the probe: turned ones, and those of a phased array beyond.
+    /// The lines for which slices must be cut beside those of the probe: turned ones, and those of a phased array
+    /// beyond.
     outer_lines beyond(const frame_view& frame) const {
         if (!is_point()) return {.keep_all = true};
         return {true, &fan_, half_aperture(frame, frame.depth)};

@@ -19,8 +19,9 @@
 
 namespace insonify::inline INSONIFY_ABI {
 
-/// Echoes that appear behind gas and bone, of sound that they reflect. Gas shows the mirror image of the tissue in front of
-/// it, and the reverberation between gas and the face of the probe; bone is rough, and fills its shadow with haze.
+/// Echoes that appear behind gas and bone, of sound that they reflect. Gas shows the mirror image of the tissue in
+/// front of it, and the reverberation between gas and the face of the probe; bone is rough, and fills its shadow with
+/// haze.
 struct reverberation_settings {
     float mirror = 1;  ///< fraction of the amplitude of the mirror image that is drawn, 0 (none) to 1
     float face = 1;    ///< the same of the reverberation with the face
@@ -40,8 +41,8 @@ namespace detail {
 
 /// Size of the parts of tissue that rough bone reflects in phase, metres: speckle cells. Convention.
 inline constexpr float haze_grain = 0.5e-3F;
-/// Random bits of the cell of the unit lattice in which a point lies. Cells have their middle at 0: the slice plane of a pose
-/// that is not turned lies on no border.
+/// Random bits of the cell of the unit lattice in which a point lies. Cells have their middle at 0: the slice plane of
+/// a pose that is not turned lies on no border.
 inline std::uint32_t bits_of_cell(vec3 point) {
     std::uint32_t bits = 0;
     for (int i = 0; i < 3; ++i) bits = mix_bits(bits + static_cast<std::uint32_t>(std::lround(point[i])));
@@ -53,11 +54,12 @@ INSONIFY_FN inline bool is_reflector(const medium& m) { return is_gas(m) || is_b
 
 /// Distance over which rough bone spreads each echo that it reflects, to either side, metres. Convention.
 inline constexpr float haze_range = 5e-3F;
-/// Distance from the bone at which sound that it reflects has spread to twice the width of the beam, metres. Convention.
+/// Distance from the bone at which sound that it reflects has spread to twice the width of the beam, metres.
+/// Convention.
 inline constexpr float haze_decay = 10e-3F;
 
-/// The first surface of gas or bone on a line, and what sound loses on the way back from it. Models without `timing`, `loss` or
-/// `pulse_loss` have those of `physical`.
+/// The first surface of gas or bone on a line, and what sound loses on the way back from it. Models without `timing`,
+/// `loss` or `pulse_loss` have those of `physical`.
 template <class Model>
 class reflecting_surface {
   public:
@@ -135,8 +137,8 @@ class reflecting_surface {
     float lost_there_ = 0, crossed_there_ = 0;
 };
 
-/// Fractions of the amplitudes of echoes with which they contribute to the haze behind bone: bright surfaces, which would
-/// show as dots, count little more than the tissue around them.
+/// Fractions of the amplitudes of echoes with which they contribute to the haze behind bone: bright surfaces, which
+/// would show as dots, count little more than the tissue around them.
 class haze_parts {
   public:
     /// @param echoes  of the line, up to the bone
@@ -175,20 +177,20 @@ class haze_parts {
 
 } // namespace detail
 
-/// Adds the echoes that appear behind gas and bone to traced echoes: straight lines end at their surfaces. Call it between
-/// `trace` and `convolve`.
+/// Adds the echoes that appear behind gas and bone to traced echoes: straight lines end at their surfaces. Call it
+/// between `trace` and `convolve`.
 ///
 ///     gas, at 2 D - z:   mirror r^2 10^(-A(z) / 20) / sqrt(|1 + 2 h k_x| |1 + 2 h k_y|) of the conjugate echo at z < D
 ///          at D + z:     face n r f c 10^(-B / 20) of the echo at z, n = 2 for z < D, else 1
 ///     bone, at 2 D - z:  haze r^2 10^(-A(z) / 20) / (sqrt((1 + 2 h k_x) (1 + 2 h k_y)) (1 + h / 10 mm)), k >= 0
 ///
-/// with D the displayed depth of the first such surface, A(z) what sound loses from z to it and back, twice, and B from the
-/// face to it and back (attenuation of the pulse and interfaces, dB), r what it reflects, f what the lens of the probe
-/// does (from the impedances of `tissue::lens` and of the first medium), h = D - z, k the curvatures of the surface,
-/// behind which sound diverges, and c the part of the amplitude that returns to the aperture: by the law of specular
-/// echoes, for the slope of the surface and the angle of the line to the face. The image is that of the line itself;
-/// `paths` follows the sound to where it goes. Bone is taken as rough, whatever its `roughness`: it divides each echo among
-/// random places within 5 mm, which belong to its own place in the world, so that no image is seen.
+/// with D the displayed depth of the first such surface, A(z) what sound loses from z to it and back, twice, and B from
+/// the face to it and back (attenuation of the pulse and interfaces, dB), r what it reflects, f what the lens of the
+/// probe does (from the impedances of `tissue::lens` and of the first medium), h = D - z, k the curvatures of the
+/// surface, behind which sound diverges, and c the part of the amplitude that returns to the aperture: by the law of
+/// specular echoes, for the slope of the surface and the angle of the line to the face. The image is that of the line
+/// itself; `paths` follows the sound to where it goes. Bone is taken as rough, whatever its `roughness`: it divides
+/// each echo among random places within 5 mm, which belong to its own place in the world, so that no image is seen.
 /// @param found  what lies along the lines of the probe
 /// @throws usage_error  for lines that are not those of the probe, or a setting out of range
 template <exec::policy Policy, transducer Probe, class Model>
