@@ -269,8 +269,7 @@ class compensated_echoes {
     }
 
     /// A sloping rough surface covers a range of depths within the width of the line and the strip of its plane: it is
-    /// divided into two or more independent parts over that range, of the same total power: no stairs. One that is
-    /// parallel to the face is, too, so that a turn within rounding changes nothing.
+    /// divided into independent parts over that range, of the same total power: no stairs.
     ///
     /// On neighbouring lines the surface is s d deeper, with other values of its field. Their correlation falls by
     /// exp(-(s d)^2 (1 / l^2 + k^2) / 2), where l = 0.632 grains is the correlation length of the field and k
@@ -283,7 +282,8 @@ class compensated_echoes {
         const view<const plane_sample> planes = kernels_.planes_at(depth);
         const surface_strip strip{slope.y, curvature.y, planes.empty() ? vec2{0, 0} : planes[kernels_.plane].strip};
         const float range = min(path_spacing(here, depth) * std::fabs(slope.x) + strip.range(), 3e-3F);
-        const float part = max(0.5F * sigma_, 1e-6F), steps = max(std::ceil(range / part), 1);
+        constexpr float flat = 0.01F; // of a part: a plate that is parallel to the face only by rounding is one part
+        const float part = max(0.5F * sigma_, 1e-6F), steps = std::ceil(range / part - flat);
         const float gain = min(spread_gain(here, here.surface.gain, kernels_.surface_length, depth) *
                                    std::sqrt(std::sqrt(decorrelation.x * decorrelation.y)),
                                here.uncorrelated_gain * std::sqrt(spread_.parts));
@@ -291,7 +291,7 @@ class compensated_echoes {
         const float along_strip = strip.deeper(1) > strip.deeper(0) ? 1.0F : -1.0F,
                     across = along_strip * max(steps * part - strip.range(), 0);
         for (int i = 0; i <= static_cast<int>(steps); ++i) {
-            const float place = static_cast<float>(i) / steps;
+            const float place = steps > 0 ? static_cast<float>(i) / steps : 0.5F;
             const float deeper = strip.deeper(place) + (place - 0.5F) * across;
             echoes_.add(depth + deeper, value(deeper) * (level * kernels_.random_weight(depth + deeper)));
         }
