@@ -6831,7 +6831,7 @@ struct layer {
     std::uint32_t place = 0;    ///< index into the poses of the line
     object_surface own_begin{}; ///< at `begin`
     object_surface own_end{};   ///< at `end`
-    float moved = 0;            ///< of the surface at `begin` along the line since the first pulse of a train, metres
+    vec2 moved{0, 0};           ///< of `begin` and `end` since the first pulse of a train, metres along the line
 };
 
 /// The coordinate frame of a line in the world; axes of length 1.
@@ -6894,16 +6894,18 @@ struct aperture_gains {
     view<const aperture_gain> at_steps{}; ///< element k at a distance of (k + 1) * spacing from the probe face
     float spacing = 1;                    ///< metres along the line
 
-    /// The amplitude that arrives through the whole aperture. @param factor  `surfaces` or `speckle` of a gain
+    /// The amplitude that arrives through the whole aperture: a mean over it, at most 1, also on lines of a pulse train
+    /// that an obstacle has left since the factors were found. @param factor  `surfaces` or `speckle` of a gain
     INSONIFY_FN float amplitude(float along_line, float factor) const {
-        return at_steps.empty() ? along_line : max(along_line, min_amplitude) * factor;
+        return at_steps.empty() ? along_line : min(max(along_line, min_amplitude) * factor, 1);
     }
 };
 
 namespace detail {
 
-/// The `aperture_gains` of one layer. Steps within `clearance` of a surface are left out, since rounding decides on
-/// which side they lie. At the first surface of the layer, those of the layer above apply.
+/// The `aperture_gains` of one layer, where it lay at the first pulse of a train. Steps within `clearance` of a surface
+/// are left out, since rounding decides on which side they lie. At the first surface of the layer, those of the layer
+/// above apply.
 struct layer_gains {
     static constexpr float clearance = 2e-6F; ///< from the surfaces, metres
     /// Layers thinner than this, in metres of displayed depth, take the gains of the layer above, unless that is in
@@ -6939,7 +6941,8 @@ struct layer_gains {
         };
         const bool is_lit_above = own.before.surfaces > 0.5F && own.before.surfaces < 2;
         if (is_lit_above && (here.end - here.begin) * displayed_stretch(m) < thinnest) return own;
-        const std::size_t begin = steps_above(here.begin + clearance), end = steps_above(here.end - clearance);
+        const std::size_t begin = steps_above(here.begin - here.moved.x + clearance),
+                          end = steps_above(here.end - here.moved.y - clearance);
         own.at_steps = {all.at_steps.data() + begin, begin < end ? end - begin : 0};
         own.first = static_cast<float>(begin + 1) * all.spacing;
         return own;
@@ -7500,7 +7503,7 @@ class layer_walk {
         here.curvature = met_.curvature;
         here.roughness = met_.roughness;
         here.own_end = {};
-        here.moved = 0;
+        here.moved = {0, 0};
     }
 
     // Of the touching surfaces, the first one that belongs to either medium.
@@ -13884,7 +13887,7 @@ struct physical {
             material_line inside = in_object(line.frame, at_place, owner.object);
             inside.displacement = line.displacement(owner.place);
             const gaussian_field field = surface_field();
-            const float at_rest = below.begin - below.moved; // at the first pulse of a train
+            const float at_rest = below.begin - below.moved.x; // at the first pulse of a train
             gaussian_field::surface_values values{field, inside, at_rest, detail::surface_grain(line.frequency)};
             echoes.rough_surface(shown, diffuse, slope, coherent.curvature,
                                  [&](float x) { return values(at_rest + x / stretch); });
@@ -17260,7 +17263,7 @@ class moving_surfaces {
             const auto distance = static_cast<float>(static_cast<double>(of_surface.distance) + of_surface.moved);
             // Surfaces do not overtake each other.
             now_[i + 1].begin = now_[i].end = max(now_[i].begin, min(distance, now_[i + 1].end));
-            now_[i + 1].moved = now_[i + 1].begin - of_surface.distance;
+            now_[i + 1].moved.x = now_[i].moved.y = now_[i + 1].begin - of_surface.distance;
         }
     }
 

@@ -38,7 +38,7 @@ struct layer {
     std::uint32_t place = 0;    ///< index into the poses of the line
     object_surface own_begin{}; ///< at `begin`
     object_surface own_end{};   ///< at `end`
-    float moved = 0;            ///< of the surface at `begin` along the line since the first pulse of a train, metres
+    vec2 moved{0, 0};           ///< of `begin` and `end` since the first pulse of a train, metres along the line
 };
 
 /// The coordinate frame of a line in the world; axes of length 1.
@@ -101,16 +101,18 @@ struct aperture_gains {
     view<const aperture_gain> at_steps{}; ///< element k at a distance of (k + 1) * spacing from the probe face
     float spacing = 1;                    ///< metres along the line
 
-    /// The amplitude that arrives through the whole aperture. @param factor  `surfaces` or `speckle` of a gain
+    /// The amplitude that arrives through the whole aperture: a mean over it, at most 1, also on lines of a pulse train
+    /// that an obstacle has left since the factors were found. @param factor  `surfaces` or `speckle` of a gain
     INSONIFY_FN float amplitude(float along_line, float factor) const {
-        return at_steps.empty() ? along_line : max(along_line, min_amplitude) * factor;
+        return at_steps.empty() ? along_line : min(max(along_line, min_amplitude) * factor, 1);
     }
 };
 
 namespace detail {
 
-/// The `aperture_gains` of one layer. Steps within `clearance` of a surface are left out, since rounding decides on
-/// which side they lie. At the first surface of the layer, those of the layer above apply.
+/// The `aperture_gains` of one layer, where it lay at the first pulse of a train. Steps within `clearance` of a surface
+/// are left out, since rounding decides on which side they lie. At the first surface of the layer, those of the layer
+/// above apply.
 struct layer_gains {
     static constexpr float clearance = 2e-6F; ///< from the surfaces, metres
     /// Layers thinner than this, in metres of displayed depth, take the gains of the layer above, unless that is in
@@ -146,7 +148,8 @@ struct layer_gains {
         };
         const bool is_lit_above = own.before.surfaces > 0.5F && own.before.surfaces < 2;
         if (is_lit_above && (here.end - here.begin) * displayed_stretch(m) < thinnest) return own;
-        const std::size_t begin = steps_above(here.begin + clearance), end = steps_above(here.end - clearance);
+        const std::size_t begin = steps_above(here.begin - here.moved.x + clearance),
+                          end = steps_above(here.end - here.moved.y - clearance);
         own.at_steps = {all.at_steps.data() + begin, begin < end ? end - begin : 0};
         own.first = static_cast<float>(begin + 1) * all.spacing;
         return own;

@@ -322,7 +322,7 @@ struct physical {
             material_line inside = in_object(line.frame, at_place, owner.object);
             inside.displacement = line.displacement(owner.place);
             const gaussian_field field = surface_field();
-            const float at_rest = below.begin - below.moved; // at the first pulse of a train
+            const float at_rest = below.begin - below.moved.x; // at the first pulse of a train
             gaussian_field::surface_values values{field, inside, at_rest, detail::surface_grain(line.frequency)};
             echoes.rough_surface(shown, diffuse, slope, coherent.curvature,
                                  [&](float x) { return values(at_rest + x / stretch); });

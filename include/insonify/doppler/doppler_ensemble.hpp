@@ -235,7 +235,7 @@ class moving_surfaces {
             const auto distance = static_cast<float>(static_cast<double>(of_surface.distance) + of_surface.moved);
             // Surfaces do not overtake each other.
             now_[i + 1].begin = now_[i].end = max(now_[i].begin, min(distance, now_[i + 1].end));
-            now_[i + 1].moved = now_[i + 1].begin - of_surface.distance;
+            now_[i + 1].moved.x = now_[i].moved.y = now_[i + 1].begin - of_surface.distance;
         }
     }
 

@@ -347,7 +347,7 @@ class layer_walk {
         here.curvature = met_.curvature;
         here.roughness = met_.roughness;
         here.own_end = {};
-        here.moved = 0;
+        here.moved = {0, 0};
     }
 
     // Of the touching surfaces, the first one that belongs to either medium.
