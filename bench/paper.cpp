@@ -28,7 +28,7 @@ using paper::test;
 double seconds_a_row = 2;
 
 std::vector<double> milliseconds_of(std::vector<contender> contenders) {
-    run(contenders, {.seconds = seconds_a_row, .least_rounds = 5, .most_rounds = 1000});
+    run(contenders, {.seconds = seconds_a_row, .min_rounds = 5, .max_rounds = 1000});
     std::vector<double> all;
     for (const contender& one : contenders) all.push_back(one.median() * 1e3);
     return all;
@@ -38,9 +38,9 @@ std::vector<double> milliseconds_of(std::vector<contender> contenders) {
 void compare(const std::string& what, std::span<const float> a, std::span<const float> b) {
     std::size_t different = 0;
     for (std::size_t i = 0; i < a.size(); ++i) different += std::fabs(a[i] - b[i]) > 1e-3F * std::fabs(b[i]) + 1e-6F;
-    const double share = static_cast<double>(different) / static_cast<double>(a.size());
-    if (a.size() == b.size() && share < 2e-3) return;
-    std::fprintf(stderr, "%s: %.2g of the pixels differ\n", what.c_str(), share);
+    const double fraction = static_cast<double>(different) / static_cast<double>(a.size());
+    if (a.size() == b.size() && fraction < 2e-3) return;
+    std::fprintf(stderr, "%s: %.2g of the pixels differ\n", what.c_str(), fraction);
     std::exit(1);
 }
 

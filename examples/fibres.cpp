@@ -29,7 +29,7 @@ int main() {
     write_png("fibres.png", strip.picture());
 
     // How alike brightness is 3 mm to the right, as many pixels higher as the arcs rise there, in the left half of the picture.
-    const auto alike = [&](const image& of, bool rising) {
+    const auto similar = [&](const image& of, bool rising) {
         const float pitch = 40_mm / height;
         const auto aside = static_cast<std::uint32_t>(3_mm / pitch);
         double ab = 0, aa = 0;
@@ -43,7 +43,7 @@ int main() {
             }
         return ab / aa;
     };
-    std::printf("along arcs: %.2f with straight fibres, %.2f with fibres on arcs\n", alike(straight, true),
-                alike(curved, true));
-    return alike(curved, true) > alike(curved, false) ? 0 : 1;
+    std::printf("along arcs: %.2f with straight fibres, %.2f with fibres on arcs\n", similar(straight, true),
+                similar(curved, true));
+    return similar(curved, true) > similar(curved, false) ? 0 : 1;
 }

@@ -21,7 +21,7 @@ bool same_bits(const image& a, const image& b) {
     return a.size == b.size && a.pixels.size() == b.pixels.size() &&
            std::memcmp(a.pixels.data(), b.pixels.data(), a.pixels.size() * sizeof(float)) == 0;
 }
-double most_apart(const image& a, const image& b) {
+double max_difference(const image& a, const image& b) {
     REQUIRE(a.size == b.size);
     double worst = 0;
     for (std::size_t i = 0; i < a.pixels.size(); ++i)
@@ -56,7 +56,7 @@ TEST_CASE("scanner: a frozen picture with another gain is that which b_mode draw
         turn(machine.settings);
         const image fresh = b_mode(exec::par_unseq, body, probe, pose{}, machine.settings);
         const image& frozen = machine.scan(exec::par_unseq, body, elsewhere);
-        const double apart = most_apart(frozen, fresh);
+        const double apart = max_difference(frozen, fresh);
         MESSAGE(knob, ": largest difference of brightness ", apart, ", expected at most ", within);
         CHECK(apart <= within);
         CHECK_FALSE(same_bits(fresh, b_mode(exec::par_unseq, body, probe, pose{}, usual)));
@@ -110,7 +110,7 @@ TEST_CASE("scanner: a frozen compounded picture is regained along its lines") {
     machine.freeze();
     const auto compare = [&](double within) {
         const image fresh = b_mode(exec::par_unseq, body, probe, pose{}, machine.settings);
-        const double apart = most_apart(machine.scan(exec::par_unseq, body, pose{}), fresh);
+        const double apart = max_difference(machine.scan(exec::par_unseq, body, pose{}), fresh);
         MESSAGE("compounded: largest difference of brightness ", apart, ", expected at most ", within);
         CHECK(apart <= within);
     };

@@ -86,10 +86,10 @@ double brightness_at(const scanner<Probe>& machine, vec2 point) {
 template <class Probe>
 float brightest(const scanner<Probe>& machine, float x, float from, float to) {
     float found = 0;
-    double most = -1;
+    double largest = -1;
     for (float z = from; z < to; z += 0.05_mm)
-        if (const double now = brightness_at(machine, {x, z}); now > most) {
-            most = now;
+        if (const double now = brightness_at(machine, {x, z}); now > largest) {
+            largest = now;
             found = z;
         }
     return found;
@@ -230,7 +230,7 @@ TEST_CASE("quality: a needle of 0.8 mm across the slice is seen at fast within 4
           b_mode_settings::quality_level::draft}) {
         const int places = 24;
         int seen = 0, tails = 0;
-        double least = 1000, most = -1000;
+        double smallest = 1000, largest = -1000;
         for (int place = 0; place < places; ++place) {
             const float x = 1_mm * static_cast<float>(place) / places;
             scene body{medium{.density = 1050, .sound_speed = 1540, .attenuation = 0.5_dB_per_cm}};
@@ -249,14 +249,14 @@ TEST_CASE("quality: a needle of 0.8 mm across the slice is seen at fast within 4
                 }
             seen += head > 1e-6F ? 1 : 0;
             tails += tail > 1e-6F ? 1 : 0; // -120 dB
-            least = std::min(least, static_cast<double>(20 * std::log10(head + 1e-9F)));
-            most = std::max(most, static_cast<double>(20 * std::log10(head + 1e-9F)));
+            smallest = std::min(smallest, static_cast<double>(20 * std::log10(head + 1e-9F)));
+            largest = std::max(largest, static_cast<double>(20 * std::log10(head + 1e-9F)));
         }
         MESSAGE("level ", static_cast<int>(level), ": needle ", seen, ", tail ", tails, " of ", places, " places; ",
-                least, " to ", most, " dB");
+                smallest, " to ", largest, " dB");
         CHECK(seen >= (level == b_mode_settings::quality_level::draft ? 1 : places));
         if (level == b_mode_settings::quality_level::full) CHECK(tails == places);
-        if (level == b_mode_settings::quality_level::fast) CHECK(most - least < 4);
+        if (level == b_mode_settings::quality_level::fast) CHECK(largest - smallest < 4);
         if (level == b_mode_settings::quality_level::fast) CHECK(std::abs(tails - 7) <= 2);
     }
 }
@@ -278,23 +278,23 @@ TEST_CASE("quality: bone is where it is within 0.3 mm, a vessel where full shows
         }
         MESSAGE("bone: ", 1e3 * worst, " mm from where it is, expected at most 0.3");
         CHECK(worst < 0.3e-3);
-        double most = -1;
+        double largest = -1;
         vec2 found{0, 0};
         for (int i = -6; i <= 6; ++i)
             for (int k = -6; k <= 6; ++k) {
                 const vec2 place{vessel.x + 0.25_mm * static_cast<float>(i),
                                  vessel.y * stretch + 0.25_mm * static_cast<float>(k)};
-                if (const double now = contrast(machine, place); now > most) {
-                    most = now;
+                if (const double now = contrast(machine, place); now > largest) {
+                    largest = now;
                     found = place;
                 }
             }
         const vec2 apart = found - vec2{vessel.x, vessel.y * stretch};
-        MESSAGE("vessel: ", 1e3 * apart.x, ", ", 1e3 * apart.y, " mm from where it is, ", 60 * most, " dB darker");
+        MESSAGE("vessel: ", 1e3 * apart.x, ", ", 1e3 * apart.y, " mm from where it is, ", 60 * largest, " dB darker");
         CHECK(std::sqrt(dot(apart, apart)) <= 1_mm);
         if (level == b_mode_settings::quality_level::full) shown_by_full = found;
         CHECK(std::sqrt(dot(found - shown_by_full, found - shown_by_full)) <= 0.5_mm);
-        CHECK(60 * most > 3);
+        CHECK(60 * largest > 3);
     }
 }
 

@@ -21,7 +21,7 @@ namespace {
 
 bool same_distance(float a, float b) { return std::fabs(a - b) <= 1e-4F * (std::fabs(a) + std::fabs(b)) + 1e-6F; }
 
-double share_that_differs(std::span<const hit> a, std::span<const hit> b) {
+double fraction_that_differs(std::span<const hit> a, std::span<const hit> b) {
     std::size_t different = 0;
     for (std::size_t i = 0; i < a.size(); ++i) different += !same_distance(a[i].distance, b[i].distance);
     return static_cast<double>(different) / static_cast<double>(a.size());
@@ -75,7 +75,7 @@ void measure_rays(table& into, const std::string& name, const mesh& m, const std
                           .data = name,
                           .unit = "M rays/s",
                           .must = one.must,
-                          .different = share_that_differs(hits, expected)},
+                          .different = fraction_that_differs(hits, expected)},
                          with_packets(peer, "Embree, ",
                                       {{"insonify", [&] { tree.closest(exec::unseq, one.rays, hits); }},
                                        {"Embree, one ray", [&] { peer.closest(theirs, expected); }}},

@@ -9,7 +9,7 @@ using paper::embree_pixels;
 
 namespace {
 
-double share_that_differs(std::span<const float> a, std::span<const float> b) {
+double fraction_that_differs(std::span<const float> a, std::span<const float> b) {
     std::size_t different = 0;
     for (std::size_t i = 0; i < a.size(); ++i) different += std::fabs(a[i] - b[i]) > 1e-3F * std::fabs(b[i]) + 1e-6F;
     return static_cast<double>(different) / static_cast<double>(a.size());
@@ -35,7 +35,7 @@ void measure_resting(table& into, const std::string& work, const std::string& da
                       .data = data,
                       .unit = "ms",
                       .must = one.must,
-                      .different = share_that_differs(ours.lines.values, theirs)},
+                      .different = fraction_that_differs(ours.lines.values, theirs)},
                      {{"insonify", [&] { ours(paper::best, body); }},
                       {one.name, [&] { peer.trace(one.how, embree_pixels::shade::intensities, theirs); }}});
     }
@@ -78,7 +78,7 @@ void measure_moving(table& into, const std::string& data, const mesh& cube) {
                       .data = data,
                       .unit = "ms",
                       .must = one.must,
-                      .different = share_that_differs(ours.lines.values, theirs)},
+                      .different = fraction_that_differs(ours.lines.values, theirs)},
                      {we, they});
     }
 }

@@ -80,7 +80,7 @@ int main() {
         return 100.0 * static_cast<double>(std::count_if(errors.begin(), errors.end(), fits)) /
                static_cast<double>(errors.size());
     };
-    const auto [least, most] = std::minmax_element(errors.begin(), errors.end());
+    const auto [smallest, highest] = std::minmax_element(errors.begin(), errors.end());
     std::printf("%zu widths: %.1f %% within 5 %%, %.1f %% within 10 %%, from %+.1f to %+.1f %%\n", errors.size(),
-                within(0.05), within(0.1), 100 * *least, 100 * *most);
+                within(0.05), within(0.1), 100 * *smallest, 100 * *highest);
 }

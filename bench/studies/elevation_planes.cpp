@@ -181,7 +181,7 @@ double cost(const errors& e, bool conditions) {
 
 /// Changes one number of the pairs at a time, by random steps that become smaller.
 pairs search(pairs best, std::uint64_t seed, bool conditions) {
-    double least = cost(errors_of(best), conditions);
+    double smallest = cost(errors_of(best), conditions);
     for (std::uint64_t i = 0; i < 1500; ++i) {
         pairs next = best;
         const float size = 0.3F * std::exp(-static_cast<float>(i) / 400);
@@ -192,8 +192,8 @@ pairs search(pairs best, std::uint64_t seed, bool conditions) {
         else
             one.psi += step;
         const double error = cost(errors_of(next), conditions);
-        if (error < least) {
-            least = error;
+        if (error < smallest) {
+            smallest = error;
             best = next;
         }
     }

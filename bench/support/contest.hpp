@@ -27,8 +27,8 @@ struct contender {
 
 struct contest_settings {
     double seconds = 2; ///< for all contenders together
-    std::size_t least_rounds = 7;
-    std::size_t most_rounds = 200;
+    std::size_t min_rounds = 7;
+    std::size_t max_rounds = 200;
 };
 
 inline double seconds_of(const std::function<void()>& work) {
@@ -43,9 +43,9 @@ inline double seconds_of(const std::function<void()>& work) {
 inline void run(std::vector<contender>& contenders, const contest_settings& settings = {}) {
     constexpr double turn = 5e-3;
     const auto start = std::chrono::steady_clock::now();
-    for (std::size_t round = 0; round < settings.most_rounds; ++round) {
+    for (std::size_t round = 0; round < settings.max_rounds; ++round) {
         const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
-        if (round >= settings.least_rounds && spent.count() > settings.seconds) break;
+        if (round >= settings.min_rounds && spent.count() > settings.seconds) break;
         for (std::size_t i = 0; i < contenders.size(); ++i) { // another begins each round
             contender& one = contenders[(i + round) % contenders.size()];
             one.prepare();

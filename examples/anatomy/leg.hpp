@@ -516,16 +516,16 @@ struct leg_builder : builder {
                     pitch * (0.86F * static_cast<float>(row) + 0.45F * drawn(2))};
                 const vec2 room{middle.half_width - rim - 1.15F * r, middle.half_thickness - rim - 1.15F * r};
                 if (!(min(room.x, room.y) > 0.05_mm) || length(place / room) > 1) continue;
-                const vec2 share{place.x / middle.half_width, place.y / middle.half_thickness};
+                const vec2 fraction{place.x / middle.half_width, place.y / middle.half_thickness};
                 swept fascicle = shape;
                 fascicle.power = 2;
                 fascicle.waves = 0.1F * r;
                 fascicle.seed = own;
                 for (section& one : fascicle.sections) {
                     const float c = std::cos(one.turn), s = std::sin(one.turn), k = one.bend;
-                    const vec2 off{share.x * one.half_width,
-                                   share.y * one.half_thickness +
-                                       0.5F * k * share.x * share.x * one.half_width * one.half_width};
+                    const vec2 off{fraction.x * one.half_width,
+                                   fraction.y * one.half_thickness +
+                                       0.5F * k * fraction.x * fraction.x * one.half_width * one.half_width};
                     one.centre += vec2{c * off.x - s * off.y, s * off.x + c * off.y};
                     const float size =
                         min(one.half_width / middle.half_width, one.half_thickness / middle.half_thickness);

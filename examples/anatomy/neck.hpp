@@ -602,7 +602,7 @@ struct neck_builder : builder {
             add(make_tube(line, {.segments = 28}), tissue::epineurium, 5, name, "deep fascia");
             for (int i = 0; i < one.fascicles; ++i) {
                 const float turned = 2 * pi * (static_cast<float>(i) / static_cast<float>(one.fascicles)) + 0.7F;
-                const float share = one.fascicles == 1 ? 0.8F : one.fascicles == 2 ? 0.47F : 0.42F;
+                const float fraction = one.fascicles == 1 ? 0.8F : one.fascicles == 2 ? 0.47F : 0.42F;
                 std::vector<tube_section> inner = line;
                 for (std::size_t k = 0; k < inner.size(); ++k) {
                     tube_section& s = inner[k];
@@ -610,7 +610,7 @@ struct neck_builder : builder {
                     const vec3 aside = normalize(cross(along, vec3{0, 0, 1})), other = normalize(cross(along, aside));
                     const float off = one.fascicles == 1 ? 0 : 0.43F * s.radii.x;
                     s.centre += off * (std::cos(turned) * aside + std::sin(turned) * other);
-                    s.radii *= share * (1 + 0.1F * noise(seed + number, s.centre, 6_mm));
+                    s.radii *= fraction * (1 + 0.1F * noise(seed + number, s.centre, 6_mm));
                 }
                 inner.erase(inner.begin());
                 inner.pop_back();

@@ -68,10 +68,10 @@ void for_each_transmit(const recording& of, frame_data first, const Write& write
 /// @param beside  bytes of a frame beside its samples
 /// @throws usage_error  for one that is too large
 inline void check_size(const recording& of, const frame_data& one, std::size_t beside = 0) {
-    constexpr double most = 4e9;
+    constexpr double largest = 4e9;
     const double samples = one.parts() * static_cast<double>(one.received.values.size());
     const double bytes = of.frames * (4 * samples + static_cast<double>(beside));
-    if (bytes > most)
+    if (bytes > largest)
         throw usage_error{"the file would have " + insonify::detail::number_text(static_cast<float>(1e-9 * bytes)) +
                           " GB, more than 4 GB; lower --frames, --depth, --sampling-frequency or the number of "
                           "--transmits"};

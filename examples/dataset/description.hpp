@@ -68,19 +68,19 @@ struct description {
 
     /// @throws usage_error  naming the option that is out of range
     void check() const {
-        const auto within = [](const char* name, const range& of, float least, float most) {
+        const auto within = [](const char* name, const range& of, float smallest, float largest) {
             if (!(of.from <= of.to))
                 throw usage_error{std::string{name} + ": " + of.text() +
                                   " runs backwards; write the smaller number first"};
-            if (!(of.from >= least) || !(of.to <= most))
+            if (!(of.from >= smallest) || !(of.to <= largest))
                 throw usage_error{std::string{name} + ": " + of.text() + " is out of range; it must be from " +
-                                  digits(least) + " to " + digits(most)};
+                                  digits(smallest) + " to " + digits(largest)};
         };
-        const auto counted = [](const char* name, std::uint32_t value, std::uint32_t least, std::uint32_t most) {
-            if (value < least || value > most)
+        const auto counted = [](const char* name, std::uint32_t value, std::uint32_t smallest, std::uint32_t largest) {
+            if (value < smallest || value > largest)
                 throw usage_error{std::string{name} + ": " + std::to_string(value) +
-                                  " is out of range; it must be from " + std::to_string(least) + " to " +
-                                  std::to_string(most)};
+                                  " is out of range; it must be from " + std::to_string(smallest) + " to " +
+                                  std::to_string(largest)};
         };
         counted("--samples", samples, 1, 1'000'000'000);
         counted("--size", size, 16, 4096);

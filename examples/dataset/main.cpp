@@ -65,10 +65,10 @@ void print_plan(const description& d, const anatomies& all, const parts& files, 
             const spot at = all.place_of(i);
             one.append({.numbers = draw_sample(d, at, all.usual_view(at))}, values);
         }
-        const auto [least, most] = std::minmax_element(values.begin(), values.end());
-        if (*least < *most)
-            std::printf("  %s: %g to %g %s\n", one.short_name().c_str(), static_cast<double>(*least),
-                        static_cast<double>(*most), one.name.unit.c_str());
+        const auto [smallest, largest] = std::minmax_element(values.begin(), values.end());
+        if (*smallest < *largest)
+            std::printf("  %s: %g to %g %s\n", one.short_name().c_str(), static_cast<double>(*smallest),
+                        static_cast<double>(*largest), one.name.unit.c_str());
     }
 }
 
@@ -95,9 +95,9 @@ void draw(const description& d, const anatomies& all, const parts& files, ranks&
         [&](std::uint32_t part, std::uint32_t samples) {
             drawn += samples;
             if (shared.rank() != 0 || samples == 0) return;
-            const double passed = now() - begin, share = static_cast<double>(part + 1) / files.count();
-            std::fprintf(stderr, "\r%3.0f %%, %.1f samples/s, %.0f s left   ", 100 * share,
-                         static_cast<double>(drawn) * shared.count() / passed, passed * (1 - share) / share);
+            const double passed = now() - begin, fraction = static_cast<double>(part + 1) / files.count();
+            std::fprintf(stderr, "\r%3.0f %%, %.1f samples/s, %.0f s left   ", 100 * fraction,
+                         static_cast<double>(drawn) * shared.count() / passed, passed * (1 - fraction) / fraction);
         });
     shared.first_to_fail(false);
     if (shared.rank() != 0) return;

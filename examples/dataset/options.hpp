@@ -116,10 +116,10 @@ class configuration : public CLI::Config {
 
 /// What is wrong with a word that is no whole number of 64 bits; empty: nothing. CLI11 takes -1 for the largest one.
 inline std::string whole_number(const std::string& word) {
-    const std::string most = "18446744073709551615";
+    const std::string largest = "18446744073709551615";
     const bool digits_only = !word.empty() && word.find_first_not_of("0123456789") == std::string::npos;
-    const bool fits = word.size() < most.size() || (word.size() == most.size() && word <= most);
-    return digits_only && fits ? "" : "'" + word + "' is not a whole number from 0 to " + most;
+    const bool fits = word.size() < largest.size() || (word.size() == largest.size() && word <= largest);
+    return digits_only && fits ? "" : "'" + word + "' is not a whole number from 0 to " + largest;
 }
 
 /// Adds all options.

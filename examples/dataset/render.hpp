@@ -57,16 +57,17 @@ auto with_probe(const description& d, const anatomy::view& seen, const sample& s
 
 /// Samples along each line of IQ: as many as the deepest image at the highest frequency needs, so that all have as many.
 inline std::uint32_t line_samples(const description& d, const anatomies& all) {
-    std::uint32_t most = 0;
+    std::uint32_t largest = 0;
     for (std::size_t i = 0; i < all.size(); ++i)
         for (std::size_t k = 0; k < all[i].views().size(); ++k) {
             const anatomy::view& seen = all[i].views()[k];
-            const limits_of_sample most_of = limits_of(d, seen, all[i].deepest(k));
-            with_probe(d, seen, {.frequency = most_of.frequency}, [&](const auto& probe) {
-                most = std::max(most, samples_for(most_of.depth * 1_mm, nominal_pulse(probe).sigma_z(probe.frequency)));
+            const limits_of_sample deepest_limits = limits_of(d, seen, all[i].deepest(k));
+            with_probe(d, seen, {.frequency = deepest_limits.frequency}, [&](const auto& probe) {
+                largest = std::max(
+                    largest, samples_for(deepest_limits.depth * 1_mm, nominal_pulse(probe).sigma_z(probe.frequency)));
             });
         }
-    return most;
+    return largest;
 }
 
 template <class Probe>

@@ -99,9 +99,9 @@ inline sample draw_sample(const description& d, const spot& at, const anatomy::v
 
     // Needles of a view come from the left and from the right in turn.
     const std::uint64_t of_view = hash_bits(hash_bits(d.seed, at.anatomy), at.view);
-    const double first = hash_uniform(of_view, 0), share = d.needle;
+    const double first = hash_uniform(of_view, 0), fraction = d.needle;
     const auto needles_before = [&](std::uint64_t cycle) {
-        return static_cast<std::uint64_t>(std::floor(first + share * static_cast<double>(cycle)));
+        return static_cast<std::uint64_t>(std::floor(first + fraction * static_cast<double>(cycle)));
     };
     s.needle = needles_before(at.cycle + std::uint64_t{1}) > needles_before(at.cycle);
     const bool from_right = (needles_before(at.cycle) + (hash_bits(of_view, 1) & 1U)) % 2 == 1;

@@ -263,9 +263,9 @@ template <transducer Probe>
 void keep_visible(const description& d, const placement& made, const specimen& of, const Probe& probe, sample& s) {
     constexpr std::uint32_t depths = 12;
     const float drawn = s.needle_depth, lateral = s.needle_lateral, angle = s.needle_angle,
-                least = d.needle_depth ? d.needle_depth->from : 1;
+                smallest = d.needle_depth ? d.needle_depth->from : 1;
     for (std::uint32_t part = depths; part > 0; --part) {
-        s.needle_depth = max(drawn * static_cast<float>(part) / depths, least);
+        s.needle_depth = max(drawn * static_cast<float>(part) / depths, smallest);
         s.needle_lateral = lateral;
         keep_in_image(d, probe, s);
         if (!d.needle_angle)

@@ -39,8 +39,8 @@ inline float mean_of(const std::vector<std::uint8_t>& pixels, std::uint32_t size
 
 /// How many samples have each of some names.
 /// @param of  index of the name of each sample; NaN or beyond the names: none
-inline void write_shares(std::ostream& page, const char* title, const std::vector<std::string>& names,
-                         const std::vector<float>& of) {
+inline void write_fractions(std::ostream& page, const char* title, const std::vector<std::string>& names,
+                            const std::vector<float>& of) {
     std::vector<std::size_t> counts(names.size());
     std::size_t all = 0;
     for (const float index : of)
@@ -60,15 +60,15 @@ inline void write_shares(std::ostream& page, const char* title, const std::vecto
 inline void write_histogram(std::ostream& page, const fact& name, std::vector<float> values) {
     std::erase_if(values, [](float value) { return !is_finite(value); });
     if (values.empty()) return;
-    const auto [least, most] = std::minmax_element(values.begin(), values.end());
-    if (*least == *most) return;
+    const auto [smallest, largest] = std::minmax_element(values.begin(), values.end());
+    if (*smallest == *largest) return;
     constexpr std::size_t bars = 20;
     std::array<std::size_t, bars> counts{};
     for (const float value : values)
-        ++counts[std::min(bars - 1, static_cast<std::size_t>((value - *least) / (*most - *least) * bars))];
+        ++counts[std::min(bars - 1, static_cast<std::size_t>((value - *smallest) / (*largest - *smallest) * bars))];
     const auto highest = static_cast<float>(*std::max_element(counts.begin(), counts.end()));
     page << "<svg width=240 height=100><text x=0 y=12 font-size=12>" << name.short_name() << ", " << name.name.unit
-         << ": " << *least << " to " << *most << "</text>";
+         << ": " << *smallest << " to " << *largest << "</text>";
     for (std::size_t i = 0; i < bars; ++i) {
         const float height = 75 * static_cast<float>(counts[i]) / highest;
         page << "<rect x=" << 11 * i << " y=" << 95 - height << " width=10 height=" << height << " fill=#467 />";
@@ -80,12 +80,12 @@ inline void write_histogram(std::ostream& page, const fact& name, std::vector<fl
 
 /// A page with a contact sheet, what varied, and how often each label occurs, of the first samples.
 inline void write_summary(const description& d, const anatomies& all, const parts& files) {
-    constexpr std::uint32_t columns = 8, thumb = 128, most_shown = 48, most_counted = 10'000;
-    const std::uint32_t shown = std::min(d.samples, most_shown), rows = (shown + columns - 1) / columns;
+    constexpr std::uint32_t columns = 8, thumb = 128, max_shown = 48, max_counted = 10'000;
+    const std::uint32_t shown = std::min(d.samples, max_shown), rows = (shown + columns - 1) / columns;
     const std::vector<std::string>& labels = all.labels().names;
     statistics counted{d.size, labels.size()};
     image sheet{uvec2{columns * thumb, rows * thumb}};
-    files.read(std::min(d.samples, most_counted), [&](const stored_sample& one) {
+    files.read(std::min(d.samples, max_counted), [&](const stored_sample& one) {
         const auto i = static_cast<std::uint32_t>(counted.samples());
         counted.add(one);
         if (i >= shown || one.image.size() != std::size_t{d.size} * d.size) return;
@@ -119,11 +119,11 @@ inline void write_summary(const description& d, const anatomies& all, const part
          << ":</p>\n<img src=summary.png width=1024>\n<h2>What they are of</h2>\n";
     if (counted.samples() < d.samples) page << "<p>From here on: the first " << counted.samples() << " samples.</p>\n";
     page << "<div class=beside>\n";
-    detail::write_shares(page, "anatomy", all.names(), values_of("anatomy"));
-    if (all.cycle() > all.size()) detail::write_shares(page, "view", all.view_names(), values_of("view"));
-    detail::write_shares(page, "side of the body", {"left", "right"}, values_of("side"));
-    detail::write_shares(page, "needle", {"none", "present"}, needle);
-    detail::write_shares(page, "needle from the", {"left", "right"}, with_needle(values_of("needle_side")));
+    detail::write_fractions(page, "anatomy", all.names(), values_of("anatomy"));
+    if (all.cycle() > all.size()) detail::write_fractions(page, "view", all.view_names(), values_of("view"));
+    detail::write_fractions(page, "side of the body", {"left", "right"}, values_of("side"));
+    detail::write_fractions(page, "needle", {"none", "present"}, needle);
+    detail::write_fractions(page, "needle from the", {"left", "right"}, with_needle(values_of("needle_side")));
     page << "</div>\n<h2>What varies</h2>\n";
     for (std::size_t i = 0; i < scalars.size(); ++i) {
         const std::string name = scalars[i]->short_name();

@@ -52,8 +52,8 @@ struct control {
 
     /// The nearest number that it takes as its number i.
     float nearest(std::size_t i, float number) const {
-        const float least = lowest(i), inside = insonify::clamp(number, least, highest(i)), each = grid_of(i);
-        return each > 0 ? least + each * std::round((inside - least) / each) : inside;
+        const float smallest = lowest(i), inside = insonify::clamp(number, smallest, highest(i)), each = grid_of(i);
+        return each > 0 ? smallest + each * std::round((inside - smallest) / each) : inside;
     }
 
     /// Whether a panel shows it as a slider.

@@ -21,9 +21,9 @@ double picture_after(live::session& one, const std::vector<live::event>& events)
     return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
 }
 
-double quantile(std::vector<double>& times, double share) {
+double quantile(std::vector<double>& times, double fraction) {
     std::sort(times.begin(), times.end());
-    return times[static_cast<std::size_t>(share * static_cast<double>(times.size() - 1))];
+    return times[static_cast<std::size_t>(fraction * static_cast<double>(times.size() - 1))];
 }
 
 void print(const char* name, std::vector<double>& times) {
@@ -50,12 +50,13 @@ int run(int frames) {
     live::session one = configured(3), at_rest = configured(1), turned = configured(1);
     std::vector<double> moved, still, knobs, colour, pulsed;
     for (int i = 0; i < frames; ++i) {
-        const float side = i % 2 == 0 ? 1.0F : -1.0F, share = static_cast<float>(i % 7);
+        const float side = i % 2 == 0 ? 1.0F : -1.0F, fraction = static_cast<float>(i % 7);
         moved.push_back(picture_after(one, {{"slide", {0.3F * side, 0.2F * side}}, {"tilt", {0.5F * side}}}));
         still.push_back(picture_after(at_rest, {}));
-        knobs.push_back(picture_after(
-            turned,
-            {{"depth", {37 + share}}, {"focus", {15 + share}}, {"frequency", {7 + 0.1F * share}}, {"gain", {side}}}));
+        knobs.push_back(picture_after(turned, {{"depth", {37 + fraction}},
+                                               {"focus", {15 + fraction}},
+                                               {"frequency", {7 + 0.1F * fraction}},
+                                               {"gain", {side}}}));
     }
     print("probe moves", moved);
     print("nothing turns", still);

@@ -74,9 +74,10 @@ class patient {
     /// The probe on the skin, at most `max_press` deep at any point of its face. Where it slides, it turns with the skin.
     pose probe_pose(const hand_state& hand, const array_probe& probe) const {
         const float reach = 0.5F * probe.face_width();
-        constexpr float most = 80_deg; // else it would look out of the body
+        constexpr float max_turn = 80_deg; // else it would look out of the body
         const vec2 turned = inclination_at(hand.from, reach) - inclination_at(hand.on_skin, reach);
-        const float rock = clamp(hand.rock + turned.x, -most, most), tilt = clamp(hand.tilt + turned.y, -most, most);
+        const float rock = clamp(hand.rock + turned.x, -max_turn, max_turn),
+                    tilt = clamp(hand.tilt + turned.y, -max_turn, max_turn);
         const vec3 down{std::sin(rock), std::sin(tilt), std::cos(rock) * std::cos(tilt)};
         const vec3 from{hand.on_skin, skin_at(hand.on_skin) - hand.gel};
         pose at =
@@ -182,16 +183,16 @@ class patient {
     }
 
     static constexpr float along_face[] = {-0.5F, -0.25F, 0, 0.25F, 0.5F}; // of its width
-    static vec3 face_point(const pose& at, const array_probe& probe, float share) {
-        const float x = share * probe.face_width();
+    static vec3 face_point(const pose& at, const array_probe& probe, float part) {
+        const float x = part * probe.face_width();
         return at.point({x, 0, probe.face_at(x)});
     }
 
     // How deep the face is in the body at rest, along it.
     float deepest(const pose& at, const array_probe& probe) const {
         float depth = -1;
-        for (const float share : along_face) {
-            const vec3 point = face_point(at, probe, share);
+        for (const float part : along_face) {
+            const vec3 point = face_point(at, probe, part);
             depth = std::max(depth, point.z - skin_at({point.x, point.y}));
         }
         return depth;

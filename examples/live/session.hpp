@@ -266,8 +266,8 @@ inline void session::add_m_columns() {
     // The picture has other lines than the probe.
     const auto along =
         static_cast<float>(doppler_unit::line_at(machine.probe, {m_side, 0.5F * machine.settings.depth}));
-    const float share = (along + 0.5F) / static_cast<float>(machine.probe.lines);
-    const auto line = static_cast<std::uint32_t>(share * static_cast<float>(lines.count));
+    const float fraction = (along + 0.5F) / static_cast<float>(machine.probe.lines);
+    const auto line = static_cast<std::uint32_t>(fraction * static_cast<float>(lines.count));
     for (m_ticks_ += ticks; m_ticks_ >= ticks_of_m_column; m_ticks_ -= ticks_of_m_column)
         sweep.add(lines, std::min(line, lines.count - 1));
     m_picture_ = sweep.picture();

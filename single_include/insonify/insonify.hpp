@@ -6894,10 +6894,9 @@ struct aperture_gains {
     view<const aperture_gain> at_steps{}; ///< element k at a distance of (k + 1) * spacing from the probe face
     float spacing = 1;                    ///< metres along the line
 
-    /// The amplitude that arrives through the whole aperture: a mean over it, at most 1, also on lines of a pulse train
-    /// that an obstacle has left since the factors were found. @param factor  `surfaces` or `speckle` of a gain
+    /// The amplitude that arrives through the whole aperture. @param factor  `surfaces` or `speckle` of a gain
     INSONIFY_FN float amplitude(float along_line, float factor) const {
-        return at_steps.empty() ? along_line : min(max(along_line, min_amplitude) * factor, 1);
+        return at_steps.empty() ? along_line : max(along_line, min_amplitude) * factor;
     }
 };
 
@@ -10429,8 +10428,8 @@ INSONIFY_INLINE slice_corner<N> select_corner(const lane_mask<N>& mask, const sl
 template <int N>
 INSONIFY_INLINE slice_corner<N> cut_edges(const slice_corner<N>& below, const slice_corner<N>& above, float height) {
     const lanes<N> zero(0.0F), one(1.0F), rise = above.height - below.height;
-    const lanes<N> share = (lanes<N>(height) - below.height) / select(zero < rise, rise, one);
-    const lanes<N> within = min(max(share, zero), one);
+    const lanes<N> fraction = (lanes<N>(height) - below.height) / select(zero < rise, rise, one);
+    const lanes<N> within = min(max(fraction, zero), one);
     return {lanes<N>(height), multiply_add(within, above.across - below.across, below.across),
             multiply_add(within, above.along - below.along, below.along)};
 }
@@ -16609,12 +16608,12 @@ class path_follower {
     // images are half of that apart: at all of it, steep ones would lose 1 dB more.
     INSONIFY_FN std::uint32_t parts_behind(const path_branch& off) const {
         constexpr float faintest = 0.1F; // amplitude of what goes on: behind gas and bone, not soft tissue
-        constexpr float most = 15;       // distances of lines
+        constexpr float max_apart = 15;  // distances of lines
         if (!(off.path.passed * static_cast<float>(off.parts) >= faintest)) return 1;
         const float left = min(max(echoes_.depth() - off.path.shown, 0), to_face(off.frame));
         const float lines = kernels_.at(echoes_.depth()).line_spacing * static_cast<float>(off.parts);
         const float apart = std::fabs(off.spacing + left * off.turn) / max(lines, 1e-9F);
-        return apart < 1.5F ? 1 : 2 * static_cast<std::uint32_t>(min(apart, most)) + 1;
+        return apart < 1.5F ? 1 : 2 * static_cast<std::uint32_t>(min(apart, max_apart)) + 1;
     }
     // Divides a path in front of a mirror into parts, side by side. Each finds the mirror by itself.
     // @param above  the layer in front of the mirror, on the path
@@ -17149,7 +17148,7 @@ struct moving_scatterers {
     // @return  `stay`, from velocities over a second
     INSONIFY_FN std::uint32_t generation_of(const material_line& line, std::uint32_t first, std::uint32_t last) const {
         constexpr std::uint32_t shortest = 16, longest = 64, times = 10; // an ensemble of colour is one generation
-        const float most = 0.6F * piece;                                 // that they slide
+        const float max_slide = 0.6F * piece;                            // that they slide
         if (pulses.end() <= shortest) return longest;
         float fastest = 0, before[times] = {}; // m/s along the line
         for (std::uint32_t i = first; i <= last; ++i) {
@@ -17163,7 +17162,7 @@ struct moving_scatterers {
             }
         }
         std::uint32_t stay = longest;
-        while (stay > shortest && 2 * static_cast<float>(stay) * pulses.interval * fastest > most) stay /= 2;
+        while (stay > shortest && 2 * static_cast<float>(stay) * pulses.interval * fastest > max_slide) stay /= 2;
         return stay;
     }
 
@@ -22222,17 +22221,17 @@ class element_fans {
     // Between two lines, a at part 0 and b at 1, by their shares of the amplitude: where one of them runs through bone,
     // the other one says when sound arrives.
     static arrived_wave mixed(const arrived_wave& a, const arrived_wave& b, float part) {
-        const float least = min(a.lost, b.lost);
-        const auto left = [least](const arrived_wave& one) {
-            return one.lost == least ? one.passed : one.passed * std::exp(least - one.lost);
+        const float min_lost = min(a.lost, b.lost);
+        const auto left = [min_lost](const arrived_wave& one) {
+            return one.lost == min_lost ? one.passed : one.passed * std::exp(min_lost - one.lost);
         };
         const float of_a = (1 - part) * left(a), of_b = part * left(b), passed = of_a + of_b;
         if (!(passed > 0)) return {};
-        const float share = of_b / passed;
-        const auto mix = [share](float from, float to) { return from + share * (to - from); };
+        const float fraction = of_b / passed;
+        const auto mix = [fraction](float from, float to) { return from + fraction * (to - from); };
         return {mix(a.time, b.time),
                 passed,
-                least,
+                min_lost,
                 mix(a.spread, b.spread),
                 mix(a.range, b.range),
                 mix(a.lost_slope, b.lost_slope)};
@@ -22247,14 +22246,14 @@ class element_fans {
         const float from_there =
             length > 0 ? sound / length : FLT_MAX; // bend of a wave from the beginning of the layer
         const arrived_wave end = wave_at(before, entered.begin);
-        const auto share = [&](float bend) {
+        const auto fraction = [&](float bend) {
             return first ? 1 : from_there / max(bend + from_there, min_open * from_there);
         };
         entered.time = end.time;
-        entered.tilt = before.tilt * share(before.bend);
-        entered.bend = first ? from_there : before.bend * share(before.bend);
-        entered.bend_across = first ? from_there : before.bend_across * share(before.bend_across);
-        entered.spread = first ? entered.begin : before.spread / share(before.bend);
+        entered.tilt = before.tilt * fraction(before.bend);
+        entered.bend = first ? from_there : before.bend * fraction(before.bend);
+        entered.bend_across = first ? from_there : before.bend_across * fraction(before.bend_across);
+        entered.spread = first ? entered.begin : before.spread / fraction(before.bend);
         entered.spread_across = end.range;
         entered.passed = before.passed;
         entered.lost = before.lost + before.per_metre * length;
@@ -22741,11 +22740,11 @@ void add_echoes(const wave_table<Nodes>& sent, std::size_t source, const wave_ta
             const bit_lanes<width> below = bits_of_whole<width>(within); // the middle one of three follows it
             const auto inside = within == place;
             heard |= bits_of(inside);
-            const floats share = select(inside, both(sent.facing(source), received.facing(receiver)), floats(0.0F));
+            const floats fraction = select(inside, both(sent.facing(source), received.facing(receiver)), floats(0.0F));
             const floats u = within - floats_of<width>(below), v = floats(1.0F) - u;
-            store(share * half * v * v, weight[0] + i);
-            store(share * (half + u * v), weight[1] + i);
-            store(share * half * u * u, weight[2] + i);
+            store(fraction * half * v * v, weight[0] + i);
+            store(fraction * (half + u * v), weight[1] + i);
+            store(fraction * half * u * u, weight[2] + i);
             store_bits<width>(below, sample + i);
         }
         if (heard == 0) continue;
@@ -26087,12 +26086,12 @@ struct breathing {
     }
 
     /// Where a point at rest is now.
-    vec3 operator()(vec3 rest) const { return rest + amplitude * wave() * share_at(rest) * normalize(direction); }
+    vec3 operator()(vec3 rest) const { return rest + amplitude * wave() * fraction_at(rest) * normalize(direction); }
     /// The inverse.
     vec3 rest_of(vec3 now) const {
         const vec3 along = normalize(direction);
-        const float most = amplitude * wave();
-        return detail::rest_along([&](float moved) { return most * share_at(now - moved * along); }, now, along,
+        const float peak = amplitude * wave();
+        return detail::rest_along([&](float moved) { return peak * fraction_at(now - moved * along); }, now, along,
                                   std::fabs(amplitude));
     }
 
@@ -26107,7 +26106,7 @@ struct breathing {
     friend bool operator==(const breathing&, const breathing&) = default;
 
   private:
-    float share_at(vec3 rest) const {
+    float fraction_at(vec3 rest) const {
         const vec3 away = (rest - centre) / extent;
         return std::exp(-0.5F * dot(away, away));
     }
@@ -26427,9 +26426,9 @@ struct pressed_face {
     /// The cell where a place is, or the one nearest to it.
     cell cell_of(vec2 place) const {
         const auto number = [this](float x, std::size_t count, float low, float high) {
-            constexpr float least = 1e-9F; // width of a face, metres
+            constexpr float min_width = 1e-9F; // of a face, metres
             const auto last = static_cast<float>(count - 1 - 2 * margin);
-            const float on_face = clamp((x - low) / max(high - low, least), 0, 1),
+            const float on_face = clamp((x - low) / max(high - low, min_width), 0, 1),
                         beside = (x - clamp(x, low, high)) / reach();
             return clamp(margin + on_face * last +
                              margin * widening * beside / (1 + (widening - 1) * std::fabs(beside)),
@@ -27743,7 +27742,7 @@ class loop_filler {
         std::iota(rest_.begin(), rest_.end(), 0U);
     }
 
-    /// Of the smallest area; of a loop with more than 200 points first the shortest ears are cut off.
+    /// Of the min_cost area; of a loop with more than 200 points first the shortest ears are cut off.
     /// Source: Barequet & Sharir 1995, "Filling gaps in the boundary of a polyhedron".
     triangles fill() && {
         if (rest_.size() > max_exact) cut_ears();
@@ -27763,13 +27762,13 @@ class loop_filler {
 
     bool fill_exactly() {
         const std::size_t count = rest_.size();
-        std::vector<double> least(count * count, 0.0); // cost of the polygon from i to j
+        std::vector<double> min_cost(count * count, 0.0); // cost of the polygon from i to j
         std::vector<std::uint32_t> apex(count * count, 0);
         const auto at = [&](std::size_t i) -> const dvec3& { return loop_[rest_[i]]; };
         for (std::size_t span = 2; span < count; ++span)
             for (std::size_t i = 0; i + span < count; ++i) {
                 const std::size_t j = i + span;
-                least[i * count + j] = impossible;
+                min_cost[i * count + j] = impossible;
                 if (span + 1 < count && !is_free_(rest_[i], rest_[j])) continue;
                 double best = impossible;
                 const dvec3 to_j = at(j) - at(i);
@@ -27777,15 +27776,15 @@ class loop_filler {
                     const dvec3 to_k = at(k) - at(i);
                     const double own =
                         length(cross(to_k, to_j)) + compactness * (square(to_j) + square(to_k) + square(to_j - to_k));
-                    const double cost = least[i * count + k] + least[k * count + j] + own;
+                    const double cost = min_cost[i * count + k] + min_cost[k * count + j] + own;
                     if (cost < best) {
                         best = cost;
                         apex[i * count + j] = static_cast<std::uint32_t>(k);
                     }
                 }
-                least[i * count + j] = best;
+                min_cost[i * count + j] = best;
             }
-        if (!(least[count - 1] < impossible)) return false;
+        if (!(min_cost[count - 1] < impossible)) return false;
         std::vector<std::pair<std::size_t, std::size_t>> open{{0, count - 1}};
         while (!open.empty()) {
             const auto [i, j] = open.back();
@@ -29145,12 +29144,13 @@ inline bool triangulate(const std::vector<vec3>& positions, view<const std::uint
 inline mesh select_faces(const std::vector<vec3>& positions, std::vector<uvec3> faces) {
     mesh selected;
     if (faces.empty()) return selected;
-    uvec3 least = faces[0], most = faces[0];
+    uvec3 lowest = faces[0], highest = faces[0];
     for (const uvec3& f : faces) {
-        least = min(least, f);
-        most = max(most, f);
+        lowest = min(lowest, f);
+        highest = max(highest, f);
     }
-    const std::uint32_t first = std::min({least.x, least.y, least.z}), last = std::max({most.x, most.y, most.z});
+    const std::uint32_t first = std::min({lowest.x, lowest.y, lowest.z}),
+                        last = std::max({highest.x, highest.y, highest.z});
     std::vector<std::uint32_t> number(last - first + 1); // in the mesh, plus 1; 0: not used
     for (const uvec3& f : faces) number[f.x - first] = number[f.y - first] = number[f.z - first] = 1;
     for (std::uint32_t i = 0; i < number.size(); ++i) {

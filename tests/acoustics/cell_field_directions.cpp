@@ -14,18 +14,18 @@ TEST_CASE("view_direction: one of four neighbouring directions, whose mean is th
         std::set<std::int64_t> different;
         vec3 mean{0, 0, 0}; // of the points on the side of the cube
         constexpr std::uint32_t draws = 20000;
-        const float most = max(max(std::fabs(towards.x), std::fabs(towards.y)), std::fabs(towards.z));
+        const float highest = max(max(std::fabs(towards.x), std::fabs(towards.y)), std::fabs(towards.z));
         for (std::uint32_t i = 0; i < draws; ++i) {
             const vec3 view = view_direction_of(towards, mix_bits(i));
             CHECK(length(view) == doctest::Approx(1).scale(1e-30));
             const float largest = max(max(std::fabs(view.x), std::fabs(view.y)), std::fabs(view.z));
             mean += view / largest * (1.0F / draws);
             for (int axis = 0; axis < 3; ++axis)
-                CHECK(std::fabs(view[axis] / largest - towards[axis] / most) < 1.001F / detail::view_steps);
+                CHECK(std::fabs(view[axis] / largest - towards[axis] / highest) < 1.001F / detail::view_steps);
             different.insert(std::lround(view.x * 1e4F) * 1000003 + std::lround(view.y * 1e4F));
         }
         CHECK(different.size() == 4);
-        CHECK(length(mean - towards / most) < 2e-3F);
+        CHECK(length(mean - towards / highest) < 2e-3F);
     }
 }
 

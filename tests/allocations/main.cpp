@@ -13,7 +13,7 @@
 // what `trace_channels` takes, against what it says beforehand.
 namespace {
 std::atomic<long> allocations{0};
-std::atomic<std::size_t> held{0}, most_held{0}; // bytes
+std::atomic<std::size_t> held{0}, max_held{0}; // bytes
 
 struct block_header {
     void* memory;
@@ -31,7 +31,7 @@ struct block_header {
     place = std::align(alignment, size, place, room);
     static_cast<block_header*>(place)[-1] = {memory, size};
     const std::size_t now = held += size;
-    for (std::size_t before = most_held; before < now && !most_held.compare_exchange_weak(before, now);) {
+    for (std::size_t before = max_held; before < now && !max_held.compare_exchange_weak(before, now);) {
     }
     return place;
 }
@@ -63,10 +63,10 @@ long allocated_among_many(const Policy& policy) {
     const medium media[] = {tissue::blood, tissue::fat, tissue::liver};
     std::vector<object_id> balls;
     for (std::uint64_t i = 0; i < 500; ++i) {
-        const vec3 share{hash_uniform(1, 3 * i), hash_uniform(1, 3 * i + 1), hash_uniform(1, 3 * i + 2)};
+        const vec3 fraction{hash_uniform(1, 3 * i), hash_uniform(1, 3 * i + 1), hash_uniform(1, 3 * i + 2)};
         balls.push_back(
             body.add(make_sphere({0, 0, 0}, 1_mm, 1), media[i % 3],
-                     {.at = {.translation = vec3{-20_mm, -2_mm, 1_mm} + share * vec3{40_mm, 4_mm, 38_mm}}}));
+                     {.at = {.translation = vec3{-20_mm, -2_mm, 1_mm} + fraction * vec3{40_mm, 4_mm, 38_mm}}}));
     }
     body.build(policy);
     const linear_array probe{.lines = 24, .width = 40_mm, .frequency = 5_MHz};
@@ -78,7 +78,7 @@ long allocated_among_many(const Policy& policy) {
     scan_lines intensities;
     label_lines labels;
     constexpr int frames = 8;
-    long most = 0;
+    long largest = 0;
     for (int i = 0; i < 2 * frames; ++i) {
         const auto step = static_cast<float>(i % frames);
         const pose at{.translation = {0.1_mm * step, 0, 0}};
@@ -96,9 +96,9 @@ long allocated_among_many(const Policy& policy) {
         intensities = of_rays.trace(policy, body, probe, at, law2011{}, scan, straight_lines{line_search::rays},
                                     std::move(intensities));
         labels = label(policy, of_lines.layers(), {scan.depth, scan.samples}, std::move(labels));
-        if (i >= frames) most = std::max(most, allocations - before);
+        if (i >= frames) largest = std::max(largest, allocations - before);
     }
-    return most;
+    return largest;
 }
 
 // The most that one frame allocates once every value of every knob has been seen: knobs that turn at each frame.
@@ -109,7 +109,7 @@ long allocated_by_knobs(const Policy& policy, const scene& body, std::uint32_t l
     machine.cine_length = 5;
     machine.settings.compound.angles = looks;
     constexpr int values = 4, knobs = 8, seen = 2 * values * knobs; // every combination that comes again
-    long most = 0;
+    long largest = 0;
     for (int i = 0; i < seen + values * knobs; ++i) {
         const auto value = static_cast<float>(i / knobs % values);
         const long before = allocations;
@@ -140,16 +140,16 @@ long allocated_by_knobs(const Policy& policy, const scene& body, std::uint32_t l
         }
         machine.scan(policy, body, {.translation = {0.1_mm * value, 0, 0}});
         machine.labels(policy, body);
-        if (i >= seen) most = std::max(most, allocations - before);
+        if (i >= seen) largest = std::max(largest, allocations - before);
     }
     machine.freeze();
     for (std::uint32_t back = 0; back < 10; ++back) { // the first round grows
         const long before = allocations;
         machine.settings.tgc = 50 + static_cast<float>(back);
         machine.show(policy, back % 5);
-        if (back >= 5) most = std::max(most, allocations - before);
+        if (back >= 5) largest = std::max(largest, allocations - before);
     }
-    return most;
+    return largest;
 }
 
 // The most that one frame allocates while a probe is pressed into a limb whose vessels pulse and collapse, from the second
@@ -165,7 +165,7 @@ long allocated_by_press(const Policy& policy) {
     scanner<linear_array> machine{probe, {.depth = 40_mm, .size = {256, 256}}};
     presser pressing;
     constexpr int frames = 8;
-    long most = 0;
+    long largest = 0;
     for (int i = 0; i < 2 * frames; ++i) {
         const auto step = static_cast<float>(i % frames);
         const pose at{.translation = {0.2_mm * step, 0, 1_mm + 0.5_mm * step}};
@@ -175,9 +175,9 @@ long allocated_by_press(const Policy& policy) {
                     compose(collapse{.from = {0, 0, 17_mm}, .to = {0, 1, 17_mm}, .radius = 4_mm, .outside = 300 * step},
                             touch.deformation));
         machine.scan(policy, body, at);
-        if (i >= frames) most = std::max(most, allocations - before);
+        if (i >= frames) largest = std::max(largest, allocations - before);
     }
-    return most;
+    return largest;
 }
 
 // The most that one frame allocates while maps deform the body, from the second round on: functions, and tetrahedra.
@@ -191,7 +191,7 @@ long allocated_by_maps(const Policy& policy) {
     tetrahedra divided{{{-90_mm, -90_mm, -90_mm}, {250_mm, 0, 0}, {0, 250_mm, 0}, {0, 0, 250_mm}}, {{0, 1, 2, 3}}};
     scanner<linear_array> machine{probe, {.depth = 40_mm, .size = {256, 256}}};
     constexpr int frames = 8;
-    long most = 0;
+    long largest = 0;
     for (int i = 0; i < 4 * frames; ++i) {
         const float time = 0.1F * static_cast<float>(i % frames);
         const long before = allocations;
@@ -203,9 +203,9 @@ long allocated_by_maps(const Policy& policy) {
         }
         machine.scan(policy, body, pose{});
         const bool changes_type = i % frames == 0;
-        if (i >= 2 * frames && !changes_type) most = std::max(most, allocations - before);
+        if (i >= 2 * frames && !changes_type) largest = std::max(largest, allocations - before);
     }
-    return most;
+    return largest;
 }
 
 // The most that one frame allocates with colour Doppler over the picture, from the second frame on.
@@ -219,7 +219,7 @@ long allocated_by_flow(const Policy& policy) {
                                   {.depth = 30_mm, .size = {128, 128}}};
     kept_scan_map<linear_array> kept;
     colour_image picture;
-    long most = 0;
+    long largest = 0;
     for (int i = 0; i < 6; ++i) {
         const long before = allocations;
         const auto time = 0.04F * static_cast<float>(i);
@@ -229,9 +229,9 @@ long allocated_by_flow(const Policy& policy) {
         const scan_map& map =
             kept(policy, machine.probe, {.depth = seen.depth, .samples = seen.samples}, {.size = grey.size});
         picture = colour_overlay(policy, grey, seen, map, {}, std::move(picture));
-        if (i > 0) most = std::max(most, allocations - before);
+        if (i > 0) largest = std::max(largest, allocations - before);
     }
-    return most;
+    return largest;
 }
 
 // Whether `trace_channels` says at least what it takes, and not half as much again; and takes none of it where that is
@@ -243,7 +243,7 @@ bool says_memory(const char* name, const Policy& policy, const scene& body, cons
     const auto trace = [&] { return trace_channels(policy, body, array, pose{}, physical{}, sent, settings); };
     settings.max_memory = 1;
     const std::size_t before = held;
-    most_held = before;
+    max_held = before;
     double said = 0; // GB
     try {
         trace();
@@ -252,10 +252,10 @@ bool says_memory(const char* name, const Policy& policy, const scene& body, cons
         const std::size_t at = sentence.find("take ");
         said = at == std::string::npos ? 0 : std::strtod(sentence.c_str() + at + 5, nullptr);
     }
-    const auto taken_since = [&] { return 1e-9 * static_cast<double>(most_held - before); };
+    const auto taken_since = [&] { return 1e-9 * static_cast<double>(max_held - before); };
     const double refused = taken_since();
     settings.max_memory = std::uint64_t{4} << 30U;
-    most_held = before;
+    max_held = before;
     trace();
     const double taken = taken_since();
     std::printf("channel data of %s: %.4f GB said, %.4f GB taken, %.4f GB where it is refused\n", name, said, taken,
@@ -299,7 +299,7 @@ int main() {
         const mesh rest = make_sphere({0, 0, 0}, 5_mm, 4);
         constexpr int frames = 8;
         const int seen = frames * static_cast<int>(settings.compound.angles); // every frame by every look
-        long most = 0;
+        long largest = 0;
         for (int i = 0; i < seen + frames; ++i) {
             const auto frame = static_cast<float>(i % frames);
             const long before = allocations;
@@ -308,9 +308,9 @@ int main() {
             for (std::size_t k = 0; k < now.size(); ++k) now[k] = (1 - 0.01F * frame) * rest.positions[k];
             body.update(policy);
             machine.scan(policy, body, {.translation = {0, 0.05_mm * frame, 0}});
-            if (i >= seen) most = std::max(most, allocations - before);
+            if (i >= seen) largest = std::max(largest, allocations - before);
         }
-        return most;
+        return largest;
     };
     const straight_lines straight{};
     const long sequenced = allocated_by(exec::seq, plain, straight),

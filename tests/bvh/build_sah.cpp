@@ -76,16 +76,16 @@ void check_against_all_planes(std::size_t count, std::uint64_t seed) {
         }
     CHECK(elsewhere == 0);
 
-    double least = 1e300;
+    double smallest = 1e300;
     std::size_t below = 0;
     for (int axis = 0; axis < 3; ++axis)
         for (std::uint32_t bin = 1; bin < static_cast<std::uint32_t>(grid.bins); ++bin)
-            least = std::min(least, cost_of(boxes, places, axis, bin, Width, below));
+            smallest = std::min(smallest, cost_of(boxes, places, axis, bin, Width, below));
     const sah_plane best = bins.cheapest<Width>();
-    REQUIRE((best.axis >= 0) == (least < 1e300));
+    REQUIRE((best.axis >= 0) == (smallest < 1e300));
     if (best.axis < 0) return;
     const double cost = cost_of(boxes, places, best.axis, best.bin, Width, below);
-    CHECK(cost == doctest::Approx(least).scale(1e-30).epsilon(1e-5));
+    CHECK(cost == doctest::Approx(smallest).scale(1e-30).epsilon(1e-5));
     CHECK(best.below == below);
     CHECK(bins.count_below(best) == below);
     aabb side[2];

@@ -70,8 +70,8 @@ TEST_CASE("colour overlay: red towards the probe, blue away, grey where tissue i
 TEST_CASE("colour maps: brighter with speed and power, within the range of displays") {
     float before = -1;
     for (int i = 1; i <= 20; ++i) {
-        const float share = static_cast<float>(i) / 20;
-        const vec3 red = velocity_colour(share), blue = velocity_colour(-share), warm = power_colour(share);
+        const float fraction = static_cast<float>(i) / 20;
+        const vec3 red = velocity_colour(fraction), blue = velocity_colour(-fraction), warm = power_colour(fraction);
         CHECK(red.x + red.y + red.z >= before);
         CHECK(red.x == blue.z);
         CHECK(red.y == blue.y);

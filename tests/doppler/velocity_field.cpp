@@ -23,18 +23,18 @@ const poiseuille stream{.object = vessel,
 TEST_CASE("pulsatile: the resistive index and the mean are those of the samples over a beat") {
     for (const float index : {0.0F, 0.7F, 1.3F}) {
         const pulsatile waveform{.heart_rate = 1.2_Hz, .resistive_index = index, .systole = 0.12F, .delay = 0.1F};
-        double most = -10, least = 10, sum = 0;
+        double largest = -10, smallest = 10, sum = 0;
         constexpr int count = 10000;
         for (int i = 0; i < count; ++i) {
             const auto now = static_cast<double>(waveform(0.1F + (static_cast<float>(i) + 0.5F) / (1.2F * count)));
-            most = std::max(most, now);
-            least = std::min(least, now);
+            largest = std::max(largest, now);
+            smallest = std::min(smallest, now);
             sum += now / count;
         }
-        MESSAGE("resistive index ", (most - least) / most, ", expected ", index, "; mean ", sum, " and ",
+        MESSAGE("resistive index ", (largest - smallest) / largest, ", expected ", index, "; mean ", sum, " and ",
                 waveform.mean());
-        CHECK(most == doctest::Approx(1).scale(1e-30).epsilon(1e-4));
-        CHECK((most - least) / most == doctest::Approx(static_cast<double>(index)).scale(1e-30).epsilon(1e-3));
+        CHECK(largest == doctest::Approx(1).scale(1e-30).epsilon(1e-4));
+        CHECK((largest - smallest) / largest == doctest::Approx(static_cast<double>(index)).scale(1e-30).epsilon(1e-3));
         CHECK(sum == doctest::Approx(static_cast<double>(waveform.mean())).scale(1e-30).epsilon(1e-3));
         CHECK(waveform(0.4F) == doctest::Approx(waveform(0.4F + 5 / 1.2F)).scale(1e-30).epsilon(1e-4)); // periodic
     }

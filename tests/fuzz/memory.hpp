@@ -11,17 +11,17 @@
 /// Counts what `new` has given out, and refuses what is too much at once. For one file of a program.
 namespace fuzz {
 
-inline std::size_t most_at_once = ~std::size_t{0};
+inline std::size_t max_allocation = ~std::size_t{0};
 
 inline std::atomic<std::size_t> live_bytes{0}, peak_bytes{0};
 
 /// While it lives, nothing larger is given out.
 class allowance {
   public:
-    explicit allowance(std::size_t bytes) { most_at_once = bytes; }
+    explicit allowance(std::size_t bytes) { max_allocation = bytes; }
     allowance(const allowance&) = delete;
     allowance& operator=(const allowance&) = delete;
-    ~allowance() { most_at_once = ~std::size_t{0}; }
+    ~allowance() { max_allocation = ~std::size_t{0}; }
 };
 
 /// Starts a measurement: `peak() - start` is then what was taken at most.
@@ -31,7 +31,7 @@ inline std::size_t start_measuring() {
 }
 
 inline void* take(std::size_t size, std::size_t alignment) {
-    if (size > most_at_once) throw std::bad_alloc{};
+    if (size > max_allocation) throw std::bad_alloc{};
     void* memory = alignment == 0 ? std::malloc(size == 0 ? 1 : size)
                                   : std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
     if (memory == nullptr) throw std::bad_alloc{};

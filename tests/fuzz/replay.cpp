@@ -74,10 +74,10 @@ int main(int count, char** words) {
         return 2;
     }
     for (const bytes& seed : seeds) LLVMFuzzerTestOneInput(seed.data(), seed.size());
-    const std::uint64_t most = std::strtoull(words[2], nullptr, 10);
-    for (std::uint64_t i = 0; i < most; ++i) {
+    const std::uint64_t largest = std::strtoull(words[2], nullptr, 10);
+    for (std::uint64_t i = 0; i < largest; ++i) {
         const bytes input = mutated(seeds, i);
         LLVMFuzzerTestOneInput(input.data(), input.size());
     }
-    std::printf("%zu inputs and %llu made of them\n", seeds.size(), static_cast<unsigned long long>(most));
+    std::printf("%zu inputs and %llu made of them\n", seeds.size(), static_cast<unsigned long long>(largest));
 }

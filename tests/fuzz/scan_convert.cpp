@@ -14,9 +14,9 @@ using namespace insonify;
 namespace {
 
 /// A small number, mostly; else any.
-std::uint32_t count(fuzz::input& in, std::uint32_t most) {
+std::uint32_t count(fuzz::input& in, std::uint32_t largest) {
     const std::uint32_t value = in.byte();
-    return value < 0xF0 ? value % (most + 1) : in.bits();
+    return value < 0xF0 ? value % (largest + 1) : in.bits();
 }
 
 template <transducer Probe>

@@ -77,8 +77,8 @@ TEST_CASE("collapse: tissue stays in one piece, and does not fold over for any p
         map.above = 0.5_mm + 8_mm * number(4);
         map.residual = 0.03F + 0.3F * number(5);
         for (std::uint64_t i = 0; i < 200; ++i) {
-            const auto share = [&](std::uint64_t k) { return hash_uniform(trial, 3 * i + k) - 0.5F; };
-            const vec3 rest = map.from + 30_mm * vec3{share(0), share(1), share(2)};
+            const auto fraction = [&](std::uint64_t k) { return hash_uniform(trial, 3 * i + k) - 0.5F; };
+            const vec3 rest = map.from + 30_mm * vec3{fraction(0), fraction(1), fraction(2)};
             const vec3 now = map(rest);
             const vec3 axis = normalize(map.to - map.from), step = 30_um * normalize(vec3{0, 0, 1} - axis.z * axis);
             // Points move along `step` alone, so the determinant is the derivative along it.

@@ -68,21 +68,21 @@ void check_skin_behind_face(const std::string& name, const Probe& of) {
     const pose at{.translation = {0, 0, 3_mm - highest}};
     const contact touch = press(body, of, at, {.decay = 60_mm});
     CHECK(touch.touching == of.lines);
-    float least = 1, most = -1;
+    float smallest = 1, maximum = -1;
     for (float line = -0.5F; line <= last; line += 0.003F * static_cast<float>(of.lines)) {
         const vec3 face = at.point(of.beam(line).origin);
         const float behind = face.z - touch.deformation({face.x, 1_mm, 0}).z;
-        least = std::min(least, behind);
-        most = std::max(most, behind);
+        smallest = std::min(smallest, behind);
+        maximum = std::max(maximum, behind);
     }
     body.deform(exec::par, touch.deformation);
     int in_air = 0;
     for (std::uint32_t line = 0; line < of.lines; ++line)
         in_air += object_at(body, at.point(of.beam(static_cast<float>(line)).origin)) ? 0 : 1;
-    MESSAGE(name, ", ", of.lines, " lines: skin is ", least / 1_mm, " to ", most / 1_mm,
+    MESSAGE(name, ", ", of.lines, " lines: skin is ", smallest / 1_mm, " to ", maximum / 1_mm,
             " mm behind the face, expected 0.05; ", in_air, " lines start in air");
-    CHECK(least > 0.03_mm);
-    CHECK(most < 0.07_mm);
+    CHECK(smallest > 0.03_mm);
+    CHECK(maximum < 0.07_mm);
     CHECK(in_air == 0);
 }
 

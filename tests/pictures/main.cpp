@@ -54,10 +54,10 @@ int main(int count, char** arguments) {
             continue;
         }
         const image before = read(reference);
-        const pictures::likeness alike = pictures::compare(seen, before);
-        const bool good = alike.enough() && notices(before);
-        std::printf("%-16s %.4f of the pixels within 2/255, SSIM %.5f%s\n", one.name, alike.pixels, alike.structural,
-                    good ? "" : "  FAILED");
+        const pictures::likeness similar = pictures::compare(seen, before);
+        const bool good = similar.enough() && notices(before);
+        std::printf("%-16s %.4f of the pixels within 2/255, SSIM %.5f%s\n", one.name, similar.pixels,
+                    similar.structural, good ? "" : "  FAILED");
         if (good) continue;
         ++failed;
         const std::string shown = std::string{one.name} + ".png";

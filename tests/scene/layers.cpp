@@ -19,7 +19,7 @@ struct memory {
     std::vector<layer> layers;
     line_crossings found{};
 
-    memory(std::size_t most_inside, std::size_t most_layers) : inside(most_inside), layers(most_layers) {
+    memory(std::size_t max_inside, std::size_t max_layers) : inside(max_inside), layers(max_layers) {
         found = {.room = view<crossing>{crossings}, .inside = {.ranks = view<std::uint32_t>{inside}}};
     }
     view<const layer> stack(const scene& body, float depth) {

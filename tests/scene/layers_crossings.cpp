@@ -16,7 +16,7 @@ struct memory {
     std::vector<crossing> crossings;
     std::vector<std::uint32_t> inside;
 
-    memory(std::size_t most_crossings, std::size_t most_inside) : crossings(most_crossings), inside(most_inside) {}
+    memory(std::size_t max_crossings, std::size_t max_inside) : crossings(max_crossings), inside(max_inside) {}
     line_crossings found() {
         return {.room = view<crossing>{crossings}, .inside = {.ranks = view<std::uint32_t>{inside}}};
     }

@@ -297,10 +297,10 @@ TEST_CASE("snapshots answer as the scene of their frame did, while it moves on")
     body.add(make_sphere({0, 30_mm, 0}, 5_mm, 2), tissue::bone); // does not move
     body.build(exec::par);
     const auto move_to = [&](std::uint64_t frame) {
-        const float share = 0.02F * static_cast<float>(frame);
+        const float fraction = 0.02F * static_cast<float>(frame);
         std::span<vec3> now = body.positions(ball);
-        for (std::size_t i = 0; i < now.size(); ++i) now[i] = (1 + share) * rest.positions[i];
-        body.place(tool, {.translation = {0, share * 10_mm, -40_mm}});
+        for (std::size_t i = 0; i < now.size(); ++i) now[i] = (1 + fraction) * rest.positions[i];
+        body.place(tool, {.translation = {0, fraction * 10_mm, -40_mm}});
         body.update(exec::seq);
     };
     const auto asked = [&](const scene& of) {

@@ -64,17 +64,17 @@ TEST_CASE("compounding: where a look ends inside the image there is no step") {
     // One look is twice as bright as the others.
     const scan_lines found = compounded(looks, probe, {.angles = 3, .spread = 20_deg},
                                         [](std::uint32_t number, vec3) { return number == 2 ? 2.0F : 1.0F; });
-    float steepest = 0, least = 2, most = 1;
+    float steepest = 0, smallest = 2, largest = 1;
     for (std::uint32_t k = 0; k < found.samples; ++k)
         for (std::uint32_t i = 1; i < found.count; ++i) {
             if (k > 20) steepest = max(steepest, std::fabs(found(i, k) - found(i - 1, k)));
-            least = min(least, found(i, k));
-            most = max(most, found(i, k));
+            smallest = min(smallest, found(i, k));
+            largest = max(largest, found(i, k));
         }
-    MESSAGE("steepest ", steepest, " a line, from ", least, " to ", most);
+    MESSAGE("steepest ", steepest, " a line, from ", smallest, " to ", largest);
     CHECK(steepest < 0.04F); // a cut would be 1/3 to 1/2
-    CHECK(least == doctest::Approx(1).scale(1e-30));
-    CHECK(most < 1.67F);
+    CHECK(smallest == doctest::Approx(1).scale(1e-30));
+    CHECK(largest < 1.67F);
 }
 
 TEST_CASE("compounding: one look at a time ends in the same average as all at once, bit by bit") {

@@ -200,13 +200,13 @@ TEST_CASE("with side lobes, tissue and plates keep their levels on every probe")
     const iq_lines smooth = seen(plate, probe, 1);
     probe.side_lobes = rectangular;
     const iq_lines lobes = seen(plate, probe, 1);
-    float worst = 0, most = 0;
+    float worst = 0, largest = 0;
     for (std::size_t i = 0; i < smooth.values.size(); ++i) {
         worst = std::max(worst, length(lobes.values[i] - smooth.values[i]));
-        most = std::max(most, length(smooth.values[i]));
+        largest = std::max(largest, length(smooth.values[i]));
     }
-    MESSAGE("plate: ", most, ", with side lobes the same within ", worst);
-    CHECK(worst < 1e-5F * most);
+    MESSAGE("plate: ", largest, ", with side lobes the same within ", worst);
+    CHECK(worst < 1e-5F * largest);
 }
 
 TEST_CASE("side lobes reach b_mode by the probe, and their amplitude is checked") {

@@ -110,10 +110,10 @@ double orientation(const scene& body, vec2 from, vec2 to) {
 
 TEST_CASE("fibres that are a function: in the coordinates of the structure they run along x") {
     using namespace fibre_directions_test;
-    const auto check = [](const std::string& what, const auto& fibres, double most) {
+    const auto check = [](const std::string& what, const auto& fibres, double highest) {
         const double worst = worst_angle(chart_of(muscle(fibres)), fibres) * 180 / 3.14159265358979;
         MESSAGE(what, ": fibres leave the sheets by at most ", worst, " degrees, expected 0");
-        CHECK(worst < most);
+        CHECK(worst < highest);
     };
     check("arcs", arcs{}, 1);
     check("a fan", fan{}, 1.5);

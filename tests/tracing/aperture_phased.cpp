@@ -14,7 +14,7 @@ namespace aperture_phased_test {
 namespace {
 
 using aperture_shading_test::absorber, aperture_shading_test::arrival_model, aperture_shading_test::body,
-    aperture_shading_test::most_uneven, aperture_shading_test::scan;
+    aperture_shading_test::max_unevenness, aperture_shading_test::scan;
 
 constexpr phased_array fine{.lines = 512, .width = 20_mm, .frequency = 5_MHz, .focus = 30_mm};
 
@@ -83,12 +83,12 @@ TEST_CASE("phased array: the edge of a shadow is as wide as its aperture makes i
 TEST_CASE("phased array: without obstacles, and behind shells around the middle of its face, gains are 1") {
     using namespace aperture_phased_test;
     const scene muscle = scene{tissue::muscle}.build(exec::par);
-    CHECK(most_uneven(muscle, phased_array{}, pose{}, scan) < 1e-4F);
+    CHECK(max_unevenness(muscle, phased_array{}, pose{}, scan) < 1e-4F);
     scene shells{tissue::muscle};
     shells.add(make_sphere({0, 0, 0}, 50_mm, 7), tissue::fat);
     shells.add(make_sphere({0, 0, 0}, 35_mm, 7), tissue::liver);
     shells.build(exec::par);
-    const float uneven = most_uneven(shells, phased_array{}, pose{}, scan);
+    const float uneven = max_unevenness(shells, phased_array{}, pose{}, scan);
     MESSAGE("shells: gains of 1 within ", uneven);
     CHECK(uneven < 0.01F); // the shells are polyhedra
 }

@@ -84,7 +84,7 @@ TEST_CASE("what plane surfaces let through is what the straight line says, at an
                                   {std::cos(angle), 0, -std::sin(angle)})});
         plates.build(exec::par);
         const acquisition deep{.depth = 64_mm, .samples = 64, .planes = 1};
-        const float linear = most_uneven(plates, linear_array{.lines = 128, .width = 38_mm}, pose{}, deep);
+        const float linear = max_unevenness(plates, linear_array{.lines = 128, .width = 38_mm}, pose{}, deep);
         MESSAGE("bone at ", degrees, " degrees, linear array: gains of 1 within ", linear);
         CHECK(linear < 2e-3F);
     }
@@ -92,9 +92,9 @@ TEST_CASE("what plane surfaces let through is what the straight line says, at an
     shells.add(make_sphere({0, 0, -60_mm}, 90_mm, 7), tissue::fat);
     shells.add(make_sphere({0, 0, -60_mm}, 80_mm, 7), tissue::bone);
     shells.build(exec::par);
-    const float convex =
-        most_uneven(shells, convex_array{.lines = 128, .radius = 60_mm, .field_of_view = 60_deg, .frequency = 3.5_MHz},
-                    pose{}, {.depth = 64_mm, .samples = 64});
+    const float convex = max_unevenness(
+        shells, convex_array{.lines = 128, .radius = 60_mm, .field_of_view = 60_deg, .frequency = 3.5_MHz}, pose{},
+        {.depth = 64_mm, .samples = 64});
     MESSAGE("shells, convex array: gains of 1 within ", convex);
     CHECK(convex < 0.03F); // the shells are polyhedra
 }
@@ -111,9 +111,9 @@ TEST_CASE("behind a wire within a full circle of lines the shadow fills, to both
             trace(exec::par_unseq, s, probe, pose{}, arrival_model{}, {.depth = 32_mm, .samples = 64});
         // Of all lines, those behind the wire: the fewest arrive just behind it, more further away.
         const auto darkest = [&](std::uint32_t k) {
-            float least = 1;
-            for (std::uint32_t i = 0; i < probe.lines; ++i) least = std::min(least, arrived(i, k).y);
-            return least;
+            float smallest = 1;
+            for (std::uint32_t i = 0; i < probe.lines; ++i) smallest = std::min(smallest, arrived(i, k).y);
+            return smallest;
         };
         CHECK(darkest(12) < 0.05F); // 6.5 mm from the face, 0.8 mm behind the wire
         CHECK(darkest(40) > 0.2F);

@@ -104,8 +104,8 @@ TEST_CASE("a face is cut where the plane meets its edges, to double precision's 
                 const glm::dvec3 corner[3] = {glm::dvec3{t.a}, glm::dvec3{t.b}, glm::dvec3{t.c}};
                 for (int i = 0; i < 3; ++i) {
                     const glm::dvec3 from_corner = p - corner[i], edge = corner[(i + 1) % 3] - corner[i];
-                    const double share = glm::clamp(glm::dot(from_corner, edge) / glm::dot(edge, edge), 0.0, 1.0);
-                    nearest = std::min(nearest, glm::length(from_corner - share * edge));
+                    const double fraction = glm::clamp(glm::dot(from_corner, edge) / glm::dot(edge, edge), 0.0, 1.0);
+                    nearest = std::min(nearest, glm::length(from_corner - fraction * edge));
                 }
                 REQUIRE(nearest < 3e-6);
             }

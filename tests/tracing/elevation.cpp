@@ -122,11 +122,11 @@ TEST_CASE("a plate that begins above the slice has the amplitude of the beam abo
     using namespace elevation_test;
     const auto peak = [](float height, float depth) {
         const iq_lines lines = seen(half_space(height, depth, anechoic, dense), probe, 5);
-        float most = 0;
+        float largest = 0;
         for (std::uint32_t k = 0; k < samples; ++k)
             if (std::fabs((static_cast<float>(k) + 0.5F) * image_depth / samples - depth) < 0.5_mm)
-                most = std::max(most, length(lines(lines.count / 2, k)));
-        return static_cast<double>(most);
+                largest = std::max(largest, length(lines(lines.count / 2, k)));
+        return static_cast<double>(largest);
     };
     for (const float depth : depths)
         for (const float height : heights) {

@@ -24,7 +24,7 @@ elevation_planes planes_of(const auto& any_probe, std::uint32_t count) {
 
 TEST_CASE("the rms height of the planes follows the beam at every depth, weighted by power: sigma / sqrt(2)") {
     using namespace elevation_planes_test;
-    const auto most_off = [](const auto& any_probe, std::uint32_t count) {
+    const auto max_deviation = [](const auto& any_probe, std::uint32_t count) {
         const beam_model beam = beam_of(any_probe, image_depth);
         const elevation_planes planes = planes_of(any_probe, count);
         double worst = 0;
@@ -47,10 +47,10 @@ TEST_CASE("the rms height of the planes follows the beam at every depth, weighte
         return worst;
     };
     for (const std::uint32_t count : {5U, 7U}) {
-        CHECK(most_off(probe, count) < 0.1);
-        CHECK(most_off(presets::l11_5v, count) < 0.1);
-        CHECK(most_off(presets::c5_2v, count) < 0.1);
-        CHECK(most_off(presets::p4_2v, count) < 0.1);
+        CHECK(max_deviation(probe, count) < 0.1);
+        CHECK(max_deviation(presets::l11_5v, count) < 0.1);
+        CHECK(max_deviation(presets::c5_2v, count) < 0.1);
+        CHECK(max_deviation(presets::p4_2v, count) < 0.1);
     }
 }
 

@@ -24,7 +24,7 @@ double decibels(double ratio) { return 20 * std::log10(ratio); }
 /// The largest deviation of the planes' rms height, weighted by power, from the beam's, sigma / sqrt(2), on the line nearest to
 /// an angle; dB.
 template <class Probe>
-double most_off(const std::string& what, const Probe& probe, std::uint32_t count, float angle, float until) {
+double max_deviation(const std::string& what, const Probe& probe, std::uint32_t count, float angle, float until) {
     const beam_model beam = beam_of(probe, image_depth);
     const detail::elevation_planes base{beam, count, image_depth, detail::lines_follow_depth(probe)};
     detail::planes_of_lines planes;
@@ -58,18 +58,18 @@ TEST_CASE("on sectors the rms height of the planes is the beam's in the middle, 
     using namespace elevation_sectors_test;
     const convex_array wide{.field_of_view = 90_deg};
     for (const std::uint32_t count : {5U, 7U}) {
-        CHECK(most_off("phased array", phased_array{}, count, 0, 120_mm) < 0.9);
-        CHECK(most_off("convex array", convex_array{}, count, 0, 120_mm) < 0.9);
+        CHECK(max_deviation("phased array", phased_array{}, count, 0, 120_mm) < 0.9);
+        CHECK(max_deviation("convex array", convex_array{}, count, 0, 120_mm) < 0.9);
         // To the elevation focus, 60 mm.
-        CHECK(most_off("phased array", phased_array{}, count, 30_deg, 60_mm) < 1.5);
-        CHECK(most_off("phased array", phased_array{}, count, 45_deg, 60_mm) < 2);
-        CHECK(most_off("convex array", convex_array{}, count, 29_deg, 60_mm) < 2);
-        CHECK(most_off("wide convex array", wide, count, 45_deg, 60_mm) < 2.5);
+        CHECK(max_deviation("phased array", phased_array{}, count, 30_deg, 60_mm) < 1.5);
+        CHECK(max_deviation("phased array", phased_array{}, count, 45_deg, 60_mm) < 2);
+        CHECK(max_deviation("convex array", convex_array{}, count, 29_deg, 60_mm) < 2);
+        CHECK(max_deviation("wide convex array", wide, count, 45_deg, 60_mm) < 2.5);
         // To twice as deep.
-        CHECK(most_off("phased array", phased_array{}, count, 30_deg, 120_mm) < 3.5);
-        CHECK(most_off("phased array", phased_array{}, count, 45_deg, 120_mm) < 6.5);
-        CHECK(most_off("convex array", convex_array{}, count, 29_deg, 120_mm) < 5);
-        CHECK(most_off("wide convex array", wide, count, 45_deg, 120_mm) < 11);
+        CHECK(max_deviation("phased array", phased_array{}, count, 30_deg, 120_mm) < 3.5);
+        CHECK(max_deviation("phased array", phased_array{}, count, 45_deg, 120_mm) < 6.5);
+        CHECK(max_deviation("convex array", convex_array{}, count, 29_deg, 120_mm) < 5);
+        CHECK(max_deviation("wide convex array", wide, count, 45_deg, 120_mm) < 11);
     }
 }
 
@@ -121,10 +121,10 @@ TEST_CASE("on every line of a sector tissue has its level, and so has a round pl
     const iq_lines echo = seen(plate, 1);
     float weakest = 1, strongest = 0;
     for (std::uint32_t i = 2; i + 2 < echo.count; ++i) {
-        float most = 0;
-        for (std::uint32_t k = 1100; k < 1200; ++k) most = std::max(most, length(echo(i, k)));
-        weakest = std::min(weakest, most);
-        strongest = std::max(strongest, most);
+        float largest = 0;
+        for (std::uint32_t k = 1100; k < 1200; ++k) largest = std::max(largest, length(echo(i, k)));
+        weakest = std::min(weakest, largest);
+        strongest = std::max(strongest, largest);
     }
     MESSAGE("round plate: ", weakest, " to ", strongest, " on all lines");
     CHECK(decibels(static_cast<double>(strongest / weakest)) < 1);

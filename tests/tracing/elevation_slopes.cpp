@@ -53,7 +53,7 @@ TEST_CASE("a rough surface that is steep out of the slice is as thick as the bea
                 const auto wide = static_cast<double>(beam.elevation_sigma(depth) * std::tan(steep)),
                            pulse_wide = static_cast<double>(pulse{}.sigma_z(probe.frequency)),
                            variance = wide * wide + pulse_wide * pulse_wide;
-                double sum = 0, expected_sum = 0, mean = 0, square = 0, least = 1e30, most = 0;
+                double sum = 0, expected_sum = 0, mean = 0, square = 0, smallest = 1e30, largest = 0;
                 const auto shape = [&](std::uint32_t k) {
                     const double away = (k + 0.5) * 20e-6 - static_cast<double>(depth);
                     return std::pair{away, std::exp(-away * away / variance)};
@@ -69,17 +69,17 @@ TEST_CASE("a rough surface that is steep out of the slice is as thick as the bea
                     const auto [away, expected] = shape(k);
                     if (away * away > variance) continue; // where the beam has 0.37 of its power or more
                     const double level = found[k] / sum / (expected / expected_sum);
-                    least = std::fmin(least, level);
-                    most = std::fmax(most, level);
+                    smallest = std::fmin(smallest, level);
+                    largest = std::fmax(largest, level);
                 }
                 const double rms = std::sqrt(square / sum), expected_rms = std::sqrt(variance / 2);
                 MESSAGE((turned / 1_deg), " degrees, ", (depth * 1e3F), " mm deep, ", planes, " planes: rms thickness ",
                         (1e3 * rms), " mm, expected ", (1e3 * expected_rms), "; middle ", (1e3 * mean / sum),
-                        " mm from where the slice meets it; levels within ", (10 * std::log10(least)), " and ",
-                        (10 * std::log10(most)), " dB of the beam's");
+                        " mm from where the slice meets it; levels within ", (10 * std::log10(smallest)), " and ",
+                        (10 * std::log10(largest)), " dB of the beam's");
                 CHECK(std::fabs(rms / expected_rms - 1) < 0.15);
                 CHECK(std::fabs(mean / sum) < 0.25 * expected_rms);
-                CHECK(10 * std::log10(least) > -4);
-                CHECK(10 * std::log10(most) < 3);
+                CHECK(10 * std::log10(smallest) > -4);
+                CHECK(10 * std::log10(largest) < 3);
             }
 }

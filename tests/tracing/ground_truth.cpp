@@ -163,14 +163,14 @@ TEST_CASE("depth is geometric on both grids: 20 mm of fat, 10 mm of bone, then m
 
 TEST_CASE("label is that of `label`, medium that of the object, attenuation that of a walk in steps of 1 um") {
     // Of one impedance and speed, so that attenuation alone acts.
-    const auto alike_but_for = [](float attenuation, float power) {
+    const auto medium_with = [](float attenuation, float power) {
         return medium{.density = 1000, .sound_speed = 1500, .attenuation = attenuation, .attenuation_power = power};
     };
-    const medium outside = alike_but_for(0.2_dB_per_cm, 2), middle = alike_but_for(1_dB_per_cm, 1);
+    const medium outside = medium_with(0.2_dB_per_cm, 2), middle = medium_with(1_dB_per_cm, 1);
     const solids::world formulas{.background = outside,
                                  .all = {solids::box({-0.05, -0.05, -0.01}, {0.05, 0.05, 0.007}, outside),
                                          solids::sphere({0, 0, 0.03}, 0.01, middle),
-                                         solids::sphere({0.002, 0, 0.03}, 0.004, alike_but_for(0.15_dB_per_cm, 1.2F))}};
+                                         solids::sphere({0.002, 0, 0.03}, 0.004, medium_with(0.15_dB_per_cm, 1.2F))}};
     const scene body = formulas.scene();
     const convex_array probe{.lines = 41, .radius = 30_mm, .field_of_view = 40_deg, .frequency = 4_MHz};
     for (const auto grid : {label_settings::depth_grid::geometric, label_settings::depth_grid::displayed}) {

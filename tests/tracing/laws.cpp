@@ -92,18 +92,18 @@ TEST_CASE("transmitted is the product of a user's own law over the surfaces abov
     using namespace laws_test;
     const scene body = slabs();
     const physical<> carrier{.bandwidth = pulse_bandwidth::narrow}; // the closed form is that of a single frequency
-    const auto expected = [](double share) {
-        return [=](const way& w) { return std::pow(share, w.surfaces) * decay(2 * 5 * (20 * w.out + 60 * w.in)); };
+    const auto expected = [](double fraction) {
+        return [=](const way& w) { return std::pow(fraction, w.surfaces) * decay(2 * 5 * (20 * w.out + 60 * w.in)); };
     };
-    for (const float share : {1.0F, 0.8F, 0.3F})
-        CHECK(worst_error(body, carrier.with_boundary(constant_law{share}), expected(static_cast<double>(share))) <
-              1e-4);
+    for (const float fraction : {1.0F, 0.8F, 0.3F})
+        CHECK(worst_error(body, carrier.with_boundary(constant_law{fraction}),
+                          expected(static_cast<double>(fraction))) < 1e-4);
     CHECK(worst_error(body, carrier.with_boundary(constant_law{0.8F}).with_attenuation(constant_loss{}),
                       [](const way& w) { return std::pow(0.8, w.surfaces) * decay(3 * (20 * w.out + 60 * w.in)); }) <
           1e-4);
     CHECK(worst_error(slabs(30_deg), carrier.with_boundary(constant_law{0.8F}), expected(0.8)) < 1e-4);
-    const double fresnel_share = 1 - 0.04; // r = 0.5 / 2.5
-    CHECK(worst_error(body, carrier, expected(fresnel_share)) < 1e-4);
+    const double fresnel_fraction = 1 - 0.04; // r = 0.5 / 2.5
+    CHECK(worst_error(body, carrier, expected(fresnel_fraction)) < 1e-4);
 }
 
 TEST_CASE("under law2011 transmitted is its I_a I_t: one way or two, linear in the frequency or by the power law") {

@@ -25,15 +25,16 @@ scene cloud(bool one_impedance) {
     scene body{medium{.density = 1000, .sound_speed = 1500, .attenuation = 20}};
     for (std::uint64_t i = 0; i < count; ++i) {
         const std::uint64_t own = hash_bits(seed, i);
-        const vec3 share{hash_uniform(own, 0), hash_uniform(own, 1), hash_uniform(own, 2)};
-        const vec3 centre = vec3{-20_mm, -2_mm, 1_mm} + share * vec3{40_mm, 4_mm, 60_mm};
+        const vec3 fraction{hash_uniform(own, 0), hash_uniform(own, 1), hash_uniform(own, 2)};
+        const vec3 centre = vec3{-20_mm, -2_mm, 1_mm} + fraction * vec3{40_mm, 4_mm, 60_mm};
         const float size = 0.15_mm + 0.6_mm * hash_uniform(own, 3);
         const auto kind = static_cast<float>(own % 8);
         const medium inside{
             .density = one_impedance ? 1000.0F : 1000 + 10 * kind, .sound_speed = 1500, .attenuation = 10 + 30 * kind};
         body.add(own % 3 == 0 ? make_box(-vec3{size}, vec3{size}) : make_sphere({0, 0, 0}, size, 1), inside,
                  {.priority = static_cast<int>(hash_bits(own, 5) % 3),
-                  .at = look_at(centre, centre + vec3{share.y - 0.5F, share.x - 0.5F, share.z + 0.1F}, {1, 0.3F, 0})});
+                  .at = look_at(centre, centre + vec3{fraction.y - 0.5F, fraction.x - 0.5F, fraction.z + 0.1F},
+                                {1, 0.3F, 0})});
     }
     body.build(exec::par);
     return body;
@@ -65,7 +66,7 @@ TEST_CASE("of 10,000 objects each line meets those of brute force in double prec
             trace(exec::par, body, probe, at, model, scan),
             trace(exec::par, body, probe, at, model, scan, straight_lines{line_search::rays}),
             trace(exec::par_unseq, body, probe, at, model, scan, straight_lines{line_search::slices})};
-        double worst = 0, least = 1;
+        double worst = 0, smallest = 1;
         std::size_t surfaces = 0;
         for (std::uint32_t i = 0; i < probe.lines; ++i) {
             const reference::line line = reference::trace(body, detail::world_beam(probe, at, static_cast<float>(i)));
@@ -74,14 +75,14 @@ TEST_CASE("of 10,000 objects each line meets those of brute force in double prec
                 const double depth = (k + 0.5) / scan.samples * static_cast<double>(scan.depth);
                 const double expected =
                     reference::intensity(line, depth, static_cast<double>(probe.frequency) * 1e-6, 1e-3);
-                least = std::min(least, expected);
+                smallest = std::min(smallest, expected);
                 for (const scan_lines& lines : found)
                     worst = std::max(worst, std::fabs(static_cast<double>(lines(i, k)) / expected - 1));
             }
         }
         MESSAGE("seed ", seed, ": ", surfaces / probe.lines, " surfaces a line, largest relative error ", worst);
         CHECK(surfaces > 20 * probe.lines);
-        CHECK(least < 0.5);
+        CHECK(smallest < 0.5);
         // An object 0.1 mm long that is missed, or taken for another, is 30 dB/m/MHz x 2 MHz x 0.1 mm: 7e-4.
         CHECK(worst < 1e-4);
     };
@@ -112,9 +113,9 @@ TEST_CASE(
     using namespace many_objects_test;
     scene body = cloud(true);
     for (std::uint32_t i = 0; i < count; i += 10) {
-        const vec3 share{hash_uniform(3, 3 * i), hash_uniform(3, 3 * i + 1), hash_uniform(3, 3 * i + 2)};
-        const vec3 at = vec3{-20_mm, -0.5_mm, 1_mm} + share * vec3{40_mm, 1_mm, 60_mm};
-        body.place(object_id{i}, look_at(at, at + share, {1, -0.3F, 0.2F}));
+        const vec3 fraction{hash_uniform(3, 3 * i), hash_uniform(3, 3 * i + 1), hash_uniform(3, 3 * i + 2)};
+        const vec3 at = vec3{-20_mm, -0.5_mm, 1_mm} + fraction * vec3{40_mm, 1_mm, 60_mm};
+        body.place(object_id{i}, look_at(at, at + fraction, {1, -0.3F, 0.2F}));
     }
     for (std::uint32_t i = 5; i < count; i += 10) // precedence is by the volumes as built: they stay
         for (vec3& p : body.positions(object_id{i})) p += vec3{1.5_mm, 0.2_mm, -2_mm};

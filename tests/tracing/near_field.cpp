@@ -35,11 +35,11 @@ scan_lines amplitudes(const scene& body, const near_field_settings& settings, bo
 }
 
 double level(const scan_lines& seen, std::uint32_t line, float depth) { // largest within 0.1 mm, dB
-    float most = 1e-9F;
+    float largest = 1e-9F;
     for (std::uint32_t k = 0; k < seen.samples; ++k)
         if (std::fabs((static_cast<float>(k) + 0.5F) * seen.depth / static_cast<float>(seen.samples) - depth) < 0.1_mm)
-            most = max(most, seen(line, k));
-    return 20 * std::log10(static_cast<double>(most));
+            largest = max(largest, seen(line, k));
+    return 20 * std::log10(static_cast<double>(largest));
 }
 
 } // namespace

@@ -237,13 +237,13 @@ TEST_CASE("behind a curved mirror stands one image, not one of each line") {
     };
     // A smooth image has some power at every depth: the least within a millimetre, over the mean.
     const auto evenness = [](const std::vector<double>& power) {
-        double least = 0, mean = 0;
+        double smallest = 0, mean = 0;
         for (std::size_t k = 0; k + 40 <= power.size(); k += 40) {
-            least += *std::min_element(power.begin() + static_cast<std::ptrdiff_t>(k),
-                                       power.begin() + static_cast<std::ptrdiff_t>(k) + 40);
+            smallest += *std::min_element(power.begin() + static_cast<std::ptrdiff_t>(k),
+                                          power.begin() + static_cast<std::ptrdiff_t>(k) + 40);
             for (std::size_t i = k; i < k + 40; ++i) mean += power[i] / 40;
         }
-        return least / mean;
+        return smallest / mean;
     };
     const std::vector<double> fine = image_of(1024);
     for (const std::uint32_t lines : {64U, 128U, 256U}) {
@@ -331,10 +331,10 @@ TEST_CASE("a wall along the slice, which only tilted elevation planes meet, refl
     body.build(exec::seq);
     const iq_lines lines = trace(exec::seq, body, linear_array{.lines = 16, .width = 10_mm}, pose{},
                                  physical{}.with_scattering(no_scatterers{}), {.depth = 60_mm, .planes = 3}, paths{});
-    float most = 0;
+    float highest = 0;
     for (std::uint32_t k = 0; k < lines.samples; ++k) {
         const float depth = (static_cast<float>(k) + 0.5F) * lines.depth / static_cast<float>(lines.samples);
-        if (depth > 35_mm && depth < 50_mm) most = std::max(most, length(lines(8, k)));
+        if (depth > 35_mm && depth < 50_mm) highest = std::max(highest, length(lines(8, k)));
     }
-    CHECK(most < 1e-6F); // 0.04 for a path that is reflected and transmitted at once
+    CHECK(highest < 1e-6F); // 0.04 for a path that is reflected and transmitted at once
 }

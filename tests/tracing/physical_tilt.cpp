@@ -33,9 +33,9 @@ TEST_CASE("a tilted plate, traced and convolved, fades as a simulated aperture's
             const acquisition scan{.depth = 40_mm, .samples = 4000};
             const scan_lines seen = envelope(
                 exec::par, convolve(exec::par, trace(exec::par, body, probe, pose{}, model, scan), pulse{}, probe));
-            float most = 0;
-            for (std::uint32_t k = 0; k < seen.samples; ++k) most = std::max(most, seen(150, k));
-            level[i] = 20 * std::log10(static_cast<double>(most));
+            float largest = 0;
+            for (std::uint32_t k = 0; k < seen.samples; ++k) largest = std::max(largest, seen(150, k));
+            level[i] = 20 * std::log10(static_cast<double>(largest));
         }
         for (int i = 1; i <= 5; ++i) {
             MESSAGE("V19 at ", row.frequency / 1e6F, " MHz, ", 2 * i, " degrees: ", level[i] - level[0],
@@ -65,9 +65,9 @@ TEST_CASE("a plate that is tilted out of the slice fades by the aperture's heigh
             const acquisition scan{.depth = 40_mm, .samples = 4000, .planes = planes};
             const iq_lines echoes = trace(exec::par, body, probe, pose{}, physical<>{.specular = lobe}, scan);
             const scan_lines seen = envelope(exec::par, convolve(exec::par, echoes, pulse{}, probe));
-            float most = 0;
-            for (std::uint32_t k = 0; k < seen.samples; ++k) most = std::max(most, seen(30, k));
-            level[i] = 20 * std::log10(static_cast<double>(most));
+            float largest = 0;
+            for (std::uint32_t k = 0; k < seen.samples; ++k) largest = std::max(largest, seen(30, k));
+            level[i] = 20 * std::log10(static_cast<double>(largest));
             const double expected = 20 * std::log10(static_cast<double>(lobe(tilt, 4, 30e-3F * 5e6F / 1540)));
             MESSAGE(planes, " planes, ", (1.5 * i), " degrees: ", level[i] - level[0], " dB, expected ", expected);
             if (i > 0 && expected > -12) CHECK(std::fabs(level[i] - level[0] - expected) < 1);

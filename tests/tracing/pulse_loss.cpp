@@ -27,7 +27,7 @@ const medium soft = physical_test::of_impedance(1.70_MRayl, 1540, 1_dB_per_cm),
 double peak(double loss_db, double bandwidth, double burst = 0) {
     constexpr int steps = 4000;
     const double sigma = bandwidth / 2.3548; // of the spectrum; frequencies in units of f0, times in cycles
-    double most = 0, whole = 0;
+    double largest = 0, whole = 0;
     for (double time = -1; time <= 1; time += 0.02) {
         std::complex<double> sum = 0;
         for (int i = 0; i < steps; ++i) {
@@ -37,19 +37,19 @@ double peak(double loss_db, double bandwidth, double burst = 0) {
             if (time == -1) whole += amplitude;
             sum += amplitude * std::pow(10, -loss_db * f / 20) * std::polar(1.0, 6.28318530717959 * off * time);
         }
-        most = std::max(most, std::abs(sum));
+        largest = std::max(largest, std::abs(sum));
     }
-    return 20 * std::log10(most / whole);
+    return 20 * std::log10(largest / whole);
 }
 
 double decibels(float amplitude) { return 20 * std::log10(static_cast<double>(amplitude)); }
 
 float peak_near(const iq_lines& lines, float depth) {
-    float most = 0;
+    float largest = 0;
     for (std::uint32_t k = 0; k < lines.samples; ++k)
         if (std::fabs((static_cast<float>(k) + 0.5F) * lines.depth / static_cast<float>(lines.samples) - depth) < 1_mm)
-            most = std::max(most, length(lines(lines.count / 2, k)));
-    return most;
+            largest = std::max(largest, length(lines(lines.count / 2, k)));
+    return largest;
 }
 
 } // namespace

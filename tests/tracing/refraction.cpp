@@ -162,11 +162,11 @@ TEST_CASE("where the ray enters a layer after the line, what arrives does not gr
         const ground_truth_lines truth =
             ground_truth(exec::par, body, linear_array{.lines = 1, .width = 1_mm, .frequency = 5_MHz}, pose{},
                          {.depth = 50_mm, .samples = 3000});
-        float most = 0;
+        float largest = 0;
         for (std::uint32_t k = 0; k + 1 < 3000; ++k)
-            most = std::max(most, truth.transmitted(0, k + 1) / truth.transmitted(0, k));
-        MESSAGE("back at ", lean / 1_deg, " degrees: from one sample to the next at most ", most,
+            largest = std::max(largest, truth.transmitted(0, k + 1) / truth.transmitted(0, k));
+        MESSAGE("back at ", lean / 1_deg, " degrees: from one sample to the next at most ", largest,
                 " times (expected 1)");
-        CHECK(most < 1.0001F);
+        CHECK(largest < 1.0001F);
     }
 }

@@ -146,7 +146,7 @@ TEST_CASE("the reverberations of a tilted needle are as far below it on every li
         body.build(exec::par);
         const iq_lines seen =
             convolve(exec::par, trace(exec::par, body, fine, pose{}, physical{}, scan), nominal_pulse(fine), fine);
-        double least = 1e30, most = 0;
+        double smallest = 1e30, largest = 0;
         for (std::uint32_t line = 70; line < 120; ++line) { // 1 to 2 mm below its axis
             const float needle = 18_mm + fine.beam(static_cast<float>(line)).origin.x * std::tan(tilt);
             double power = 0;
@@ -154,12 +154,12 @@ TEST_CASE("the reverberations of a tilted needle are as far below it on every li
                 const float below = (static_cast<float>(k) + 0.5F) * 10_um - needle * 1540 / 1580;
                 if (below > 1_mm && below < 2_mm) power += static_cast<double>(dot(seen(line, k), seen(line, k)));
             }
-            least = std::fmin(least, power);
-            most = std::fmax(most, power);
+            smallest = std::fmin(smallest, power);
+            largest = std::fmax(largest, power);
         }
-        MESSAGE(gauge, " gauge at ", tilt / 1_deg, " degrees: lines differ by ", 10 * std::log10(most / least),
+        MESSAGE(gauge, " gauge at ", tilt / 1_deg, " degrees: lines differ by ", 10 * std::log10(largest / smallest),
                 " dB, expected less than 3");
-        CHECK(10 * std::log10(most / least) < 3);
+        CHECK(10 * std::log10(largest / smallest) < 3);
     }
 }
 
@@ -177,14 +177,14 @@ TEST_CASE("a needle that crosses the slice at a small angle rings along its whol
                                        trace(exec::par_unseq, body, probe, pose{}, physical{},
                                              {.depth = 24_mm, .samples = 2400, .planes = planes}),
                                        nominal_pulse(probe), probe);
-        double least = 1e30, most = 0;
+        double smallest = 1e30, largest = 0;
         for (std::uint32_t line = 14; line < 114; ++line) { // 1 to 4 mm below it
             double power = 0;
             for (std::uint32_t k = 1520; k < 1820; ++k) power += static_cast<double>(dot(seen(line, k), seen(line, k)));
-            least = std::fmin(least, power);
-            most = std::fmax(most, power);
+            smallest = std::fmin(smallest, power);
+            largest = std::fmax(largest, power);
         }
-        MESSAGE(planes, " planes: lines differ by ", 10 * std::log10(most / least), " dB, expected less than 6");
-        CHECK(10 * std::log10(most / least) < 6);
+        MESSAGE(planes, " planes: lines differ by ", 10 * std::log10(largest / smallest), " dB, expected less than 6");
+        CHECK(10 * std::log10(largest / smallest) < 6);
     }
 }

@@ -51,7 +51,7 @@ inline scene sheet(float from, float to, float depth, const medium& of) {
 
 /// The largest deviation of all gains from 1.
 template <class Probe>
-float most_uneven(const scene& s, const Probe& probe, const pose& at, const acquisition& how) {
+float max_unevenness(const scene& s, const Probe& probe, const pose& at, const acquisition& how) {
     const iq_lines shaded = trace(exec::par_unseq, s, probe, at, arrival_model{}, how);
     const iq_lines alone = trace(exec::par_unseq, s, probe, at, arrival_model{}, how, straight_lines{.directions = 1});
     float worst = 0;

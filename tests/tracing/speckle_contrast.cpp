@@ -36,18 +36,18 @@ TEST_CASE("an anechoic cyst is told from its surroundings as well as speckle all
     const auto [mean_out, variance_out] = mean_and_variance(outside);
     const double contrast = (mean_out - mean_in) / std::sqrt(variance_in + variance_out);
     const double decibels = 20 * std::log10(speckle_test::rms(inside) / speckle_test::rms(outside));
-    double least_error = 1; // generalised CNR: 1 minus the overlap of the two distributions, here at one threshold
+    double min_error = 1; // generalised CNR: 1 minus the overlap of the two distributions, here at one threshold
     for (double threshold = 0; threshold < mean_out; threshold += mean_out / 200) {
         double wrong = 0;
         for (const double v : inside) wrong += v > threshold ? 1.0 / static_cast<double>(inside.size()) : 0;
         for (const double v : outside) wrong += v <= threshold ? 1.0 / static_cast<double>(outside.size()) : 0;
-        least_error = std::min(least_error, wrong);
+        min_error = std::min(min_error, wrong);
     }
     MESSAGE("V15, anechoic: contrast ", decibels, " dB (a wave simulation: -28.2), CNR ", contrast,
-            " (1.69; limit 1.91), gCNR ", 1 - least_error, " (0.986)");
+            " (1.69; limit 1.91), gCNR ", 1 - min_error, " (0.986)");
     CHECK(decibels < -28.2);
     CHECK(contrast == doctest::Approx(1.91).epsilon(0.05).scale(1e-30));
-    CHECK(1 - least_error >= 0.986);
+    CHECK(1 - min_error >= 0.986);
 }
 
 TEST_CASE("grey targets stand out by their backscatter") { // V15

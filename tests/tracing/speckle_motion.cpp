@@ -32,9 +32,9 @@ struct frame {
 
     double at(std::uint32_t line, double sample) const { // linear along the line
         const auto below = static_cast<std::uint32_t>(sample);
-        const double share = sample - below;
+        const double fraction = sample - below;
         const std::size_t i = std::size_t{line} * samples + below;
-        return (1 - share) * values[i] + share * values[i + 1];
+        return (1 - fraction) * values[i] + fraction * values[i + 1];
     }
 };
 

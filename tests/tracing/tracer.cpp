@@ -128,7 +128,7 @@ scene ball(const medium& background, const medium& inside, std::uint32_t subdivi
 }
 
 // Equal but for rounding: compilers contract a * b + c differently from one instantiation to the next.
-bool alike(const auto& a, const auto& b, double tolerance = 1e-5) {
+bool similar(const auto& a, const auto& b, double tolerance = 1e-5) {
     const auto size = [](auto value) { return std::sqrt(static_cast<double>(glm::dot(value, value))); };
     double largest = 0, worst = 0;
     for (std::size_t i = 0; i < a.size(); ++i) {
@@ -149,11 +149,12 @@ TEST_CASE("a tracer that finds its scratch too small gets more of everything, an
     for (const std::uint32_t planes : {1U, 3U}) {
         const acquisition scan{.depth = 40_mm, .samples = 800, .planes = planes};
         std::atomic<int> refusals{0};
-        CHECK(alike(trace(exec::par.threads(3), body, probe, pose{}, law2011{}, scan, greedy{1000, &refusals}).values,
+        CHECK(
+            similar(trace(exec::par.threads(3), body, probe, pose{}, law2011{}, scan, greedy{1000, &refusals}).values,
                     trace(exec::seq, body, probe, pose{}, law2011{}, scan, straight_lines{line_search::rays}).values));
         CHECK(refusals >= 3); // 128, 256, 512 crossings were too few
-        CHECK(alike(trace(exec::par, body, probe, pose{}, physical{}, scan, greedy{}).values,
-                    trace(exec::seq, body, probe, pose{}, physical{}, scan, straight_lines{.directions = 1}).values));
+        CHECK(similar(trace(exec::par, body, probe, pose{}, physical{}, scan, greedy{}).values,
+                      trace(exec::seq, body, probe, pose{}, physical{}, scan, straight_lines{.directions = 1}).values));
     }
     line_tracer<law2011, greedy> own;
     std::atomic<int> refusals{0};
@@ -209,8 +210,8 @@ TEST_CASE("a tracer of formulas and straight lines through a fine mesh draw one 
     CHECK(sum[0] / 4096 > 0.1);
     CHECK(std::fabs(sum[1] / sum[0] - 1) < 0.03);
     const straight_lines rays{.search = line_search::rays, .directions = 1};
-    CHECK(alike(b_mode(exec::par, body, probe, pose{}, physical{}, settings, greedy{}).pixels,
-                b_mode(exec::par, body, probe, pose{}, physical{}, settings, rays).pixels, 1e-3));
+    CHECK(similar(b_mode(exec::par, body, probe, pose{}, physical{}, settings, greedy{}).pixels,
+                  b_mode(exec::par, body, probe, pose{}, physical{}, settings, rays).pixels, 1e-3));
     scanner machine{probe, settings, physical{}, formula_ball{}};
     for (int i = 0; i < 2; ++i) CHECK(machine.scan(exec::par, body, pose{}) == formula);
 }
@@ -223,7 +224,7 @@ TEST_CASE("planes of a user's tracer are weighted as those of straight lines: by
         const scan_lines own = trace(exec::par, body, probe, pose{}, law2011{}, scan, offset_tracer{});
         const scan_lines straight = trace(exec::par, body, probe, pose{}, offset_model{}, scan);
         const scan_lines sum = trace(exec::par, body, probe, pose{}, law2011{}, scan, ones{});
-        CHECK((planes == 1 || alike(own.values, straight.values)));
+        CHECK((planes == 1 || similar(own.values, straight.values)));
         for (const float one : sum.values) REQUIRE(one == doctest::Approx(1).epsilon(1e-6).scale(1e-30));
         if (planes == 1) {
             for (const float one : own.values) REQUIRE(one == 0);

@@ -202,15 +202,15 @@ TEST_CASE("at the default resolution a body has at most 400,000 triangles and is
 #ifdef __OPTIMIZE__
         CHECK(best < 2);
 #endif
-        std::size_t most = 0; // triangles of a drawn body
+        std::size_t highest = 0; // triangles of a drawn body
         for (std::uint64_t seed = 0; seed < 12; ++seed) {
             std::size_t triangles = 0;
             const anatomy::body drawn = region.make(region.drawn(seed));
             for (const object& one : drawn.anatomy.objects()) triangles += one.surface.faces.size();
-            most = std::max(most, triangles);
+            highest = std::max(highest, triangles);
         }
-        MESSAGE(std::string{region.name}, ": up to ", most, " triangles");
-        CHECK(most <= 400'000);
+        MESSAGE(std::string{region.name}, ": up to ", highest, " triangles");
+        CHECK(highest <= 400'000);
         const anatomy::body usual = region.make();
         CHECK(faults_of(usual) + self_intersections_of(usual) == 0);
     }

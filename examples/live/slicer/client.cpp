@@ -157,8 +157,8 @@ measured measure(int port, std::size_t count) {
 int run(int port, std::size_t count) {
     measured result = measure(port, count);
     std::sort(result.latencies.begin(), result.latencies.end());
-    const auto quantile = [&](double share) {
-        return result.latencies[static_cast<std::size_t>(share * static_cast<double>(result.latencies.size() - 1))];
+    const auto quantile = [&](double fraction) {
+        return result.latencies[static_cast<std::size_t>(fraction * static_cast<double>(result.latencies.size() - 1))];
     };
     double difference = 0;
     for (std::size_t i = 0; i < std::min(result.first.size(), result.last.size()); ++i)

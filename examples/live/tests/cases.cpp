@@ -177,24 +177,24 @@ bool flows(live::session& one, std::uint32_t number) {
     constexpr int frames = 6; // of a beat, for each place of the probe
     one.apply({"interval", {std::round(120 / one.beat.rate / frames)}});
     const bool crosses = one.doppler.box_middle != vec2{0, 0.5F * one.machine.settings.depth};
-    std::size_t most = 0;
+    std::size_t largest = 0;
     for (const live::event& turn :
          {live::event{"tilt", {0}}, {"tilt", {15}}, {"tilt", {-30}}, {"tilt", {15}}, {"rock", {15}}, {"rock", {-30}}}) {
         one.apply(turn);
         for (int i = 0; i < frames; ++i) {
             draw(one);
-            most = std::max(most, flowing(one));
+            largest = std::max(largest, flowing(one));
         }
     }
     const std::string text = std::string{live::cases[number].title} + ": " + std::to_string(one.vessels().size()) +
-                             " vessels, " + std::to_string(most) + " samples of flow" +
+                             " vessels, " + std::to_string(largest) + " samples of flow" +
                              (crosses ? "" : ", none in the slice");
     one.apply({"mode", {4}});
     for (int i = 0; i < 3; ++i) draw(one);
     const uvec2 spectrum = one.strip().size;
     one.apply({"mode", {1}});
     draw(one);
-    return check((most > 5 || !crosses) && (most == 0 || !one.vessels().empty()) && spectrum.x > 0 &&
+    return check((largest > 5 || !crosses) && (largest == 0 || !one.vessels().empty()) && spectrum.x > 0 &&
                      one.strip().size.x > 0,
                  text);
 }

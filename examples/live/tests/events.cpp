@@ -11,14 +11,14 @@ using namespace insonify;
 constexpr const char* name = "events.txt";
 
 /// Numbers of an event: at a share of its range, 0 to 1.
-std::vector<float> numbers(const live::control& one, float share) {
+std::vector<float> numbers(const live::control& one, float fraction) {
     if (one.values == 12) { // a pose: no rotation
-        const float place = one.low + share * (one.high - one.low);
+        const float place = one.low + fraction * (one.high - one.low);
         return {1, 0, 0, 0, 1, 0, 0, 0, 1, place, -place, place};
     }
     std::vector<float> values(one.values == live::control::any_even ? 8 : one.values);
     for (std::size_t i = 0; i < values.size(); ++i)
-        values[i] = one.lowest(i) + share * (one.highest(i) - one.lowest(i));
+        values[i] = one.lowest(i) + fraction * (one.highest(i) - one.lowest(i));
     return values;
 }
 
@@ -59,14 +59,14 @@ bool shows(const live::session& one, const live::control& knob, float wanted) {
 std::vector<std::uint64_t> play_all(live::session& one) {
     std::vector<std::uint64_t> pictures;
     for (const live::control& knob : live::controls())
-        for (const float share : {0.5F, 0.0F, 1.0F, -1.0F, 2.0F}) { // typical, ends, beyond
+        for (const float fraction : {0.5F, 0.0F, 1.0F, -1.0F, 2.0F}) { // typical, ends, beyond
             make_small(one, mode_of(knob));
-            one.apply({knob.event, numbers(knob, share)});
-            const std::vector<float> reached = numbers(knob, std::clamp(share, 0.0F, 1.0F));
+            one.apply({knob.event, numbers(knob, fraction)});
+            const std::vector<float> reached = numbers(knob, std::clamp(fraction, 0.0F, 1.0F));
             if (!reached.empty() && !shows(one, knob, reached[0]))
-                throw std::runtime_error{live::event_line({knob.event, numbers(knob, share)}) + " gives " +
+                throw std::runtime_error{live::event_line({knob.event, numbers(knob, fraction)}) + " gives " +
                                          std::to_string(knob.value(one))};
-            if (knob.group == "Quality" && share > 0.5F) make_small(one);
+            if (knob.group == "Quality" && fraction > 0.5F) make_small(one);
             pictures.push_back(draw(one));
             if (knob.group == "Case") one.apply({"case", {0}});
             if (knob.event.rfind("hold", 0) == 0) one.apply({"release", {}});
@@ -90,8 +90,8 @@ bool refuses() {
     for (const live::control& knob : live::controls()) {
         std::vector<float> values = numbers(knob, 0.5F);
         if (!values.empty()) {
-            for (const float share : {-1.0F, 2.0F})
-                if (knob.values != 12) ask({knob.event, numbers(knob, share)}, live::check_range);
+            for (const float fraction : {-1.0F, 2.0F})
+                if (knob.values != 12) ask({knob.event, numbers(knob, fraction)}, live::check_range);
             if (knob.grid_of(0) > 0 && knob.values != 12) {
                 values[0] = knob.lowest(0) + 0.5F * knob.grid_of(0);
                 ask({knob.event, values}, live::check_range);

@@ -25,14 +25,14 @@ double memory_in_use() {
 /// Random numbers of a seed.
 struct dice {
     std::uint64_t seed, drawn = 0;
-    float share() { return hash_uniform(seed, drawn++); }
+    float fraction() { return hash_uniform(seed, drawn++); }
     std::uint32_t below(std::uint32_t count) {
-        return std::min(static_cast<std::uint32_t>(share() * static_cast<float>(count)), count - 1);
+        return std::min(static_cast<std::uint32_t>(fraction() * static_cast<float>(count)), count - 1);
     }
     float number(float low, float high) {
         constexpr float inf = std::numeric_limits<float>::infinity();
         const float odd[] = {std::numeric_limits<float>::quiet_NaN(), inf, -inf, 1e30F, -1e30F, 0, -1, 1e-30F};
-        return below(8) == 0 ? odd[below(8)] : low + (1.4F * share() - 0.2F) * (high - low);
+        return below(8) == 0 ? odd[below(8)] : low + (1.4F * fraction() - 0.2F) * (high - low);
     }
 };
 
@@ -54,7 +54,7 @@ live::event random_event(dice& random) {
                                                                       : one.values;
     for (std::uint32_t i = 0; i < count; ++i) made.values.push_back(random.number(one.low, one.high));
     if (one.values == 12 && random.below(2) == 0) { // a tracker: any direction, in the body and around it
-        const auto any = [&](float size) { return size * (2 * random.share() - 1); };
+        const auto any = [&](float size) { return size * (2 * random.fraction() - 1); };
         const vec3 from{any(60_mm), any(60_mm), any(60_mm)};
         const pose at = look_at(from, from + vec3{any(1), any(1), any(1)}, {any(1), any(1), any(1)});
         const vec3 columns[] = {at.rotation[0], at.rotation[1], at.rotation[2], 1e3F * from};
@@ -62,7 +62,8 @@ live::event random_event(dice& random) {
         for (const vec3& column : columns)
             for (int i = 0; i < 3; ++i) made.values.push_back(column[i]);
     }
-    if (one.group == "Quality" && count == 1) made.values[0] = one.event == "planes" ? 1.0F : 16 + 16 * random.share();
+    if (one.group == "Quality" && count == 1)
+        made.values[0] = one.event == "planes" ? 1.0F : 16 + 16 * random.fraction();
     return made;
 }
 

@@ -105,9 +105,9 @@ class picture_panel {
         if (colours) {
             const float begin = top + gray_height + 24, part = 0.4F * height / 32;
             for (int i = 0; i < 32; ++i) {
-                const float share = static_cast<float>(i) / 31;
+                const float fraction = static_cast<float>(i) / 31;
                 const vec3 colour =
-                    frame.shown == mode::power ? power_colour(1 - share) : velocity_colour(1 - 2 * share);
+                    frame.shown == mode::power ? power_colour(1 - fraction) : velocity_colour(1 - 2 * fraction);
                 const float y = begin + static_cast<float>(i) * part;
                 draw->AddRectFilled({x, y}, {x + 12, y + part + 1}, colour_id(colour));
             }

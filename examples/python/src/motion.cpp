@@ -185,10 +185,10 @@ displacement_grid make_grid(float_array displacements, vec3 origin, vec3 spacing
 /// A map that a Python function gives, on a grid: one call with all nodes, so that no thread calls Python later.
 displacement_grid sample_map(const py::function& map, vec3 lower, vec3 upper, float spacing) {
     displacement_grid made{.origin = lower, .spacing = vec3{spacing}};
-    constexpr float most = 1024; // nodes along an axis
+    constexpr float largest = 1024; // nodes along an axis
     for (int axis = 0; axis < 3; ++axis) {
         const float steps = std::ceil((upper[axis] - lower[axis]) / spacing - 1e-3F);
-        if (!(spacing > 0) || !(steps >= 1 && steps < most))
+        if (!(spacing > 0) || !(steps >= 1 && steps < largest))
             throw usage_error{"sample_map: `lower` must be below `upper`, with at most 1023 times `spacing` between "
                               "them along each axis"};
         made.size[axis] = static_cast<std::uint32_t>(steps) + 1;

@@ -101,10 +101,9 @@ struct aperture_gains {
     view<const aperture_gain> at_steps{}; ///< element k at a distance of (k + 1) * spacing from the probe face
     float spacing = 1;                    ///< metres along the line
 
-    /// The amplitude that arrives through the whole aperture: a mean over it, at most 1, also on lines of a pulse train
-    /// that an obstacle has left since the factors were found. @param factor  `surfaces` or `speckle` of a gain
+    /// The amplitude that arrives through the whole aperture. @param factor  `surfaces` or `speckle` of a gain
     INSONIFY_FN float amplitude(float along_line, float factor) const {
-        return at_steps.empty() ? along_line : min(max(along_line, min_amplitude) * factor, 1);
+        return at_steps.empty() ? along_line : max(along_line, min_amplitude) * factor;
     }
 };
 

@@ -262,17 +262,17 @@ class element_fans {
     // Between two lines, a at part 0 and b at 1, by their shares of the amplitude: where one of them runs through bone,
     // the other one says when sound arrives.
     static arrived_wave mixed(const arrived_wave& a, const arrived_wave& b, float part) {
-        const float least = min(a.lost, b.lost);
-        const auto left = [least](const arrived_wave& one) {
-            return one.lost == least ? one.passed : one.passed * std::exp(least - one.lost);
+        const float min_lost = min(a.lost, b.lost);
+        const auto left = [min_lost](const arrived_wave& one) {
+            return one.lost == min_lost ? one.passed : one.passed * std::exp(min_lost - one.lost);
         };
         const float of_a = (1 - part) * left(a), of_b = part * left(b), passed = of_a + of_b;
         if (!(passed > 0)) return {};
-        const float share = of_b / passed;
-        const auto mix = [share](float from, float to) { return from + share * (to - from); };
+        const float fraction = of_b / passed;
+        const auto mix = [fraction](float from, float to) { return from + fraction * (to - from); };
         return {mix(a.time, b.time),
                 passed,
-                least,
+                min_lost,
                 mix(a.spread, b.spread),
                 mix(a.range, b.range),
                 mix(a.lost_slope, b.lost_slope)};
@@ -287,14 +287,14 @@ class element_fans {
         const float from_there =
             length > 0 ? sound / length : FLT_MAX; // bend of a wave from the beginning of the layer
         const arrived_wave end = wave_at(before, entered.begin);
-        const auto share = [&](float bend) {
+        const auto fraction = [&](float bend) {
             return first ? 1 : from_there / max(bend + from_there, min_open * from_there);
         };
         entered.time = end.time;
-        entered.tilt = before.tilt * share(before.bend);
-        entered.bend = first ? from_there : before.bend * share(before.bend);
-        entered.bend_across = first ? from_there : before.bend_across * share(before.bend_across);
-        entered.spread = first ? entered.begin : before.spread / share(before.bend);
+        entered.tilt = before.tilt * fraction(before.bend);
+        entered.bend = first ? from_there : before.bend * fraction(before.bend);
+        entered.bend_across = first ? from_there : before.bend_across * fraction(before.bend_across);
+        entered.spread = first ? entered.begin : before.spread / fraction(before.bend);
         entered.spread_across = end.range;
         entered.passed = before.passed;
         entered.lost = before.lost + before.per_metre * length;

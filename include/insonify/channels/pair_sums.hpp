@@ -110,11 +110,11 @@ void add_echoes(const wave_table<Nodes>& sent, std::size_t source, const wave_ta
             const bit_lanes<width> below = bits_of_whole<width>(within); // the middle one of three follows it
             const auto inside = within == place;
             heard |= bits_of(inside);
-            const floats share = select(inside, both(sent.facing(source), received.facing(receiver)), floats(0.0F));
+            const floats fraction = select(inside, both(sent.facing(source), received.facing(receiver)), floats(0.0F));
             const floats u = within - floats_of<width>(below), v = floats(1.0F) - u;
-            store(share * half * v * v, weight[0] + i);
-            store(share * (half + u * v), weight[1] + i);
-            store(share * half * u * u, weight[2] + i);
+            store(fraction * half * v * v, weight[0] + i);
+            store(fraction * (half + u * v), weight[1] + i);
+            store(fraction * half * u * u, weight[2] + i);
             store_bits<width>(below, sample + i);
         }
         if (heard == 0) continue;

@@ -121,7 +121,7 @@ struct moving_scatterers {
     // @return  `stay`, from velocities over a second
     INSONIFY_FN std::uint32_t generation_of(const material_line& line, std::uint32_t first, std::uint32_t last) const {
         constexpr std::uint32_t shortest = 16, longest = 64, times = 10; // an ensemble of colour is one generation
-        const float most = 0.6F * piece;                                 // that they slide
+        const float max_slide = 0.6F * piece;                            // that they slide
         if (pulses.end() <= shortest) return longest;
         float fastest = 0, before[times] = {}; // m/s along the line
         for (std::uint32_t i = first; i <= last; ++i) {
@@ -135,7 +135,7 @@ struct moving_scatterers {
             }
         }
         std::uint32_t stay = longest;
-        while (stay > shortest && 2 * static_cast<float>(stay) * pulses.interval * fastest > most) stay /= 2;
+        while (stay > shortest && 2 * static_cast<float>(stay) * pulses.interval * fastest > max_slide) stay /= 2;
         return stay;
     }
 

@@ -30,7 +30,7 @@ class loop_filler {
         std::iota(rest_.begin(), rest_.end(), 0U);
     }
 
-    /// Of the smallest area; of a loop with more than 200 points first the shortest ears are cut off.
+    /// Of the min_cost area; of a loop with more than 200 points first the shortest ears are cut off.
     /// Source: Barequet & Sharir 1995, "Filling gaps in the boundary of a polyhedron".
     triangles fill() && {
         if (rest_.size() > max_exact) cut_ears();
@@ -50,13 +50,13 @@ class loop_filler {
 
     bool fill_exactly() {
         const std::size_t count = rest_.size();
-        std::vector<double> least(count * count, 0.0); // cost of the polygon from i to j
+        std::vector<double> min_cost(count * count, 0.0); // cost of the polygon from i to j
         std::vector<std::uint32_t> apex(count * count, 0);
         const auto at = [&](std::size_t i) -> const dvec3& { return loop_[rest_[i]]; };
         for (std::size_t span = 2; span < count; ++span)
             for (std::size_t i = 0; i + span < count; ++i) {
                 const std::size_t j = i + span;
-                least[i * count + j] = impossible;
+                min_cost[i * count + j] = impossible;
                 if (span + 1 < count && !is_free_(rest_[i], rest_[j])) continue;
                 double best = impossible;
                 const dvec3 to_j = at(j) - at(i);
@@ -64,15 +64,15 @@ class loop_filler {
                     const dvec3 to_k = at(k) - at(i);
                     const double own =
                         length(cross(to_k, to_j)) + compactness * (square(to_j) + square(to_k) + square(to_j - to_k));
-                    const double cost = least[i * count + k] + least[k * count + j] + own;
+                    const double cost = min_cost[i * count + k] + min_cost[k * count + j] + own;
                     if (cost < best) {
                         best = cost;
                         apex[i * count + j] = static_cast<std::uint32_t>(k);
                     }
                 }
-                least[i * count + j] = best;
+                min_cost[i * count + j] = best;
             }
-        if (!(least[count - 1] < impossible)) return false;
+        if (!(min_cost[count - 1] < impossible)) return false;
         std::vector<std::pair<std::size_t, std::size_t>> open{{0, count - 1}};
         while (!open.empty()) {
             const auto [i, j] = open.back();

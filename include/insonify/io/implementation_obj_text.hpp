@@ -271,12 +271,13 @@ inline bool triangulate(const std::vector<vec3>& positions, view<const std::uint
 inline mesh select_faces(const std::vector<vec3>& positions, std::vector<uvec3> faces) {
     mesh selected;
     if (faces.empty()) return selected;
-    uvec3 least = faces[0], most = faces[0];
+    uvec3 lowest = faces[0], highest = faces[0];
     for (const uvec3& f : faces) {
-        least = min(least, f);
-        most = max(most, f);
+        lowest = min(lowest, f);
+        highest = max(highest, f);
     }
-    const std::uint32_t first = std::min({least.x, least.y, least.z}), last = std::max({most.x, most.y, most.z});
+    const std::uint32_t first = std::min({lowest.x, lowest.y, lowest.z}),
+                        last = std::max({highest.x, highest.y, highest.z});
     std::vector<std::uint32_t> number(last - first + 1); // in the mesh, plus 1; 0: not used
     for (const uvec3& f : faces) number[f.x - first] = number[f.y - first] = number[f.z - first] = 1;
     for (std::uint32_t i = 0; i < number.size(); ++i) {

@@ -104,12 +104,12 @@ struct breathing {
     }
 
     /// Where a point at rest is now.
-    vec3 operator()(vec3 rest) const { return rest + amplitude * wave() * share_at(rest) * normalize(direction); }
+    vec3 operator()(vec3 rest) const { return rest + amplitude * wave() * fraction_at(rest) * normalize(direction); }
     /// The inverse.
     vec3 rest_of(vec3 now) const {
         const vec3 along = normalize(direction);
-        const float most = amplitude * wave();
-        return detail::rest_along([&](float moved) { return most * share_at(now - moved * along); }, now, along,
+        const float peak = amplitude * wave();
+        return detail::rest_along([&](float moved) { return peak * fraction_at(now - moved * along); }, now, along,
                                   std::fabs(amplitude));
     }
 
@@ -124,7 +124,7 @@ struct breathing {
     friend bool operator==(const breathing&, const breathing&) = default;
 
   private:
-    float share_at(vec3 rest) const {
+    float fraction_at(vec3 rest) const {
         const vec3 away = (rest - centre) / extent;
         return std::exp(-0.5F * dot(away, away));
     }

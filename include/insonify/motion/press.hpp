@@ -123,9 +123,9 @@ struct pressed_face {
     /// The cell where a place is, or the one nearest to it.
     cell cell_of(vec2 place) const {
         const auto number = [this](float x, std::size_t count, float low, float high) {
-            constexpr float least = 1e-9F; // width of a face, metres
+            constexpr float min_width = 1e-9F; // of a face, metres
             const auto last = static_cast<float>(count - 1 - 2 * margin);
-            const float on_face = clamp((x - low) / max(high - low, least), 0, 1),
+            const float on_face = clamp((x - low) / max(high - low, min_width), 0, 1),
                         beside = (x - clamp(x, low, high)) / reach();
             return clamp(margin + on_face * last +
                              margin * widening * beside / (1 + (widening - 1) * std::fabs(beside)),

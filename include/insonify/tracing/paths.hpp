@@ -296,12 +296,12 @@ class path_follower {
     // images are half of that apart: at all of it, steep ones would lose 1 dB more.
     INSONIFY_FN std::uint32_t parts_behind(const path_branch& off) const {
         constexpr float faintest = 0.1F; // amplitude of what goes on: behind gas and bone, not soft tissue
-        constexpr float most = 15;       // distances of lines
+        constexpr float max_apart = 15;  // distances of lines
         if (!(off.path.passed * static_cast<float>(off.parts) >= faintest)) return 1;
         const float left = min(max(echoes_.depth() - off.path.shown, 0), to_face(off.frame));
         const float lines = kernels_.at(echoes_.depth()).line_spacing * static_cast<float>(off.parts);
         const float apart = std::fabs(off.spacing + left * off.turn) / max(lines, 1e-9F);
-        return apart < 1.5F ? 1 : 2 * static_cast<std::uint32_t>(min(apart, most)) + 1;
+        return apart < 1.5F ? 1 : 2 * static_cast<std::uint32_t>(min(apart, max_apart)) + 1;
     }
     // Divides a path in front of a mirror into parts, side by side. Each finds the mirror by itself.
     // @param above  the layer in front of the mirror, on the path

@@ -180,8 +180,8 @@ INSONIFY_INLINE slice_corner<N> select_corner(const lane_mask<N>& mask, const sl
 template <int N>
 INSONIFY_INLINE slice_corner<N> cut_edges(const slice_corner<N>& below, const slice_corner<N>& above, float height) {
     const lanes<N> zero(0.0F), one(1.0F), rise = above.height - below.height;
-    const lanes<N> share = (lanes<N>(height) - below.height) / select(zero < rise, rise, one);
-    const lanes<N> within = min(max(share, zero), one);
+    const lanes<N> fraction = (lanes<N>(height) - below.height) / select(zero < rise, rise, one);
+    const lanes<N> within = min(max(fraction, zero), one);
     return {lanes<N>(height), multiply_add(within, above.across - below.across, below.across),
             multiply_add(within, above.along - below.along, below.along)};
 }
