@@ -353,7 +353,7 @@ struct press_settings {
 struct contact {
     float depth = 0;                   ///< of the face in the body at rest, metres: the largest; 0: it is not pressed
     float mean_depth = 0;              ///< the mean over the face, metres
-    float force = 0;                   ///< stiffness times mean depth, N: a toy of elasticity, and no more
+    float force = 0;                   ///< stiffness times mean depth, N: a spring, not a model of elasticity
     float pressure = 0;                ///< force over the part of the face that is pressed, Pa: `collapse::outside`
     std::uint32_t touching = 0;        ///< number of lines that touch the body
     std::vector<std::uint8_t> lines{}; ///< 1 for each line that touches, 0 for the others
