@@ -20924,8 +20924,17 @@ void check_elements(const Array& array, float pitch, const char* owner) {
             1e3F * pitch, " mm; elements must not overlap"};
     check_frequency(array.frequency, owner);
     check_length(array.height, "height", max_aperture, owner);
+    if (array.height < 10e-6F) // powers of it would underflow
+        throw usage_error{owner, ": height is ", array.height, " m; it must be at least 10 um, and 5_mm is usual"};
     check_length(array.elevation_focus, "elevation_focus", max_scan_depth, owner);
-    if (!is_finite(array.bandwidth) || !(array.bandwidth > 0.01F && array.bandwidth <= 1.5F))
+    if (array.height > 2 * array.elevation_focus) // no lens does
+        throw usage_error{owner,
+                          ": height is ",
+                          1e3F * array.height,
+                          " mm, and elevation_focus ",
+                          1e3F * array.elevation_focus,
+                          " mm; it must be at least half the height"};
+    if (!is_finite(array.bandwidth) || !(array.bandwidth >= 0.01F && array.bandwidth <= 1.5F))
         throw usage_error{owner, ": bandwidth is ", array.bandwidth,
                           "; it must be a fraction of the frequency from 0.01 to 1.5, such as 0.7"};
     if (!is_finite(array.sound_speed) || !(array.sound_speed >= 100 && array.sound_speed <= 10000))
@@ -23770,7 +23779,7 @@ class channel_tracer {
         if (settings_.speckle) {
             const std::uint64_t max_count = left / sizeof(reflector),
                                 found = search.add_speckle(
-                                    policy, speckle_strength(fnumber, out.elevation_focus), fnumber,
+                                    policy, speckle_strength(fnumber, min(out.elevation_focus, reach)), fnumber,
                                     out.elevation_focus / height_, settings_.frame, height_,
                                     [&](float depth) { return field_.tissue(depth); }, max_count, all);
             if (found > max_count) uncounted = found;
@@ -23808,6 +23817,7 @@ class channel_tracer {
     // after the division by the number of elements (`beamform`). Scatterers of a model have the level^2 / integral
     // |p|^2 dz a metre of depth. Of elements that radiate g(u) at the place u of the aperture, -1/2 to 1/2,
     // integral A^4 dx = wavelength F integral (g * g)^2 ds, with the autocorrelation g * g: 2/3 for g = 1.
+    // @param focus  out of the slice, metres; of a lens that focuses beyond what is recorded, or of none, the end of that
     float speckle_strength(float fnumber, float focus) const {
         constexpr int places = 64;
         float sum = 0, weights = 0;

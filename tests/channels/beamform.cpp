@@ -341,6 +341,23 @@ TEST_CASE("beamform: speckle of tissues has the level of b_mode") {
     }
 }
 
+TEST_CASE("beamform: a lens that focuses far beyond what is recorded, or none, does not brighten speckle") {
+    const scene body = scene{medium{.density = 1000, .sound_speed = 1540, .backscatter = 1}}.build(exec::par);
+    const linear_array lines{.lines = 64, .width = 4.8_mm, .frequency = 7.6_MHz};
+    const auto level_db = [&](float focus) {
+        const element_array array{.elements = 32, .height = 3_mm, .elevation_focus = focus};
+        const channel_data data = trace_channels(exec::par_unseq, body, array, pose{}, physical{},
+                                                 full_synthetic_aperture(array), {.depth = 12.5_mm, .opening = 10_deg});
+        return speckle_of(beamform(exec::par_unseq, data, lines, {.depth = 12_mm, .samples = 768}, {.fnumber = 2}),
+                          8.5_mm, 11.5_mm, 4.8_mm / 64)
+            .level_db;
+    };
+    const double focused = level_db(10_mm), far = level_db(1), none = level_db(10);
+    MESSAGE("10 mm: ", focused, " dB, 1 m: ", far, " dB, 10 m: ", none, " dB");
+    CHECK(std::fabs(none - far) < 0.5);
+    CHECK(std::fabs(far - focused) < 6);
+}
+
 TEST_CASE("beamform: channel data of other recorders may leave out what is unknown, and must be finite") {
     const element_array array{.elements = 4, .pitch = 0.3_mm};
     channel_data own{.transmits = 1,

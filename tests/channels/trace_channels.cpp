@@ -639,6 +639,11 @@ TEST_CASE("channels: what cannot be traced is named") {
     }
     CHECK_THROWS_AS(trace(body, {.elements = 0}, sent, {}), usage_error);
     CHECK_THROWS_AS(trace(body, {.pitch = 0.2_mm}, sent, {}), usage_error);
+    CHECK_THROWS_WITH_AS(trace(body, {.height = 1e-6F}, sent, {}),
+                         "element_array: height is 1e-06 m; it must be at least 10 um, and 5_mm is usual", usage_error);
+    CHECK_THROWS_WITH_AS(
+        trace(body, {.height = 30_mm, .elevation_focus = 14_mm}, sent, {}),
+        "element_array: height is 30 mm, and elevation_focus 14 mm; it must be at least half the height", usage_error);
     const auto refuses = [&](const char* sentence, auto&& change) {
         std::vector<transmit> wrong = sent;
         wrong[0].weights.assign(row_of_24.elements, 1.0F);

@@ -58,8 +58,17 @@ void check_elements(const Array& array, float pitch, const char* owner) {
             1e3F * pitch, " mm; elements must not overlap"};
     check_frequency(array.frequency, owner);
     check_length(array.height, "height", max_aperture, owner);
+    if (array.height < 10e-6F) // powers of it would underflow
+        throw usage_error{owner, ": height is ", array.height, " m; it must be at least 10 um, and 5_mm is usual"};
     check_length(array.elevation_focus, "elevation_focus", max_scan_depth, owner);
-    if (!is_finite(array.bandwidth) || !(array.bandwidth > 0.01F && array.bandwidth <= 1.5F))
+    if (array.height > 2 * array.elevation_focus) // no lens does
+        throw usage_error{owner,
+                          ": height is ",
+                          1e3F * array.height,
+                          " mm, and elevation_focus ",
+                          1e3F * array.elevation_focus,
+                          " mm; it must be at least half the height"};
+    if (!is_finite(array.bandwidth) || !(array.bandwidth >= 0.01F && array.bandwidth <= 1.5F))
         throw usage_error{owner, ": bandwidth is ", array.bandwidth,
                           "; it must be a fraction of the frequency from 0.01 to 1.5, such as 0.7"};
     if (!is_finite(array.sound_speed) || !(array.sound_speed >= 100 && array.sound_speed <= 10000))

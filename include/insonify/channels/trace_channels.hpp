@@ -224,7 +224,7 @@ class channel_tracer {
         if (settings_.speckle) {
             const std::uint64_t max_count = left / sizeof(reflector),
                                 found = search.add_speckle(
-                                    policy, speckle_strength(fnumber, out.elevation_focus), fnumber,
+                                    policy, speckle_strength(fnumber, min(out.elevation_focus, reach)), fnumber,
                                     out.elevation_focus / height_, settings_.frame, height_,
                                     [&](float depth) { return field_.tissue(depth); }, max_count, all);
             if (found > max_count) uncounted = found;
@@ -262,6 +262,7 @@ class channel_tracer {
     // after the division by the number of elements (`beamform`). Scatterers of a model have the level^2 / integral
     // |p|^2 dz a metre of depth. Of elements that radiate g(u) at the place u of the aperture, -1/2 to 1/2,
     // integral A^4 dx = wavelength F integral (g * g)^2 ds, with the autocorrelation g * g: 2/3 for g = 1.
+    // @param focus  out of the slice, metres; of a lens that focuses beyond what is recorded, or of none, the end of that
     float speckle_strength(float fnumber, float focus) const {
         constexpr int places = 64;
         float sum = 0, weights = 0;
