@@ -24316,15 +24316,16 @@ struct law2011 {
             const floats ratio(last - next > width ? std::exp2(field.step * width) : 0.0F);
             floats position =
                 each_lane<width>([](int lane) { return static_cast<float>(lane) + 0.5F; }) + floats(begin);
-            // May overrun the end of the segment, where the next one writes. Powers are computed for every fourth
-            // vector; the ratio between consecutive vectors is constant.
+            // May overrun the end of the segment, where the next one writes. Powers are computed for every sixteenth
+            // vector; the ratio between consecutive vectors is constant, and rounding adds up to 2e-6.
+            constexpr int vectors = 16;
             while (next < last && next + width <= out.size()) {
                 floats decayed = power_of_two<width>(position * floats(field.step) + floats(field.first));
-                for (int i = 0; i < 4 && next < last && next + width <= out.size(); ++i, next += width) {
+                for (int i = 0; i < vectors && next < last && next + width <= out.size(); ++i, next += width) {
                     store(multiply_add(floats(scale), decayed, floats(bare)), out.data() + next);
                     decayed = decayed * ratio;
                 }
-                position = position + floats(4 * width);
+                position = position + floats(vectors * width);
             }
         }
 #endif
