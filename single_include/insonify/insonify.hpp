@@ -6939,9 +6939,9 @@ struct layer_gains {
             return static_cast<std::size_t>(clamp(distance * own.per_step, 0, static_cast<float>(all.at_steps.size())));
         };
         const bool is_lit_above = own.before.surfaces > 0.5F && own.before.surfaces < 2;
-        if (is_lit_above && (here.end - here.begin) * displayed_stretch(m) < thinnest) return own;
-        const std::size_t begin = steps_above(here.begin - here.moved.x + clearance),
-                          end = steps_above(here.end - here.moved.y - clearance);
+        const float from = here.begin - here.moved.x, to = here.end - here.moved.y;
+        if (is_lit_above && (to - from) * displayed_stretch(m) < thinnest) return own;
+        const std::size_t begin = steps_above(from + clearance), end = steps_above(to - clearance);
         own.at_steps = {all.at_steps.data() + begin, begin < end ? end - begin : 0};
         own.first = static_cast<float>(begin + 1) * all.spacing;
         return own;
@@ -27753,7 +27753,7 @@ class loop_filler {
         std::iota(rest_.begin(), rest_.end(), 0U);
     }
 
-    /// Of the min_cost area; of a loop with more than 200 points first the shortest ears are cut off.
+    /// Of the smallest area; of a loop with more than 200 points first the shortest ears are cut off.
     /// Source: Barequet & Sharir 1995, "Filling gaps in the boundary of a polyhedron".
     triangles fill() && {
         if (rest_.size() > max_exact) cut_ears();

@@ -30,7 +30,7 @@ class loop_filler {
         std::iota(rest_.begin(), rest_.end(), 0U);
     }
 
-    /// Of the min_cost area; of a loop with more than 200 points first the shortest ears are cut off.
+    /// Of the smallest area; of a loop with more than 200 points first the shortest ears are cut off.
     /// Source: Barequet & Sharir 1995, "Filling gaps in the boundary of a polyhedron".
     triangles fill() && {
         if (rest_.size() > max_exact) cut_ears();
