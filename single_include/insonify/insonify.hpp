@@ -10780,6 +10780,10 @@ struct layer_block {
         line_frame frame{};
         std::size_t first_layer = 0, layers = 0;
         std::size_t first_object = 0, objects = 0; ///< that contain its origin, behind the face
+
+        /// Of a `frame_lines`, made where it lies: a copy would wait for what has just been written.
+        template <class Lines>
+        line(const Lines& of, std::uint32_t number, std::uint32_t plane) : frame{of.line(number, plane)} {}
     };
 
     std::vector<line> lines{};
@@ -15463,14 +15467,15 @@ template <class Sample>
 inline constexpr bool is_average_v = std::same_as<Sample, float> || std::same_as<Sample, vec2>;
 
 /// The task of a tracer: one line of one plane.
+/// @param line  `frame.line(number, plane)`, as it is kept with the layers of the line
 INSONIFY_FN inline line_task task_of(const frame_view& frame, const scene_view& scene, std::uint32_t number,
-                                     std::uint32_t plane) {
+                                     std::uint32_t plane, const line_frame& line) {
     return {.scene = scene,
             .line = {.media = scene.media,
                      .frequency = frame.frequency,
                      .places = scene.places,
                      .structures = scene.structures,
-                     .frame = frame.line(number, plane),
+                     .frame = line,
                      .aperture = frame.aperture,
                      .plane = plane,
                      .pulse_sigma = frame.pulse_sigma,
@@ -15481,6 +15486,10 @@ INSONIFY_FN inline line_task task_of(const frame_view& frame, const scene_view& 
             .max_depth = frame.max_depth,
             .spacing = frame.spacing,
             .kernels = frame.kernels.of_line(number, plane)};
+}
+INSONIFY_FN inline line_task task_of(const frame_view& frame, const scene_view& scene, std::uint32_t number,
+                                     std::uint32_t plane) {
+    return task_of(frame, scene, number, plane, frame.line(number, plane));
 }
 
 /// Adds samples, each times a weight of its own: component by component, so that compilers vectorize it.
@@ -16217,8 +16226,7 @@ class layer_finder {
         const auto count = static_cast<std::uint32_t>(begin) + lines_per_block;
         for (auto number = static_cast<std::uint32_t>(begin); number < frame.count() && number < count; ++number)
             for (std::uint32_t plane = 0; plane < frame.planes; ++plane) {
-                layer_block::line& line = into.lines.emplace_back();
-                line.frame = frame.line(number, plane);
+                layer_block::line& line = into.lines.emplace_back(frame, number, plane);
                 const crossing_source from =
                     sliced_ ? slices_.source(sliced[slice_finder::list_of(number, plane)]) : crossing_source{};
                 own.line.fit(memory.room(), [&](line_room& room) {
@@ -16891,7 +16899,7 @@ class line_driver {
                 if (!shaded) finder_.find_block(frame, begin, incident, layers_);
             },
             [&](std::size_t block, std::uint32_t number, std::uint32_t plane, view<Sample> samples) {
-                line_task task = task_of(frame, seen, number, plane);
+                line_task task = task_of(frame, seen, number, plane, layers_.frame(number, plane));
                 task.line.gains = gains.of_line(number, plane);
                 task.line.layers = layers_(number, plane);
                 emit(block, task, samples);
@@ -24311,7 +24319,7 @@ struct law2011 {
         const auto last = static_cast<std::size_t>(end);
 #if !defined(INSONIFY_NO_SIMD)
         if constexpr (exec::is_unsequenced_v<Policy>) {
-            constexpr int width = simd_width;
+            constexpr int width = max_simd_width;
             using floats = lanes<width>;
             const floats ratio(last - next > width ? std::exp2(field.step * width) : 0.0F);
             floats position =

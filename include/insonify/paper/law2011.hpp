@@ -158,7 +158,7 @@ struct law2011 {
         const auto last = static_cast<std::size_t>(end);
 #if !defined(INSONIFY_NO_SIMD)
         if constexpr (exec::is_unsequenced_v<Policy>) {
-            constexpr int width = simd_width;
+            constexpr int width = max_simd_width;
             using floats = lanes<width>;
             const floats ratio(last - next > width ? std::exp2(field.step * width) : 0.0F);
             floats position =

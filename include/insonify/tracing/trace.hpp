@@ -122,7 +122,7 @@ class line_driver {
                 if (!shaded) finder_.find_block(frame, begin, incident, layers_);
             },
             [&](std::size_t block, std::uint32_t number, std::uint32_t plane, view<Sample> samples) {
-                line_task task = task_of(frame, seen, number, plane);
+                line_task task = task_of(frame, seen, number, plane, layers_.frame(number, plane));
                 task.line.gains = gains.of_line(number, plane);
                 task.line.layers = layers_(number, plane);
                 emit(block, task, samples);

@@ -85,14 +85,15 @@ template <class Sample>
 inline constexpr bool is_average_v = std::same_as<Sample, float> || std::same_as<Sample, vec2>;
 
 /// The task of a tracer: one line of one plane.
+/// @param line  `frame.line(number, plane)`, as it is kept with the layers of the line
 INSONIFY_FN inline line_task task_of(const frame_view& frame, const scene_view& scene, std::uint32_t number,
-                                     std::uint32_t plane) {
+                                     std::uint32_t plane, const line_frame& line) {
     return {.scene = scene,
             .line = {.media = scene.media,
                      .frequency = frame.frequency,
                      .places = scene.places,
                      .structures = scene.structures,
-                     .frame = frame.line(number, plane),
+                     .frame = line,
                      .aperture = frame.aperture,
                      .plane = plane,
                      .pulse_sigma = frame.pulse_sigma,
@@ -103,6 +104,10 @@ INSONIFY_FN inline line_task task_of(const frame_view& frame, const scene_view& 
             .max_depth = frame.max_depth,
             .spacing = frame.spacing,
             .kernels = frame.kernels.of_line(number, plane)};
+}
+INSONIFY_FN inline line_task task_of(const frame_view& frame, const scene_view& scene, std::uint32_t number,
+                                     std::uint32_t plane) {
+    return task_of(frame, scene, number, plane, frame.line(number, plane));
 }
 
 /// Adds samples, each times a weight of its own: component by component, so that compilers vectorize it.

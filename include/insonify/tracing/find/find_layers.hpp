@@ -147,8 +147,7 @@ class layer_finder {
         const auto count = static_cast<std::uint32_t>(begin) + lines_per_block;
         for (auto number = static_cast<std::uint32_t>(begin); number < frame.count() && number < count; ++number)
             for (std::uint32_t plane = 0; plane < frame.planes; ++plane) {
-                layer_block::line& line = into.lines.emplace_back();
-                line.frame = frame.line(number, plane);
+                layer_block::line& line = into.lines.emplace_back(frame, number, plane);
                 const crossing_source from =
                     sliced_ ? slices_.source(sliced[slice_finder::list_of(number, plane)]) : crossing_source{};
                 own.line.fit(memory.room(), [&](line_room& room) {

@@ -28,6 +28,10 @@ struct layer_block {
         line_frame frame{};
         std::size_t first_layer = 0, layers = 0;
         std::size_t first_object = 0, objects = 0; ///< that contain its origin, behind the face
+
+        /// Of a `frame_lines`, made where it lies: a copy would wait for what has just been written.
+        template <class Lines>
+        line(const Lines& of, std::uint32_t number, std::uint32_t plane) : frame{of.line(number, plane)} {}
     };
 
     std::vector<line> lines{};
