@@ -2699,6 +2699,52 @@ class centre_line {
 #define INSONIFY_GEOMETRY_MESH_HPP
 
 
+#ifndef INSONIFY_CORE_RANDOM_HPP
+#define INSONIFY_CORE_RANDOM_HPP
+
+
+#include <cstdint>
+
+/// Counter-based random numbers: hashes of a seed and an index, without state. Threads can compute them in any order.
+namespace insonify::inline INSONIFY_ABI {
+
+/// 64 random bits for one index of a stream.
+/// Source: the finaliser of SplitMix64 (Steele, Lea & Flood 2014), applied twice.
+INSONIFY_FN constexpr std::uint64_t hash_bits(std::uint64_t seed, std::uint64_t index) {
+    const auto mix = [](std::uint64_t z) {
+        z = (z ^ (z >> 30U)) * 0xBF58476D1CE4E5B9U;
+        z = (z ^ (z >> 27U)) * 0x94D049BB133111EBU;
+        return z ^ (z >> 31U);
+    };
+    return mix(mix(seed + 0x9E3779B97F4A7C15U) + (index + 1) * 0x9E3779B97F4A7C15U);
+}
+
+/// A 32-bit integer hash; cheaper than `hash_bits`, and suitable for SIMD.
+/// Source: lowbias32, C. Wellons, 2018.
+INSONIFY_FN constexpr std::uint32_t mix_bits(std::uint32_t h) {
+    h = (h ^ (h >> 16U)) * 0x7FEB352DU;
+    h = (h ^ (h >> 15U)) * 0x846CA68BU;
+    return h ^ (h >> 16U);
+}
+
+/// A uniform random number in [0, 1), with 24 bits.
+INSONIFY_FN constexpr float hash_uniform(std::uint64_t seed, std::uint64_t index) {
+    return static_cast<float>(hash_bits(seed, index) >> 40U) * 0x1p-24F;
+}
+
+/// Two independent standard normal random numbers. Source: Box & Muller 1958.
+INSONIFY_FN inline vec2 hash_normal(std::uint64_t seed, std::uint64_t index) {
+    const std::uint64_t bits = hash_bits(seed, index);
+    const float uniform = static_cast<float>((bits >> 40U) + 1) * 0x1p-24F; // above 0: its logarithm is finite
+    const float radius = std::sqrt(-2 * std::log(uniform));
+    const float angle = 2 * pi * static_cast<float>(bits & 0xFFFFFFU) * 0x1p-24F;
+    return {radius * std::cos(angle), radius * std::sin(angle)};
+}
+
+} // namespace insonify::inline INSONIFY_ABI
+
+
+#endif
 #ifndef INSONIFY_GEOMETRY_TRIANGLE_HPP
 #define INSONIFY_GEOMETRY_TRIANGLE_HPP
 
@@ -2925,6 +2971,7 @@ INSONIFY_FN inline hit intersect(const ray& r, const triangle& t) { return inter
 
 #endif
 #include <algorithm>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -3019,6 +3066,63 @@ struct half_edge {
 inline std::pair<std::uint32_t, std::uint32_t> vertices_of_side(const uvec3& face, std::uint32_t corner) {
     const std::uint32_t vertex[] = {face.x, face.y, face.z};
     return {vertex[corner], vertex[(corner + 1) % 3]};
+}
+
+/// Merges each vertex with the nearest of those before it that were kept, if it lies within a distance.
+/// @param within   metres; 0 merges vertices at exactly equal positions (-0 equals 0)
+/// @param is_some  whether a vertex takes part; empty: all do
+/// @return  for each vertex the one that it is merged with, or itself
+inline std::vector<std::uint32_t> weld(view<const vec3> positions, double within = 0,
+                                       view<const std::uint8_t> is_some = {}) {
+    constexpr std::uint32_t none = ~0U;
+    const double cell = std::max(8 * within, 1e-60);                                 // different floats differ by more
+    std::vector<std::uint32_t> first(std::bit_ceil(2 * positions.size() + 1), none); // kept in a cell: a hash table
+    std::vector<std::uint32_t> following(positions.size(), none), number(positions.size());
+    const auto cell_of = [&](const dvec3& point) { return floor(point / cell); };
+    const auto first_in = [&](const dvec3& one) -> std::uint32_t& {
+        std::uint64_t hash = 0;
+        for (int i = 0; i < 3; ++i) // -0 is 0
+            hash = hash_bits(hash, one[i] == 0 ? 0 : __builtin_bit_cast(std::uint64_t, one[i]));
+        return first[hash & (first.size() - 1)];
+    };
+    for (std::uint32_t vertex = 0; vertex < number.size(); ++vertex) {
+        number[vertex] = vertex;
+        if (!is_some.empty() && is_some[vertex] == 0) continue;
+        const dvec3 here{positions[vertex]}, low = cell_of(here - within), high = cell_of(here + within);
+        double nearest = within * within;
+        for (int corner = 0; corner < 8; ++corner) { // of the box around it, which lies in one to eight cells
+            dvec3 own = low;
+            bool is_other_cell = true;
+            for (int i = 0; i < 3; ++i) {
+                if ((corner >> i & 1) == 0) continue;
+                is_other_cell = is_other_cell && low[i] != high[i];
+                own[i] = high[i];
+            }
+            if (!is_other_cell) continue;
+            for (std::uint32_t other = first_in(own); other != none; other = following[other])
+                if (const dvec3 apart = dvec3{positions[other]} - here; dot(apart, apart) <= nearest) {
+                    nearest = dot(apart, apart);
+                    number[vertex] = other;
+                }
+        }
+        if (number[vertex] == vertex) following[vertex] = std::exchange(first_in(cell_of(here)), vertex);
+    }
+    return number;
+}
+
+/// For each vertex the first one that lies at the same place, among those of open edges; the others stand for
+/// themselves. So vertices that are repeated, for each face as in STL files or along the seams of a texture, are one.
+inline std::vector<std::uint32_t> joined_at_seams(const mesh_view& surface) {
+    // Around a vertex of a closed surface, as many half edges come from each neighbour as lead to it.
+    std::vector<std::uint32_t> difference(surface.positions.size(), 0); // of the sums of the neighbours' numbers
+    for (const uvec3& face : surface.faces) {
+        difference[face.x] += face.y - face.z;
+        difference[face.y] += face.z - face.x;
+        difference[face.z] += face.x - face.y;
+    }
+    std::vector<std::uint8_t> is_open(difference.size());
+    for (std::size_t i = 0; i < is_open.size(); ++i) is_open[i] = difference[i] != 0;
+    return weld(surface.positions, 0, is_open);
 }
 
 /// The half edges of all faces, those of one edge next to one another.
@@ -4122,52 +4226,6 @@ struct refined : Probe {
 #define INSONIFY_SIGNAL_ELECTRONIC_NOISE_HPP
 
 
-#ifndef INSONIFY_CORE_RANDOM_HPP
-#define INSONIFY_CORE_RANDOM_HPP
-
-
-#include <cstdint>
-
-/// Counter-based random numbers: hashes of a seed and an index, without state. Threads can compute them in any order.
-namespace insonify::inline INSONIFY_ABI {
-
-/// 64 random bits for one index of a stream.
-/// Source: the finaliser of SplitMix64 (Steele, Lea & Flood 2014), applied twice.
-INSONIFY_FN constexpr std::uint64_t hash_bits(std::uint64_t seed, std::uint64_t index) {
-    const auto mix = [](std::uint64_t z) {
-        z = (z ^ (z >> 30U)) * 0xBF58476D1CE4E5B9U;
-        z = (z ^ (z >> 27U)) * 0x94D049BB133111EBU;
-        return z ^ (z >> 31U);
-    };
-    return mix(mix(seed + 0x9E3779B97F4A7C15U) + (index + 1) * 0x9E3779B97F4A7C15U);
-}
-
-/// A 32-bit integer hash; cheaper than `hash_bits`, and suitable for SIMD.
-/// Source: lowbias32, C. Wellons, 2018.
-INSONIFY_FN constexpr std::uint32_t mix_bits(std::uint32_t h) {
-    h = (h ^ (h >> 16U)) * 0x7FEB352DU;
-    h = (h ^ (h >> 15U)) * 0x846CA68BU;
-    return h ^ (h >> 16U);
-}
-
-/// A uniform random number in [0, 1), with 24 bits.
-INSONIFY_FN constexpr float hash_uniform(std::uint64_t seed, std::uint64_t index) {
-    return static_cast<float>(hash_bits(seed, index) >> 40U) * 0x1p-24F;
-}
-
-/// Two independent standard normal random numbers. Source: Box & Muller 1958.
-INSONIFY_FN inline vec2 hash_normal(std::uint64_t seed, std::uint64_t index) {
-    const std::uint64_t bits = hash_bits(seed, index);
-    const float uniform = static_cast<float>((bits >> 40U) + 1) * 0x1p-24F; // above 0: its logarithm is finite
-    const float radius = std::sqrt(-2 * std::log(uniform));
-    const float angle = 2 * pi * static_cast<float>(bits & 0xFFFFFFU) * 0x1p-24F;
-    return {radius * std::cos(angle), radius * std::sin(angle)};
-}
-
-} // namespace insonify::inline INSONIFY_ABI
-
-
-#endif
 #include <array>
 
 namespace insonify::inline INSONIFY_ABI {
@@ -7084,6 +7142,9 @@ struct vertex_groups {
     vertex_groups() = default;
     /// @param crease_angle  radians
     vertex_groups(const mesh_view& surface, float crease_angle) : corners(surface.size()), slots(3 * surface.size()) {
+        const std::vector<std::uint32_t> number = joined_at_seams(surface);
+        std::vector<uvec3> faces{surface.faces.begin(), surface.faces.end()}; // by the vertices that are joined
+        for (uvec3& face : faces) face = {number[face.x], number[face.y], number[face.z]};
         constexpr float rounding = 1e-4F; // edges of exactly the angle are smooth
         min_cosine_ = std::cos(crease_angle) - rounding;
         // Of two faces that each make half the angle with a third.
@@ -7092,10 +7153,10 @@ struct vertex_groups {
         std::vector<vec3> normal(surface.size()); // {0, 0, 0}: no area, smooth with all
         for (std::size_t i = 0; i < normal.size(); ++i) normal[i] = unit_normal(surface[i], {0, 0, 0});
         std::vector<std::uint32_t> begin(surface.positions.size() + 1, 0); // of the slots of each vertex
-        for (std::uint32_t slot = 0; slot < slots.size(); ++slot) ++begin[vertex_of(surface, slot) + 1];
+        for (std::uint32_t slot = 0; slot < slots.size(); ++slot) ++begin[vertex_of(faces, slot) + 1];
         for (std::size_t i = 0; i + 1 < begin.size(); ++i) begin[i + 1] += begin[i];
         std::vector<std::uint32_t> end{begin.begin(), begin.end() - 1};
-        for (std::uint32_t slot = 0; slot < slots.size(); ++slot) slots[end[vertex_of(surface, slot)]++] = slot;
+        for (std::uint32_t slot = 0; slot < slots.size(); ++slot) slots[end[vertex_of(faces, slot)]++] = slot;
 
         ends.reserve(surface.positions.size() + surface.positions.size() / 4);
         for (std::size_t vertex = 0; vertex + 1 < begin.size(); ++vertex) {
@@ -7108,7 +7169,7 @@ struct vertex_groups {
             if (smooth)
                 ends.push_back(begin[vertex + 1]);
             else
-                divide(surface, normal, first, count, begin[vertex]);
+                divide(faces, normal, first, count, begin[vertex]);
         }
         std::uint32_t slot = 0;
         for (std::uint32_t group = 0; group < ends.size(); ++group)
@@ -7118,17 +7179,17 @@ struct vertex_groups {
   private:
     using pair = std::pair<std::uint32_t, std::uint32_t>;
 
-    static std::uint32_t vertex_of(const mesh_view& surface, std::uint32_t slot) {
-        return vertices_of_side(surface.faces[slot / 3], slot % 3).first;
+    static std::uint32_t vertex_of(const std::vector<uvec3>& faces, std::uint32_t slot) {
+        return vertices_of_side(faces[slot / 3], slot % 3).first;
     }
 
     // Joins the faces across smooth edges, and sorts the slots of the vertex by what is joined.
-    void divide(const mesh_view& surface, const std::vector<vec3>& normal, std::uint32_t* first, std::uint32_t count,
-                std::uint32_t begin) {
+    void divide(const std::vector<uvec3>& faces, const std::vector<vec3>& normal, std::uint32_t* first,
+                std::uint32_t count, std::uint32_t begin) {
         sides_.clear();
         disjoint_sets joined{count};
         for (std::uint32_t i = 0; i < count; ++i) {
-            const uvec3& face = surface.faces[first[i] / 3];
+            const uvec3& face = faces[first[i] / 3];
             const std::uint32_t corner = first[i] % 3;
             sides_.push_back({vertices_of_side(face, corner).second, i});
             sides_.push_back({vertices_of_side(face, (corner + 2) % 3).first, i});
@@ -24596,7 +24657,6 @@ INSONIFY_COMPILED_TEMPLATES(extern)
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -24631,52 +24691,6 @@ struct mesh_report {
 
     friend bool operator==(const mesh_report&, const mesh_report&) = default;
 };
-
-namespace detail {
-
-/// Merges each vertex with the nearest of those before it that were kept, if it lies within a distance.
-/// @param within   metres; 0 merges vertices at exactly equal positions (-0 equals 0)
-/// @param is_some  whether a vertex takes part; empty: all do
-/// @return  for each vertex the one that it is merged with, or itself
-inline std::vector<std::uint32_t> weld(view<const vec3> positions, double within = 0,
-                                       view<const std::uint8_t> is_some = {}) {
-    constexpr std::uint32_t none = ~0U;
-    const double cell = std::max(8 * within, 1e-60);                                 // different floats differ by more
-    std::vector<std::uint32_t> first(std::bit_ceil(2 * positions.size() + 1), none); // kept in a cell: a hash table
-    std::vector<std::uint32_t> following(positions.size(), none), number(positions.size());
-    const auto cell_of = [&](const dvec3& point) { return floor(point / cell); };
-    const auto first_in = [&](const dvec3& one) -> std::uint32_t& {
-        std::uint64_t hash = 0;
-        for (int i = 0; i < 3; ++i) // -0 is 0
-            hash = hash_bits(hash, one[i] == 0 ? 0 : __builtin_bit_cast(std::uint64_t, one[i]));
-        return first[hash & (first.size() - 1)];
-    };
-    for (std::uint32_t vertex = 0; vertex < number.size(); ++vertex) {
-        number[vertex] = vertex;
-        if (!is_some.empty() && is_some[vertex] == 0) continue;
-        const dvec3 here{positions[vertex]}, low = cell_of(here - within), high = cell_of(here + within);
-        double nearest = within * within;
-        for (int corner = 0; corner < 8; ++corner) { // of the box around it, which lies in one to eight cells
-            dvec3 own = low;
-            bool is_other_cell = true;
-            for (int i = 0; i < 3; ++i) {
-                if ((corner >> i & 1) == 0) continue;
-                is_other_cell = is_other_cell && low[i] != high[i];
-                own[i] = high[i];
-            }
-            if (!is_other_cell) continue;
-            for (std::uint32_t other = first_in(own); other != none; other = following[other])
-                if (const dvec3 apart = dvec3{positions[other]} - here; dot(apart, apart) <= nearest) {
-                    nearest = dot(apart, apart);
-                    number[vertex] = other;
-                }
-        }
-        if (number[vertex] == vertex) following[vertex] = std::exchange(first_in(cell_of(here)), vertex);
-    }
-    return number;
-}
-
-} // namespace detail
 
 /// Finds the defects that keep a mesh from being the surface of a body. Accepts any input.
 ///

@@ -1,6 +1,7 @@
 #include <insonify/core/units.hpp>
 #include <insonify/geometry/shapes.hpp>
 #include <insonify/geometry/smooth_normals.hpp>
+#include <insonify/geometry/validate.hpp>
 #include <algorithm>
 #include <cmath>
 #include <doctest/doctest.h>
@@ -98,4 +99,54 @@ TEST_CASE("two surfaces that touch in a vertex have a normal each, and what is d
     CHECK_FALSE(both.of_face(8).curved);
     const smooth none{mesh{}, 30_deg};
     CHECK(none.groups.ends.empty());
+}
+
+TEST_CASE("vertices that are repeated for each face, or along a seam, are smooth as those that faces share") {
+    using namespace smooth_normals_test;
+    const mesh shared = make_sphere({1_mm, 2_mm, 3_mm}, 5_mm, 3);
+    mesh of_each_face, with_seam = shared;
+    for (const uvec3& face : shared.faces) {
+        const auto first = static_cast<std::uint32_t>(of_each_face.positions.size());
+        for (const std::uint32_t corner : {face.x, face.y, face.z})
+            of_each_face.positions.push_back(shared.positions[corner]);
+        of_each_face.faces.push_back({first, first + 1, first + 2});
+    }
+    const auto count = static_cast<std::uint32_t>(shared.positions.size());
+    with_seam.positions.insert(with_seam.positions.end(), shared.positions.begin(), shared.positions.end());
+    for (uvec3& face : with_seam.faces) {
+        const vec3 middle = (shared.positions[face.x] + shared.positions[face.y] + shared.positions[face.z]) / 3.0F;
+        if (middle.x > 1_mm) face += uvec3{count}; // that half has vertices of its own
+    }
+    const smooth expected{shared, 30_deg};
+    for (const mesh& repeated : {of_each_face, with_seam}) {
+        const smooth ball{repeated, 30_deg};
+        for (std::uint32_t i = 0; i < shared.faces.size(); ++i)
+            for (int k = 0; k < 3; ++k) CHECK(ball.of_face(i).corner[k] == expected.of_face(i).corner[k]);
+    }
+}
+
+TEST_CASE("closed surfaces that touch along an edge do not smooth one another") {
+    using namespace smooth_normals_test;
+    mesh wedges; // whose upper faces meet at 10 degrees
+    for (const float side : {-1_mm, 1_mm}) {
+        const auto first = static_cast<std::uint32_t>(wedges.positions.size());
+        for (const float y : {-1_mm, 1_mm})
+            for (const vec2 at :
+                 {vec2{0, 0}, vec2{2 * side, side < 0 ? -2_mm : -0.17_mm}, vec2{2 * side, side < 0 ? -0.17_mm : -2_mm}})
+                wedges.positions.push_back({at.x, y, at.y});
+        const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+            wedges.faces.push_back(first + uvec3{a, c, b});
+        };
+        add(0, 1, 2);
+        add(3, 5, 4);
+        for (std::uint32_t i = 0; i < 3; ++i) {
+            const std::uint32_t j = (i + 1) % 3;
+            add(j, i, i + 3);
+            add(j, i + 3, j + 3);
+        }
+    }
+    REQUIRE(validate(wedges).closed());
+    REQUIRE(validate(wedges).inside_out_components == 0);
+    const smooth both{wedges, 30_deg};
+    for (std::uint32_t i = 0; i < wedges.faces.size(); ++i) CHECK_FALSE(both.of_face(i).curved);
 }

@@ -108,6 +108,9 @@ struct vertex_groups {
     vertex_groups() = default;
     /// @param crease_angle  radians
     vertex_groups(const mesh_view& surface, float crease_angle) : corners(surface.size()), slots(3 * surface.size()) {
+        const std::vector<std::uint32_t> number = joined_at_seams(surface);
+        std::vector<uvec3> faces{surface.faces.begin(), surface.faces.end()}; // by the vertices that are joined
+        for (uvec3& face : faces) face = {number[face.x], number[face.y], number[face.z]};
         constexpr float rounding = 1e-4F; // edges of exactly the angle are smooth
         min_cosine_ = std::cos(crease_angle) - rounding;
         // Of two faces that each make half the angle with a third.
@@ -116,10 +119,10 @@ struct vertex_groups {
         std::vector<vec3> normal(surface.size()); // {0, 0, 0}: no area, smooth with all
         for (std::size_t i = 0; i < normal.size(); ++i) normal[i] = unit_normal(surface[i], {0, 0, 0});
         std::vector<std::uint32_t> begin(surface.positions.size() + 1, 0); // of the slots of each vertex
-        for (std::uint32_t slot = 0; slot < slots.size(); ++slot) ++begin[vertex_of(surface, slot) + 1];
+        for (std::uint32_t slot = 0; slot < slots.size(); ++slot) ++begin[vertex_of(faces, slot) + 1];
         for (std::size_t i = 0; i + 1 < begin.size(); ++i) begin[i + 1] += begin[i];
         std::vector<std::uint32_t> end{begin.begin(), begin.end() - 1};
-        for (std::uint32_t slot = 0; slot < slots.size(); ++slot) slots[end[vertex_of(surface, slot)]++] = slot;
+        for (std::uint32_t slot = 0; slot < slots.size(); ++slot) slots[end[vertex_of(faces, slot)]++] = slot;
 
         ends.reserve(surface.positions.size() + surface.positions.size() / 4);
         for (std::size_t vertex = 0; vertex + 1 < begin.size(); ++vertex) {
@@ -132,7 +135,7 @@ struct vertex_groups {
             if (smooth)
                 ends.push_back(begin[vertex + 1]);
             else
-                divide(surface, normal, first, count, begin[vertex]);
+                divide(faces, normal, first, count, begin[vertex]);
         }
         std::uint32_t slot = 0;
         for (std::uint32_t group = 0; group < ends.size(); ++group)
@@ -142,17 +145,17 @@ struct vertex_groups {
   private:
     using pair = std::pair<std::uint32_t, std::uint32_t>;
 
-    static std::uint32_t vertex_of(const mesh_view& surface, std::uint32_t slot) {
-        return vertices_of_side(surface.faces[slot / 3], slot % 3).first;
+    static std::uint32_t vertex_of(const std::vector<uvec3>& faces, std::uint32_t slot) {
+        return vertices_of_side(faces[slot / 3], slot % 3).first;
     }
 
     // Joins the faces across smooth edges, and sorts the slots of the vertex by what is joined.
-    void divide(const mesh_view& surface, const std::vector<vec3>& normal, std::uint32_t* first, std::uint32_t count,
-                std::uint32_t begin) {
+    void divide(const std::vector<uvec3>& faces, const std::vector<vec3>& normal, std::uint32_t* first,
+                std::uint32_t count, std::uint32_t begin) {
         sides_.clear();
         disjoint_sets joined{count};
         for (std::uint32_t i = 0; i < count; ++i) {
-            const uvec3& face = surface.faces[first[i] / 3];
+            const uvec3& face = faces[first[i] / 3];
             const std::uint32_t corner = first[i] % 3;
             sides_.push_back({vertices_of_side(face, corner).second, i});
             sides_.push_back({vertices_of_side(face, (corner + 2) % 3).first, i});

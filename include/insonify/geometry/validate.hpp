@@ -5,11 +5,9 @@
 
 #include <insonify/core/error.hpp>
 #include <insonify/core/math.hpp>
-#include <insonify/core/random.hpp>
 #include <insonify/geometry/mesh.hpp>
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -44,52 +42,6 @@ struct mesh_report {
 
     friend bool operator==(const mesh_report&, const mesh_report&) = default;
 };
-
-namespace detail {
-
-/// Merges each vertex with the nearest of those before it that were kept, if it lies within a distance.
-/// @param within   metres; 0 merges vertices at exactly equal positions (-0 equals 0)
-/// @param is_some  whether a vertex takes part; empty: all do
-/// @return  for each vertex the one that it is merged with, or itself
-inline std::vector<std::uint32_t> weld(view<const vec3> positions, double within = 0,
-                                       view<const std::uint8_t> is_some = {}) {
-    constexpr std::uint32_t none = ~0U;
-    const double cell = std::max(8 * within, 1e-60);                                 // different floats differ by more
-    std::vector<std::uint32_t> first(std::bit_ceil(2 * positions.size() + 1), none); // kept in a cell: a hash table
-    std::vector<std::uint32_t> following(positions.size(), none), number(positions.size());
-    const auto cell_of = [&](const dvec3& point) { return floor(point / cell); };
-    const auto first_in = [&](const dvec3& one) -> std::uint32_t& {
-        std::uint64_t hash = 0;
-        for (int i = 0; i < 3; ++i) // -0 is 0
-            hash = hash_bits(hash, one[i] == 0 ? 0 : __builtin_bit_cast(std::uint64_t, one[i]));
-        return first[hash & (first.size() - 1)];
-    };
-    for (std::uint32_t vertex = 0; vertex < number.size(); ++vertex) {
-        number[vertex] = vertex;
-        if (!is_some.empty() && is_some[vertex] == 0) continue;
-        const dvec3 here{positions[vertex]}, low = cell_of(here - within), high = cell_of(here + within);
-        double nearest = within * within;
-        for (int corner = 0; corner < 8; ++corner) { // of the box around it, which lies in one to eight cells
-            dvec3 own = low;
-            bool is_other_cell = true;
-            for (int i = 0; i < 3; ++i) {
-                if ((corner >> i & 1) == 0) continue;
-                is_other_cell = is_other_cell && low[i] != high[i];
-                own[i] = high[i];
-            }
-            if (!is_other_cell) continue;
-            for (std::uint32_t other = first_in(own); other != none; other = following[other])
-                if (const dvec3 apart = dvec3{positions[other]} - here; dot(apart, apart) <= nearest) {
-                    nearest = dot(apart, apart);
-                    number[vertex] = other;
-                }
-        }
-        if (number[vertex] == vertex) following[vertex] = std::exchange(first_in(cell_of(here)), vertex);
-    }
-    return number;
-}
-
-} // namespace detail
 
 /// Finds the defects that keep a mesh from being the surface of a body. Accepts any input.
 ///
