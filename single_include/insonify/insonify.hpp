@@ -1370,30 +1370,6 @@ concept policy = requires(const Policy& p, void (*body)(std::size_t index)) {
     for_each_index(p, std::size_t{0}, body);
 };
 
-/// Calls body(begin, end) for consecutive blocks of `block` indices, the last one shorter. Runs on the calling thread
-/// where the whole takes less than the time in which a sleeping thread wakes up.
-/// @param nanoseconds  estimated time per index; 1e6F if unknown
-template <class Policy, class Body>
-void for_each_block(const Policy& policy, std::size_t count, std::size_t block, float nanoseconds, const Body& body) {
-    constexpr float worth_sharing = 80e3F; // nanoseconds; to wake a thread takes about 50 microseconds
-    const std::size_t blocks = (count + block - 1) / block;
-    const bool alone = static_cast<float>(count) * nanoseconds < worth_sharing;
-    const std::size_t together = alone && blocks > 0 ? blocks : 1; // blocks per call of the policy
-    for_each_index(policy, (blocks + together - 1) / together, [&](std::size_t first) {
-        for (std::size_t i = first * together; i < (first + 1) * together; ++i)
-            body(i * block, i + 1 < blocks ? (i + 1) * block : count);
-    });
-}
-
-/// Calls body(i) for each i below `count`, in such blocks.
-template <class Policy, class Body>
-void for_each_in_blocks(const Policy& policy, std::size_t count, std::size_t block, float nanoseconds,
-                        const Body& body) {
-    for_each_block(policy, count, block, nanoseconds, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) body(i);
-    });
-}
-
 } // namespace exec
 
 using exec::for_each_index;
@@ -1431,6 +1407,44 @@ any_policy(const Policy&) -> any_policy<exec::is_unsequenced_v<Policy>>;
 
 template <>
 inline constexpr bool exec::is_unsequenced_v<detail::any_policy<true>> = true;
+
+namespace detail {
+
+/// `exec::for_each_block`, compiled once.
+inline void run_blocks(const any_policy<false>& policy, std::size_t count, std::size_t block, float nanoseconds,
+                       const function_ref<void(std::size_t begin, std::size_t end)>& body) {
+    constexpr float worth_sharing = 80e3F; // nanoseconds; to wake a thread takes about 50 microseconds
+    const std::size_t blocks = (count + block - 1) / block;
+    const bool alone = static_cast<float>(count) * nanoseconds < worth_sharing;
+    const std::size_t together = alone && blocks > 0 ? blocks : 1; // blocks per call of the policy
+    for_each_index(policy, (blocks + together - 1) / together, [&](std::size_t first) {
+        for (std::size_t i = first * together; i < (first + 1) * together; ++i)
+            body(i * block, i + 1 < blocks ? (i + 1) * block : count);
+    });
+}
+
+} // namespace detail
+
+namespace exec {
+
+/// Calls body(begin, end) for consecutive blocks of `block` indices, the last one shorter. Runs on the calling thread
+/// where the whole takes less than the time in which a sleeping thread wakes up.
+/// @param nanoseconds  estimated time per index; 1e6F if unknown
+template <class Policy, class Body>
+void for_each_block(const Policy& policy, std::size_t count, std::size_t block, float nanoseconds, const Body& body) {
+    detail::run_blocks(detail::any_policy<false>{policy}, count, block, nanoseconds, body);
+}
+
+/// Calls body(i) for each i below `count`, in such blocks.
+template <class Policy, class Body>
+void for_each_in_blocks(const Policy& policy, std::size_t count, std::size_t block, float nanoseconds,
+                        const Body& body) {
+    for_each_block(policy, count, block, nanoseconds, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) body(i);
+    });
+}
+
+} // namespace exec
 
 } // namespace insonify::inline INSONIFY_ABI
 
@@ -16932,22 +16946,23 @@ class line_driver {
                     const Model& model, const straight_lines& how, float line_time,
                     view<line_grid<Sample>* const> sinks, const Emit& emit) {
         constexpr bool incident = !takes_normal_incidence<Model>;
-        const view<const displacement_view> displaced = displacements_.compute(policy, body, frame);
+        const any_policy<false> any{policy}; // for what does not depend on SIMD
+        const view<const displacement_view> displaced = displacements_.compute(any, body, frame);
         const bool fan = finder_.assign(probe);
         bool shaded = false;
         if constexpr (states_arrivals<Model>)
             shaded = how.directions > 1 && fan &&
                      shading_.assign(probe.settings(), finder_.fan(), make_beam(probe.settings(), frame.depth));
-        finder_.prepare(policy, body, frame, how.search, incident || shaded, shaded ? 1 + how.directions : 1,
+        finder_.prepare(any, body, frame, how.search, incident || shaded, shaded ? 1 + how.directions : 1,
                         shaded ? shading_.beyond(frame) : outer_lines{});
         scene_view seen = finder_.scene_seen();
         seen.displacements = displaced;
         frame_gains gains{};
         if constexpr (states_arrivals<Model>)
             if (shaded) {
-                finder_.find(policy, frame, incident, layers_);
+                finder_.find(any, frame, incident, layers_);
                 const aperture_view shading = shading_.prepare(seen, frame, how.directions);
-                shading_.compute(policy, shading, model, layers_, finder_.slices());
+                shading_.compute(any, shading, model, layers_, finder_.slices());
                 gains = shading.gains;
             }
         if (!shaded) {
@@ -16973,8 +16988,9 @@ class line_driver {
     void trace_lines(const Policy& policy, const scene& body, const frame_view& frame, const Model& model,
                      const Tracer& how, line_grid<Sample>& lines) {
         constexpr float line_time = 1e6F;
-        scene_view seen = body.view_for_rays(policy);
-        seen.displacements = displacements_.compute(policy, body, frame);
+        const any_policy<false> any{policy};
+        scene_view seen = body.view_for_rays(any);
+        seen.displacements = displacements_.compute(any, body, frame);
         layers_ = {};
         if (scratch_.size() < blocks_of(frame.count())) scratch_.resize(blocks_of(frame.count()));
         line_grid<Sample>* const sink = &lines;

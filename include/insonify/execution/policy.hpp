@@ -129,30 +129,6 @@ concept policy = requires(const Policy& p, void (*body)(std::size_t index)) {
     for_each_index(p, std::size_t{0}, body);
 };
 
-/// Calls body(begin, end) for consecutive blocks of `block` indices, the last one shorter. Runs on the calling thread
-/// where the whole takes less than the time in which a sleeping thread wakes up.
-/// @param nanoseconds  estimated time per index; 1e6F if unknown
-template <class Policy, class Body>
-void for_each_block(const Policy& policy, std::size_t count, std::size_t block, float nanoseconds, const Body& body) {
-    constexpr float worth_sharing = 80e3F; // nanoseconds; to wake a thread takes about 50 microseconds
-    const std::size_t blocks = (count + block - 1) / block;
-    const bool alone = static_cast<float>(count) * nanoseconds < worth_sharing;
-    const std::size_t together = alone && blocks > 0 ? blocks : 1; // blocks per call of the policy
-    for_each_index(policy, (blocks + together - 1) / together, [&](std::size_t first) {
-        for (std::size_t i = first * together; i < (first + 1) * together; ++i)
-            body(i * block, i + 1 < blocks ? (i + 1) * block : count);
-    });
-}
-
-/// Calls body(i) for each i below `count`, in such blocks.
-template <class Policy, class Body>
-void for_each_in_blocks(const Policy& policy, std::size_t count, std::size_t block, float nanoseconds,
-                        const Body& body) {
-    for_each_block(policy, count, block, nanoseconds, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) body(i);
-    });
-}
-
 } // namespace exec
 
 using exec::for_each_index;
@@ -190,6 +166,44 @@ any_policy(const Policy&) -> any_policy<exec::is_unsequenced_v<Policy>>;
 
 template <>
 inline constexpr bool exec::is_unsequenced_v<detail::any_policy<true>> = true;
+
+namespace detail {
+
+/// `exec::for_each_block`, compiled once.
+inline void run_blocks(const any_policy<false>& policy, std::size_t count, std::size_t block, float nanoseconds,
+                       const function_ref<void(std::size_t begin, std::size_t end)>& body) {
+    constexpr float worth_sharing = 80e3F; // nanoseconds; to wake a thread takes about 50 microseconds
+    const std::size_t blocks = (count + block - 1) / block;
+    const bool alone = static_cast<float>(count) * nanoseconds < worth_sharing;
+    const std::size_t together = alone && blocks > 0 ? blocks : 1; // blocks per call of the policy
+    for_each_index(policy, (blocks + together - 1) / together, [&](std::size_t first) {
+        for (std::size_t i = first * together; i < (first + 1) * together; ++i)
+            body(i * block, i + 1 < blocks ? (i + 1) * block : count);
+    });
+}
+
+} // namespace detail
+
+namespace exec {
+
+/// Calls body(begin, end) for consecutive blocks of `block` indices, the last one shorter. Runs on the calling thread
+/// where the whole takes less than the time in which a sleeping thread wakes up.
+/// @param nanoseconds  estimated time per index; 1e6F if unknown
+template <class Policy, class Body>
+void for_each_block(const Policy& policy, std::size_t count, std::size_t block, float nanoseconds, const Body& body) {
+    detail::run_blocks(detail::any_policy<false>{policy}, count, block, nanoseconds, body);
+}
+
+/// Calls body(i) for each i below `count`, in such blocks.
+template <class Policy, class Body>
+void for_each_in_blocks(const Policy& policy, std::size_t count, std::size_t block, float nanoseconds,
+                        const Body& body) {
+    for_each_block(policy, count, block, nanoseconds, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) body(i);
+    });
+}
+
+} // namespace exec
 
 } // namespace insonify::inline INSONIFY_ABI
 

@@ -94,22 +94,23 @@ class line_driver {
                     const Model& model, const straight_lines& how, float line_time,
                     view<line_grid<Sample>* const> sinks, const Emit& emit) {
         constexpr bool incident = !takes_normal_incidence<Model>;
-        const view<const displacement_view> displaced = displacements_.compute(policy, body, frame);
+        const any_policy<false> any{policy}; // for what does not depend on SIMD
+        const view<const displacement_view> displaced = displacements_.compute(any, body, frame);
         const bool fan = finder_.assign(probe);
         bool shaded = false;
         if constexpr (states_arrivals<Model>)
             shaded = how.directions > 1 && fan &&
                      shading_.assign(probe.settings(), finder_.fan(), make_beam(probe.settings(), frame.depth));
-        finder_.prepare(policy, body, frame, how.search, incident || shaded, shaded ? 1 + how.directions : 1,
+        finder_.prepare(any, body, frame, how.search, incident || shaded, shaded ? 1 + how.directions : 1,
                         shaded ? shading_.beyond(frame) : outer_lines{});
         scene_view seen = finder_.scene_seen();
         seen.displacements = displaced;
         frame_gains gains{};
         if constexpr (states_arrivals<Model>)
             if (shaded) {
-                finder_.find(policy, frame, incident, layers_);
+                finder_.find(any, frame, incident, layers_);
                 const aperture_view shading = shading_.prepare(seen, frame, how.directions);
-                shading_.compute(policy, shading, model, layers_, finder_.slices());
+                shading_.compute(any, shading, model, layers_, finder_.slices());
                 gains = shading.gains;
             }
         if (!shaded) {
@@ -135,8 +136,9 @@ class line_driver {
     void trace_lines(const Policy& policy, const scene& body, const frame_view& frame, const Model& model,
                      const Tracer& how, line_grid<Sample>& lines) {
         constexpr float line_time = 1e6F;
-        scene_view seen = body.view_for_rays(policy);
-        seen.displacements = displacements_.compute(policy, body, frame);
+        const any_policy<false> any{policy};
+        scene_view seen = body.view_for_rays(any);
+        seen.displacements = displacements_.compute(any, body, frame);
         layers_ = {};
         if (scratch_.size() < blocks_of(frame.count())) scratch_.resize(blocks_of(frame.count()));
         line_grid<Sample>* const sink = &lines;
