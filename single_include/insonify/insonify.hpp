@@ -1004,29 +1004,29 @@ inline std::string number_text(float value, int digits = 4) {
 /// A part of a message: text, or a number, with up to 4 significant digits where it is a fraction.
 class message_part {
   public:
-    message_part(const char* text) : text_{text} {}
-    message_part(std::string_view text) : text_{text} {}
-    message_part(const std::string& text) : text_{text} {}
-    message_part(float number) : kind_{kind::fraction}, fraction_{number} {}
+    message_part(const char* text) : message_part{std::string_view{text}} {}
+    message_part(std::string_view text) : kind_{kind::text}, text_{text.data()}, number_{text.size()} {}
+    message_part(const std::string& text) : message_part{std::string_view{text}} {}
+    message_part(float number) : kind_{kind::fraction}, number_{__builtin_bit_cast(std::uint32_t, number)} {}
     message_part(char) = delete; // neither text nor a number
     message_part(bool) = delete;
     template <std::integral Number>
     message_part(Number number)
-        : kind_{std::cmp_less(number, 0) ? kind::negative : kind::count}, count_{static_cast<std::uint64_t>(number)} {}
+        : kind_{std::cmp_less(number, 0) ? kind::negative : kind::count}, number_{static_cast<std::uint64_t>(number)} {}
 
     void append_to(std::string& whole) const {
-        if (kind_ == kind::text) whole += text_;
-        if (kind_ == kind::count) whole += std::to_string(count_);
-        if (kind_ == kind::negative) whole += std::to_string(static_cast<std::int64_t>(count_));
-        if (kind_ == kind::fraction) whole += number_text(fraction_);
+        if (kind_ == kind::text) whole.append(text_, number_);
+        if (kind_ == kind::count) whole += std::to_string(number_);
+        if (kind_ == kind::negative) whole += std::to_string(static_cast<std::int64_t>(number_));
+        if (kind_ == kind::fraction)
+            whole += number_text(__builtin_bit_cast(float, static_cast<std::uint32_t>(number_)));
     }
 
   private:
     enum class kind : std::uint8_t { text, count, negative, fraction };
-    kind kind_ = kind::text;
-    float fraction_ = 0;
-    std::uint64_t count_ = 0;
-    std::string_view text_{};
+    kind kind_;
+    const char* text_ = nullptr;
+    std::uint64_t number_; // its bits; of a text how many characters it has
 };
 
 /// The parts of a message in one string.
@@ -8463,9 +8463,10 @@ inline std::vector<medium> distinct_media(const medium& background, const std::v
     std::vector<medium> media{background};
     media.reserve(1 + objects.size());
     for (std::size_t i = 0; i < objects.size(); ++i) {
-        const auto known = std::find(media.begin(), media.end(), objects[i].inside);
-        states[i].medium = static_cast<std::uint32_t>(known - media.begin());
-        if (known == media.end()) media.push_back(objects[i].inside);
+        std::uint32_t number = 0;
+        while (number < media.size() && !(media[number] == objects[i].inside)) ++number;
+        states[i].medium = number;
+        if (number == media.size()) media.push_back(objects[i].inside);
     }
     return media;
 }
@@ -18942,7 +18943,8 @@ class compounding {
             probe.check();
             if (scan.samples == 0) throw usage_error{"compound: `samples` is 0; it must be that of the lines"};
             acquired_ = 0;
-            looks_.resize(settings.angles, look{.probe = steered<Probe>{probe, 0}});
+            while (looks_.size() > settings.angles) looks_.pop_back();
+            while (looks_.size() < settings.angles) looks_.push_back({.probe = steered<Probe>{probe, 0}});
             for (std::uint32_t i = 0; i < settings.angles; ++i) assign(looks_[i], probe, scan, settings, i);
         };
         made_(make, key{probe}, scan.depth, scan.samples, scan.planes, settings);

@@ -31,29 +31,29 @@ inline std::string number_text(float value, int digits = 4) {
 /// A part of a message: text, or a number, with up to 4 significant digits where it is a fraction.
 class message_part {
   public:
-    message_part(const char* text) : text_{text} {}
-    message_part(std::string_view text) : text_{text} {}
-    message_part(const std::string& text) : text_{text} {}
-    message_part(float number) : kind_{kind::fraction}, fraction_{number} {}
+    message_part(const char* text) : message_part{std::string_view{text}} {}
+    message_part(std::string_view text) : kind_{kind::text}, text_{text.data()}, number_{text.size()} {}
+    message_part(const std::string& text) : message_part{std::string_view{text}} {}
+    message_part(float number) : kind_{kind::fraction}, number_{__builtin_bit_cast(std::uint32_t, number)} {}
     message_part(char) = delete; // neither text nor a number
     message_part(bool) = delete;
     template <std::integral Number>
     message_part(Number number)
-        : kind_{std::cmp_less(number, 0) ? kind::negative : kind::count}, count_{static_cast<std::uint64_t>(number)} {}
+        : kind_{std::cmp_less(number, 0) ? kind::negative : kind::count}, number_{static_cast<std::uint64_t>(number)} {}
 
     void append_to(std::string& whole) const {
-        if (kind_ == kind::text) whole += text_;
-        if (kind_ == kind::count) whole += std::to_string(count_);
-        if (kind_ == kind::negative) whole += std::to_string(static_cast<std::int64_t>(count_));
-        if (kind_ == kind::fraction) whole += number_text(fraction_);
+        if (kind_ == kind::text) whole.append(text_, number_);
+        if (kind_ == kind::count) whole += std::to_string(number_);
+        if (kind_ == kind::negative) whole += std::to_string(static_cast<std::int64_t>(number_));
+        if (kind_ == kind::fraction)
+            whole += number_text(__builtin_bit_cast(float, static_cast<std::uint32_t>(number_)));
     }
 
   private:
     enum class kind : std::uint8_t { text, count, negative, fraction };
-    kind kind_ = kind::text;
-    float fraction_ = 0;
-    std::uint64_t count_ = 0;
-    std::string_view text_{};
+    kind kind_;
+    const char* text_ = nullptr;
+    std::uint64_t number_; // its bits; of a text how many characters it has
 };
 
 /// The parts of a message in one string.

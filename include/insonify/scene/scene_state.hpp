@@ -240,9 +240,10 @@ inline std::vector<medium> distinct_media(const medium& background, const std::v
     std::vector<medium> media{background};
     media.reserve(1 + objects.size());
     for (std::size_t i = 0; i < objects.size(); ++i) {
-        const auto known = std::find(media.begin(), media.end(), objects[i].inside);
-        states[i].medium = static_cast<std::uint32_t>(known - media.begin());
-        if (known == media.end()) media.push_back(objects[i].inside);
+        std::uint32_t number = 0;
+        while (number < media.size() && !(media[number] == objects[i].inside)) ++number;
+        states[i].medium = number;
+        if (number == media.size()) media.push_back(objects[i].inside);
     }
     return media;
 }

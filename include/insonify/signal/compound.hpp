@@ -68,7 +68,8 @@ class compounding {
             probe.check();
             if (scan.samples == 0) throw usage_error{"compound: `samples` is 0; it must be that of the lines"};
             acquired_ = 0;
-            looks_.resize(settings.angles, look{.probe = steered<Probe>{probe, 0}});
+            while (looks_.size() > settings.angles) looks_.pop_back();
+            while (looks_.size() < settings.angles) looks_.push_back({.probe = steered<Probe>{probe, 0}});
             for (std::uint32_t i = 0; i < settings.angles; ++i) assign(looks_[i], probe, scan, settings, i);
         };
         made_(make, key{probe}, scan.depth, scan.samples, scan.planes, settings);
